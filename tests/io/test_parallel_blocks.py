@@ -243,7 +243,8 @@ WRONG = {
             planar=True,
         ),
         "legs[0].chain[0].branches[1].chain[0].axis: axis of a joint of a planar robot: got "
-        "[1, 0, 0], expected an axis along z; without planar: true the robot is spatial",
+        "[1, 0, 0], expected an axis along z of the world; planar robots move in the x-y plane; "
+        "leave planar: out for any other",
     ),
     "no compliance": (
         file_with(*(branch(n, 0) | {"chain": [PIN]} for n in "ab")),

@@ -54,6 +54,13 @@ def test_files_of_the_walk_are_about_the_helical_joint(place):
     assert re.search(r"helical|pitch|\bslides\b|ADVANCE_PER_TURN|no pitch", text, re.IGNORECASE)
 
 
+def test_no_other_file_names_the_helical_joint():
+    files = [*(ROOT / "src/robostiff").rglob("*.py")]
+    named = [file for file in files if "helical" in file.read_text(encoding="utf-8").lower()]
+    places = {file.relative_to(ROOT / "src/robostiff").as_posix() for file in named}
+    assert places <= {*CHANGED, "__init__.py"}
+
+
 def test_counted_rows_of_the_proof_are_what_is_measured():
     command = [sys.executable, "benchmarks/proof.py", "--counts"]
     printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout

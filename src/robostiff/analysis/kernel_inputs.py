@@ -20,7 +20,7 @@ from robostiff.kinematics import (
 )
 from robostiff.kinematics.pose import check_held_sums, coordinate_units, joint_units
 from robostiff.model import Robot
-from robostiff.model.entries import OfSymbols, numeric, substitute
+from robostiff.model.entries import OfSymbols
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import is_rigid_transform
 
@@ -79,7 +79,7 @@ class ParameterValues(Generic[OfSymbols]):
         values, kinds = np.unique(self.rows[:, where], axis=1, return_inverse=True)
         names = [str(symbol) for symbol in self.robot.symbols]
         for k, own in enumerate(values.T):
-            robot = substitute(self.robot, dict(zip(names, own.tolist(), strict=True)))
+            robot = self.robot.substituted(dict(zip(names, own.tolist(), strict=True)))
             yield robot, where[kinds.ravel() == k]
 
 
@@ -120,11 +120,11 @@ def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]
             )
     if not robot.has_formulas:
         return robot
-    in_numbers = numeric(robot)  # raises where a nominal value is missing
+    in_numbers = robot.numeric  # raises where a nominal value is missing
     if not names:
         return in_numbers
     others = {name: robot.nominal[name] for name in symbols if name not in names}
-    return substitute(robot, others)
+    return robot.substituted(others)
 
 
 # Of the length: legs that miss the platform by more are no matter for a record, which takes for

@@ -167,7 +167,7 @@ class _Walk:
 
     def freedom(self, name: str, screw: Screw, role: Any, q: Any, *, slides: bool = True) -> None:
         """A joint: what it adds to the compliance, and how it moves what follows."""
-        if screw.turns and screw.slides:
+        if not (screw.is_rotation or screw.is_translation):
             raise _UnusualPartError
         stiffness = getattr(role, "stiffness", None)
         axis = [self.read(x) for x in screw.axis]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import islice
 from types import MappingProxyType
@@ -206,3 +207,22 @@ def listing(words: Sequence[str], limit: int = 60) -> str:
     if len(words) <= limit:
         return ", ".join(words)
     return ", ".join([*words[:limit], f"... ({len(words)} in all)"])
+
+
+def numbered(names: Sequence[str | None], kinds: Sequence[str]) -> list[str]:
+    """The names; in place of none the kind and the next number that makes a free one.
+
+    Examples
+    --------
+    >>> numbered([None, "beam1", None], ["beam", "beam", "beam"])
+    ['beam2', 'beam1', 'beam3']
+    """
+    count: Counter[str] = Counter()
+    found = []
+    for name, kind in zip(names, kinds, strict=True):
+        own = name
+        while own is None or (name is None and own in names):
+            count[kind] += 1
+            own = f"{kind}{count[kind]}"
+        found.append(own)
+    return found

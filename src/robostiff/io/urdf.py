@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError, Location
+from robostiff.errors import FileError, InputError, Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
@@ -184,15 +184,8 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
 
 def _parsed(root: XmlElement) -> Any:
     """The robot as yourdfpy reads it, from links and joints alone."""
-    try:
+    with needs_extra("URDF files", "urdf"):
         from yourdfpy import URDF
-    except ImportError:
-        raise InputError(
-            "URDF",
-            got=Words("no yourdfpy, which reads it"),
-            expected="the extra urdf",
-            hint="pip install 'robostiff[urdf]'",
-        ) from None
     text = io.BytesIO(kinematics_alone(root))
     return URDF.load(text, build_scene_graph=False, load_meshes=False).robot
 

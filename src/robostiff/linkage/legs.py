@@ -10,8 +10,6 @@ import numpy as np
 
 from robostiff.elasticity import moved
 from robostiff.errors import InputError
-from robostiff.kinematics import place_chain
-from robostiff.kinematics.turn import vector_of_turn
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.model import (
@@ -26,8 +24,6 @@ from robostiff.model import (
     Rigid,
     Robot,
     Role,
-    planar,
-    universal,
 )
 from robostiff.spatial import Frame
 
@@ -35,7 +31,7 @@ from robostiff.spatial import Frame
 def turned_round(connection: Connection) -> Connection:
     """The same connection from body b to body a; home coordinates give the same configuration.
 
-    A joint keeps its coordinates where it has one, for its axis is reversed.
+    A joint keeps its coordinates, in reverse order, for its axes are reversed.
     """
     element = connection.element
     if isinstance(element, Joint):
@@ -53,27 +49,10 @@ def turned_round(connection: Connection) -> Connection:
 
 
 def _joint(joint: Joint) -> Joint:
-    home = np.array(joint.home, dtype=float)
-    freedoms = tuple(replace(screw, axis=-screw.axis) for screw in joint.freedoms)
-    match joint.kind:
-        case JointKind.SPHERICAL:
-            return replace(joint, home=tuple((-home).tolist()))
-        case JointKind.UNIVERSAL:
-            (first, second), last = freedoms[::-1], home[::-1].tolist()
-            return universal(first.axis, second.axis, joint.role, home=last, name=joint.name)
-        case JointKind.PLANAR:
-            return _planar(joint)
-    return replace(joint, freedoms=freedoms)
-
-
-def _planar(joint: Joint) -> Joint:
-    placed = place_chain(Chain((joint,)), np.array(joint.home, dtype=float), np.eye(3), np.zeros(3))
-    slides = [screw.axis for screw in joint.freedoms if not screw.turns]
-    normal = joint.freedoms[-1].axis
-    back = -(placed.R.T @ placed.p)
-    turn = -(normal @ vector_of_turn(placed.R))
-    home = [float(slide @ back) for slide in slides] + [float(turn)]
-    return replace(planar(normal, joint.role, home=home, name=joint.name), freedoms=joint.freedoms)
+    if joint.kind is JointKind.SPHERICAL:  # whose coordinates are a rotation vector
+        return replace(joint, home=tuple(-x for x in joint.home))
+    freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(joint.freedoms))
+    return replace(joint, freedoms=freedoms, home=joint.home[::-1])
 
 
 def _link(link: Link) -> Link:

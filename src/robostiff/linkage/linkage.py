@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 from robostiff.errors import InputError
 from robostiff.model import Joint, Link
 from robostiff.model.checks import finite_coordinates
-from robostiff.model.entries import free_symbols, in_floats, numeric, substitute
+from robostiff.model.entries import Symbolic
 from robostiff.spatial import Frame, Space, refuse_quantities
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ class Connection:
 
 
 @dataclass(frozen=True)
-class Linkage:
+class Linkage(Symbolic):
     """Bodies connected in any way, one of which is fixed.
 
     Attributes
@@ -139,30 +138,6 @@ class Linkage:
     def __getstate__(self) -> dict[str, Any]:
         """Without what is kept of earlier questions."""
         return {name: own for name, own in vars(self).items() if not name.startswith("_")}
-
-    @cached_property
-    def symbols(self) -> tuple[Any, ...]:
-        """The SymPy symbols that its stiffnesses depend on, sorted by name."""
-        return free_symbols(self)
-
-    @property
-    def has_formulas(self) -> bool:
-        """Whether a stiffness is a formula."""
-        return bool(self.symbols)
-
-    @property
-    def numeric(self) -> Linkage:
-        """The linkage with all symbols at their nominal values."""
-        return numeric(self) if self.symbols else self
-
-    @property
-    def in_floats(self) -> Linkage:
-        """The linkage itself; an InputError where it has symbols."""
-        return in_floats(self) if self.symbols else self
-
-    def substituted(self, values: Mapping[Any, Any]) -> Linkage:
-        """The linkage with values in place of some of its symbols, in SI units."""
-        return substitute(self, values)
 
     @property
     def space(self) -> Space:

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model.stiffness_law import StiffnessLaw
-from robostiff.spatial import as_floats, refuse_quantities
+from robostiff.spatial import Screw, as_floats, refuse_quantities
 from robostiff.spatial.formula import (
     Entries,
     exact_array,
@@ -20,6 +20,9 @@ from robostiff.spatial.formula import (
     vanishes,
 )
 from robostiff.spatial.rotation import nearest_rotation
+
+# Of a unit vector: by so much an axis may lean out of the plane of a planar robot.
+_OUT_OF_PLANE = 1e-9
 
 
 def vector3(subject: str, value: Entries) -> np.ndarray:
@@ -159,19 +162,22 @@ def checked_stiffness(subject: str, value: Any) -> None:
         )
 
 
-def nonzero_length(subject: str, value: Any) -> Any:
-    """A finite length per turn of either sign, as a float or a formula."""
-    expected = "a finite length per turn, not zero [m]"
-    refuse_quantities(subject, value, expected)
-    if is_formula(value):
-        fits = is_possible(value) and getattr(value, "is_zero", None) is not True
-    else:
-        fits = np.isfinite(value) and value != 0
-    if not fits:
-        raise InputError(
-            subject, got=value, expected=expected, hint="a joint of no pitch is a revolute joint"
-        )
-    return value if is_formula(value) else float(value)
+def check_in_plane(subject: str, freedom: Screw) -> None:
+    """Raise unless a freedom in the world keeps a planar robot in the x-y plane."""
+    leaving = [*freedom.axis[:2] * freedom.turns, *freedom.axis[2:] * freedom.slides]
+    if np.linalg.norm(leaving) <= _OUT_OF_PLANE:
+        return
+    expected = "a joint that turns about z of the world or slides across it, not both"
+    if not freedom.slides:
+        expected = "an axis along z of the world"
+    elif not freedom.turns:
+        expected = "a direction in the x-y plane of the world"
+    raise InputError(
+        f"{'axis' if freedom.turns else 'direction'} of {subject}",
+        got=[round(float(part), 6) + 0.0 for part in freedom.axis],
+        expected=expected,
+        hint="planar robots move in the x-y plane; leave planar: out for any other",
+    )
 
 
 def _no_direction(subject: str, value: Entries) -> InputError:

@@ -30,8 +30,8 @@ class Coupling:
     Attributes
     ----------
     terms : tuple of (str, float or formula)
-        Names of revolute, prismatic or helical joints of the chain, with their factors. s is a
-        length or an angle as the coordinate of the first is; the factors of others convert theirs.
+        Names of joints of the chain that have one coordinate, with their factors. s is a length or
+        an angle as the coordinate of the first is; the factors of others convert theirs.
     role : Locked or Actuated
         Locked by a gear, rigid or with a stiffness against s; actuated where s is what a drive
         moves.
@@ -221,7 +221,7 @@ def _check_joints(own: Coupling, joints: Mapping[str, tuple[int, Any]]) -> None:
             raise InputError(
                 f"joint {name!r} of {own.name!r}",
                 got=kind,
-                expected="a revolute, prismatic or helical joint",
+                expected="a joint with one coordinate",
                 hint="write its freedoms as joints one after the other",
             )
 

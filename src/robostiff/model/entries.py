@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, TypeVar
+from functools import cached_property
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_number, is_formula
 
-Symbolic = Any
-"""A robot or linkage: it has `name`, `nominal`, `symbols` and `has_formulas`."""
-OfSymbols = TypeVar("OfSymbols", bound=Symbolic)
+OfSymbols = TypeVar("OfSymbols", bound="Symbolic")
 
 # Limits and laws of drives and nominal values of symbols are not part of a formula.
 _NO_ENTRIES = frozenset(("limits", "nominal", "laws"))
@@ -106,62 +105,122 @@ def free_symbols(robot: Any) -> tuple[Any, ...]:
     return tuple(sorted(found, key=str))
 
 
-def substitute(robot: OfSymbols, values: Mapping[Any, Any]) -> OfSymbols:
-    """The robot with values in place of some of its symbols, see `Robot.substituted`."""
-    by_name: dict[str, list[Any]] = {}
-    for symbol in robot.symbols:
-        by_name.setdefault(str(symbol), []).append(symbol)
-    chosen = {}
-    for name, value in values.items():
-        if str(name) not in by_name:
+class Symbolic:
+    """A robot or linkage: its entries are numbers or formulas."""
+
+    name: str
+    nominal: Mapping[str, float]
+
+    @cached_property
+    def symbols(self) -> tuple[Any, ...]:
+        """The SymPy symbols that its formulas depend on, sorted by name."""
+        return free_symbols(self)
+
+    @cached_property
+    def has_formulas(self) -> bool:
+        """Whether any entry is a formula, be it an exact number."""
+        return any(True for _ in formulas(self))
+
+    @cached_property
+    def numeric(self) -> Self:
+        """The same with all symbols at their nominal values.
+
+        Raises
+        ------
+        InputError
+            When a symbol has none.
+
+        Examples
+        --------
+        >>> from robostiff.robots import load
+        >>> load("planar-link", symbols=("L",)).numeric.legs[0].chain.elements[0].to
+        array([0.5, 0. , 0. ])
+        """
+        if not self.has_formulas:
+            return self
+        missing = [str(symbol) for symbol in self.symbols if str(symbol) not in self.nominal]
+        if missing:
             raise InputError(
-                f"symbol of the robot {robot.name!r}",
-                got=str(name),
-                expected=", ".join(by_name) or "none, as it has no symbols",
+                f"symbols of the robot {self.name!r}",
+                got=", ".join(missing),
+                expected="a nominal value for each",
+                hint=f"write robot.substituted({{{missing[0]!r}: ...}})",
             )
-        for symbol in by_name[str(name)]:
-            chosen[symbol] = _allowed(symbol, exact_number(value))
-    left = set().union(
-        set(robot.symbols) - chosen.keys(), *(value.free_symbols for value in chosen.values())
-    )
+        names = map(str, self.symbols)
+        return self.substituted({name: self.nominal[name] for name in names})
 
-    def put_in(entry: Any) -> Any:
-        if isinstance(entry, float):
-            return entry
-        value = entry.xreplace(chosen)
-        # While symbols are left, numbers beside them stay exact.
-        return value if left else _number(value, entry)
+    @cached_property
+    def in_floats(self) -> Self:
+        """The same with floats in place of exact numbers: itself where it has none.
 
-    given = set(map(str, chosen))
-    nominal = {name: value for name, value in robot.nominal.items() if name not in given}
-    return replace(with_entries(robot, put_in), nominal=nominal)
-
-
-def numeric(robot: OfSymbols) -> OfSymbols:
-    """The robot with all symbols at their nominal values, see `Robot.numeric`."""
-    missing = [str(symbol) for symbol in robot.symbols if str(symbol) not in robot.nominal]
-    if missing:
+        Raises
+        ------
+        InputError
+            When it has symbols.
+        """
+        if not self.has_formulas:
+            return self
+        if not self.symbols:
+            return self.substituted({})
+        names = [str(symbol) for symbol in self.symbols]
         raise InputError(
-            f"symbols of the robot {robot.name!r}",
-            got=", ".join(missing),
-            expected="a nominal value for each",
-            hint=f"write robot.substituted({{{missing[0]!r}: ...}})",
+            f"robot {self.name!r}",
+            got="symbols without a number: " + ", ".join(names),
+            expected="numbers throughout",
+            hint=f"write robot.substituted({{{names[0]!r}: ...}}), robot.numeric for the values of "
+            "the model file, or rs.derive(robot) for formulas",
         )
-    return substitute(robot, {str(symbol): robot.nominal[str(symbol)] for symbol in robot.symbols})
 
+    def substituted(self, values: Mapping[Any, Any]) -> Self:
+        """The same with values in place of some of its symbols.
 
-def in_floats(robot: OfSymbols) -> OfSymbols:
-    """The robot with floats in place of exact numbers, see `Robot.in_floats`."""
-    if not robot.symbols:
-        return substitute(robot, {})
-    names = [str(symbol) for symbol in robot.symbols]
-    raise InputError(
-        f"robot {robot.name!r}",
-        got="symbols without a number: " + ", ".join(names),
-        expected="numbers throughout",
-        hint=f"write robot.substituted({{{names[0]!r}: ...}}), robot.numeric for the values of the "
-        "model file, or rs.derive(robot) for formulas",
-    )
+        Parameters
+        ----------
+        values : mapping of str or Symbol to float or formula
+            In SI units.
+
+        Returns
+        -------
+        Robot or Linkage
+            All floats when no symbol is left; otherwise numbers beside formulas stay exact.
+
+        Raises
+        ------
+        InputError
+            When a name is no symbol of the robot, or a formula has no real value there.
+
+        Examples
+        --------
+        >>> from robostiff.robots import load
+        >>> load("planar-link", symbols=("L",)).substituted({"L": 0.4}).symbols
+        ()
+        """
+        by_name: dict[str, list[Any]] = {}
+        for symbol in self.symbols:
+            by_name.setdefault(str(symbol), []).append(symbol)
+        chosen = {}
+        for name, value in values.items():
+            if str(name) not in by_name:
+                raise InputError(
+                    f"symbol of the robot {self.name!r}",
+                    got=str(name),
+                    expected=", ".join(by_name) or "none, as it has no symbols",
+                )
+            for symbol in by_name[str(name)]:
+                chosen[symbol] = _allowed(symbol, exact_number(value))
+        left = set(self.symbols) - chosen.keys()
+        left = left.union(*(value.free_symbols for value in chosen.values()))
+
+        def put_in(entry: Any) -> Any:
+            if isinstance(entry, float):
+                return entry
+            value = entry.xreplace(chosen)
+            # While symbols are left, numbers beside them stay exact.
+            return value if left else _number(value, entry)
+
+        given = set(map(str, chosen))
+        nominal = {name: value for name, value in self.nominal.items() if name not in given}
+        return replace(with_entries(self, put_in), nominal=nominal)  # pyright: ignore
 
 
 def _allowed(symbol: Any, value: Any) -> Any:

@@ -15,12 +15,11 @@ from robostiff.model.checks import (
     axis_across,
     checked_stiffness,
     finite_coordinates,
-    nonzero_length,
     unit_vector,
 )
 from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import Screw, full_turn, refuse_quantities
-from robostiff.spatial.formula import Entries
+from robostiff.spatial.formula import Entries, is_formula, is_possible
 
 
 class JointKind(Enum):
@@ -171,9 +170,18 @@ def helical(
     0.005
     """
     direction = unit_vector("axis of the helical joint", axis)
-    advance = nonzero_length("pitch of the helical joint", pitch)
+    advance = _advance("pitch of the helical joint", pitch)
     freedoms = (Screw(direction, np.zeros(3), advance / full_turn(advance)),)
     return Joint(JointKind.HELICAL, freedoms, role, tuple(home), name)
+
+
+def joint_of(freedom: Screw, role: Role) -> Joint:
+    """Joint of a single freedom, of the kind that it is."""
+    if not freedom.turns:
+        kind = JointKind.PRISMATIC
+    else:
+        kind = JointKind.HELICAL if freedom.slides else JointKind.REVOLUTE
+    return Joint(kind, (freedom,), role)
 
 
 def universal(
@@ -223,6 +231,21 @@ def planar(normal: Entries, role: Role, *, home: Sequence[Any] = (), name: str =
     first = unit_vector("slide", start - n * (n @ start))
     freedoms = (_slide(first), _slide(np.cross(n, first)), _turn(n))
     return Joint(JointKind.PLANAR, freedoms, role, tuple(home), name)
+
+
+def _advance(subject: str, value: Any) -> Any:
+    """A finite length per turn of either sign, as a float or a formula."""
+    expected = "a finite length per turn, not zero [m]"
+    refuse_quantities(subject, value, expected)
+    if is_formula(value):
+        fits = is_possible(value) and getattr(value, "is_zero", None) is not True
+    else:
+        fits = np.isfinite(value) and value != 0
+    if not fits:
+        raise InputError(
+            subject, got=value, expected=expected, hint="a joint of no pitch is a revolute joint"
+        )
+    return value if is_formula(value) else float(value)
 
 
 def _turn(axis: np.ndarray) -> Screw:

@@ -15,7 +15,7 @@ from robostiff.markup import InNotebooks
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
 from robostiff.model.checks import vector3
-from robostiff.model.entries import formulas, free_symbols, in_floats, numeric, substitute
+from robostiff.model.entries import Symbolic
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.in_words import robot_html
 from robostiff.model.mass import Mass, gravity_vector, masses_of
@@ -89,7 +89,7 @@ class Leg:
 
 
 @dataclass(frozen=True, repr=False)
-class Robot(InNotebooks):
+class Robot(InNotebooks, Symbolic):
     """A serial or parallel robot.
 
     Its dimensions, elastic constants and home coordinates are numbers or SymPy formulas.
@@ -227,70 +227,6 @@ class Robot(InNotebooks):
     def is_serial(self) -> bool:
         """Whether it has one leg."""
         return len(self.legs) == 1
-
-    @cached_property
-    def symbols(self) -> tuple[Any, ...]:
-        """The SymPy symbols that its formulas depend on, sorted by name."""
-        return free_symbols(self)
-
-    @cached_property
-    def has_formulas(self) -> bool:
-        """Whether any entry is a formula, be it an exact number."""
-        return any(True for _ in formulas(self))
-
-    @cached_property
-    def numeric(self) -> Robot:
-        """The robot with all symbols at their nominal values.
-
-        Raises
-        ------
-        InputError
-            When a symbol has none.
-
-        Examples
-        --------
-        >>> from robostiff.robots import load
-        >>> load("planar-link", symbols=("L",)).numeric.legs[0].chain.elements[0].to
-        array([0.5, 0. , 0. ])
-        """
-        return numeric(self) if self.has_formulas else self
-
-    @cached_property
-    def in_floats(self) -> Robot:
-        """The robot with floats in place of exact numbers: itself where it has none.
-
-        Raises
-        ------
-        InputError
-            When it has symbols.
-        """
-        return in_floats(self) if self.has_formulas else self
-
-    def substituted(self, values: Mapping[Any, Any]) -> Robot:
-        """The robot with values in place of some of its symbols.
-
-        Parameters
-        ----------
-        values : mapping of str or Symbol to float or formula
-            In SI units.
-
-        Returns
-        -------
-        Robot
-            All floats when no symbol is left; otherwise numbers beside formulas stay exact.
-
-        Raises
-        ------
-        InputError
-            When a name is no symbol of the robot, or a formula has no real value there.
-
-        Examples
-        --------
-        >>> from robostiff.robots import load
-        >>> load("planar-link", symbols=("L",)).substituted({"L": 0.4}).symbols
-        ()
-        """
-        return substitute(self, values)
 
     @property
     def is_posed_by_joints(self) -> bool:

@@ -16,7 +16,8 @@ from robostiff.io.suggest import Words
 
 _SERVE = Path(__file__).with_name("serve.py")
 # What may be asked of it; these scripts import nothing of this package.
-EXPAND_XACRO, COMPILE_MJCF = map(_SERVE.with_name, ("expand_xacro.py", "compile_mjcf.py"))
+_TASKS = ("expand_xacro.py", "compile_mjcf.py", "read_hdf5.py")
+EXPAND_XACRO, COMPILE_MJCF, READ_HDF5 = map(_SERVE.with_name, _TASKS)
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from robostiff.errors import FileError, Location
-from robostiff.io.document.document import Builder, Document, Limits, Mark
+from robostiff.io.document.document import Builder, Document, DocumentPlace, Limits, Mark
 from robostiff.io.document.yaml_text import integer, line_and_column, parse_yaml
 from robostiff.io.suggest import Words
 
-__all__ = ["Document", "Limits", "parse_document", "read_document"]
+__all__ = ["Document", "DocumentPlace", "Limits", "parse_document", "read_document"]
 
 
 # a string (perhaps not closed), a bracket, a comma, a colon, or a run of anything else

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import getitem
+from typing import Any, Self
 
-from robostiff.errors import FileError, Location
-from robostiff.io.suggest import Words
+import numpy as np
+
+from robostiff.errors import FileError, InputError, Location
+from robostiff.io.suggest import Words, did_you_mean, listing
 
 
 @dataclass(frozen=True)
@@ -279,3 +284,78 @@ class Builder:
                 entries[name] = value
                 marks[name] = mark
                 top.key = None
+
+
+@dataclass(frozen=True)
+class DocumentPlace:
+    """A path in a document, at which errors are located."""
+
+    document: Document
+    path: tuple[str | int, ...] = ()
+
+    def at(self, *steps: str | int) -> Self:
+        """A place further down."""
+        return replace(self, path=(*self.path, *steps))
+
+    def __truediv__(self, step: str | int) -> Self:
+        """The place of an entry."""
+        return self.at(step)
+
+    @property
+    def value(self) -> Any:
+        """What the document says here."""
+        return reduce(getitem, self.path, self.document.data)
+
+    def error(
+        self,
+        subject: str,
+        *,
+        got: Any = None,
+        expected: str | None = None,
+        hint: str | None = None,
+        key: bool = False,
+    ) -> FileError:
+        """An error about the value here, or about its key."""
+        locate = self.document.key_location if key else self.document.location
+        got = got.tolist() if isinstance(got, np.ndarray) else got
+        return FileError(locate(self.path), subject, got=got, expected=expected, hint=hint)
+
+    def unknown(
+        self,
+        subject: str,
+        name: str,
+        known: Iterable[str],
+        *,
+        what: str = "one of",
+        most: int = 60,
+        key: bool = False,
+    ) -> FileError:
+        """An error about a name that is none of those known."""
+        names = list(known)
+        hint = did_you_mean(name, names)
+        return self.error(
+            subject, got=name, expected=f"{what} {listing(names, most)}", hint=hint, key=key
+        )
+
+    @contextmanager
+    def complaints(self, hint: str | None = None) -> Iterator[None]:
+        """Give errors from within this location, unless they have one.
+
+        Their hint is for Python; `hint` replaces it for files. Overflow is found by the checks.
+        """
+        try:
+            with np.errstate(all="ignore"):
+                yield
+        except FileError:
+            raise
+        except InputError as error:
+            raise self.error(
+                error.subject,
+                got=self._as_given(error.got),
+                expected=error.expected,
+                hint=hint or error.hint,
+            ) from None
+
+    def _as_given(self, got: Any) -> Any:
+        """As the file has it, not as it was when it had become an array."""
+        return self.value if isinstance(got, list | np.ndarray) else got

@@ -6,16 +6,14 @@ import hashlib
 import json
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.analysis.maps.dataset import open_map
-from robostiff.errors import InputError, needs_extra
-from robostiff.io.map_files import hdf5_trial
+from robostiff.errors import FileError, InputError, Location, needs_extra
+from robostiff.io.child_process import READ_HDF5, ProcessLimits, answer_of
 from robostiff.io.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -26,6 +24,7 @@ _FLAGS = ("flag_masks", "flag_values")
 _SEAL = re.compile(rb"\nrobostiff map, sha256 of all before: ([0-9a-f]{64})\n\Z")
 _SEAL_BYTES = len(b"\nrobostiff map, sha256 of all before: \n") + 64
 _SECONDS, _BYTES_A_SECOND = 20, 5_000_000
+_MOST_EXPANSION = 1100  # of deflate
 
 
 def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> None:
@@ -124,18 +123,13 @@ def _seal_holds(path: Path, size: int) -> bool | None:
 
 def _try_elsewhere(path: Path, size: int) -> None:
     """Read all of a file in a process with limits on memory and time."""
-    seconds = _SECONDS + size // _BYTES_A_SECOND
-    program = [sys.executable, "-P", hdf5_trial.__file__, str(path), str(size), str(seconds)]
+    expanded = _MOST_EXPANSION * size
+    limits = ProcessLimits(2**31 + expanded, _SECONDS + size // _BYTES_A_SECOND)
+    request = {"path": str(path), "expanded": expanded}
     try:
-        tried = subprocess.run(  # noqa: S603
-            program, capture_output=True, timeout=2 * seconds, check=False, stdin=subprocess.DEVNULL
-        )
-    except subprocess.TimeoutExpired:
-        raise _damaged(path, "contents that HDF5 cannot read in limited time") from None
-    if tried.returncode:
-        lines = tried.stderr.decode(errors="replace").strip().splitlines()
-        reason = lines[-1] if tried.returncode == 1 and lines else f"status {tried.returncode}"
-        raise _damaged(path, f"contents that HDF5 cannot read ({reason})")
+        answer_of(READ_HDF5, request, Location(str(path)), "map", "HDF5", limits)
+    except FileError as error:
+        raise _damaged(path, f"contents that HDF5 cannot read ({error.got})") from None
 
 
 def _damaged(path: Path, what: str) -> InputError:

@@ -5,14 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.build_chain import build_legs
-from robostiff.io.model_file.build_joint import build_joint, with_written_laws
 from robostiff.io.model_file.build_link import build_gravity, build_platform_masses
 from robostiff.io.model_file.build_machine import (
     ModuleFiles,
@@ -27,6 +23,7 @@ from robostiff.io.model_file.build_platform import (
     check_body_springs,
     check_platform,
 )
+from robostiff.io.model_file.joints import WrittenOneAxisJoint, build_joint, with_written_laws
 from robostiff.io.model_file.place import Place, point, top_place, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.symbols import (
@@ -35,7 +32,6 @@ from robostiff.io.model_file.symbols import (
     completed,
     symbolic_values,
 )
-from robostiff.io.model_file.written_elements import WrittenOneAxisJoint
 from robostiff.io.model_file.written_robot import (
     WrittenArm,
     WrittenDHRow,
@@ -63,12 +59,8 @@ from robostiff.model import (
     Robot,
     serial_arm,
 )
+from robostiff.model.checks import check_in_plane
 from robostiff.spatial import Space
-
-if TYPE_CHECKING:
-    from robostiff.model import Robot
-
-_ACROSS = 1e-9
 
 
 def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> Robot:
@@ -113,25 +105,8 @@ def _check_plane(place: Place, leg: Leg) -> None:
     }
     for element, where in leg.chain.moving:
         for freedom in freedoms[where]:
-            turns = freedom.turns
-            if turns and freedom.slides:
-                raise (place / "chain" / numbers[id(element)]).error(
-                    f"{element.name} in a planar robot",
-                    got=Words("a helical joint"),
-                    expected="joints that turn about z of the world or slide across it",
-                    hint="planar robots move in the x-y plane; leave planar: out for any other",
-                )
-            across, along = np.linalg.norm(freedom.axis[:2]), abs(freedom.axis[2])
-            if (across if turns else along) <= _ACROSS:
-                continue
-            raise (place / "chain" / numbers[id(element)]).error(
-                f"{'axis' if turns else 'direction'} of {element.name} in a planar robot",
-                got=Words(str([round(float(part), 6) + 0.0 for part in freedom.axis])),
-                expected="an axis along z of the world"
-                if turns
-                else "a direction in the x-y plane of the world",
-                hint="planar robots move in the x-y plane; leave planar: out for any other",
-            )
+            with (place / "chain" / numbers[id(element)]).complaints():
+                check_in_plane(f"{element.name} in a planar robot", freedom)
 
 
 _PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)

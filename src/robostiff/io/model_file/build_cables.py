@@ -8,7 +8,7 @@ import numpy as np
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document
-from robostiff.io.model_file.build_chain import named_copies
+from robostiff.io.model_file.build_chain import each_of
 from robostiff.io.model_file.place import Place, point, top_place, transform, vector
 from robostiff.io.model_file.written_robot import (
     WrittenCableBody,
@@ -77,7 +77,10 @@ def cable_robot_from_document(
     with top.complaints():
         return CableRobot(
             name=written.name,
-            cables=_cables(top / "cables", written, top / "tensions"),
+            cables=tuple(
+                _cable(here, part, name, top / "tensions", written.tensions)
+                for name, here, part in each_of(top / "cables", written.cables, "cable")
+            ),
             home=transform(top / "home", written.home),
             weight=_weight(top / "weight", written.weight),
             reference_point=point(top / "reference_point", written.reference_point),
@@ -95,21 +98,6 @@ def _weight(place: Place, written: WrittenWeight | None) -> Weight | None:
         return None
     force = vector(place / "force", written.force, Dimension.FORCE)
     return Weight(force, point(place / "at", written.at))
-
-
-def _cables(place: Place, written: WrittenCableRobot, limits: Place) -> tuple[Cable, ...]:
-    cables = written.cables
-    if isinstance(cables, list):
-        parts = [(place / i, part) for i, part in enumerate(cables)]
-    else:
-        parts = [(place, cables)]
-    built: dict[str, Cable] = {}
-    for where, part in parts:
-        for name, named_at, here in named_copies(where, part, "cable"):
-            if name in built:
-                raise named_at.error("name of a cable", got=name, expected="each name once")
-            built[name] = _cable(here, part, name, limits, written.tensions)
-    return tuple(built.values())
 
 
 def _cable(

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar, cast
 
 from robostiff.io.expression import ParameterError, Parameters
-from robostiff.io.model_file.build_joint import build_joint, coupled_chain
 from robostiff.io.model_file.build_link import (
     build_beam,
     build_link,
@@ -16,13 +15,12 @@ from robostiff.io.model_file.build_link import (
     build_telescope,
 )
 from robostiff.io.model_file.build_platform import build_attachment
+from robostiff.io.model_file.couplings import WrittenCoupling, coupled_chain
+from robostiff.io.model_file.joints import build_joint
 from robostiff.io.model_file.place import Place, point, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_elements import (
     WrittenBeam,
-    WrittenBranch,
-    WrittenBranchPattern,
-    WrittenCoupling,
     WrittenElement,
     WrittenLink,
     WrittenParallel,
@@ -33,7 +31,7 @@ from robostiff.io.model_file.written_elements import (
 )
 from robostiff.io.model_file.written_parts import WrittenCopy, WrittenCount, WrittenRepeat
 from robostiff.io.model_file.written_robot import WrittenLeg, WrittenLegBody, WrittenPattern
-from robostiff.io.suggest import Words
+from robostiff.io.suggest import Words, numbered
 from robostiff.model import Branch, Chain, Elbow, Element, Leg, ParallelBlock, parallelogram
 
 
@@ -57,8 +55,28 @@ class Named(Protocol):
     name: str
 
 
-def named_copies(
-    place: Place, written: Named | WrittenRepeat, kind: str = "leg"
+Part = TypeVar("Part", bound="Named | WrittenRepeat")
+
+
+def each_of(
+    place: Place, written: list[Part] | Part, kind: str
+) -> Iterator[tuple[str, Place, Part]]:
+    """Everything of one kind that is written at a place, copies included: name, place, keys."""
+    if isinstance(written, list):
+        parts = [(place / i, own) for i, own in enumerate(cast("list[Part]", written))]
+    else:
+        parts = [(place, cast("Part", written))]
+    taken = set()
+    for where, own in parts:
+        for name, named_at, here in _named_copies(where, own, kind):
+            if name in taken:
+                raise named_at.error(f"name of a {kind}", got=name, expected="each name once")
+            taken.add(name)
+            yield name, here, own
+
+
+def _named_copies(
+    place: Place, written: Named | WrittenRepeat, kind: str
 ) -> Iterator[tuple[str, Place, Place]]:
     """For one of a kind, or each copy of a repeated one: its name, where that is, its own place."""
     if not isinstance(written, WrittenRepeat):
@@ -137,7 +155,13 @@ def build_chain(place: Place, own: WrittenChain, stock: Stock) -> Chain:
         raise (place / _MOST_ELEMENTS).error(
             "elements of a chain", got=len(written), expected=f"at most {_MOST_ELEMENTS}"
         )
-    names = _element_names(place, written)
+    given = [element.name for element in written]
+    for i, name in enumerate(given):
+        if name is not None and name in given[:i]:
+            raise (place / i / "name").error(
+                "name of an element", got=name, expected="each name once in a chain"
+            )
+    names = numbered(given, [element.type for element in written])
     elements = [
         build_element(place / i, element, name, stock)
         for i, (element, name) in enumerate(zip(written, names, strict=True))
@@ -175,7 +199,15 @@ def _block(
         _refuse_many(place, 2 * _parts(chain))
         with (place / "across").complaints():
             return parallelogram(chain, across, name=name)
-    branches = tuple(_branches(place / "branches", written.branches, stock))
+    branches = tuple(
+        Branch(
+            own,
+            transform(here / "start", part.start),
+            build_chain(here, part, stock),
+            transform(here / "end", part.end),
+        )
+        for own, here, part in each_of(place / "branches", written.branches, "branch")
+    )
     _refuse_many(place, sum(_parts(branch.chain) for branch in branches))
     with (place / "branches").complaints(hint="write at least two branches"):
         return ParallelBlock(branches, name)
@@ -202,47 +234,6 @@ def _refuse_many(place: Place, parts: int) -> None:
         )
 
 
-def _branches(
-    place: Place,
-    written: list[WrittenBranch | WrittenBranchPattern] | WrittenBranchPattern,
-    stock: Stock,
-) -> Iterator[Branch]:
-    if isinstance(written, WrittenBranchPattern):
-        parts = [(place, written)]
-    else:
-        parts = [(place / i, part) for i, part in enumerate(written)]
-    taken = set()
-    for where, part in parts:
-        for name, named_at, here in named_copies(where, part, "branch"):
-            if name in taken:
-                raise named_at.error("name of a branch", got=name, expected="each name once")
-            taken.add(name)
-            yield Branch(
-                name,
-                transform(here / "start", part.start),
-                build_chain(here, part, stock),
-                transform(here / "end", part.end),
-            )
-
-
-def _element_names(place: Place, chain: list[WrittenElement]) -> list[str]:
-    """A name for each element: its own, or its type and a number."""
-    names: list[str] = []
-    count: dict[str, int] = {}
-    own = {element.name for element in chain}
-    for i, element in enumerate(chain):
-        name = element.name
-        if name in names:
-            raise (place / i / "name").error(
-                "name of an element", got=name, expected="each name once in a chain"
-            )
-        while name is None or (element.name is None and name in own):
-            count[element.type] = count.get(element.type, 0) + 1
-            name = f"{element.type}{count[element.type]}"
-        names.append(name)
-    return names
-
-
 MOST_LEGS = 200
 
 
@@ -250,21 +241,14 @@ def build_legs(
     place: Place, written: list[WrittenLeg | WrittenPattern] | WrittenPattern, stock: Stock
 ) -> list[tuple[Place, Leg]]:
     """The legs that are written at a place, each with its own place."""
-    if isinstance(written, WrittenPattern):
-        parts = [(place, written)]
-    else:
-        parts = [(place / i, part) for i, part in enumerate(written)]
-    built: dict[str, tuple[Place, Leg]] = {}
-    for where, part in parts:
-        for name, named_at, here in named_copies(where, part):
-            if name in built:
-                raise named_at.error("name of a leg", got=name, expected="each name once")
-            if len(built) == MOST_LEGS:
-                raise here.error(
-                    "legs", got=Words(f"more than {MOST_LEGS}"), expected=f"at most {MOST_LEGS}"
-                )
-            built[name] = here, build_leg(here, part, name, stock)
-    return list(built.values())
+    built: list[tuple[Place, Leg]] = []
+    for name, here, part in each_of(place, written, "leg"):
+        if len(built) == MOST_LEGS:
+            raise here.error(
+                "legs", got=Words(f"more than {MOST_LEGS}"), expected=f"at most {MOST_LEGS}"
+            )
+        built.append((here, build_leg(here, part, name, stock)))
+    return built
 
 
 def build_leg(place: Place, written: WrittenLegBody, name: str, stock: Stock) -> Leg:

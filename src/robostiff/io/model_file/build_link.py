@@ -18,7 +18,7 @@ from robostiff.elasticity import (
     moved,
     tapered_compliance,
 )
-from robostiff.io.model_file.build_joint import build_role
+from robostiff.io.model_file.joints import build_role
 from robostiff.io.model_file.place import Place, axes_of, direction, point, rotation
 from robostiff.io.model_file.stock import Stock, read_theory
 from robostiff.io.model_file.written_elements import (

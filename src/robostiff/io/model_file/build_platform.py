@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from robostiff.errors import FileError
 from robostiff.io.model_file.build_link import build_elasticity
 from robostiff.io.model_file.place import Place, axes_of, direction, point, transform
 from robostiff.io.model_file.stock import Stock, read_theory
@@ -19,7 +18,7 @@ from robostiff.io.model_file.written_elements import (
     WrittenPlatformSpring,
 )
 from robostiff.io.model_file.written_robot import WrittenBodySpring
-from robostiff.io.suggest import Words, did_you_mean, listing
+from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.kinematics import find_posture, with_body_springs
 from robostiff.model import (
@@ -64,7 +63,7 @@ def build_platform(
             )
         parts.append(_part(here, name, member, nodes, stock))
     if written.tool not in nodes:
-        raise _unknown(place / "tool", "tool of the platform", written.tool, nodes)
+        raise (place / "tool").unknown("tool of the platform", written.tool, nodes)
     with place.complaints():
         return FlexiblePlatform(tuple(nodes.values()), tuple(parts), written.tool)
 
@@ -106,15 +105,9 @@ def attached(
     for name, node in written.legs.items():
         here = top / "legs" / name
         if name not in names:
-            raise here.error(
-                "leg on the platform",
-                got=name,
-                expected=f"one of {listing(names)}",
-                hint=did_you_mean(name, names),
-                key=True,
-            )
+            raise here.unknown("leg on the platform", name, names, key=True)
         if node not in written.nodes:
-            raise _unknown(here, "node that holds the leg", node, written.nodes)
+            raise here.unknown("node that holds the leg", node, written.nodes)
     named = known or [written.legs.get(name) for name in names]
     return [
         (place, _held(place / "platform", leg, platform, node))
@@ -145,7 +138,7 @@ def _part(
 ) -> PlatformPart:
     for i, node in enumerate(written.between):
         if node not in nodes:
-            raise _unknown(place / "between" / i, "node of the platform", node, nodes)
+            raise (place / "between" / i).unknown("node of the platform", node, nodes)
     a, b = (nodes[node] for node in written.between)
     if a is b:
         raise (place / "between" / 1).error(
@@ -176,13 +169,6 @@ def _part(
 def _same(one: np.ndarray, other: np.ndarray) -> bool:
     gap = one - other
     return vanishes(gap) if gap.dtype == object else not np.any(gap)
-
-
-def _unknown(place: Place, what: str, name: str, nodes: Iterable[str]) -> FileError:
-    names = list(nodes)
-    return place.error(
-        what, got=name, expected=f"one of {listing(names)}", hint=did_you_mean(name, names)
-    )
 
 
 def build_body_springs(

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError
-from robostiff.io.document import Document
+from robostiff.errors import FileError
+from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, Parameters, parse
 from robostiff.io.expression.parser import Literal, Negative
 from robostiff.io.model_file.written_parts import WrittenAxes, WrittenFrame, WrittenRotation
@@ -40,19 +39,13 @@ _LEAST_OF = {Dimension.LENGTH: 1e-12, Dimension.AREA: 1e-24, Dimension.SECOND_MO
 _parsed = lru_cache(maxsize=4096)(parse)
 
 
-@dataclass(frozen=True)
-class Place:
+@dataclass(frozen=True, kw_only=True)
+class Place(DocumentPlace):
     """A location in a document, with the values of names there."""
 
-    document: Document
     names: Mapping[str, Quantity]  # parameters and, in repeated legs, the variables of the copy
-    path: tuple[str | int, ...] = ()
     leg: str = ""  # the copy of a repeated leg that is being built
     mathematics: Mathematics = FLOATS  # of floats, or of exact formulas
-
-    def __truediv__(self, step: str | int) -> Place:
-        """The place of an entry."""
-        return replace(self, path=(*self.path, step))
 
     @property
     def is_exact(self) -> bool:
@@ -111,23 +104,13 @@ class Place:
             quantity = _parsed(value).evaluate(self.names, self.mathematics)
         return same_dimension(quantity, make_quantity(1.0, make_unit({"m": 1})))
 
-    def error(
-        self,
-        subject: str,
-        *,
-        got: Any = None,
-        expected: str | None = None,
-        hint: str | None = None,
-        key: bool = False,
-    ) -> FileError:
+    def error(self, subject: str, **words: Any) -> FileError:
         """An error about the value here, or about its key."""
-        document = self.document
-        place = document.key_location(self.path) if key else document.location(self.path)
-        if self.leg and self.leg not in subject:
-            subject = f"{subject} (in {self.leg})"
-        if isinstance(got, np.ndarray):
-            got = got.tolist()
-        return FileError(place, subject, got=got, expected=expected, hint=hint)
+        in_leg = self.leg and self.leg not in subject
+        return super().error(f"{subject} (in {self.leg})" if in_leg else subject, **words)
+
+    def _as_given(self, got: Any) -> Any:
+        return got
 
     def _came(self, value: str | float) -> Any:
         """What is written here; with its value, where the text is more than a quantity."""
@@ -140,21 +123,6 @@ class Place:
         return Words(
             f"{value!r}, which is {describe(expression.evaluate(self.names, self.mathematics))}"
         )
-
-    @contextmanager
-    def complaints(self, hint: str | None = None) -> Iterator[None]:
-        """Give errors from within this location, unless they have one.
-
-        Their hint is for Python; `hint` replaces it for files.
-        """
-        try:
-            yield
-        except FileError:
-            raise
-        except InputError as error:
-            raise self.error(
-                error.subject, got=error.got, expected=error.expected, hint=hint or error.hint
-            ) from None
 
 
 def top_place(
@@ -186,10 +154,10 @@ def top_place(
     except ParameterError as error:
         if error.name in overrides:
             raise  # the error is not in the file
-        raise (Place(document, {}) / "parameters" / error.name).error(
+        raise (Place(document, names={}) / "parameters" / error.name).error(
             error.subject, got=error.got, expected=error.expected, hint=error.hint
         ) from None
-    return Place(document, names, mathematics=mathematics)
+    return Place(document, names=names, mathematics=mathematics)
 
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

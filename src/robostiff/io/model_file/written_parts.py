@@ -35,6 +35,7 @@ def _value(value: Any) -> Any:
 Value = Annotated[Any, PlainValidator(_value), WithJsonSchema({"type": ["number", "string"]})]
 """A number in SI units, or an expression."""
 
+Name = Annotated[str, Field(min_length=1)]
 Vector = Annotated[list[Value], MinLen(3), MaxLen(3)]
 Pair = Annotated[list[Value], MinLen(2), MaxLen(2)]
 

@@ -1,14 +1,15 @@
 """Model files as they are written: robots of legs, arms by a table, machines, cable robots."""
 
-from typing import Annotated, Any, ClassVar, Literal, TypeVar
+from typing import Annotated, ClassVar, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document
+from robostiff.io.model_file.couplings import WrittenCoupled
+from robostiff.io.model_file.joints import WrittenLaw
 from robostiff.io.model_file.written_elements import (
     WrittenAttachment,
-    WrittenCoupled,
     WrittenElement,
     WrittenPlatform,
 )
@@ -97,17 +98,6 @@ class WrittenBodySpring(Written):
     stiffness: Value = Field(description="the stiffness, such as 2 kN/m")
     free_length: Value | None = None
     preload: Value | None = None
-
-
-def _text_or_table(value: Any) -> str:
-    return "table" if isinstance(value, list) else "text"
-
-
-WrittenLaw = Annotated[
-    Annotated[str, Tag("text")] | Annotated[list[Pair], Field(min_length=2), Tag("table")],
-    Discriminator(_text_or_table),
-]
-"""Force of a joint by its motion q: an expression, or a table of motions and forces."""
 
 
 class WrittenRobot(WrittenHead):

@@ -7,9 +7,8 @@ from dataclasses import replace
 from typing import Any, cast
 
 from robostiff.errors import InputError
-from robostiff.io.model_file.build_joint import build_role
+from robostiff.io.model_file.joints import WrittenDrive, build_role
 from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_elements import WrittenDrive
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known, chosen
 from robostiff.io.suggest import Words, shown, values

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.io.model_file.build_joint import build_joint
 from robostiff.io.model_file.build_link import build_beam, build_link, build_spring
+from robostiff.io.model_file.joints import build_joint
 from robostiff.io.model_file.place import Place, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_elements import WrittenBeam, WrittenLink, WrittenSpring

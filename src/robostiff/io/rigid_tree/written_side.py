@@ -10,16 +10,18 @@ from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from robostiff.errors import InputError
-from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_elements import (
+from robostiff.io.model_file.joints import (
     WrittenCylindrical,
-    WrittenMatrices,
     WrittenOneAxisJoint,
     WrittenPlanar,
-    WrittenSegment,
     WrittenSpherical,
-    WrittenSpring,
     WrittenUniversal,
+)
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.written_elements import (
+    WrittenMatrices,
+    WrittenSegment,
+    WrittenSpring,
 )
 from robostiff.io.model_file.written_parts import (
     Direction,
@@ -35,7 +37,7 @@ from robostiff.io.model_file.written_parts import (
     WrittenMaterial,
     WrittenSection,
 )
-from robostiff.io.suggest import did_you_mean, listing
+from robostiff.io.suggest import listing
 
 _LINK = "the name of a link"
 
@@ -169,12 +171,7 @@ _WILD = frozenset("*?[")
 def check_known(place: Place, name: str, what: str, known: Sequence[str]) -> str:
     """The name, when it is one of those known."""
     if name not in known:
-        raise place.error(
-            what,
-            got=name,
-            expected=f"one of {listing(list(known), 30)}",
-            hint=did_you_mean(name, known),
-        )
+        raise place.unknown(what, name, known, most=30)
     return name
 
 

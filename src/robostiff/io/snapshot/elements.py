@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import reduce
+from dataclasses import replace
 from itertools import pairwise
-from operator import getitem
-from typing import Any
 
 import numpy as np
 
@@ -23,8 +19,8 @@ from robostiff.elasticity import (
     elasticity_from_compliance,
     elasticity_from_stiffness,
 )
-from robostiff.errors import FileError, InputError, warn_of_slip
-from robostiff.io.document import Document
+from robostiff.errors import warn_of_slip
+from robostiff.io.document import DocumentPlace
 from robostiff.io.plausibility import question
 from robostiff.io.snapshot.format import (
     BeamData,
@@ -50,52 +46,6 @@ from robostiff.model import (
 )
 from robostiff.model.checks import rotation_matrix, unit_vector
 from robostiff.network.elements import uniform_mass
-from robostiff.spatial import Screw, full_turn
-
-
-@dataclass(frozen=True)
-class DocumentPlace:
-    """A path in a document."""
-
-    document: Document
-    path: tuple[str | int, ...] = ()
-
-    def at(self, *steps: str | int) -> DocumentPlace:
-        """A place further down."""
-        return DocumentPlace(self.document, (*self.path, *steps))
-
-    @property
-    def value(self) -> Any:
-        """What the document says here."""
-        return reduce(getitem, self.path, self.document.data)
-
-    def error(
-        self,
-        subject: str,
-        *,
-        got: Any = None,
-        expected: str | None = None,
-        hint: str | None = None,
-    ) -> FileError:
-        """A complaint about what is here."""
-        location = self.document.location(self.path)
-        return FileError(location, subject, got=got, expected=expected, hint=hint)
-
-    @contextmanager
-    def to_blame(self) -> Iterator[None]:
-        """Locate any error inside at this place; overflow is found by the checks."""
-        try:
-            with np.errstate(all="ignore"):
-                yield
-        except FileError:
-            raise
-        except InputError as error:
-            # As the file has it, not as it was when it had become an array.
-            got = self.value if isinstance(error.got, (list, np.ndarray)) else error.got
-            raise self.error(
-                error.subject, got=got, expected=error.expected, hint=error.hint
-            ) from None
-
 
 # Part of a beam's length by which the axis of a joint may miss it, with a rigid part between.
 _FAR = 0.5
@@ -127,18 +77,9 @@ def placed_freedom(
     element: PassivePart | SpringPart | FreedomPart, role: Role, name: str, place: DocumentPlace
 ) -> PlacedFreedom:
     """A joint about or along an axis in the world."""
-    with place.at("axis").to_blame():
+    with place.at("axis").complaints():
         axis = _direction("axis", element.axis)
-    pitch = {"R": 0.0, "P": None, "H": (element.pitch or 0.0) / full_turn(element.pitch)}
-    point = np.array(element.point, dtype=float)
-    return PlacedFreedom(axis, point, pitch[element.kind], name, role)
-
-
-def screw_data(screw: Screw) -> dict[str, Any]:
-    """How a file says about or along which axis a joint moves; `placed_freedom` reads it back."""
-    kind = "P" if not screw.turns else "H" if screw.slides else "R"
-    data = {"kind": kind, "point": one_pose(screw.point, 1), "axis": one_pose(screw.axis, 1)}
-    return {**data, "pitch": float(screw.pitch_per_turn)} if kind == "H" else data
+    return PlacedFreedom(axis, np.array(element.point, dtype=float), element.advance, name, role)
 
 
 def placed_beam(element: BeamData, name: str, place: DocumentPlace) -> PlacedSpring:
@@ -149,16 +90,16 @@ def placed_beam(element: BeamData, name: str, place: DocumentPlace) -> PlacedSpr
         raise place.at("end").error(
             "beam of no length", got=place.at("end").value, expected="a point other than its start"
         )
-    with place.at("end").to_blame():
+    with place.at("end").complaints():
         length = float(np.hypot.reduce(along))
         question(
             length, Dimension.LENGTH, place.document.location, place.at("end").path, in_si=True
         )
         x = _direction("direction of the beam", along)
-    with place.at("y_axis").to_blame():
+    with place.at("y_axis").complaints():
         rotation = beam_axes(x, _direction("y axis of the section", element.y_axis))
     theory: BeamTheory = EulerBernoulli() if element.shear_factor_y is None else Timoshenko()
-    with place.to_blame():
+    with place.complaints():
         section = CrossSection(
             element.A,
             element.Iy,
@@ -203,13 +144,13 @@ def _question_joint(beam: BeamPart, joint: PassivePart | SpringPart, place: Docu
 
 def placed_spring6(element: Spring6Data, name: str, place: DocumentPlace) -> PlacedSpring:
     """A spring in the world, from its matrix."""
-    with place.at("rotation").to_blame():
+    with place.at("rotation").complaints():
         rotation = rotation_matrix("rotation", element.rotation)
     if element.K is not None:
-        with place.at("K").to_blame():
+        with place.at("K").complaints():
             elasticity = elasticity_from_stiffness(element.K)
     else:
-        with place.at("compliance").to_blame():
+        with place.at("compliance").complaints():
             elasticity = elasticity_from_compliance(element.compliance or [])
     return PlacedSpring(name, np.array(element.point, dtype=float), rotation, elasticity)
 
@@ -224,7 +165,7 @@ def placed_masses(
     """
     at = None if data.at is None else np.array(data.at, dtype=float)
     if data.start is None:
-        with place.to_blame():
+        with place.complaints():
             mass = Mass(data.mass, inertia=data.inertia, name=data.name or carrier)
         for value, arm in mass.points:
             centre = (usual if at is None else at) + arm
@@ -251,17 +192,3 @@ def _direction(subject: str, value: Sequence[float] | np.ndarray) -> np.ndarray:
     vector = np.array(value, dtype=float)
     largest = np.abs(vector).max()
     return unit_vector(subject, vector / largest if 0 < largest < np.inf else value)
-
-
-def one_pose(array: np.ndarray, axes: int) -> list[Any]:
-    """The array as lists, without batch axes."""
-    value = np.asarray(array, dtype=float)
-    shape = value.shape[value.ndim - axes :]
-    if value.size != np.prod(shape):
-        raise InputError(
-            "shape of the batch of poses",
-            got=value.shape[: value.ndim - axes],
-            expected="one pose",
-            hint="a snapshot file holds one pose: write a file for each",
-        )
-    return value.reshape(shape).tolist()

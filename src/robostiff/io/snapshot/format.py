@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from robostiff.errors import InputError
 from robostiff.io.suggest import Words
+from robostiff.spatial import Screw, full_turn
 
 _LARGEST = 1e30  # far beyond any robot, and far from overflow
 Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
@@ -78,6 +79,21 @@ class ScrewData(FilePart):
             got = Words("none") if self.pitch is None else self.pitch
             raise InputError(f"pitch of a joint of kind {self.kind}", got=got, expected=wanted)
         return self
+
+    @property
+    def advance(self) -> float | None:
+        """Pitch of its screw [m/rad]."""
+        per_turn = {"R": 0.0, "P": None}.get(self.kind, self.pitch)
+        return None if per_turn is None else per_turn / full_turn(per_turn)
+
+    @staticmethod
+    def of(screw: Screw) -> dict[str, Any]:
+        """The keys of a screw but for its place."""
+        if not screw.turns:
+            return {"kind": "P"}
+        return (
+            {"kind": "H", "pitch": float(screw.pitch_per_turn)} if screw.slides else {"kind": "R"}
+        )
 
 
 class PassivePart(Chained, ScrewData):
@@ -268,7 +284,7 @@ ElementPart = Annotated[
 ]
 
 
-class LegPart(FilePart):
+class LegPart(BranchPart):
     """A chain from the base to the platform."""
 
     name: Name = Field(description="the name of the leg, unique in the file")
@@ -276,9 +292,6 @@ class LegPart(FilePart):
     chain: list[ElementPart] = Field(
         min_length=1, description="the elements from base to platform; all else is rigid"
     )
-    couplings: list[CouplingPart] = Field(default=[], description="of joints in the chain")
-    masses: list[LegMass] = Field(default=[], description="of its parts, beside their densities")
-    note: Informative = None
 
 
 class FileHead(FilePart):

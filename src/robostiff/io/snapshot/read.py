@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from robostiff.errors import FileError, InputError
-from robostiff.io.document import Document, read_document
+from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import (
-    DocumentPlace,
     beam_masses,
     placed,
     placed_masses,
@@ -26,14 +24,12 @@ from robostiff.io.snapshot.format import (
     ParallelPart,
     SnapshotFile,
 )
-from robostiff.io.suggest import did_you_mean, listing
+from robostiff.io.suggest import numbered
 from robostiff.io.validation import validate
 from robostiff.kinematics import spring_compliance
 from robostiff.kinematics.frames import coupled
 from robostiff.model import (
     Coupling,
-    Joint,
-    JointKind,
     Locked,
     PlacedBlock,
     PlacedElement,
@@ -43,7 +39,9 @@ from robostiff.model import (
     PlacedSpring,
     Snapshot,
 )
+from robostiff.model.checks import check_in_plane
 from robostiff.model.coupled_joints import Transmission, transmission
+from robostiff.model.joint import joint_of
 from robostiff.spatial import Space
 
 _IN_PLANE = list(Space.PLANAR.rows)
@@ -73,29 +71,12 @@ def _check_leg(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentPlace
     """Check a leg, or a branch of a block in it."""
     for i, element in enumerate(leg.elements):
         if isinstance(element, PlacedFreedom):
-            _check_axis(element, chain.at(i, "axis"))
+            with chain.at(i, "axis").complaints():
+                check_in_plane("a joint of a planar robot", element)
         elif isinstance(element, PlacedBlock):
             for j, branch in enumerate(element.branches):
                 _check_leg(branch, reference_point, chain.at(i, "branches", j, "chain"))
     _check_bending(leg, reference_point, chain)
-
-
-def _check_axis(freedom: PlacedFreedom, place: DocumentPlace) -> None:
-    if freedom.turns and freedom.slides:
-        raise place.error(
-            "helical joint of a planar robot",
-            got=place.value,
-            expected="joints that turn about z or slide across it",
-            hint=_SPATIAL,
-        )
-    wrong = freedom.axis[:2] if freedom.turns else freedom.axis[2:]
-    if np.abs(wrong).max() > _TOLERANCE:
-        raise place.error(
-            "axis of a joint of a planar robot",
-            got=place.value,
-            expected="an axis along z" if freedom.turns else "an axis in the x-y plane",
-            hint=_SPATIAL,
-        )
 
 
 def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentPlace) -> None:
@@ -267,11 +248,11 @@ def _placed_leg(
     """A leg or a branch; inside blocks names begin with ``block/branch/``."""
     end = np.array(part.end, dtype=float)
     chain = place.at("chain")
-    given = [element.name for element in part.chain if element.name is not None]
-    refuse_twins(given, chain, "element", [i for i, e in enumerate(part.chain) if e.name])
+    given = [element.name for element in part.chain]
+    refuse_twins(given, chain, "element")
     elements: list[PlacedElement] = []
     masses: list[PlacedMass] = []
-    names = _names(part.chain)
+    names = numbered(given, [element.type for element in part.chain])
     for i, (element, own) in enumerate(zip(part.chain, names, strict=True)):
         if isinstance(element, ParallelPart):
             elements.append(_block(element, prefix + own, chain.at(i)))
@@ -299,12 +280,7 @@ def _masses(
         yield from placed_masses(data, place, "base", np.zeros(3))
         return
     if data.after not in names:
-        raise place.at("after").error(
-            "element before a mass",
-            got=data.after,
-            expected=f"one of {listing(names)}",
-            hint=did_you_mean(data.after, names),
-        )
+        raise place.at("after").unknown("element before a mass", data.after, names)
     count = names.index(data.after) + 1
     carrier = elements[count - 1]
     if data.start is not None and not isinstance(carrier, PlacedSpring):
@@ -324,28 +300,22 @@ def _transmission(
     """How the coordinates of a leg or branch with couplings move its joints."""
     freedoms = [e for e in elements if isinstance(e, PlacedFreedom)]
     joints = {
-        freedom.name.removeprefix(prefix): (i, Joint(_kind(freedom), (freedom,), freedom.role))
+        freedom.name.removeprefix(prefix): (i, joint_of(freedom, freedom.role))
         for i, freedom in enumerate(freedoms)
     }
     couplings: list[Coupling] = []
     for i, own in enumerate(part.couplings):
-        with place.at("couplings", i).to_blame():
+        with place.at("couplings", i).complaints():
             couplings.append(Coupling(tuple(own.sum.items()), Locked(own.k), None, own.name or ""))
     try:
         with np.errstate(all="ignore"):
             return transmission(joints, len(joints), couplings)
     except InputError:
         for i in range(len(couplings) - 1):
-            with place.at("couplings", i).to_blame():
+            with place.at("couplings", i).complaints():
                 transmission(joints, len(joints), couplings[: i + 1])
-        with place.at("couplings", len(couplings) - 1).to_blame():
+        with place.at("couplings", len(couplings) - 1).complaints():
             raise
-
-
-def _kind(freedom: PlacedFreedom) -> JointKind:
-    if not freedom.turns:
-        return JointKind.PRISMATIC
-    return JointKind.HELICAL if freedom.slides else JointKind.REVOLUTE
 
 
 def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:
@@ -358,30 +328,10 @@ def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:
     return PlacedBlock(name, tuple(legs))
 
 
-def _names(chain: Sequence[ElementPart]) -> list[str]:
-    """Names of the elements; one without a name gets its type and the next free number."""
-    taken = {element.name for element in chain if element.name is not None}
-    count: Counter[str] = Counter()
-    names = []
-    for element in chain:
-        name = element.name
-        while name is None or (element.name is None and name in taken):
-            count[element.type] += 1
-            name = f"{element.type}{count[element.type]}"
-        names.append(name)
-    return names
-
-
-def refuse_twins(
-    names: Sequence[str], place: DocumentPlace, what: str, numbers: Sequence[int] | None = None
-) -> None:
-    """Raise a FileError at the second of two elements of one name.
-
-    The `place` is that of their list, in which they have `numbers` where some have no name.
-    """
+def refuse_twins(names: Sequence[str | None], place: DocumentPlace, what: str) -> None:
+    """Raise a FileError at the second of two elements of one name, in their list at a place."""
     for i, name in enumerate(names):
-        if name in names[:i]:
-            step = numbers[i] if numbers is not None else i
-            raise place.at(step, "name").error(
+        if name is not None and name in names[:i]:
+            raise place.at(i, "name").error(
                 f"name of the {what}", got=name, expected="a name that no other has"
             )

@@ -8,9 +8,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from robostiff.io.document import Document, read_document
+from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import (
-    DocumentPlace,
     beam_masses,
     placed_beam,
     placed_freedom,
@@ -26,7 +25,7 @@ from robostiff.io.snapshot.format import (
     SpringBetween,
 )
 from robostiff.io.snapshot.read import refuse_twins
-from robostiff.io.suggest import did_you_mean, listing
+from robostiff.io.suggest import numbered
 from robostiff.io.validation import validate
 from robostiff.model import Actuated, Passive, PlacedMass
 from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
@@ -144,9 +143,7 @@ def _couplings(
         for name, factor in own.sum.items():
             there = place.at("couplings", i, "sum", name)
             if name not in known:
-                expected = f"one of {listing(list(known))}"
-                hint = did_you_mean(name, known)
-                raise there.error("motion of a joint", got=name, expected=expected, hint=hint)
+                raise there.unknown("motion of a joint", name, known)
             if factor == 0:
                 raise there.error("factor", got=factor, expected="a number other than zero")
         terms = tuple((*known[name], float(factor)) for name, factor in own.sum.items())
@@ -192,21 +189,14 @@ def _check_nodes(graph: GraphPart, place: DocumentPlace) -> None:
 
 def _check_known(name: str, graph: GraphPart, place: DocumentPlace) -> None:
     if name not in graph.nodes:
-        raise place.error(
-            "node",
-            got=name,
-            expected=f"one of the nodes: {listing(list(graph.nodes))}",
-            hint=did_you_mean(name, graph.nodes),
-        )
+        raise place.unknown("node", name, graph.nodes, what="one of the nodes:")
 
 
 def _named(parts: Sequence[Between], kind: str, place: DocumentPlace) -> list[tuple[Between, str]]:
     """Elements with their names; one without a name gets its kind and the next free number."""
-    given = [part.name for part in parts if part.name is not None]
-    refuse_twins(given, place, kind, [i for i, part in enumerate(parts) if part.name])
-    numbered = (f"{kind}{i}" for i in range(1, 2 * len(parts) + 1))
-    free = (name for name in numbered if name not in given)
-    return [(part, part.name if part.name is not None else next(free)) for part in parts]
+    given = [part.name for part in parts]
+    refuse_twins(given, place, kind)
+    return list(zip(parts, numbered(given, [kind] * len(parts)), strict=True))
 
 
 def _beam(part: BeamBetween, name: str, place: DocumentPlace, space: Space) -> BeamElement:
@@ -216,7 +206,7 @@ def _beam(part: BeamBetween, name: str, place: DocumentPlace, space: Space) -> B
     ends = start, spring.point
     masses = beam_masses(part, name)
     beam = BeamElement(name, part.a, part.b, *ends, spring.rotation, compliance, masses)
-    with place.to_blame():
+    with place.complaints():
         check_fits(beam, space)
     return beam
 
@@ -228,7 +218,7 @@ def _spring(part: SpringBetween, name: str, place: DocumentPlace, space: Space) 
         masses += placed_masses(own, place.at("masses", i), name, placed.point)
     own = placed.point, placed.rotation, placed.elasticity
     spring = SpringElement(name, part.a, part.b, *own, tuple(masses))
-    with place.to_blame():
+    with place.complaints():
         check_fits(spring, space)
     return spring
 
@@ -238,6 +228,6 @@ def _joint(part: JointBetween, name: str, place: DocumentPlace, space: Space) ->
     for i, freedom in enumerate(part.dofs):
         role = Passive() if freedom.k is None else Actuated(stiffness=freedom.k)
         freedoms.append(placed_freedom(freedom, role, f"dof{i + 1}", place.at("dofs", i)))
-        with place.at("dofs", i, "axis").to_blame():
+        with place.at("dofs", i, "axis").complaints():
             check_fits(JointElement(name, part.a, part.b, (freedoms[-1],)), space)
     return JointElement(name, part.a, part.b, tuple(freedoms))

@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.elasticity import Elasticity, elasticity_from_stiffness
 from robostiff.elastostatics import chain_stiffness
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.io.snapshot.elements import one_pose, screw_data
+from robostiff.io.snapshot.format import ScrewData
 from robostiff.model import (
     CoupledFreedom,
     Locked,
@@ -26,7 +26,7 @@ from robostiff.model import (
 )
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement, Element
-from robostiff.spatial import Space
+from robostiff.spatial import Screw, Space
 
 # Part of its size by which a compliance may change when it is written as a stiffness.
 _READS_BACK = 1e-12
@@ -75,7 +75,7 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
     data["units"] = "SI: m, N, rad"
     if snapshot.space is Space.PLANAR:
         data["planar"] = True
-    data["reference_point"] = one_pose(snapshot.reference_point, 1)
+    data["reference_point"] = _one_pose(snapshot.reference_point, 1)
     data |= _gravity(snapshot)
     if snapshot.masses:
         data["masses"] = [_mass(mass) for mass in snapshot.masses]
@@ -111,7 +111,7 @@ def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
     ]
     written = dict(zip((e.name for e in elements), names, strict=True))
     couplings = list(_couplings(leg, written, held, prefix))
-    data = {"name": name, "end": one_pose(leg.end, 1), "chain": chain}
+    data = {"name": name, "end": _one_pose(leg.end, 1), "chain": chain}
     if couplings:
         data["couplings"] = couplings
     if leg.masses:
@@ -127,10 +127,10 @@ def _mass(mass: PlacedMass) -> dict[str, Any]:
     """What `placed_masses` reads back."""
     data = {"name": mass.name, "mass": float(mass.value)}
     if mass.span is None:
-        data["at"] = one_pose(mass.centre, 1)
+        data["at"] = _one_pose(mass.centre, 1)
     else:
         data["span"] = [float(part) for part in mass.span]
-    return data if mass.start is None else {**data, "start": one_pose(mass.start, 1)}
+    return data if mass.start is None else {**data, "start": _one_pose(mass.start, 1)}
 
 
 def _gravity(robot: Snapshot | Network) -> dict[str, Any]:
@@ -196,21 +196,21 @@ def _element(element: PlacedFreedom | PlacedSpring, name: str) -> dict[str, Any]
         return {
             "type": "spring6",
             "name": name,
-            "point": one_pose(element.point, 1),
-            "rotation": one_pose(element.rotation, 2),
+            "point": _one_pose(element.point, 1),
+            "rotation": _one_pose(element.rotation, 2),
             **matrix_data(element.elasticity, name),
         }
     data = {
         "type": "passive" if element.is_passive else "spring",
         "name": name,
-        **screw_data(element),
+        **_screw(element),
     }
     return data if element.is_passive else {**data, "k": element.stiffness}
 
 
 def matrix_data(elasticity: Elasticity, name: str) -> dict[str, Any]:
     """The stiffness of a spring if it says all there is to say, else its compliance."""
-    compliance = one_pose(elasticity.compliance, 2)
+    compliance = _one_pose(elasticity.compliance, 2)
     K = _stiffness(np.array(compliance), elasticity.freedoms)
     if K is not None:
         return {"K": K.tolist()}
@@ -235,6 +235,26 @@ def _stiffness(C: np.ndarray, freedoms: np.ndarray) -> np.ndarray | None:
     size = np.sqrt(np.diagonal(C))
     same = np.all(np.abs(back.compliance - C) <= _READS_BACK * np.outer(size, size))
     return K if same else None
+
+
+def _one_pose(array: np.ndarray, axes: int) -> list[Any]:
+    """The array as lists, without batch axes."""
+    value = np.asarray(array, dtype=float)
+    shape = value.shape[value.ndim - axes :]
+    if value.size != np.prod(shape):
+        raise InputError(
+            "shape of the batch of poses",
+            got=value.shape[: value.ndim - axes],
+            expected="one pose",
+            hint="a snapshot file holds one pose: write a file for each",
+        )
+    return value.reshape(shape).tolist()
+
+
+def _screw(screw: Screw) -> dict[str, Any]:
+    """About or along which axis a joint moves."""
+    data = {"point": _one_pose(screw.point, 1), "axis": _one_pose(screw.axis, 1)}
+    return {**ScrewData.of(screw), **data}
 
 
 def distinct(names: Iterable[str]) -> list[str]:
@@ -338,7 +358,7 @@ def _coupling(own: CouplingElement, names: dict[int, str]) -> dict[str, Any]:
 
 
 def _freedom(freedom: PlacedFreedom) -> dict[str, Any]:
-    return {**screw_data(freedom), "k": freedom.stiffness}
+    return {**_screw(freedom), "k": freedom.stiffness}
 
 
 def _named(parts: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -1,21 +1,30 @@
-"""A separate program that reads every value of an HDF5 file, within limits; status 0 on success.
+"""The task of the child process that tries to read an HDF5 file; imports nothing of this package.
 
-HDF5 may crash, spin or take all memory over a damaged file; what happens here, happens here only.
+HDF5 may crash, spin or take all memory over a damaged file; what happens there, happens there only.
 """
 
-import sys
-from contextlib import suppress
+from __future__ import annotations
 
-_MOST_EXPANSION = 1100  # of deflate
+from typing import Any
+
+import h5py
+
 _SPARE = 2**20
 _OBJECTS = 10_000
 
 
-def try_to_read(path: str, size: int) -> None:
-    """Read all groups, values and attributes of a file of so many bytes."""
-    import h5py
+def answer(request: dict[str, Any]) -> dict[str, Any]:
+    """Nothing, or the reason why not all groups, values and attributes can be read."""
+    try:
+        _try_to_read(request["path"], request["expanded"] + _SPARE)
+    except MemoryError:
+        raise
+    except Exception as error:  # any failure of HDF5
+        return {"refusal": f"{type(error).__name__}: {error}"}
+    return {}
 
-    room = _MOST_EXPANSION * size + _SPARE
+
+def _try_to_read(path: str, room: int) -> None:
     seen = 0
     with h5py.File(path, "r") as file:
         waiting: list[h5py.Group] = [file]
@@ -42,27 +51,3 @@ def try_to_read(path: str, size: int) -> None:
                     raise ValueError("more values than such a file can hold")
                 if thing.size and thing.id.get_storage_size():
                     thing[()]
-
-
-def limit(size: int, seconds: int) -> None:
-    """Bound memory and time of this process, where the system can."""
-    with suppress(ImportError):
-        import resource
-
-        memory = 2**31 + _MOST_EXPANSION * size
-        for kind, most in (
-            (resource.RLIMIT_AS, memory),
-            (resource.RLIMIT_CPU, seconds),
-            (resource.RLIMIT_CORE, 0),
-        ):
-            with suppress(ValueError, OSError):
-                resource.setrlimit(kind, (most, most))
-
-
-if __name__ == "__main__":
-    limit(int(sys.argv[2]), int(sys.argv[3]))
-    try:
-        try_to_read(sys.argv[1], int(sys.argv[2]))
-    except Exception as error:
-        sys.stderr.write(f"{error}\n")
-        raise SystemExit(1) from None
