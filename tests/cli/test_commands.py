@@ -135,6 +135,20 @@ def test_an_unreachable_pose_is_a_bad_status_naming_legs():
     assert any("leg 'leg2' falls short of the pose by" in line for line in found["advice"])
 
 
+def test_deflection_under_gravity_is_that_of_the_library():
+    arm, F = rs.load("six-joint-arm"), [0, 0, -150, 0, 0, 0]
+    found = answer("deflection", "six-joint-arm", "--gravity=-z")
+    np.testing.assert_allclose(found["deflection"], rs.deflection(arm, gravity="-z").twist)
+    both = ("--gravity", "0 0 -9.80665", "--wrench", "0 0 -150 N 0 0 0")
+    found = answer("deflection", "six-joint-arm", *both)
+    expected = rs.deflection(arm, wrench=F, gravity="-z").twist
+    np.testing.assert_allclose(found["deflection"], expected, rtol=1e-5)
+    assert (
+        "Fz -150 N; forces or weights at bodies" in run("deflection", "six-joint-arm", *both).stdout
+    )
+    assert "got 'none'" in run("deflection", "six-joint-arm").stderr
+
+
 def test_deflection_tells_who_bends():
     found = answer("deflection", "hexapod", "--wrench", "200 N 0 -500 0 10 N m 0")
     assert sum(part["share"] for part in found["parts"]) == pytest.approx(1)

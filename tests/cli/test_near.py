@@ -1,9 +1,14 @@
 """--near chooses a posture on the command line."""
 
 import numpy as np
+import pytest
 
 import robostiff as rs
 from robostiff.analysis.maps.dataset import open_map
+from robostiff.cli import commands_plot
+from robostiff.plot.geometry.legs import extent
+from robostiff.plot.picture import Path, Scene
+from robostiff.plot.robot_parts import unit_of
 from tests.cli.running import Running
 
 run = Running()
@@ -21,6 +26,34 @@ def test_near_chooses_the_other_posture():
     assert np.allclose(K, expected, rtol=1e-9)
     apart = K - np.array(home["stiffness"])
     assert np.abs(apart).max() > 1e-3 * np.abs(K).max()
+
+
+@pytest.mark.parametrize("what", ["robot", "ellipsoids", "deflection"])
+def test_near_chooses_the_posture_that_is_drawn(what, tmp_path, monkeypatch):
+    robot, pose = rs.load("3-rrr"), [0.02, 0.01, 0.1]
+    other = [own[-1].coordinates for own in rs.postures(robot, pose).values()]
+    words = " ".join(f"{value:.17g}" for q in other for value in q)
+    drawn: list[Scene] = []
+    monkeypatch.setattr(commands_plot, "draw", lambda picture, *_: drawn.append(picture))
+    load = ["--wrench", "100 20 3"] if what == "deflection" else []
+    command = ["plot", "3-rrr", "--what", what, "--pose", "0.02 0.01 0.1", *load]
+    for more in ([], ["--near", words]):
+        run(*command, *more, "-o", str(tmp_path / "robot.png"))
+    posed = rs.find_posture(robot, pose, near=other).snapshot.one(0)
+    factor = unit_of(extent(posed))[0]
+    elbows = factor * np.array([part.point for leg in posed.legs for part in leg.elements])
+    home, near = (
+        [item.points for item in picture.items if isinstance(item, Path)] for picture in drawn
+    )
+    size = np.ptp(elbows, axis=0).max()
+
+    def missed(lines):
+        points = np.concatenate(lines)
+        apart = np.linalg.norm(elbows[:, None, :2] - points[None, :, :2], axis=-1)
+        return apart.min(axis=1).max() / size
+
+    assert missed(near) < 1e-9
+    assert missed(home) > 1e-2
 
 
 def test_near_of_a_wrong_count():

@@ -48,9 +48,8 @@ class Method:
 class Load:
     """The load of a deflection."""
 
-    wrench: str = wrench_option(
-        "Force and moment on the platform about the reference point", default=...
-    )
+    wrench: str | None = wrench_option("Force and moment on the platform about the point --at")
+    gravity: str | None = gravity_option("weights of masses count only where it is given")
 
 
 @dataclass(frozen=True)
@@ -201,7 +200,10 @@ COMMANDS = {
         "commands:print_deflection",
         (Model, Load, Place, Answer),
         "Print deflection, elastic energy of parts and actuator loads of a robot under a load.",
-        examples=('deflection gough-stewart-b-beams --wrench "200 N 0 -500 0 0 0"',),
+        examples=(
+            'deflection gough-stewart-b-beams --wrench "200 N 0 -500 0 0 0"',
+            "deflection six-joint-arm --gravity=-z",
+        ),
         status=_STATUS,
     ),
     "equilibrium": Command(

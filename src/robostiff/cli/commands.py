@@ -12,6 +12,7 @@ from robostiff.cli.options import Answer, Length, Model, Place, Replacing
 from robostiff.cli.output import draw, picture_beside, show
 from robostiff.cli.written_arguments import (
     chosen,
+    gravity_from,
     length_from,
     loaded,
     where_from,
@@ -94,11 +95,18 @@ def print_stiffness(model: Model, place: Place, method: Method, answer: Answer) 
 
 def print_deflection(model: Model, load: Load, place: Place, answer: Answer) -> int:
     """Print the deflection under a load."""
-    from robostiff.analysis import deflection
+    from robostiff.statics import deflection
 
     robot = loaded(model, place)
-    F = wrench_from(load.wrench, robot.space)
-    result = deflection(robot, wrench=F, **where_from(robot, place))
+    if load.wrench is None and load.gravity is None:
+        raise InputError(
+            "load of a deflection",
+            got="none",
+            expected='--wrench, such as "0 0 -500 N 0 0 0", or --gravity=-z, or both',
+        )
+    F = None if load.wrench is None else wrench_from(load.wrench, robot.space)
+    g = gravity_from(load.gravity)
+    result = deflection(robot, wrench=F, gravity=g, **where_from(robot, place))
     return answered(result, answer, deflection_data, deflection_text)
 
 

@@ -85,17 +85,17 @@ def _what(subject: str, asked: Drawing) -> str:
 
 def _of_robot(what: str, robot: Any, place: Place, asked: Drawing) -> tuple[Picture, ...]:
     """The picture, and of a mode the other end of the vibration."""
-    pose = pose_from(robot, place)
+    pose, near = pose_from(robot, place), near_from(robot, place)
     if what == "robot":
-        return (picture_of_robot(robot, pose, colouring=Colouring.NAMES),)
+        return (picture_of_robot(robot, pose, colouring=Colouring.NAMES, near=near),)
     if isinstance(robot, CableRobot):
         return (_of_cables(what, robot, pose, place, asked),)
-    options: dict[str, Any] = {"at": point_from(place), "near": near_from(robot, place)}
+    options: dict[str, Any] = {"at": point_from(place), "near": near}
     if what in _OF_LOADS:
         bent = deflection(robot, pose, wrench_from(asked.wrench or "", robot.space), **options)
         if what == "energy":
             return (energy_picture(bent),)
-        return (picture_of_robot(robot, pose, bent, Colouring.PARTS),)
+        return (picture_of_robot(robot, pose, bent, Colouring.PARTS, near=near),)
     if what == "modes":
         if not isinstance(robot, Robot | Snapshot):
             raise _no_picture(what, robot, "a robot or a snapshot of legs")

@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare, cable_stiffness
 from robostiff.errors import InputError
-from robostiff.kinematics import Pose
+from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
@@ -63,6 +63,7 @@ def robot(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Pose | Mapping[str, float] = None,
     *,
+    near: Near = None,
     deflection: Deflection | CableResponse | None = None,
     colouring: Colouring = Colouring.LEGS,
     exaggeration: float | None = None,
@@ -75,6 +76,8 @@ def robot(
     robot : Robot, Snapshot, Network, Linkage or CableRobot
     pose : RigidTransform, array, JointCoordinates, mapping of str to float, or None
         One pose, as for `robostiff.stiffness`; of a linkage the coordinates of joints by name.
+    near : joint coordinates, optional
+        Those that choose the posture, as for `robostiff.stiffness`.
     deflection : Deflection or CableResponse, optional
         Of the same robot at the same pose: draws the deformed shape, and colours the legs by their
         share of the elastic energy.
@@ -106,7 +109,7 @@ def robot(
     >>> rs.plot.robot(hexapod, deflection=bent).get_title()
     'hexapod'
     """
-    return drawn_by(backend, picture_of_robot(robot, pose, deflection, colouring, exaggeration))
+    return drawn_by(backend, picture_of_robot(robot, pose, deflection, colouring, exaggeration, near))
 
 
 def picture_of_robot(
@@ -115,9 +118,12 @@ def picture_of_robot(
     bent: Deflection | CableResponse | None = None,
     colouring: Colouring = Colouring.LEGS,
     exaggeration: float | None = None,
+    near: Near = None,
 ) -> Scene:
     """The picture of `robot`, as data."""
     check_exaggeration(exaggeration)
+    if near is not None and not isinstance(robot, Robot):
+        raise InputError(f"near of {robot.name!r}", got=near, expected="none: it has no postures")
     if isinstance(robot, CableRobot):
         if bent is not None:
             return cable_scene(_of_kind(robot, bent, CableResponse), exaggeration)
@@ -133,7 +139,7 @@ def picture_of_robot(
                 f"pose of network {robot.name!r}", got=pose, expected="none: it has its own"
             )
         return network_scene(robot, own, exaggeration)
-    return robot_picture(snapshot_at(robot, pose), own, colouring, exaggeration)
+    return robot_picture(snapshot_at(robot, pose, near), own, colouring, exaggeration)
 
 
 def joints_in_words(linkage: Linkage, values: Mapping[str, Any] | None) -> tuple[str, ...]:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness
+from robostiff.analysis.posed_stiffness import PosedStiffness
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Pose, find_posture
+from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -29,8 +30,8 @@ from robostiff.plot.structures import (
 Around = Robot | Snapshot | Network | CableRobot | CableStiffness
 
 
-def snapshot_at(robot: Robot | Snapshot, pose: Pose) -> Snapshot:
-    """A robot at a single pose.
+def snapshot_at(robot: Robot | Snapshot, pose: Pose, near: Near = None) -> Snapshot:
+    """A robot at a single pose, in the posture nearest to some joint coordinates.
 
     Raises
     ------
@@ -48,7 +49,7 @@ def snapshot_at(robot: Robot | Snapshot, pose: Pose) -> Snapshot:
             expected="a Robot or a Snapshot",
             hint='write rs.load("hexapod")',
         )
-    posture = find_posture(robot, pose)
+    posture = find_posture(robot, pose, near=near)
     if posture.batch:
         raise InputError(
             "pose of a plot", got=f"poses of shape {posture.batch}", expected="a single pose"
@@ -122,8 +123,12 @@ def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None
         drawing = NetworkDrawing(robot, factor, plain=muted, ink=muted)
         items = _without_point(network_items(drawing))
         return Surroundings(size_of(points), factor, unit, is_level(points), items)
-    pose = None if isinstance(robot, Snapshot) else _pose(result)
-    snapshot = snapshot_at(robot, pose)
+    if isinstance(robot, Snapshot):
+        snapshot = snapshot_at(robot, None)
+    elif isinstance(result, PosedStiffness) and robot.name == result.name:
+        snapshot = result.snapshot()  # in the posture that the result is of
+    else:
+        snapshot = snapshot_at(robot, _pose(result))
     factor, unit = unit_of(extent(snapshot))
     items = tuple(backdrop(snapshot, factor))
     return Surroundings(extent(snapshot), factor, unit, is_plane(snapshot), items)

@@ -226,7 +226,10 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
     """
     answer = result.stiffness
     lines = [f"{answer.name}, {about(answer)}", *posture_lines(answer), f"status: {result.status}"]
-    lines.append(f"load:       {named(answer.space.wrench_order, result.wrench, 'N', 'N m')}")
+    load = named(answer.space.wrench_order, result.wrench, "N", "N m")
+    if result.work_of_loads is not None:
+        load = f"{'' if load == 'none' else f'{load}; '}forces or weights at bodies"
+    lines.append(f"load:       {load}")
     if result.has_answer:
         shown = shown_twist(result)
         lines.append(f"deflection: {named(answer.space.twist_order, shown, 'um', 'urad')}")
