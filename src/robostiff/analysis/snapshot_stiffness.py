@@ -298,7 +298,8 @@ def _solved_together(
 ) -> SnapshotStiffness:
     length = snapshot.characteristic_length
     # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
-    length = np.where(length > tolerance.independence * _length_of_parts(snapshot), length, 0.0)
+    of_parts = in_order(together, [_length_of_parts(own.leg, own.each(length)) for own in together])
+    length = np.where(length > tolerance.independence * np.max(of_parts, axis=0), length, 0.0)
     origin = _origin(snapshot, length)
     problems = _legs(snapshot, together, origin, np.where(length > 0, length, 1.0), tolerance)
     if not np.all(length > 0):  # all in one point: a length from the springs
@@ -362,16 +363,15 @@ def _origin(snapshot: Snapshot, length: np.ndarray) -> np.ndarray:
     return np.where(far[..., None], centre, reference) if np.any(far) else reference
 
 
-def _length_of_parts(snapshot: Snapshot) -> np.ndarray:
+def _length_of_parts(leg: PlacedLeg, at_poses: np.ndarray) -> np.ndarray:
     """Largest length that a spring has by itself, sqrt(tr C_tt / tr C_rr) (...) [m]; 0 for none."""
-    longest = np.zeros(snapshot.reference_point.shape[:-1])
-    for leg in snapshot.legs:
-        for spring in leg.springs:
-            d = np.einsum("...ii->...i", spring.elasticity.compliance)
-            shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
-            both = (shift > 0) & (turn > 0)
-            own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
-            longest = np.maximum(longest, own)
+    longest = np.zeros(at_poses.shape)
+    for spring in leg.springs:
+        d = np.einsum("...ii->...i", spring.elasticity.compliance)
+        shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
+        both = (shift > 0) & (turn > 0)
+        own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
+        longest = np.maximum(longest, own)
     return longest
 
 

@@ -145,14 +145,18 @@ def leg_compliance(
     """
     # Integers: a zero that is a float would make formulas inexact.
     C = np.zeros((6, 6), dtype=int)
-    for element in _plain(leg):
+    elements = list(_plain(leg))
+    drives = [e for e in elements if isinstance(e, PlacedFreedom) and e.stiffness is not None]
+    for element in elements:
         if isinstance(element, PlacedSpring):
             C = C + spring_compliance(element, at)
-        elif element.stiffness is not None:
-            column = freedom_twist(element, at)
-            k = element.stiffness
-            k = k[..., None] if isinstance(k, np.ndarray) else k
-            C = C + column[..., :, None] * (column / k)[..., None, :]
+    if drives:
+        J = freedom_twists(drives, at)
+        softer = J.copy()
+        for i, drive in enumerate(drives):
+            k = drive.stiffness
+            softer[..., i] /= k[..., None] if isinstance(k, np.ndarray) else k
+        C = C + product(J, transposed(softer))
     return np.broadcast_to(C, (*at.shape[:-1], 6, 6)) if C.ndim < at.ndim + 1 else C
 
 

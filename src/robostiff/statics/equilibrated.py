@@ -80,13 +80,15 @@ def equilibrated(A: np.ndarray, arrow: Arrow | None = None) -> Equilibrated:
     >>> found.solve(np.array([[[1.0], [0.0]]]), 2)[0, 1, 0]
     np.float64(-0.001001...)
     """
-    size = np.abs(A)
     rows, columns = np.ones(A.shape[:2]), np.ones(A.shape[:2])
+    size = np.abs(A)
     for _ in range(3):
-        scaled = size * rows[:, :, None] * columns[:, None, :]
-        rows = rows * _root(scaled.max(2, initial=0.0))
-        columns = columns * _root(scaled.max(1, initial=0.0))
-    scaled = A * rows[:, :, None] * columns[:, None, :]
+        row, column = _root(size.max(2, initial=0.0)), _root(size.max(1, initial=0.0))
+        rows, columns = rows * row, columns * column
+        size *= row[:, :, None]
+        size *= column[:, None, :]
+    scaled = A * rows[:, :, None]
+    scaled *= columns[:, None, :]
     regular = np.ones(len(A), dtype=bool)
     if arrow is not None:
         blocks = _Blocks.of(scaled, arrow)

@@ -160,7 +160,7 @@ class AssemblyMode:
         for back in (1, 2):
             guess = before[-1].copy()
             guess[:, places] = given + back * _SHORTEST_PART * (self.home[places] - given)
-            closed, found = self._newton(guess, self._at_home[-1])
+            closed, found, _ = self._newton(guess, self._at_home[-1])
             before.append(closed)
             known &= found
         J_near, J_far = (self.equations.rates(one) for one in before[1:])
@@ -233,23 +233,28 @@ class AssemblyMode:
             x = nearest(self.equations, x)
             kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
         else:
-            x, kept = self._newton(x, directions[-1])
+            x, kept, rates = self._newton(x, directions[-1])
         kept &= self._is_long(x)
         J = np.zeros((0, 0, 0))
         if directions is not None and np.any(kept):
-            J = self.equations.rates(x[kept])
+            J = rates[kept]
             same = self._same_signs(J, [one.of_rows(kept) for one in directions])
             kept[kept], J = same, J[same]
         return x, kept, J
 
-    def _newton(self, x: np.ndarray, directions: _Directions) -> tuple[np.ndarray, np.ndarray]:
-        """Close from guesses by steps that contract, and where that succeeds."""
-        x = x.copy()
+    def _newton(
+        self, x: np.ndarray, directions: _Directions
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Close from guesses by steps that contract, where that succeeds, and the rates there."""
+        x, rates = x.copy(), np.zeros((0, 0, 0))
         closed = np.zeros(len(x), dtype=bool)
         last = np.full(len(x), np.inf)
         going = np.arange(len(x))
         for taken in range(_NEWTON_STEPS + 1):
             e, J = self.equations.gaps_and_rates(x[going])
+            if taken == 0:
+                rates = np.empty((len(x), *J.shape[1:]))
+            rates[going] = J
             size = _size(e)
             still = last[going] <= _SMALL_STEP
             # Where nothing moves any more, dimensions with few digits may leave a little open.
@@ -270,7 +275,7 @@ class AssemblyMode:
             if going.size == 0:
                 break
             x[going], last[going] = self.equations.moved(x[going], step), length
-        return x, closed
+        return x, closed, rates
 
     def _same_signs(self, J: np.ndarray, directions: list[_Directions]) -> np.ndarray:
         same = np.ones(len(J), dtype=bool)

@@ -61,10 +61,6 @@ class LegForm(ABC):
         """The same leg in another assembly mode."""
         return replace(self, mode=mode)
 
-    def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Where the coordinate of the drive does not follow from the pose (N,)."""
-        return np.zeros(len(p), dtype=bool)
-
     def solve(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates (N, size) that bring the end frame to (R, p) in the leg's base frame.
 

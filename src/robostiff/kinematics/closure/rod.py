@@ -88,9 +88,12 @@ class Rod(LegForm):
         return circle_of(crank, self.joints.A.point)
 
     def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Where the far end of the rod is on the axis of the crank, which may then turn (N,)."""
+        """Where the far end of the rod is on the axis of the crank, which may then turn (N,).
+
+        Where the pose does not say how the drive stands. Of a drive that slides it always does.
+        """
         if isinstance(self.drive, Slide):
-            return super().leaves_drive_open(R, p)
+            return np.zeros(len(p), dtype=bool)
         A, B = self.joints.A.point, self.joints.B.point
         arm = self.platform_at(R, p).point(B) - self.drive.point[:, None]
         off_axis = cross(self.drive.axes[0][:, None], arm)
