@@ -8,7 +8,9 @@ from functools import reduce
 from typing import Any
 
 import sympy as sp
+from sympy.core.cache import cacheit
 
+from robostiff.analytic.operation_count import count_of
 from robostiff.errors import InputError
 
 # Larger prime factors of a number under a root stay together.
@@ -34,6 +36,7 @@ class Atoms:
     symbols: tuple[Any, ...]
 
 
+@cacheit
 def prepare(expression: Any) -> Any:
     """A SymPy expression in the functions of a field; floats as exact decimals.
 
@@ -101,7 +104,7 @@ def is_root(expression: Any) -> bool:
 
 
 def _outer_first(root: Any) -> tuple[int, int, str]:
-    return -root.base.count_ops(), -int(root.exp.q), str(root)
+    return -count_of(root.base), -int(root.exp.q), str(root)
 
 
 @dataclass(frozen=True)

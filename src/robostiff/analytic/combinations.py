@@ -20,6 +20,7 @@ from robostiff.analytic.factors import (
     starts_with_minus,
 )
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.operation_count import count_of
 from robostiff.errors import InputError
 
 
@@ -84,7 +85,7 @@ class CombinationNames:
                 return ratio * written
         # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
         candidates = [self._by_squares(polynomial), self._by_names(polynomial)]
-        return min(candidates, key=lambda written: int(written.count_ops()))
+        return min(candidates, key=count_of)
 
     def _by_squares(self, polynomial: Any) -> Any:
         squares, rest = completed_squares(self._field, polynomial)
@@ -246,19 +247,19 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
 
 
 def _operations(expressions: Iterable[Any]) -> int:
-    return sum(int(expression.count_ops()) for expression in expressions)
+    return sum(count_of(expression) for expression in expressions)
 
 
 def _shorter(named: Any, entry: Any) -> Any:
     """An entry in names, unless multiplying it out made it longer than it was."""
-    return named if int(named.count_ops()) <= int(entry.count_ops()) else entry
+    return named if count_of(named) <= count_of(entry) else entry
 
 
 def _is_manageable(entries: list[Any]) -> bool:
     """Whether the entries are short, also when multiplied out, and exact."""
     operations = 0
     for entry in dict.fromkeys(entries):
-        operations += int(entry.count_ops())
+        operations += count_of(entry)
         if operations > _MOST_OPERATIONS or entry.has(sp.Float):
             return False
         parts = [part for term in sp.Add.make_args(entry) for part in sp.fraction(term)]

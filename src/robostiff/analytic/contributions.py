@@ -14,6 +14,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.unit_wrenches import UnitWrench
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
@@ -80,7 +81,7 @@ class BeamProducts:
     def _named(self, written: dict[str, Any], number: int) -> dict[str, Any]:
         named: dict[str, Any] = {}
         for letter, expression in written.items():
-            if int(expression.count_ops()) <= _SHORT and expression.free_symbols:
+            if count_of(expression) <= _SHORT and expression.free_symbols:
                 named[letter] = expression
             else:
                 alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
@@ -169,7 +170,7 @@ class ContributionReader:
             turning = total((my, ny), (mz, nz))
             if both[0] is both[1] and all(is_zero(f) for f in both[0][:3]):
                 # A unit couple, of which the rest bends.
-                turning = min(turning, 1 - total((mx, nx)), key=lambda e: int(e.count_ops()))
+                turning = min(turning, 1 - total((mx, nx)), key=count_of)
             bent = total((fy, gy), (fz, gz)), total(*levers), turning
             found.append((", bending", *_bent(L, *bent), "EI_z"))
         else:
@@ -213,7 +214,7 @@ class ContributionReader:
         found = [apart] if len(pairs) == 1 else [apart, self.read.fraction(apart)]
         if simpler.step != total.step:
             found.append(self.read(simpler))
-        return min(found, key=lambda e: int(e.count_ops()))
+        return min(found, key=count_of)
 
 
 def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
+from sympy.core.cache import cacheit
 
 from robostiff.analytic.field import Element, ExactField
+from robostiff.analytic.operation_count import count_of
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,7 @@ def factored(field: ExactField, polynomial: Any) -> Any:
     return sp.Mul(number, product, evaluate=not is_kept)
 
 
+@cacheit
 def starts_with_minus(expression: Any) -> bool:
     """Whether a sum is printed with a minus sign in front."""
     return expression.is_Add and expression.as_ordered_terms()[0].could_extract_minus_sign()
@@ -147,7 +150,7 @@ def completed_squares(field: ExactField, polynomial: Any) -> tuple[list[tuple[An
         rest = rest - base**2 * number
     written = [number * field.polynomial_expression(base) ** 2 for base, number in squares]
     after = sp.Add(*written, field.polynomial_expression(rest))
-    if int(after.count_ops()) > int(field.polynomial_expression(polynomial).count_ops()):
+    if count_of(after) > count_of(field.polynomial_expression(polynomial)):
         return [], polynomial
     return squares, rest
 

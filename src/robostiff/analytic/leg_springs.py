@@ -17,6 +17,7 @@ import sympy as sp
 
 from robostiff.analytic.contributions import BeamProducts, ContributionReader, summed
 from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.sampled_leg import SampledLeg, sampled
 from robostiff.analytic.unit_wrenches import IDLE, UnitWrench, WrenchSearch
@@ -187,11 +188,11 @@ class LegReader:
             if np.allclose(known, values, rtol=_SAME, atol=0):
                 return name
         plain = write()
-        total = min(plain, self.read.without_shifts(plain), key=lambda e: int(e.count_ops()))
+        total = min(plain, self.read.without_shifts(plain), key=count_of)
         cancelled = self.read.written_out(total)
-        if int(cancelled.count_ops()) <= _CANCELLED * int(total.count_ops()):
+        if count_of(cancelled) <= _CANCELLED * count_of(total):
             total = cancelled
-        short = not total.is_Add and int(total.count_ops()) <= _SHORT
+        short = not total.is_Add and count_of(total) <= _SHORT
         name = total if short else self.read.define("k" if is_stiffness else "c", total)
         self._named.append((values, name))
         return name

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, cast
 
 import sympy as sp
+from sympy.core.cache import cacheit
 
 from robostiff.analytic.closed_sum import factored_fraction
 from robostiff.analytic.combinations import suffix
@@ -12,6 +13,7 @@ from robostiff.analytic.derivation import Definition
 from robostiff.analytic.factors import bound_of_terms, completed_squares
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.numeric_value import values_of
+from robostiff.analytic.operation_count import count_of, symbols_in
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.record import Entry, Operation, Record
@@ -90,9 +92,9 @@ class NamedReading:
         """An expression in these names as a factored fraction."""
         if expression not in self._fractions:
             fraction = self._without_even_powers(self._cancelled(expression))
-            if int(fraction.count_ops()) > _PRINTED:
+            if count_of(fraction) > _PRINTED:
                 raise FormulaTooLargeError.beyond(_PRINTED)
-            self._operations += int(fraction.count_ops())
+            self._operations += count_of(fraction)
             if self._operations > _ALL:
                 raise FormulaTooLargeError.beyond(_ALL)
             self._fractions[expression] = fraction
@@ -133,29 +135,28 @@ class NamedReading:
     def _cancelled(self, expression: Any) -> Any:
         """A factored fraction; where it is long, perhaps that with squares of roots put in."""
         fraction = _fraction(expression)
-        return fraction if int(fraction.count_ops()) <= _LONG else self._by_squares(fraction)
+        return fraction if count_of(fraction) <= _LONG else self._by_squares(fraction)
 
-    def _by_squares(self, expression: Any) -> Any:
+    def _by_squares(self, fraction: Any) -> Any:
         """A factored fraction, perhaps with squares of roots put in, whichever is shorter."""
-        fraction = _fraction(expression)
         squares = {
             d.symbol**power: d.expression**power
             for d in self.definitions
-            if fraction.has(d.symbol) and (d.expression**2).is_Add
+            if d.symbol in symbols_in(fraction) and (d.expression**2).is_Add
             for power in (2, -2)
         }
         other = fraction.xreplace(squares)
         if other == fraction:
             return fraction
-        return min(fraction, _fraction(other), key=lambda e: int(e.count_ops()))
+        return min(fraction, _fraction(other), key=count_of)
 
     def quotient(self, above: Any, below: Any) -> Any:
         """A quotient as it stands or cancelled, whichever is shorter."""
         plain = above / below
         found = [plain, self.written_out(plain)]
-        if int(plain.count_ops()) <= _LONG_ON_THE_WAY:
+        if count_of(plain) <= _LONG_ON_THE_WAY:
             found.append(factored_fraction(plain))
-        return min(found, key=lambda e: int(e.count_ops()))
+        return min(found, key=count_of)
 
     def written_out(self, expression: Any) -> Any:
         """One fraction without names of compliances and shifts; itself where that would be long."""
@@ -178,7 +179,7 @@ class NamedReading:
         if expression.is_number:
             return expression
         own = {self._closed.symbols[name] for name in self.record.inputs}
-        if expression.free_symbols <= own and int(expression.count_ops()) <= _INLINE:
+        if expression.free_symbols <= own and count_of(expression) <= _INLINE:
             return entry_reader(self.record, exact=True)(expression)
         symbol = self.define(letter, expression)
         self._closed.symbols[symbol.name] = symbol
@@ -186,13 +187,15 @@ class NamedReading:
 
     def _without_even_powers(self, fraction: Any) -> Any:
         """The same with squares of named roots in place of their powers, where that is shorter."""
-        if int(fraction.count_ops()) <= _LONG:
+        if count_of(fraction) <= _LONG:
             return fraction
         best = fraction
         for definition in self.definitions:
+            x = definition.symbol
+            if x not in symbols_in(best):
+                continue
             square = definition.expression**2
             above, below = sp.fraction(best)
-            x = definition.symbol
             if square.is_Symbol or square.is_number or not above.has(x):
                 continue
             if not above.is_polynomial(x):
@@ -202,7 +205,7 @@ class NamedReading:
                 *(c * square ** (k // 2) * x ** (k % 2) for (k,), c in powers.terms())
             )
             other = factored_fraction(replaced / below)
-            best = min(best, other, key=lambda e: int(e.count_ops()))
+            best = min(best, other, key=count_of)
         return best
 
     def define(self, letter: str, expression: Any, own: str | None = None) -> sp.Symbol:
@@ -251,7 +254,7 @@ class NamedReading:
 
     def _root_of_fraction(self, radicand: Any) -> Any:
         """A square root of what is not negative."""
-        above, below = sp.fraction(self._by_squares(radicand))
+        above, below = sp.fraction(self._by_squares(_fraction(radicand)))
         if below.has(sp.Add):
             symbols = self._closed.symbols
             at = {symbols[name]: self.record.input(name).sample[0] for name in self.record.inputs}
@@ -261,16 +264,16 @@ class NamedReading:
 
     def _on_the_way(self, expression: Any) -> Any:
         """An intermediate, cancelled before it grows, or under a name where all are short."""
-        operations = int(expression.count_ops())
+        operations = count_of(expression)
         if self.in_short_steps:
             is_long = operations > _SHORT_STEP and expression.free_symbols
             return self.define("p", expression) if is_long else expression
         if operations <= _LONG_ON_THE_WAY:
             return expression
         shorter = self._cancelled(expression)
-        if int(shorter.count_ops()) > _PUT_IN:
+        if count_of(shorter) > _PUT_IN:
             shorter = self._without_even_powers(shorter)
-        return min(expression, shorter, key=lambda e: int(e.count_ops()))
+        return min(expression, shorter, key=count_of)
 
     def _root(self, radicand: Any) -> Any:
         """A square root: what is a square comes out, the rest has a name."""
@@ -295,12 +298,13 @@ class NamedReading:
         return f"{letter}_{suffix(number)}"
 
 
+@cacheit
 def _fraction(expression: Any) -> Any:
     """A factored fraction of an expression that is short enough."""
     if max(bound_of_terms(part, _WRITTEN) for part in sp.fraction(expression)) > _WRITTEN:
         raise FormulaTooLargeError.beyond(_WRITTEN)
     fraction = factored_fraction(expression)
-    if int(fraction.count_ops()) > 2 * _PRINTED:
+    if count_of(fraction) > 2 * _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
     return fraction
 
@@ -316,4 +320,4 @@ def _in_squares(radicand: Any) -> Any:
     other = sp.Add(*written, field.polynomial_expression(rest))
     turning = sorted(radicand.atoms(sp.sin, sp.cos), key=str)
     apart = sp.collect(radicand, [x**k for x in turning for k in (2, 1)], func=sp.factor)
-    return min(radicand, other, apart, key=lambda e: int(e.count_ops()))
+    return min(radicand, other, apart, key=count_of)

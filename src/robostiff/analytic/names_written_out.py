@@ -12,6 +12,7 @@ import sympy as sp
 
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.operation_count import operations_in, symbols_in
 
 LINES = 10  # lines that are read at a glance
 _GROWN = 1.1  # operations by which these may grow for fewer lines
@@ -27,13 +28,13 @@ class Written:
     results : tuple of sympy.Expr
         What is counted, and printed one a line.
     definitions : tuple of Definition
-    others : tuple of sympy expressions and matrices
+    others : tuple of tuples of sympy.Expr
         What is written in the same names, and not counted.
     """
 
     results: tuple[Any, ...]
     definitions: tuple[Definition, ...]
-    others: tuple[Any, ...] = ()
+    others: tuple[tuple[Any, ...], ...] = ()
 
     @cached_property
     def operations(self) -> int:
@@ -43,7 +44,7 @@ class Written:
     @property
     def lines(self) -> int:
         """Results, and names that are formulas."""
-        return len(self.results) + sum(bool(d.expression.free_symbols) for d in self.definitions)
+        return len(self.results) + sum(bool(symbols_in(d.expression)) for d in self.definitions)
 
 
 def without_idle_names(written: Written) -> Written:
@@ -115,19 +116,19 @@ def _without(
 ) -> Iterator[Written]:
     """The same with a name written out, also by another where the sum of both squares is one."""
     expression: Any = definition.expression
-    if not expression.free_symbols or _is_kept(definition):
+    if not symbols_in(expression) or _is_kept(definition):
         return
     symbol = definition.symbol
     others = tuple(d for d in written.definitions if d is not definition)
     left = replace(written, definitions=others)
-    yield changed(left, lambda x: x.xreplace({symbol: expression}))
+    yield changed(left, lambda x: x.xreplace({symbol: expression}), symbol)
     for other in (b for a, b in units if a == symbol):
         needed = needed_for(other, written.definitions)
         if symbol in needed or len(needed) == 1:
             continue  # computed by it, or no longer there
         rest = 1 - other**2
 
-        found = changed(left, lambda x, rest=rest: _in_squares(x, symbol, rest, expression))
+        found = changed(left, lambda x, rest=rest: _in_squares(x, symbol, rest, expression), symbol)
         ordered = tuple(in_order(found.definitions))
         yield replace(found, definitions=ordered)
 
@@ -137,7 +138,7 @@ def needed_for(symbol: Any, definitions: Sequence[Definition]) -> set[Any]:
     found = {symbol}
     for d in reversed(definitions):
         if d.symbol in found:
-            found |= d.expression.free_symbols
+            found |= symbols_in(d.expression)
     return found
 
 
@@ -146,10 +147,9 @@ def _with_needed_names(written: Written) -> Written:
     for d in reversed(written.definitions):
         others = tuple(own for own in written.definitions if own is not d)
         formulas = (*written.results, *(own.expression for own in others))
-        if not _is_kept(d) and not any(x.has(d.symbol) for x in formulas):
-            put = {d.symbol: d.expression}
-            left = tuple(x.xreplace(put) for x in written.others)
-            written = Written(written.results, others, left)
+        if not _is_kept(d) and not any(d.symbol in symbols_in(x) for x in formulas):
+            left = replace(written, definitions=others)
+            written = changed(left, lambda x, d=d: x.xreplace({d.symbol: d.expression}), d.symbol)
     return written
 
 
@@ -157,19 +157,23 @@ def _with_squares(written: Written, taken: set[str]) -> Written:
     """The same with squares in place of names that occur squared, where that is shorter."""
     for symbol in [d.symbol for d in written.definitions]:
         d = next(d for d in written.definitions if d.symbol == symbol)
-        if symbol.name.startswith("L_") or not d.expression.free_symbols or _is_kept(d):
+        if symbol.name.startswith("L_") or not symbols_in(d.expression) or _is_kept(d):
             continue
         used = taken | {own.symbol.name for own in written.definitions}
         number = next(i for i in count() if f"p_{suffix(i)}" not in used)
         square = Definition(sp.Symbol(f"p_{suffix(number)}", positive=True), d.expression**2)
         is_root = square.expression.is_Add
         once = sp.sqrt(square.symbol) if is_root else d.expression
-        found = changed(
-            replace(written, definitions=tuple(x for x in written.definitions if x is not d)),
-            lambda x, by=(d.symbol, square.symbol, once): _in_squares(x, *by),
-        )
-        ordered = tuple(in_order([square, *found.definitions]))
-        written = min(written, replace(found, definitions=ordered), key=lambda x: x.operations)
+
+        def put(x: Any, by: Any = (symbol, square.symbol, once)) -> Any:
+            return _in_squares(x, *by)
+
+        left = replace(written, definitions=tuple(x for x in written.definitions if x is not d))
+        counted = changed(replace(left, others=()), put, symbol)
+        if counted.operations + operations_in(square.expression) < written.operations:
+            found = changed(left, put, symbol)
+            ordered = tuple(in_order([square, *found.definitions]))
+            written = replace(found, definitions=ordered)
     return written
 
 
@@ -183,12 +187,16 @@ def _in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
     return expression.xreplace(powers)
 
 
-def changed(written: Written, change: Callable[[Any], Any]) -> Written:
-    """The same with all formulas changed."""
+def changed(written: Written, change: Callable[[Any], Any], symbol: Any = None) -> Written:
+    """The same with all formulas changed, or those that have a symbol."""
+
+    def own(x: Any) -> Any:
+        return change(x) if symbol is None or symbol in symbols_in(x) else x
+
     return Written(
-        tuple(map(change, written.results)),
-        tuple(Definition(d.symbol, change(d.expression)) for d in written.definitions),
-        tuple(map(change, written.others)),
+        tuple(map(own, written.results)),
+        tuple(Definition(d.symbol, own(d.expression)) for d in written.definitions),
+        tuple(tuple(map(own, one)) for one in written.others),
     )
 
 
@@ -197,7 +205,7 @@ def in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
     left: dict[Any, Definition] = {d.symbol: d for d in definitions}
 
     def with_its_own(d: Definition) -> Iterator[Definition]:
-        for symbol in sorted(d.expression.free_symbols & left.keys(), key=str):
+        for symbol in sorted(symbols_in(d.expression) & left.keys(), key=str):
             if symbol in left:
                 yield from with_its_own(left[symbol])
         if left.pop(d.symbol, None) is not None:
@@ -205,8 +213,3 @@ def in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
 
     for d in definitions:
         yield from with_its_own(d)
-
-
-def operations_in(expression: Any) -> int:
-    """Operations of a formula; none of a number."""
-    return int(expression.count_ops()) if expression.free_symbols else 0

@@ -14,6 +14,7 @@ import sympy as sp
 from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.exact_points import ExactPoints, Same, exact
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.operation_count import count_of
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
 _FUNCTIONS: dict[Operation, Any] = {
@@ -327,11 +328,11 @@ class _Products:
 
 def _shorter(radicand: sp.Expr) -> sp.Expr:
     """A radicand, multiplied out where that is not longer."""
-    if radicand.count_ops() > _MULTIPLIED_OUT or radicand.has(sp.sin, sp.cos):
+    if count_of(radicand) > _MULTIPLIED_OUT or radicand.has(sp.sin, sp.cos):
         return radicand
     field = ExactField([radicand])
     plain = field.expression(field.element(radicand))
-    return plain if plain.count_ops() <= radicand.count_ops() else radicand
+    return plain if count_of(plain) <= count_of(radicand) else radicand
 
 
 def written_size(record: Record, results: Iterable[Any]) -> int:
@@ -390,11 +391,11 @@ def _by_multiple(expression: Any, known: Mapping[Any, tuple[Any, Any]]) -> Any:
     if rest not in known:
         return expression
     other, symbol = known[rest]
-    return min(expression, number / other * symbol, key=lambda x: int(x.count_ops()))
+    return min(expression, number / other * symbol, key=count_of)
 
 
 def _is_trivial(expression: sp.Expr) -> bool:
     """Whether an expression is not worth a name: a symbol or its negative, or a short number."""
     if expression.is_number:
-        return int(expression.count_ops()) <= _SHORT
+        return count_of(expression) <= _SHORT
     return bool(expression.is_Symbol or (-expression).is_Symbol)

@@ -12,6 +12,7 @@ from itertools import combinations, permutations
 from typing import Any
 
 import sympy as sp
+from sympy.core.cache import cacheit
 
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
@@ -22,9 +23,9 @@ from robostiff.analytic.names_written_out import (
     in_few_lines,
     in_order,
     needed_for,
-    operations_in,
     without_idle_names,
 )
+from robostiff.analytic.operation_count import operations_in, symbols_in
 
 _NAMES = 6  # that are given at most
 _A_LINE = 3  # operations for which a further line is worth it, beyond those read at a glance
@@ -112,7 +113,7 @@ def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:
         return _with_name(written, new)
     left = tuple(d for d in written.definitions if d.symbol != above)
     put = {above: new.symbol * below}
-    written = changed(replace(written, definitions=left), lambda x: x.xreplace(put))
+    written = changed(replace(written, definitions=left), lambda x: x.xreplace(put), above)
     sine: Any = rest / below**2
     for symbol in sorted(ours - {new.symbol}, key=str):
         own = next(d for d in written.definitions if d.symbol == symbol)
@@ -150,19 +151,14 @@ def by_unit_length(written: Written, are_one: Callable[[Written, Any], bool]) ->
 
 def _with_name(written: Written, new: Definition) -> Written:
     """The same with a further name in all later formulas, where that is no longer."""
-
-    def put(expression: Any) -> Any:
-        if isinstance(expression, sp.MatrixBase):
-            return expression.applyfunc(put)
-        return _divided(expression, new)
-
-    found = changed(written, put)
+    found = changed(written, lambda x: _divided(x, new))
     return replace(found, definitions=tuple(in_order([new, *found.definitions])))
 
 
+@cacheit
 def _divided(expression: Any, ratio: Definition) -> Any:
     """An expression with powers of a ratio in its products, where these become no longer."""
-    if not expression.args or not ratio.expression.free_symbols <= expression.free_symbols:
+    if not expression.args or not symbols_in(ratio.expression) <= symbols_in(expression):
         return expression
     expression = expression.func(*(_divided(part, ratio) for part in expression.args))
     if not isinstance(expression, sp.Mul):
@@ -246,11 +242,12 @@ def _may_be_a_length(symbol: Any) -> bool:
     return not symbol.name.startswith(("c_", "k", "K", "E", "G", "e_", "theta"))
 
 
-def _name_of(product: Any, others: Sequence[Any], components: Sequence[str], used: set[str]) -> str:
+def _name_of(
+    product: Any, others: Sequence[Sequence[Any]], components: Sequence[str], used: set[str]
+) -> str:
     """The name of the entry of a wrench that it is, up to its sign, or a letter with a number."""
-    matrices = [x for x in others if isinstance(x, sp.MatrixBase)]
-    for matrix in matrices:
-        for name, entry in zip(components, matrix.flat(), strict=False):
+    for wrench in (x for x in others if len(x) > 1):
+        for name, entry in zip(components, wrench, strict=False):
             if entry in (product, -product) and name not in used:
                 return name
     number = 0

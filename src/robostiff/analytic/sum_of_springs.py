@@ -20,6 +20,7 @@ from robostiff.analytic.leg_springs import HeldWrench, LegReader, NotHeldByUnitW
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.names_written_out import Written
 from robostiff.analytic.numeric_value import values_of
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.orbits import COMPONENTS, Orbit, Products, averages, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import written_size
@@ -101,11 +102,7 @@ def operations_of(K: Any, definitions: Sequence[Definition]) -> int:
     2
     """
     formulas = (*different_entries(K), *(d.expression for d in definitions))
-    return sum(
-        min(int(x.count_ops()), int(sp.factor_terms(x).count_ops()))
-        for x in formulas
-        if x.free_symbols
-    )
+    return sum(min(count_of(x), count_of(sp.factor_terms(x))) for x in formulas if x.free_symbols)
 
 
 def different_entries(K: Any) -> list[Any]:
@@ -138,10 +135,10 @@ class _Group:
             written = [read(x) for x in entries.values()]
             if i not in self.shifted:
                 written = [shortest_trigonometry(x) for x in written]
-            if max(map(sp.count_ops, written), default=0) > _LONG_ENTRY:
+            if max(map(count_of, written), default=0) > _LONG_ENTRY:
                 self.in_names.add(i)
                 for letter, x in zip(COMPONENTS, self.wrenches[i], strict=True):
-                    if isinstance(x, Entry) and sp.count_ops(read(x)) > _SHORT:
+                    if isinstance(x, Entry) and count_of(read(x)) > _SHORT:
                         read.named(letter, x)
 
     def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
@@ -256,11 +253,15 @@ def _with_components(
     K may be the same in shorter averages.
     """
     entries = different_entries(K)
-    others = [x for leg in found.legs for x in (*leg.wrenches, *leg.compliances)]
+    others = [
+        tuple(x)
+        for leg in found.legs
+        for x in (*(w.flat() for w in leg.wrenches), *((c,) for c in leg.compliances))
+    ]
     for d in found.definitions:
         if d.expression.is_Add:
             put = {d.expression: d.symbol, -d.expression: -d.symbol}
-            others = [x.xreplace(put) for x in others]
+            others = [tuple(x.xreplace(put) for x in one) for one in others]
     names = COMPONENTS if K.rows == len(COMPONENTS) else _IN_PLANE
     plain = Written(tuple(entries), found.definitions, tuple(others))
     written = as_printed(plain, placed.symbols, names, _always_one_at(placed))
@@ -271,12 +272,14 @@ def _with_components(
     left = iter(written.others)
     legs = [
         SpringLeg(
-            tuple(next(left) for _ in leg.wrenches), tuple(next(left) for _ in leg.compliances)
+            tuple(sp.ImmutableMatrix(next(left)) for _ in leg.wrenches),
+            tuple(next(left)[0] for _ in leg.compliances),
         )
         for leg in found.legs
     ]
     matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K])
-    used = used_definitions(written.definitions, [matrix, *written.others])
+    others = [x for one in written.others for x in one]
+    used = used_definitions(written.definitions, [matrix, *others])
     return SumOfSprings(matrix, tuple(legs), used, before=found)
 
 
@@ -304,13 +307,13 @@ def _matrix(
                 term = _written(entries[place], place, search, read)
                 if place in others:
                     other = sp.Add(*(n * (1 - read(x) ** 2) for n, x in others[place]))
-                    if sp.count_ops(other) < sp.count_ops(term):
+                    if count_of(other) < count_of(term):
                         symbol = sp.Symbol(f"average {other}", positive=True)
                         squares[symbol] = term, other
                         term = symbol
                 if term not in known:
                     known[term] = term / group.compliance
-                    operations += sp.count_ops(known[term])
+                    operations += count_of(known[term])
                     if operations > _PRINTED:
                         return None
                 total.setdefault((i, j), []).append(known[term])
@@ -326,12 +329,12 @@ def _written(
     if not isinstance(total, Entry):
         return read(total)
     apart = sp.Add(*(number * (read(a) * read(b)) for number, a, b in products))
-    if sp.count_ops(apart) <= _SHORT or (
+    if count_of(apart) <= _SHORT or (
         len(products) > _FEW and written_size(search.record, [total]) > _MOST
     ):
         return apart
     try:
-        return min(apart, read(total), key=sp.count_ops)
+        return min(apart, read(total), key=count_of)
     except FormulaTooLargeError:
         return apart
 

@@ -7,6 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import sympy as sp
+from sympy.core.cache import cacheit
+
+from robostiff.analytic.operation_count import count_of
 
 # Degree in sine and cosine, and operations, beyond which nobody would look for a shorter form.
 _DEGREE = 4
@@ -36,15 +39,20 @@ def shortest_trigonometry(expression: Any) -> Any:
     >>> shortest_trigonometry(1 / (sp.cos(a) * sp.cos(r) - sp.sin(a) * sp.sin(r)))
     1/cos(alpha + r)
     """
+    if isinstance(expression, sp.MatrixBase):
+        return sp.ImmutableMatrix(*expression.shape, [_shortest(x) for x in expression.flat()])
+    return _shortest(expression)
+
+
+@cacheit
+def _shortest(expression: Any) -> Any:
     if not expression.has(sp.sin, sp.cos):
         return expression
-    if isinstance(expression, sp.MatrixBase):
-        return expression.applyfunc(shortest_trigonometry)
     expression = _with_sums_of_angles(expression)
-    if expression.count_ops() > _LONGEST:
+    if count_of(expression) > _LONGEST:
         return expression
     found = _with_sums_of_angles(sp.factor_terms(_walked(expression)))
-    return min(expression, found, key=_length)
+    return _first_shortest([expression, found])
 
 
 def _with_sums_of_angles(expression: Any) -> Any:
@@ -72,10 +80,14 @@ def _sums_of(a: Any, b: Any) -> Iterator[tuple[Any, Any]]:
         yield sp.cos(a + sign * b), sp.cos(a) * sp.cos(b) - sign * sp.sin(a) * sp.sin(b)
 
 
-def _length(expression: Any) -> tuple[int, int]:
-    return int(expression.count_ops()), len(str(expression))
+def _first_shortest(forms: list[Any]) -> Any:
+    """That of the fewest operations; of several, the one that prints shortest."""
+    least = min(map(count_of, forms))
+    found = [x for x in dict.fromkeys(forms) if count_of(x) == least]
+    return found[0] if len(found) == 1 else min(found, key=lambda x: len(str(x)))
 
 
+@cacheit
 def _walked(expression: Any) -> Any:
     """The same with each sum and product in harmonics where that is shorter, inner ones first."""
     if not expression.has(sp.sin, sp.cos) or isinstance(expression, sp.sin | sp.cos):
@@ -87,9 +99,9 @@ def _walked(expression: Any) -> Any:
     angles = {f.args[0] for f in expression.atoms(sp.sin, sp.cos)}
     forms = [walked]
     for x in sorted((x for x in angles if isinstance(x, sp.Symbol)), key=str):
-        shortest = min(forms, key=_length)
+        shortest = _first_shortest(forms)
         forms += [*_in_harmonics(expression, x), *_in_harmonics(shortest, x)]
-    return min(forms, key=_length)
+    return _first_shortest(forms)
 
 
 def _in_harmonics(expression: Any, x: sp.Symbol) -> Iterator[Any]:

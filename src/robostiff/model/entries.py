@@ -211,12 +211,16 @@ class Symbolic:
         left = set(self.symbols) - chosen.keys()
         left = left.union(*(value.free_symbols for value in chosen.values()))
 
+        known: dict[Any, Any] = {}  # legs have the same formulas
+
         def put_in(entry: Any) -> Any:
             if isinstance(entry, float):
                 return entry
-            value = entry.xreplace(chosen)
-            # While symbols are left, numbers beside them stay exact.
-            return value if left else _number(value, entry)
+            if entry not in known:
+                value = entry.xreplace(chosen)
+                # While symbols are left, numbers beside them stay exact.
+                known[entry] = value if left else _number(value, entry)
+            return known[entry]
 
         given = set(map(str, chosen))
         nominal = {name: value for name, value in self.nominal.items() if name not in given}

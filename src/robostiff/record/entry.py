@@ -36,6 +36,9 @@ class Entry:
 
     __slots__ = ("record", "step")
 
+    # SymPy's numbers leave the operation to entries, and do not try to convert them.
+    _op_priority = 20.0
+
     def __init__(self, record: Record, step: int) -> None:
         self.record = record
         self.step = step
