@@ -91,7 +91,7 @@ def atoms_of(expressions: Iterable[Any]) -> Atoms:
     return Atoms(
         tuple(sorted(roots, key=_outer_first)),
         tuple(sorted(angles, key=str)),
-        tuple(sorted(symbols, key=str)),
+        tuple(sorted(symbols, key=lambda x: x.name if x.is_Symbol else str(x))),
     )
 
 

@@ -37,7 +37,7 @@ def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
     from mpmath import mp
 
     found: list[bool] | None = None
-    for values in _random_values([*K0, *(x for J in columns for x in J)]):
+    for values, _ in _random_values([*K0, *(x for J in columns for x in J)]):
         with mp.workdps(DIGITS):
             n = K0.rows
             entries = many_digits_of([K0[i, j] for i in range(n) for j in range(n)], values)
@@ -76,8 +76,7 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
     K0 = derivation.K0
     n, count = K0.rows, len(columns)
     entries = [*K0.flat(), *(x for J in columns.values() for x in J.flat())]
-    for values in _random_values(entries):
-        numbers = np.array(values_of(entries, values), dtype=float)
+    for values, numbers in _random_values(entries):
         K = numbers[: n * n].reshape(n, n)
         J = numbers[n * n :].reshape(count, n).T
         expected = _block_form(K, J)
@@ -99,18 +98,21 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
             )
 
 
-def _random_values(expressions: Sequence[Any]) -> Iterator[dict[Any, float]]:
-    """Values of the symbols, at which all expressions are numbers."""
+def _random_values(expressions: Sequence[Any]) -> Iterator[tuple[dict[Any, float], np.ndarray]]:
+    """Values of the symbols, at which all expressions are numbers, and these."""
     random = np.random.default_rng(_SEED)
-    symbols = sorted(set().union(*(x.free_symbols for x in expressions)), key=str)
+    different = dict.fromkeys(expressions)
+    symbols = sorted(set().union(*(x.free_symbols for x in different)), key=lambda x: x.name)
     given = 0
     for attempt in range(_TRIES):
         low, high = ((0.5, 1.5), (0.1, 0.9))[attempt % 2]
         # Few binary digits: exact values stay short.
         values = {s: round(random.uniform(low, high) * _PARTS) / _PARTS for s in symbols}
-        if np.all(np.isfinite(np.array(values_of(expressions, values), dtype=float))):
+        found = dict(zip(different, values_of(different, values), strict=True))
+        numbers = np.array([found[x] for x in expressions], dtype=float)
+        if np.all(np.isfinite(numbers)):
             given += 1
-            yield values
+            yield values, numbers
         if given == _SETS:
             return
 

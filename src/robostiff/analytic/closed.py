@@ -78,7 +78,7 @@ def eliminate_exactly(K: ExactMatrix, J: Any, limit: int) -> ClosedStage:
     """
     field, N, D = K.field, K.entries, K.denominator
     n = len(N)
-    elements = [field.element(J[k, 0]) for k in range(n)]
+    elements = [field.element(x) for x in J.flat()]
     scale = common_denominator(field, elements)
     column = [over(element, scale) for element in elements]
     below = (D * scale, D * scale * scale)

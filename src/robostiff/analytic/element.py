@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import insort
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cmp_to_key
@@ -21,6 +20,8 @@ _PRODUCT = 2 * sp.Symbol("x")
 _A_PRODUCT = ("product",)
 _ONE = ("number", 1, 1)
 _first = itemgetter(0)
+#: A coefficient and the factors of a product, each a generator with its power.
+_Term = tuple[tuple[str, int, int], list[tuple[int, int]]]
 
 
 @dataclass(frozen=True)
@@ -129,6 +130,7 @@ class PolynomialWriter:
     def __init__(self, generators: Sequence[Any]) -> None:
         self._generators = tuple(generators)
         self._merges = [not (g.is_Symbol or isinstance(g, sp.sin | sp.cos)) for g in generators]
+        self._some_merge = any(self._merges)
         # The parts of products: generators to a power, and coefficients.
         self._parts: dict[Any, Any] = {_A_PRODUCT: _PRODUCT}
         self._ordered: list[Any] = [_PRODUCT]
@@ -136,14 +138,24 @@ class PolynomialWriter:
 
     def expression(self, polynomial: Any) -> sp.Expr:
         """The polynomial as a canonical sum of products."""
+        return self.expressions([polynomial])[0]
+
+    def expressions(self, polynomials: Sequence[Any]) -> list[Any]:
+        """Several of them, whose factors are ranked together."""
+        read = [self._read(polynomial) for polynomial in polynomials]
+        needed = {factor for terms in read for _, factors in terms for factor in factors}
+        parts = self._known_parts(needed.union([c for terms in read for c, _ in terms]))
+        return [self._sum(terms, parts) for terms in read]
+
+    def _read(self, polynomial: Any) -> list[_Term]:
         used = [place for place, degree in enumerate(polynomial.degrees()) if degree]
-        terms = [
+        return [
             (_number(c), [(i, powers[i]) for i in used if powers[i]])
             for powers, c in polynomial.terms()
         ]
-        needed = {factor for _, factors in terms for factor in factors}
-        parts = self._known_parts(needed.union([c for c, _ in terms]))
-        if any(self._merges[place] for place in used):
+
+    def _sum(self, terms: list[_Term], parts: dict[Any, Any]) -> Any:
+        if self._some_merge and any(self._merges[i] for _, factors in terms for i, _ in factors):
             return sp.Add(*(sp.Mul(parts[c], *(parts[f] for f in fs)) for c, fs in terms))
         written = [self._product(c, factors) for c, factors in terms]
         if len(written) == 1:
@@ -173,8 +185,7 @@ class PolynomialWriter:
         missing = [part for part in needed if part not in self._ranks]
         if missing:
             parts |= {part: self._written(part) for part in missing}
-            for part in missing:
-                insort(self._ordered, parts[part], key=_IN_ORDER)
+            self._ordered = sorted([*self._ordered, *(parts[x] for x in missing)], key=_IN_ORDER)
             place = {written: rank for rank, written in enumerate(self._ordered)}
             self._ranks = {part: place[parts[part]] for part in (*self._ranks, *missing)}
         return parts
@@ -183,7 +194,7 @@ class PolynomialWriter:
         if len(part) == 2:
             place, power = part
             generator = self._generators[place]
-            return generator if power == 1 else generator**power
+            return generator if power == 1 else sp.Pow(generator, power)
         _, p, q = part
         return sp.Rational(p, q)
 
@@ -209,4 +220,4 @@ def quotient_of(above: Any, below: Any) -> Any:
 
 def _number(c: Any) -> tuple[str, int, int]:
     """A coefficient as a key: FLINT's own numbers are slow to look up."""
-    return "number", int(c.p), int(c.q)
+    return _ONE if c == 1 else ("number", int(c.p), int(c.q))

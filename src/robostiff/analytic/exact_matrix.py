@@ -34,8 +34,10 @@ class ExactMatrix:
     @classmethod
     def of(cls, field: ExactField, K: Any) -> ExactMatrix:
         """A symmetric SymPy matrix over its common denominator."""
-        n = K.rows
-        elements = {(i, j): field.element(K[i, j]) for i in range(n) for j in range(i, n)}
+        n, entries = K.rows, K.flat()
+        elements = {
+            (i, j): field.element(entries[i * n + j]) for i in range(n) for j in range(i, n)
+        }
         common = common_denominator(field, elements.values())
         upper = {place: over(element, common) for place, element in elements.items()}
         return cls.of_upper(field, n, upper, common)
@@ -66,14 +68,19 @@ class ExactMatrix:
     def expressions(self) -> sp.ImmutableMatrix:
         """The matrix in SymPy, every entry a canonical fraction."""
         n = len(self.entries)
-        written = self.field.polynomial_expression
-        upper: dict[tuple[int, int], Any] = {}
-        den, below = self.field.one.den, sp.S.One
-        for place, fraction in self.fractions.items():
-            # Most entries have the same denominator: it is written once.
-            if fraction.den != den:
-                den, below = fraction.den, written(fraction.den)
-            upper[place] = quotient_of(written(fraction.num), below)
+        given = {place: f for place, f in self.fractions.items() if not f.is_zero}
+        # Most entries have the same denominator: it is written once.
+        dens: list[Any] = []
+        places = []
+        for fraction in given.values():
+            if not dens or fraction.den != dens[-1]:
+                dens.append(fraction.den)
+            places.append(len(dens) - 1)
+        written = self.field.polynomial_expressions([*dens, *(f.num for f in given.values())])
+        upper: dict[tuple[int, int], Any] = {
+            place: quotient_of(above, written[below])
+            for place, above, below in zip(given, written[len(dens) :], places, strict=True)
+        }
         rows = _symmetric(n, upper, sp.S.Zero)
         return sp.ImmutableMatrix(n, n, [entry for row in rows for entry in row])
 

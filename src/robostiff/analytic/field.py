@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -123,6 +123,10 @@ class ExactField:
     def polynomial_expression(self, polynomial: Any) -> sp.Expr:
         """Write a polynomial of the generators as a SymPy expression."""
         return self._writer.expression(polynomial)
+
+    def polynomial_expressions(self, polynomials: Sequence[Any]) -> list[Any]:
+        """Write several polynomials."""
+        return self._writer.expressions(polynomials)
 
     def reduced(self, polynomial: Any) -> Any:
         """Bring the squares of sines and roots to their normal form."""
