@@ -1,11 +1,15 @@
 """Force-deflection curves against closed forms, and through limit points."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
 import robostiff as rs
 from robostiff.model import PlacedLeg, Snapshot
 from robostiff.spatial import Space
+from robostiff.statics import critical_point
 from tests.statics.robots_under_load import joint, loaded
 
 A, B, K = 0.5, 0.1, 1e5
@@ -113,3 +117,16 @@ def test_law_of_a_joint_acts_along_the_path():
         assert np.allclose(alone.displacement, curve.displacement[i], rtol=1e-12)
     linear = rs.load_path(shallow_truss(), None, [0, -LIMIT, 0], factors)
     assert np.abs(linear.displacement - curve.displacement).max() > 1e-5
+
+
+def test_margin_that_leaps_past_zero_has_the_factor_of_the_leap(monkeypatch: pytest.MonkeyPatch):
+    """As where a leg turns singular on the way, and its stiffness runs to minus infinity."""
+    real = critical_point.least_margin
+
+    def leaping(problem: Any, found: Any, unloaded: Any) -> Any:
+        leg, own = real(problem, found, unloaded)
+        return leg, replace(own, value=0.3 if found.factor < 0.123 else -1e9)
+
+    monkeypatch.setattr(critical_point, "least_margin", leaping)
+    answer = loaded(shallow_truss(), wrench=[0, -3 * LIMIT, 0])
+    assert answer.critical_factor == pytest.approx(0.123, rel=1e-6)

@@ -18,8 +18,9 @@ from robostiff.statics.newton import (
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.stability import Margin, leg_margins, platform_margin
 
-# Of the margins around a critical point: where interpolation begins, and how many are tried.
-_SMALL, _TRIALS = 1e-4, 30
+# Of the margins around a critical point: where interpolation begins, and how many are tried before
+# the interval is halved, and then.
+_SMALL, _TRIALS, _HALVES = 1e-4, 30, 30
 # Of load times mode: below this the load does no work on the mode, and equilibria branch.
 _BRANCHES = 1e-4
 # Difference of margins by which legs buckle together.
@@ -112,22 +113,25 @@ def refined(
     """Where the margin vanishes between a stable and an unstable equilibrium, in either order.
 
     By regula falsi (Illinois) up to where equations are nearly singular; arc and load factor are
-    interpolated from there.
+    interpolated from there. A margin that leaps past zero, where a leg turns singular, is enclosed
+    by halves.
     """
     left, right = 0.0, arc
     best = step_along(problem, loading, here, direction, arc, unit)
     at_left = least_margin(problem, here, unloaded)[1].value
     at_right = least_margin(problem, best, unloaded)[1].value
-    small = _SMALL * max(abs(at_left), abs(at_right))
-    met = [(at_left, here.factor), (at_right, best.factor)]
+    small = _SMALL * min(1.0, max(abs(at_left), abs(at_right)))
+    met = {at_left: here.factor, at_right: best.factor}
     smallest = abs(at_right)
-    for _ in range(_TRIALS):
+    for trial in range(_TRIALS + _HALVES):
         h = (left * at_right - right * at_left) / (at_right - at_left)
+        if trial >= _TRIALS:
+            h = 0.5 * (left + right)
         found = step_along(problem, loading, here, direction, h, unit)
         if not found.converged:
             break
         value = least_margin(problem, found, unloaded)[1].value
-        met.append((value, found.factor))
+        met[value] = found.factor
         if abs(value) < smallest:
             smallest, best = abs(value), found
         if smallest < small:
@@ -137,13 +141,15 @@ def refined(
         else:
             at_left *= 0.5
         right, at_right = h, value
+    else:
+        return _point(problem, found, *least_margin(problem, found, unloaded))
     point = _point(problem, best, *least_margin(problem, best, unloaded))
     return replace(point, factor=_at_zero(met))
 
 
-def _at_zero(met: list[tuple[float, float]]) -> float:
+def _at_zero(met: dict[float, float]) -> float:
     """Load factor at the margin 0, by the polynomial through the four points nearest to it."""
-    nearest = sorted(met, key=lambda own: abs(own[0]))[:4]
+    nearest = sorted(met.items(), key=lambda own: abs(own[0]))[:4]
     total = 0.0
     for i, (m, factor) in enumerate(nearest):
         weight = 1.0
