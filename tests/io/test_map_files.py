@@ -173,7 +173,7 @@ def test_what_hdf5_does_not_end_with_is_stopped(found, tmp_path, monkeypatch):
     endless.write_text("while True: pass")
     monkeypatch.setattr(netcdf, "READ_HDF5", endless)
     monkeypatch.setattr(netcdf, "_SECONDS", 1)
-    with pytest.raises(InputError, match="HDF5 cannot read .*more than 1 s"):
+    with pytest.raises(InputError, match=r"HDF5 cannot read .*more than 1 s"):
         read_map(path)
     endless.write_text("import os; os.abort()")
     with pytest.raises(InputError, match="contents that HDF5 cannot read"):

@@ -109,7 +109,9 @@ def robot(
     >>> rs.plot.robot(hexapod, deflection=bent).get_title()
     'hexapod'
     """
-    return drawn_by(backend, picture_of_robot(robot, pose, deflection, colouring, exaggeration, near))
+    return drawn_by(
+        backend, picture_of_robot(robot, pose, deflection, colouring, exaggeration, near)
+    )
 
 
 def picture_of_robot(
