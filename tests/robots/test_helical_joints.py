@@ -298,14 +298,12 @@ def test_pitches_that_are_refused(pitch: str, message: str):
 def test_a_planar_robot_has_no_screws():
     text = arm().replace("name: screw arm", "name: screw arm\nplanar: true")
     text = text.replace("[0, 100 mm, -200 mm]", "[0, 100 mm, 0]")
-    with pytest.raises(
-        InputError, match=r"quill in a planar robot: got .*slides across it, not both"
-    ):
+    with pytest.raises(InputError, match="axis of quill in a planar robot"):
         model_from_document(parse_document(text))
     screw = {"type": "spring", "kind": "H", "point": [0, 0, 0], "axis": [0, 0, 1], "k": 5.0}
     leg = {"name": "a", "end": [1, 0, 0], "chain": [{**screw, "pitch": 0.01}]}
     file = {"name": "p", "planar": True, "reference_point": [1, 0, 0], "legs": [leg]}
-    with pytest.raises(InputError, match=r"a planar robot: got .*slides across it, not both"):
+    with pytest.raises(InputError, match="slides across it, not both"):
         snapshot_from_document(parse_document(json.dumps(file)))
 
 

@@ -10,8 +10,6 @@ from functools import reduce
 from operator import getitem
 from typing import Any, Self
 
-import numpy as np
-
 from robostiff.errors import FileError, InputError, Location
 from robostiff.io.suggest import Words, did_you_mean, listing
 
@@ -317,7 +315,7 @@ class DocumentPlace:
     ) -> FileError:
         """An error about the value here, or about its key."""
         locate = self.document.key_location if key else self.document.location
-        got = got.tolist() if isinstance(got, np.ndarray) else got
+        got = got.tolist() if _is_array(got) else got
         return FileError(locate(self.path), subject, got=got, expected=expected, hint=hint)
 
     def unknown(
@@ -343,6 +341,8 @@ class DocumentPlace:
 
         Their hint is for Python; `hint` replaces it for files. Overflow is found by the checks.
         """
+        import numpy as np
+
         try:
             with np.errstate(all="ignore"):
                 yield
@@ -358,4 +358,9 @@ class DocumentPlace:
 
     def _as_given(self, got: Any) -> Any:
         """As the file has it, not as it was when it had become an array."""
-        return self.value if isinstance(got, list | np.ndarray) else got
+        return self.value if isinstance(got, list) or _is_array(got) else got
+
+
+def _is_array(value: Any) -> bool:
+    """Whether a value is an array of NumPy, which reading a document does not import."""
+    return type(value).__name__ == "ndarray"
