@@ -190,7 +190,9 @@ def compile_robot(
     robot.check_has_no_springs("kernel")
     outputs = checked_outputs(outputs)
     robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
-    robot = _within_its_space(robot)
+    # Coordinates that leave the plane of a planar robot are those of home.
+    inside = [ALL_COORDINATES[row] for row in robot.space.rows]
+    robot = replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder)
     if _depends_on_what_is_held(recorded, robot, finder):
@@ -209,12 +211,6 @@ def compile_robot(
     verified = is_trusted(recorded, inputs, finder)
     rank, status = recorded.factors.rank, recorded.status
     return CompiledRobot(rank, status, verified, kernel, robot, joint_kernel)
-
-
-def _within_its_space(robot: Robot) -> Robot:
-    """The robot without the coordinates that leave its plane, which are those of home."""
-    inside = [ALL_COORDINATES[row] for row in robot.space.rows]
-    return replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
 
 
 def _check_derivative(output: Output, robot: Robot, recorded: RecordedRobot) -> None:

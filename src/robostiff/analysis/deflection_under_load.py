@@ -220,7 +220,13 @@ def deflection_at(
         reactions += [JointReaction(*own) for own in carried.reactions]
         actuators += [ActuatorLoad(*own) for own in carried.actuators]
     else:
-        blocks = tuple(_solved_blocks(leg, answer) for leg in placed.legs)
+        known = answer.about_reference
+        blocks = tuple(
+            leg_matrices(leg, answer.origin, answer.space, known.length, tolerance).blocks
+            if leg.blocks
+            else ()
+            for leg in placed.legs
+        )
         for leg, solved, own in zip(placed.legs, blocks, leg_wrenches, strict=True):
             rows = list(answer.space.rows)
             F_leg = np.zeros(6)
@@ -248,14 +254,6 @@ def deflection_at(
         work_of_loads=work,
         leg_blocks=blocks,
     )
-
-
-def _solved_blocks(leg: PlacedLeg, answer: RobotStiffness) -> tuple[SolvedBlock, ...]:
-    """The parallel blocks of a leg, by which they share a wrench among their branches."""
-    if not leg.blocks:
-        return ()
-    known = answer.about_reference
-    return leg_matrices(leg, answer.origin, answer.space, known.length, known.tolerance).blocks
 
 
 def _carried_by(

@@ -174,7 +174,11 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
     >>> axial_stiffness(robot, np.array([3.0]), np.array([0.0]))
     array([25000.])
     """
-    stretch, give, guide = _compliances(robot)
+    cables = robot.cables
+    stretch = np.array([0.0 if own.EA is None else 1.0 / own.EA for own in cables])
+    winches = [own.winch_stiffness for own in cables]
+    give = np.array([0.0 if k is None else 1.0 / k for k in winches])
+    guide = np.array([own.guide_length for own in cables])
     unstrained = (lengths + guide - tensions * give) / (1.0 + tensions * stretch)
     if np.any((unstrained <= 0) & (stretch > 0) & (lengths > 0)):
         i = int(np.argwhere((unstrained <= 0) & (stretch > 0) & (lengths > 0))[0][-1])
@@ -187,17 +191,6 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
     # A cable of zero length has no matrix; its stiffness must only be finite.
     compliance = np.where(unstrained > 0, unstrained, 1.0) * stretch + give
     return 1.0 / compliance
-
-
-def _compliances(robot: CableRobot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """1/EA, 1/k_w and length of the guide of every cable."""
-    stretch = [0.0 if cable.EA is None else 1.0 / cable.EA for cable in robot.cables]
-    give = [
-        0.0 if cable.winch_stiffness is None else 1.0 / cable.winch_stiffness
-        for cable in robot.cables
-    ]
-    guide = [cable.guide_length for cable in robot.cables]
-    return np.array(stretch), np.array(give), np.array(guide)
 
 
 def elastic_stiffness(placed: PlacedCables, stiffness: np.ndarray) -> np.ndarray:

@@ -50,12 +50,6 @@ from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 
 
-def indices_html(found: StiffnessIndices) -> str:
-    """Principal stiffnesses, worst deflections, ratios and centres."""
-    tables = block_html(principal_table(found)) + block_html(ratio_table(found))
-    return element("div", head_html(found.result, found.status) + tables)
-
-
 def principal_table(found: StiffnessIndices) -> Table:
     """Principal stiffnesses with their directions, the smallest first."""
     return Table(["load", "stiffness", "direction"], list(_principal(found)))
@@ -146,7 +140,8 @@ class StiffnessIndices:
         return self.result.status
 
     def _repr_html_(self) -> str:
-        return indices_html(self)
+        tables = block_html(principal_table(self)) + block_html(ratio_table(self))
+        return element("div", head_html(self.result, self.status) + tables)
 
 
 @dataclass(frozen=True, repr=False)

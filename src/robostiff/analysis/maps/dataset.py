@@ -180,11 +180,9 @@ class MapArrays:
         ranges = range_attributes(summary)
         arrays: dict[str, Any] = {}
         for variable in job.variables:
-            own = len(variable.shape)
-            rows = self._rows[variable.name].reshape(*variable.shape, *job.partition.shape)
-            poses_first = np.moveaxis(rows, range(own), range(-own, 0))
+            values = variable.poses_first(self._rows[variable.name], job.partition.shape)
             attributes = variable_attributes(job, variable) | ranges.get(variable.name, {})
-            arrays[variable.name] = ((*job.source.dims, *variable.dims), poses_first, attributes)
+            arrays[variable.name] = ((*job.source.dims, *variable.dims), values, attributes)
         for name, coordinate in coordinate_arrays(job).items():
             arrays[name] = (coordinate.dims, coordinate.values, dict(coordinate.attributes))
         made = xarray.Dataset(arrays, attrs={**self.attributes, **summary_attributes(summary)})

@@ -85,10 +85,6 @@ def check_room(path: Path, job: MapJob) -> None:
         )
 
 
-def _checksum_of(array: Path) -> str:
-    return array_checksum(json.loads((array / "zarr.json").read_text(encoding="utf-8")))
-
-
 def _fill_with_nothing(
     begun: Path, job: MapJob, identity: Mapping[str, str], attributes: Mapping[str, Any]
 ) -> None:
@@ -117,10 +113,11 @@ def _fill_with_nothing(
             attributes=variable_attributes(job, variable),
         )
     for name, coordinate in coordinate_arrays(job).items():
+        values = coordinate.values  # texts of any length, as Zarr has them
         group.create_array(
             name,
-            data=_storable(coordinate.values),
-            chunks=tuple(max(1, min(n, _LONGEST)) for n in coordinate.values.shape),
+            data=values.astype(np.dtypes.StringDType()) if values.dtype.kind == "U" else values,
+            chunks=tuple(max(1, min(n, _LONGEST)) for n in values.shape),
             compressors=[Crc32cCodec()],
             # Zeros are values like others: every chunk is there.
             config={"write_empty_chunks": True},
@@ -131,13 +128,17 @@ def _fill_with_nothing(
     every = dict(attributes)
     if names := own_coordinates(job):
         every["coordinates"] = " ".join(names)
-    arrays = [variable.name for variable in job.variables] + list(coordinate_arrays(job))
+    variables = [variable.name for variable in job.variables]
+    described = {
+        name: json.loads((begun / name / "zarr.json").read_text(encoding="utf-8"))
+        for name in (*variables, *coordinate_arrays(job))
+    }
     every[IDENTITY] = {
         "parts": dict(identity),
-        "variables": [variable.name for variable in job.variables],
+        "variables": variables,
         "complete": False,
         "attributes": sorted(every),
-        "arrays": {name: _checksum_of(begun / name) for name in arrays},
+        "arrays": {name: array_checksum(own) for name, own in described.items()},
     }
     group.attrs.update(sealed(json.loads(json.dumps(every))))
 
@@ -176,11 +177,6 @@ def sync(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
-
-
-def _storable(values: np.ndarray) -> np.ndarray:
-    """Texts of any length, as Zarr has them."""
-    return values.astype(np.dtypes.StringDType()) if values.dtype.kind == "U" else values
 
 
 class MapStore:
@@ -222,11 +218,8 @@ class MapStore:
         shape = tuple(where.stop - where.start for where in part)
         chunks = []
         for variable in self.job.variables:
-            values = block.arrays[variable.name].reshape(*variable.shape, *shape)
-            poses_first = np.moveaxis(
-                values, range(len(variable.shape)), range(-len(variable.shape), 0)
-            )
-            self._array(variable.name)[part] = poses_first
+            values = block.arrays[variable.name]
+            self._array(variable.name)[part] = variable.poses_first(values, shape)
             chunks.append(self._chunk(variable, index))
         for chunk in chunks:
             sync(chunk)

@@ -70,6 +70,12 @@ class Variable:
             [[named[of_row + of_column] for of_column in rotations] for of_row in moments]
         )
 
+    def poses_first(self, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+        """Values (*self.shape, N) as an array (*shape, *self.shape) of N poses in that shape."""
+        own = len(self.shape)
+        whole = values.reshape(*self.shape, *shape)
+        return np.moveaxis(whole, range(own), range(-own, 0))
+
     @property
     def is_float(self) -> bool:
         """Whether the fill value is NaN."""
