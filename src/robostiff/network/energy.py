@@ -126,10 +126,6 @@ def _check_digits(A: np.ndarray, largest: float) -> None:
     """Raise where soft motions are lost in the rounding of stiff springs that they do not deflect.
 
     It leaves the motions an error of ``eps largest / smallest``, and the energy its square.
-
-    Raises
-    ------
-    TooFewDigitsError
     """
     smallest = np.linalg.svd(A, compute_uv=False)[-1]
     if (np.finfo(float).eps * largest) ** 2 > _LOST * smallest**2:

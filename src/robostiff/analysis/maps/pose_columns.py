@@ -78,10 +78,6 @@ def read_coordinate(
     name : str
         Of the coordinate; of a joint lengths and angles are taken, and the robot decides.
 
-    Raises
-    ------
-    InputError
-
     Examples
     --------
     >>> read_coordinate("values of x", [0.1, 0.2], "lengths", "x")
@@ -105,10 +101,6 @@ def check_units(source: PoseSource, units: Mapping[str, str]) -> None:
     source : PoseSource
     units : mapping of str to str
         SI unit of each coordinate of the robot.
-
-    Raises
-    ------
-    InputError
     """
     for name, unit in getattr(source, "units_given", {}).items():
         if unit != units[name]:
