@@ -86,32 +86,30 @@ LOADS: dict[str, Callable[[rs.Robot, Any], Any]] = {
 }
 
 
-@pytest.mark.parametrize("ask", POSES.values(), ids=POSES)
-def test_poses(robot, ask):
+def check_units(robot, ask, given, units, wrong_unit, says):
+    """Any units of the right kind give the same answer; a wrong one in any place is an error."""
     rng = np.random.default_rng(1)
-    expected = ask(robot, AT)
+    expected = ask(robot, given)
     for _ in range(3):
-        found = ask(robot, of_any_units(rng, AT, POSE))
+        found = ask(robot, of_any_units(rng, given, units))
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
     for place in range(6):
-        wrong = list(AT)
-        wrong[place] = Q(float(AT[place]), "kg")
-        with pytest.raises(InputError, match=rf"entry \[{place}\]"):
+        wrong = list(given)
+        wrong[place] = Q(float(given[place]), wrong_unit(place))
+        with pytest.raises(InputError, match=says(place)):
             ask(robot, wrong)
+
+
+@pytest.mark.parametrize("ask", POSES.values(), ids=POSES)
+def test_poses(robot, ask):
+    check_units(robot, ask, AT, POSE, lambda _: "kg", lambda place: rf"entry \[{place}\]")
 
 
 @pytest.mark.parametrize("ask", LOADS.values(), ids=LOADS)
 def test_loads(robot, ask):
-    rng = np.random.default_rng(2)
-    expected = ask(robot, LOAD)
-    for _ in range(3):
-        found = ask(robot, of_any_units(rng, LOAD, WRENCH))
-        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
-    for place in range(6):
-        wrong = list(LOAD)
-        wrong[place] = Q(float(LOAD[place]), "N * m" if place < 3 else "N")
-        with pytest.raises(InputError, match="a force" if place < 3 else "a moment"):
-            ask(robot, wrong)
+    other = "N * m", "N"
+    kinds = "a force", "a moment"
+    check_units(robot, ask, LOAD, WRENCH, lambda k: other[k // 3], lambda k: kinds[k // 3])
 
 
 def test_an_array_with_one_unit_fits_where_the_rest_is_zero(robot):

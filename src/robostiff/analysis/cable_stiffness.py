@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.result import about_point
+from robostiff.analysis.result import about_point, in_short
 from robostiff.cables import (
     CableStatus,
     TensionRule,
@@ -169,15 +169,7 @@ class CableStiffness(CableAnswer):
         return replace(self, placed=placed, wrench=wrench)
 
     def __repr__(self) -> str:
-        if self.batch_shape:
-            answered = int(np.count_nonzero(self.answered))
-            poses = int(np.prod(self.batch_shape))
-            return f"<CableStiffness of {self.name!r}, {poses} poses, {answered} with a matrix>"
-        point = ", ".join(f"{x:.5g}" for x in self.reference_point)
-        return (
-            f"<CableStiffness of {self.name!r} about ({point}) m, rank {int(self.rank)} of "
-            f"{self.space.size}, status {self.status}>"
-        )
+        return in_short(self, "CableStiffness")
 
     def _in_words(self, kind: str) -> tuple[FreeMotion, ...]:
         if self.batch_shape:

@@ -242,15 +242,7 @@ class RobotStiffness(InNotebooks):
         return stiffness_html(self)
 
     def __repr__(self) -> str:
-        if self.batch_shape:
-            answered = int(np.count_nonzero(self.answered))
-            poses = int(np.prod(self.batch_shape))
-            return f"<RobotStiffness of {self.name!r}, {poses} poses, {answered} with a matrix>"
-        point = ", ".join(f"{x:.5g}" for x in self.reference_point)
-        return (
-            f"<RobotStiffness of {self.name!r} about ({point}) m, rank {int(self.rank)} of "
-            f"{self.space.size}, status {self.status}>"
-        )
+        return in_short(self, "RobotStiffness")
 
     def __getitem__(self, index: Any) -> RobotStiffness:
         """The answer at one pose, or at some poses, of a batch."""
@@ -283,6 +275,19 @@ class RobotStiffness(InNotebooks):
         if self.complaints:
             raise NoAnswerError(f"no stiffness matrix of {self.name!r}: {'; '.join(self.advice)}")
         _ = self.about_reference.K
+
+
+def in_short(result: RobotStiffness | CableStiffness, kind: str) -> str:
+    """What is printed of a result: point, rank and status; how many matrices a batch has."""
+    if result.batch_shape:
+        answered = int(np.count_nonzero(result.answered))
+        poses = int(np.prod(result.batch_shape))
+        return f"<{kind} of {result.name!r}, {poses} poses, {answered} with a matrix>"
+    point = ", ".join(f"{x:.5g}" for x in result.reference_point)
+    return (
+        f"<{kind} of {result.name!r} about ({point}) m, rank {int(result.rank)} of "
+        f"{result.space.size}, status {result.status}>"
+    )
 
 
 Answer = TypeVar("Answer", "RobotStiffness", "CableStiffness")
