@@ -9,12 +9,13 @@ from pathlib import Path
 
 import robostiff as rs
 from robostiff.report import described_by, report_contents, report_html, report_pdf
+from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
 
 LOADS = {6: [300, 100, -200, 0, 0, 0], 3: [100, 20, 0]}
 
 
 def main(folder: str, *names: str) -> None:
-    for name in names or (*rs.shipped_robots(), *rs.shipped_cable_robots()):
+    for name in names or (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages()):
         robot = rs.load(name)
         try:
             symbolic = rs.load(name, symbols=rs.ALL_PARAMETERS)

@@ -110,6 +110,8 @@ def equilibrium_picture(
         scale = max(scale, 1.0) if scale else 0.0
     factor, unit = unit_of(extent(snapshot))
     drawing = Drawing(snapshot, motion, scale, factor)
+    if len(snapshot.legs) == 1 and colouring is Colouring.LEGS:
+        colouring = Colouring.PARTS
     shares = energy_colours(result.shares, colouring)
     items = robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
     if scale:

@@ -109,9 +109,8 @@ def robot(
     >>> rs.plot.robot(hexapod, deflection=bent).get_title()
     'hexapod'
     """
-    return drawn_by(
-        backend, picture_of_robot(robot, pose, deflection, colouring, exaggeration, near)
-    )
+    picture = picture_of_robot(robot, pose, deflection, colouring, exaggeration, near)
+    return drawn_by(backend, picture)
 
 
 def picture_of_robot(

@@ -36,7 +36,13 @@
     const place = document.getElementById("plot-" + figure.name);
     // A view that was turned stays turned.
     const scene = place.layout && place.layout.scene;
-    if (scene && scene.camera && drawn.layout.scene) drawn.layout.scene.camera = scene.camera;
+    if (drawn.layout.scene) {
+      const eye = drawn.layout.scene.camera.eye;
+      // where there is little room, numbers on axes at both sides need a step back
+      const away = Math.max(1, 720 / (place.clientWidth || 720));
+      for (const axis in eye) eye[axis] *= away;
+      if (scene && scene.camera) drawn.layout.scene.camera = scene.camera;
+    }
     return drawn;
   }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
@@ -83,7 +84,7 @@ _QUALITIES = {
 }
 
 
-class Machine:
+class Machine(ABC):
     """A robot of any kind at the values of its sliders: see `machine_of`."""
 
     sliders: tuple[Slider, ...] = ()
@@ -99,9 +100,9 @@ class Machine:
         found.robot = robot.numeric if isinstance(robot, Robot) else robot
         return found
 
+    @abstractmethod
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
-        raise NotImplementedError
 
 
 def machine_of(robot: Any, pose: Any = None) -> Machine:

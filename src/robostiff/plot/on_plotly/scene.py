@@ -36,6 +36,7 @@ _SCENE, _BELOW = 500, 16  # pixels; nothing is written below a scene but its leg
 _MARGIN = 0.04  # of the longest side of the box
 # How much farther, so that names at the corners and numbers on axes are not cut.
 _WITH_NAMES, _BESIDE_SCALE = 1.15, 1.25
+_THIN = 0.25  # of a box as long as wide: axes that are shorter have few numbers
 _EYE = {"x": 1.28, "y": -1.62, "z": 0.78}
 
 
@@ -63,8 +64,12 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         "aspectmode": "manual",
         "aspectratio": dict(zip("xyz", ratio, strict=True)),
         **{
-            f"{axis}axis": {"title": title, "range": limits}
-            for axis, title, limits in zip("xyz", (x, y, z), ranges, strict=True)
+            f"{axis}axis": {
+                "title": title,
+                "range": limits,
+                **({"nticks": 2} if part < _THIN else {}),  # numbers beside one another
+            }
+            for axis, title, limits, part in zip("xyz", (x, y, z), ranges, ratio, strict=True)
         },
     }
     return figure(palette, picture.title, traces, picture.notes, _SCENE, _BELOW, 16, scene=scene)

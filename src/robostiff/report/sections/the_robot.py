@@ -48,13 +48,23 @@ def _legs(robot: Reported) -> Part | None:
     return whole if len(legs) == 1 else Folded(f"{len(legs)} legs, element by element", (whole,))
 
 
+_OF_PASSIVE_JOINTS = (
+    "A. Pashkevich, A. Klimchik, S. Caro, D. Chablat: Cartesian stiffness matrix of manipulators "
+    "with passive joints: analytical approach, 2011"
+)
+_OF_CABLES = (
+    "S. Behzadipour, A. Khajepour: Stiffness of cable-based parallel manipulators with application "
+    "to stability analysis, 2006"
+)
 _PACKAGES = ("numpy", "scipy", "sympy")
 
 
 def method_section(contents: ReportContents) -> Section:
     """Method, point, conventions and versions."""
     result = contents.stiffness
-    pose = "its own" if result.pose is None else f"[{row(result.pose)}] (m, rad)"
+    pose = "its own"
+    if result.pose is not None:
+        pose = f"[{row(result.pose)}] (m, rad): x, y, z and rotation vector of the platform"
     packages = ", ".join(f"{name} {version(name)}" for name in _PACKAGES)
     facts = {
         "method": (
@@ -62,12 +72,11 @@ def method_section(contents: ReportContents) -> Section:
             if isinstance(result, CableStiffness)
             else f"{result.method.name}: {result.method.equation}"
         ),
-        "pose": f"{pose}: x, y, z and rotation vector of the platform",
+        "pose": pose,
         "reference point": f"({row(result.reference_point)}) m",
         "conventions": "F = K t in world axes; twist: displacement of the reference point, then "
         "rotation; wrench: force, then moment about the reference point; SI units",
-        "theory": "A. Pashkevich, A. Klimchik, S. Caro, D. Chablat: Cartesian stiffness matrix of "
-        "manipulators with passive joints: analytical approach, 2011",
+        "theory": _OF_CABLES if isinstance(result, CableStiffness) else _OF_PASSIVE_JOINTS,
         "versions": f"robostiff {__version__}, Python {platform.python_version()}, {packages}",
     }
     found = contents.found
