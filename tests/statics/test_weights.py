@@ -1,6 +1,7 @@
 """Weights of masses: pendulums, cantilevers and columns on paper, and balance of whole robots."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,11 +30,12 @@ def rod(length: float = L, **options: object) -> rs.Link:
     return rs.beam_link([length, 0, 0], STEEL, circle(D), **options)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("elements", [1, 2, 5])
-def test_tip_of_a_cantilever_under_its_own_weight(elements: int):
-    """w L^4 / 8 EI and w L^3 / 6 EI, exact for any number of elements while small."""
+@pytest.mark.parametrize(("elements", "rods"), [(1, 1), (2, 1), (5, 1), (1, 2), (2, 3)])
+def test_tip_of_a_cantilever_under_its_own_weight(elements: int, rods: int):
+    """w L^4 / 8 EI and w L^3 / 6 EI, exact for any number of elements while small; rods that were
+    not named are different ones."""
     small = 1e-4
-    robot = arm(rod(), gravity=[0, 0, -9.80665 * small])
+    robot = arm(*[rod(L / rods)] * rods, gravity=[0, 0, -9.80665 * small])
     answer = loaded(robot, beams=rs.Bowing(elements))
     w = LINE_WEIGHT * small
     assert np.isclose(answer.displacement[2], -w * L**4 / (8 * EI), rtol=1e-6)
@@ -155,6 +157,20 @@ def test_weight_lowers_the_critical_load():
     assert np.isclose(found.factor, euler - 0.3 * q * L, rtol=0.02)
     weightless = rs.critical_load(arm(upright, gravity="-z"), gravity=[0, 0, 0], **options)
     assert np.isclose(weightless.factor, euler, rtol=3e-4)
+
+
+def test_parts_of_one_name_are_numbered_and_refused_in_a_snapshot():
+    """Loads and masses are known by names."""
+    hinge = rs.revolute([0, 0, 1], rs.Actuated(1e3), name="beam1")
+    chain = Chain((rod(), hinge, rod(), rod(name="tip")))
+    assert [e.name for e in chain.elements] == ["beam2", "beam1", "beam3", "tip"]
+    robot = arm(*chain.elements, gravity=[0, 0, -0.1])
+    assert rs.compile_loaded(robot, backend=rs.Backend.ARRAYS).verified
+    placed = find_posture(arm(rod(), rod())).snapshot.one(0)
+    (leg,) = placed.legs
+    twice = replace(leg, elements=(leg.elements[0], replace(leg.elements[1], name="beam1")))
+    with pytest.raises(rs.InputError, match="arm/beam1, twice', expected each name once"):
+        loaded(replace(placed, legs=(twice,)))
 
 
 def test_bad_masses_and_gravity():

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -39,6 +40,8 @@ class Chain:
     Attributes
     ----------
     elements : tuple of Rigid, Link, Joint, Telescope or ParallelBlock
+        Links, joints and blocks are known by their names; where several have one name, they are
+        numbered: three links ``beam`` are ``beam1``, ``beam2`` and ``beam3``.
     couplings : tuple of Coupling
         Gears and differentials between its own joints. Each takes the place of a passive joint
         among the coordinates p of the chain, by which the joints move as ``q = T p``.
@@ -56,6 +59,8 @@ class Chain:
         if not self.elements:
             raise InputError("chain", got="no element", expected="at least one element")
         object.__setattr__(self, "couplings", tuple(self.couplings))
+        coupled = {name for own in self.couplings for name, _ in own.terms}
+        object.__setattr__(self, "elements", _numbered(tuple(self.elements), coupled))
         if self.couplings:
             _ = self.home
 
@@ -320,3 +325,21 @@ def is_elastic(element: Element | None) -> bool:
     if isinstance(element, Telescope) and element.beams:
         return True
     return getattr(getattr(element, "role", None), "stiffness", None) is not None
+
+
+def _numbered(elements: tuple[Element, ...], coupled: set[str]) -> tuple[Element, ...]:
+    """The same, each with a name of its own; those that couplings name keep theirs."""
+    count = Counter(e.name for e in elements if not isinstance(e, Rigid))
+    number = dict.fromkeys((n for n, k in count.items() if k > 1 and n not in coupled), 0)
+    if not number:
+        return elements
+    found: list[Element] = []
+    for element in elements:
+        name = element.name
+        if name in number and not isinstance(element, Rigid):
+            while name in count:
+                number[element.name] += 1
+                name = f"{element.name}{number[element.name]}"
+            count[name] += 1
+        found.append(element if name == element.name else replace(element, name=name))
+    return tuple(found)

@@ -298,6 +298,12 @@ class LegWalk:
             point = np.asarray(element.point, float)
             behind.append(_Behind(end, len(self.chains), len(own), point))
             part = _Part(len(self.chains), len(own), point, drive)
+            if self.prefix + element.name in self.named:
+                raise InputError(
+                    "parts of a snapshot under load",
+                    got=f"{self.prefix + element.name}, twice",
+                    expected="each name once in a leg: loads and masses are known by it",
+                )
             self.named[self.prefix + element.name] = part
             whole = element.name.partition("[")[0]
             if whole != element.name:  # the last freedom of a joint has its body behind it

@@ -92,7 +92,7 @@ def _weighed(chain: Chain, placed: PlacedLeg) -> PlacedLeg:
                 masses += _fixed(element.name, mass, p + R @ centre, len(kept))
             continue
         own = next(left)
-        if isinstance(own, PlacedSpring) and element.name == _FRAME:
+        if isinstance(own, PlacedSpring) and element.name.startswith(_FRAME):
             R, p = own.rotation, own.point
             continue
         if isinstance(own, PlacedBlock) and isinstance(element, ParallelBlock):
