@@ -3,31 +3,38 @@
 The expert closes the legs and finds the wrenches that they transmit by hand, takes polynomial rings
 where these are faster than expressions, and writes no more than the problem needs. robostiff reads
 a model, closes its legs, finds the wrenches, and compares the formula with numbers at random
-parameters and poses before it returns: what the expert's figures leave out.
+parameters and poses before it returns: what the expert's figures leave out. Both matrices are
+compared in numbers before they are timed.
 
     python benchmarks/expert.py                            all problems, two minutes
+    python benchmarks/expert.py --compare 3-rrr gsb        both matrices of some of them in numbers
     python benchmarks/expert.py --table docs/derivations.md    and the table there
 """
 
 import argparse
 import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import sympy as sp
 from derivations import JOINTS, K0, fraction_free_recursion, ring_fractions, upper
 from sympy.core.cache import clear_cache
 
 import robostiff as rs
+from robostiff import DisagreementError
 from robostiff.analytic import derive_chain
+from robostiff.analytic.derivation import Definition
+from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.sum_of_springs import operations_of
 
 BEGINNING, END = "<!-- table of the expert -->", "<!-- end of the expert's table -->"
 RUNS = 5
+AGREED = 1e-10  # of both matrices in numbers
 DATA = Path(__file__).parent.parent / "tests" / "analytic" / "data"
 R, r, h, k = sp.symbols("R r h k", positive=True)
 PHI, PSI = (0, 120, 120, 240, 240, 360), (60, 60, 180, 180, 300, 300)  # eq. (28), degrees
@@ -49,7 +56,7 @@ legs:
       - {type: revolute, name: tip, axis: z, role: passive}
 """
 
-Found = tuple[list[Any], list[Any]]  # different entries, and what their names stand for
+Found = tuple[list[Any], list[Definition]]  # upper triangle, and what its names stand for
 
 
 def platform_in_expressions() -> Found:
@@ -91,7 +98,7 @@ def platform_anywhere() -> Found:
         w = sp.Matrix([*d, *b.cross(d)])
         K += w * w.T * (k / d.dot(d))
     names, entries = sp.cse(upper6(K))
-    return entries, [expression for _, expression in names]
+    return entries, [Definition(*name) for name in names]
 
 
 def upper6(K: Any) -> list[Any]:
@@ -112,10 +119,12 @@ def planar_leg() -> Found:
     fy: Any = sp.trigsimp(u.dot(across))
     c = fx**2 * l1 / (E * A) + fy**2 * bending + l2 / (E * A)
     w = sp.Matrix([*u, 0])
-    return upper6(w * w.T / sp.Symbol("c")), [c]
+    return upper6(w * w.T / c1), [Definition(c1, c)]
 
 
-def summed(legs: list[tuple[Any, Any]], turn: Any = None) -> list[Any]:
+def summed(
+    legs: list[tuple[Any, Any]], turn: Any = None, rows: Sequence[int] = range(6)
+) -> list[Any]:
     """K = sum of w w^T / c, multiplied out and factored; of an angle, sin^2 is 1 - cos^2."""
     K: Any = sum((w * w.T / c for w, c in legs), sp.zeros(6))
     below = [1 / c for c in dict.fromkeys(c for _, c in legs)]
@@ -126,7 +135,7 @@ def summed(legs: list[tuple[Any, Any]], turn: Any = None) -> list[Any]:
             entry = sp.expand(entry.subs(sp.sin(turn) ** 2, 1 - sp.cos(turn) ** 2))
         return sp.collect(entry, below, sp.factor)
 
-    return [short(x) for x in upper6(K)]
+    return [short(x) for x in upper6(K.extract(list(rows), list(rows)))]
 
 
 def around(phi: Any) -> tuple[Any, Any]:
@@ -146,18 +155,25 @@ def telescope(cylinder: Any, L: Any, rigidity: str) -> Any:
 
 THIRDS = [sp.Integer(i) * 2 * sp.pi / 3 for i in range(3)]
 UP = sp.Matrix([0, 0, 1])
-L, c1, c2, cylinder = sp.symbols("L c1 c2 cylinder", positive=True)
+L, c1, c2, q, cylinder = sp.symbols("L c1 c2 q cylinder", positive=True)
 EA, EI, GJ = sp.symbols("EA EI GJ", positive=True)
 LEG = (R - r) ** 2 + h**2
 
 
 def platform_with_tubes() -> Found:
-    """(28) with legs as long as their tubes."""
+    """(28) with legs as long as their tubes, of steel."""
+    outer, inner = sp.symbols("D d", positive=True)
     legs = []
     for phi, psi in zip(map(sp.rad, PHI), map(sp.rad, PSI), strict=True):
         a, b = R * around(phi)[0], r * around(psi)[0]
         legs.append((force((b - a + h * UP) / L, b), c1))
-    return summed(legs), [sp.sqrt(R**2 - R * r + h**2 + r**2), 1 / k + L / EA]
+    length = sp.sqrt(R**2 - R * r + h**2 + r**2)
+    steel = 52_500_000_000 * sp.pi * (outer**2 - inner**2)
+    return summed(legs), [
+        Definition(L, length),
+        Definition(EA, steel),
+        Definition(c1, 1 / k + L / EA),
+    ]
 
 
 def hexapod() -> Found:
@@ -169,7 +185,8 @@ def hexapod() -> Found:
             b = r * around(i + sign * (sp.pi / 3 - alpha))[0]
             legs.append((force((b - a + h * UP) / L, b), c1))
     length = sp.sqrt(R**2 + r**2 + h**2 - 2 * R * r * sp.cos(sp.pi / 3 - 2 * alpha))
-    return summed(legs, alpha), [length, 2 / joint + 1 / screw + telescope(cylinder, L, "EA")]
+    c = 2 / joint + 1 / screw + telescope(cylinder, L, "EA")
+    return summed(legs, alpha), [Definition(L, length), Definition(c1, c)]
 
 
 def three_rps() -> Found:
@@ -180,18 +197,19 @@ def three_rps() -> Found:
         legs += [(force(((r - R) * radial + h * UP) / L, r * radial), c2)]
     I1, I2 = sp.symbols("EI_1 EI_2", positive=True)
     bent = (L**3 - (L - cylinder) ** 3) / (3 * I1) + (L - cylinder) ** 3 / (3 * I2)
-    return summed(legs), [sp.sqrt(LEG), bent, 1 / k + telescope(cylinder, L, "EA")]
+    along = 1 / k + telescope(cylinder, L, "EA")
+    return summed(legs), [Definition(L, sp.sqrt(LEG)), Definition(c1, bent), Definition(c2, along)]
 
 
 def three_prs() -> Found:
     """The same on vertical rails; q is the rise of a rod of length L."""
-    q = sp.Symbol("q", positive=True)
     legs = []
     for radial, tangent in map(around, THIRDS):
         legs += [(force(tangent, r * radial), c1)]
         legs += [(force(((r - R) * radial + q * UP) / L, r * radial), c2)]
     rise = sp.sqrt(L**2 - (R - r) ** 2)
-    return summed(legs), [rise, L**3 / (3 * EI), (q / L) ** 2 / k + L / EA]
+    across, along = L**3 / (3 * EI), (q / L) ** 2 / k + L / EA
+    return summed(legs), [Definition(q, rise), Definition(c1, across), Definition(c2, along)]
 
 
 def three_upu() -> Found:
@@ -205,20 +223,21 @@ def three_upu() -> Found:
         legs += [(force(u, r * radial), c1)]
         legs += [(sp.Matrix([0, 0, 0, *((u - s * axis) / C)]), c2)]
     turned = C**2 * telescope(cylinder, L, "GJ") + s**2 * telescope(cylinder, L, "EI")
-    names = [sp.sqrt(LEG), sp.sqrt(1 - s**2), 1 / k + telescope(cylinder, L, "EA"), turned]
-    return summed(legs, tau), names
+    along = 1 / k + telescope(cylinder, L, "EA")
+    names = [Definition(L, sp.sqrt(LEG)), Definition(C, sp.sqrt(1 - s**2))]
+    return summed(legs, tau), [*names, Definition(c1, along), Definition(c2, turned)]
 
 
 def three_puu() -> Found:
     """A force along each rod, and a couple about it; q is the drop of a rod of length L."""
-    q = sp.Symbol("q", positive=True)
     legs = []
     for phi in THIRDS:
         radial = around(phi + sp.pi / 12)[0]
         u = ((r - R) * radial - q * UP) / L
         legs += [(force(u, r * radial), c1), (sp.Matrix([0, 0, 0, *u]), c2)]
     rise = sp.sqrt(L**2 - (R - r) ** 2)
-    return summed(legs), [rise, (q / L) ** 2 / k + L / EA, L / GJ]
+    along = (q / L) ** 2 / k + L / EA
+    return summed(legs), [Definition(q, rise), Definition(c1, along), Definition(c2, L / GJ)]
 
 
 def three_rrr() -> Found:
@@ -232,7 +251,8 @@ def three_rrr() -> Found:
     cosine = (d**2 - l1**2 - l2**2) / (2 * l1 * l2)
     bending = l1**2 / k + l1**3 / (3 * EI)
     c = cosine**2 * l1 / EA + (1 - cosine**2) * bending + l2 / EA
-    return summed(legs), [R - r, toward, sp.sqrt(1 - x**2), c]
+    names = [Definition(d, R - r), Definition(x, toward), Definition(y, sp.sqrt(1 - x**2))]
+    return summed(legs, rows=(0, 1, 5)), [*names, Definition(c1, c)]
 
 
 def chain_by_the_expert(n: int) -> Callable[[], Found]:
@@ -243,7 +263,7 @@ def chain_by_the_expert(n: int) -> Callable[[], Found]:
 def derived(robot: Any, pose: Any) -> Found:
     derivation = rs.derive(robot, pose=pose)
     named = derivation.named or derivation
-    return upper6(named.K), [d.expression for d in named.definitions]
+    return upper6(named.K), list(named.definitions)
 
 
 def chain(n: int) -> Callable[[], Found]:
@@ -256,6 +276,8 @@ class Problem:
     name: str
     ours: Callable[[], Found]
     experts: tuple[Callable[[], Found], ...]
+    nominal: Mapping[str, float] = field(default_factory=dict)  # of the symbols
+    alike: Mapping[str, str] = field(default_factory=dict)  # expert's symbols in our names
 
 
 def problems() -> list[Problem]:
@@ -266,31 +288,41 @@ def problems() -> list[Problem]:
         leg = rs.load(page, symbols=rs.ALL_PARAMETERS)
     routes = (platform_in_expressions, platform_in_a_ring)
     found = [
-        Problem("platform (28) at home", lambda: derived(stewart, rs.AtHome()), routes),
+        Problem(
+            "platform (28) at home",
+            lambda: derived(stewart, rs.AtHome()),
+            routes,
+            stewart.nominal,
+        ),
         Problem(
             "platform (28) at a general pose",
             lambda: derived(stewart, rs.AtSymbols()),
             (platform_anywhere,),
+            stewart.nominal,
         ),
         Problem(
             "planar leg R-beam-R-beam-R",
             lambda: derived(leg, rs.AtSymbols()),
             (planar_leg,),
+            leg.nominal,
         ),
     ]
-    at_home: dict[str, Callable[[], Found]] = {
-        str(DATA / "gsb-drive.yaml"): platform_with_tubes,
-        "hexapod": hexapod,
-        "3-prs": three_prs,
-        "3-rps": three_rps,
-        "3-upu": three_upu,
-        "3-puu": three_puu,
-        "3-rrr": three_rrr,
-    }
-    for name, expert in at_home.items():
+    rod = {"L": "l", "EA": "EA_1", "EI": "EI_z_1", "GJ": "GJ_1"}
+    bar = {"EA": "EA_1", "EI": "EI_z_1"}
+    at_home: list[tuple[str, Callable[[], Found], Mapping[str, str]]] = [
+        (str(DATA / "gsb-drive.yaml"), platform_with_tubes, {}),
+        ("hexapod", hexapod, {}),
+        ("3-prs", three_prs, rod),
+        ("3-rps", three_rps, {"EI_1": "EI_z_1", "EI_2": "EI_2"}),
+        ("3-upu", three_upu, {}),
+        ("3-puu", three_puu, rod),
+        ("3-rrr", three_rrr, bar),
+    ]
+    for name, expert, alike in at_home:
         robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
         ours = partial(derived, robot, rs.AtHome())
-        found.append(Problem(f"{Path(name).stem} at home", ours, (expert,)))
+        title = f"{Path(name).stem} at home"
+        found.append(Problem(title, ours, (expert,), robot.nominal, alike))
     for n in range(1, 6):
         name = f"chain of 21 symbols, {n} joint{'s' * (n > 1)}"
         found.append(Problem(name, chain(n), (chain_by_the_expert(n),)))
@@ -311,16 +343,56 @@ def best(route: Callable[[], Found]) -> tuple[float, int]:
     for x in entries:
         if x not in different and -x not in different:
             different.append(x)
-    return least, operations_of([*different, *names], ())
+    return least, operations_of(different, names)
+
+
+def difference(problem: Problem) -> float:
+    """Of our K and the expert's at random values of the symbols, as a part of the diagonal."""
+    entries, names = problem.ours()
+    random = np.random.default_rng(11)
+    values = {name: x * (1 + 0.05 * random.uniform(-1, 1)) for name, x in problem.nominal.items()}
+    defined = {d.symbol for d in names}
+    given = {s for x in (*entries, *(d.expression for d in names)) for s in x.free_symbols}
+    for s in sorted(given - defined, key=str):
+        values.setdefault(s.name, 0.5 + random.uniform())
+    own = {s: values[s.name] for s in given - defined}
+    ours = np.array(values_of(entries, own, names))
+    rows, columns = np.triu_indices(3 if len(ours) == 6 else 6)
+    diagonal = np.abs(ours[rows == columns])
+    scale = np.sqrt(np.where(diagonal > 0, diagonal, np.max(diagonal)))
+    sizes = scale[rows] * scale[columns]
+    for d, value in zip(names, values_of([d.symbol for d in names], own, names), strict=True):
+        values[d.symbol.name] = value
+    largest = 0.0
+    for expert in problem.experts:
+        theirs, their_names = expert()
+        needed = {
+            s for x in (*theirs, *(d.expression for d in their_names)) for s in x.free_symbols
+        }
+        needed -= {d.symbol for d in their_names}
+        at = {s: values[problem.alike.get(s.name, s.name)] for s in needed}
+        found = np.array(values_of(theirs, at, their_names))
+        largest = max(largest, float(np.max(np.abs(found - ours) / sizes)))
+    return largest
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Formulas against SymPy as an expert writes it.")
+    parser.add_argument("problems", nargs="*", help="parts of names; all problems when left out")
+    parser.add_argument("--compare", action="store_true", help="only compare both in numbers")
     parser.add_argument("--table", type=Path, help="page in which the table is replaced")
     options = parser.parse_args()
+    wanted = options.problems or [""]
+    chosen = [p for p in problems() if any(part in p.name for part in wanted)]
     rows = ["| problem | robostiff s | operations | expert s | operations | expert/robostiff |"]
     rows.append("|---|---|---|---|---|---|")
-    for problem in problems():
+    for problem in chosen:
+        apart = difference(problem)
+        if apart > AGREED:
+            raise DisagreementError("our K and the expert's", f"by {apart:.1e}", problem.name)
+        if options.compare:
+            print(f"{problem.name}: {apart:.1e}")
+            continue
         ours, operations = best(problem.ours)
         theirs, their_operations = min(map(best, problem.experts))
         numbers = f"{ours:.3f} | {operations} | {theirs:.3f} | {their_operations}"

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 from tests.project.shown_output import ROOT
 
 
@@ -36,3 +38,16 @@ def test_robots_are_compared_with_numbers():
     assert float(rows["gsb-drive"][-1]) < 1e-12
     assert "  c_a = 1/k + L_a/EA_1" in run.stdout
     assert "K15 = -K24" in run.stdout
+
+
+@pytest.mark.parametrize("problems", [["gsb", "3-rrr", "planar"], ["platform", "3-p", "hexapod"]])
+def test_the_expert_derives_the_same_matrix(problems: list[str]):
+    run = subprocess.run(
+        [sys.executable, ROOT / "benchmarks/expert.py", "--compare", *problems],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = [float(line.rpartition(":")[2]) for line in run.stdout.splitlines()]
+    assert len(found) >= len(problems)
+    assert max(found) < 1e-12
