@@ -23,6 +23,9 @@ _LONGEST = 8000
 _CHUNK = 1024
 # Poses that need more steps: so many are worth machine code of their own.
 _MANY = 500
+# Square of a step after which the next would be rounding; and the part of some poses that may be
+# left behind when all of them take a step more.
+_ENOUGH, _LEFT = 1e-8**2, 0.25
 # A part of the way from home that is too long for one is cut into so many, down to the shortest.
 _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
 
@@ -36,10 +39,11 @@ class ClosedCode:
     closure : RecordedSteps
     whole : MachineCode, ArrayCode or None
         The usual number of steps and the program in one; None where that is too long.
-    step, last : MachineCode or ArrayCode
-        One step; and the program, from the inputs of the closure and what the steps hand on.
-    few : pair of ArrayCode
-        The same two for few poses, which are not worth compiling.
+    first, step, last : MachineCode or ArrayCode
+        The first steps, from the inputs of the closure; one step, from these and what the step
+        before handed on; and the program, from the same.
+    few : three of ArrayCode
+        The same for few poses, which are not worth compiling.
     arrival : pair of codes, or None
         Whether steps of a closure arrive, for many and for few poses; with it, what is too far from
         home for all steps at once is reached in parts of the straight way.
@@ -47,9 +51,10 @@ class ClosedCode:
 
     closure: RecordedSteps
     whole: Code | None
+    first: Code
     step: Code
     last: Code
-    few: tuple[ArrayCode, ArrayCode]
+    few: tuple[ArrayCode, ArrayCode, ArrayCode]
     arrival: tuple[Code, ArrayCode] | None = None
 
     @classmethod
@@ -57,39 +62,41 @@ class ClosedCode:
         cls, closure: RecordedSteps, program: Program, code: Callable[[Program], Code]
     ) -> ClosedCode:
         """The code of a program of leg coordinates."""
-        step, last = closure.step, closure.arrived(program)
+        first, step, last = closure.begun(), closure.step, closure.arrived(program)
         whole = closure.composed(program) if step.operations <= _LONGEST else None
         arrival = closure.arrival if isinstance(closure, RecordedClosure) else None
         return cls(
             closure=closure,
             whole=code(whole) if whole is not None and whole.operations <= _LONGEST else None,
+            first=code(first),
             step=code(step),
             last=code(last),
-            few=(ArrayCode(step), ArrayCode(last)),
+            few=(ArrayCode(first), ArrayCode(step), ArrayCode(last)),
             arrival=None if arrival is None else (code(arrival), ArrayCode(arrival)),
         )
 
     def in_machine_code(self) -> ClosedCode:
         """The same, compiled by heyoka."""
         whole = None if self.whole is None else MachineCode(self.whole.program)
-        step, last = MachineCode(self.step.program), MachineCode(self.last.program)
+        first, step, last = (MachineCode(own.program) for own in (self.first, self.step, self.last))
         arrival = self.arrival
         if arrival is not None:
             arrival = MachineCode(arrival[0].program), arrival[1]
-        return replace(self, whole=whole, step=step, last=last, arrival=arrival)
+        return replace(self, whole=whole, first=first, step=step, last=last, arrival=arrival)
 
     @property
     def in_arrays(self) -> ClosedCode:
         """The same without machine code, for few poses."""
-        step, last = self.few
-        return replace(self, whole=None, step=step, last=last)
+        first, step, last = self.few
+        return replace(self, whole=None, first=first, step=step, last=last)
 
     @property
     def operations(self) -> int:
         """Number of operations a pose takes, with the usual number of steps."""
         if self.whole is not None:
             return self.whole.operations
-        return self.closure.steps * self.step.operations + self.last.operations
+        others = (self.closure.steps - self.closure.first_steps) * self.step.operations
+        return self.first.operations + others + self.last.operations
 
     @property
     def rows(self) -> int:
@@ -98,21 +105,19 @@ class ClosedCode:
 
     def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
-        own = self.step, self.last
-        if self.whole is not None:
-            self.whole.evaluate(inputs, outputs, threads)
+        own = self.first, self.step, self.last
+        if self.whole is None:
+            self._loop(own, inputs, outputs, threads)
         else:
-            self._loop(own, self.closure.steps, inputs, outputs, threads)
-        # The last two rows are the gap and the assembly mode.
-        again = np.flatnonzero(~(outputs[-2] < CLOSED) & (outputs[-1] > 0))
-        if again.size:
-            more = np.empty((self.rows, again.size))
-            few = again.size < _MANY and self.whole is not None
-            codes = self.few if few else own
-            given = np.ascontiguousarray(inputs[:, again])
-            self._loop(codes, self.closure.most_steps, given, more, threads)
-            outputs[:, again] = more
-        far = np.flatnonzero(~((outputs[-2] < CLOSED) & (outputs[-1] > 0)))
+            self.whole.evaluate(inputs, outputs, threads)
+            # The last two rows are the gap and the assembly mode.
+            again = np.flatnonzero(~(outputs[-2] < CLOSED) & (outputs[-1] > 0))
+            if again.size:
+                more = np.empty((self.rows, again.size))
+                codes = self.few if again.size < _MANY else own
+                self._loop(codes, np.ascontiguousarray(inputs[:, again]), more, threads)
+                outputs[:, again] = more
+        far = np.flatnonzero(~_arrived(outputs))
         for first in range(0, far.size, _CHUNK):
             self._reach(inputs, outputs, far[first : first + _CHUNK])
 
@@ -126,7 +131,7 @@ class ClosedCode:
         if self.arrival is None or not isinstance(closure, RecordedClosure):
             return
         few = far.size < _MANY and self.whole is not None
-        step, last = self.few if few else (self.step, self.last)
+        _, step, last = self.few if few else (self.first, self.step, self.last)
         arrival = self.arrival[1 if few else 0]
         home = np.array([*closure.home.values()])[:, None]
         start = np.array([*closure.state.values()])[:, None]
@@ -147,7 +152,7 @@ class ClosedCode:
                 rows[len(home) :] = after
             found = np.empty((arrival.rows, going.size))
             arrival.evaluate(rows, found)
-            kept = (found[-2] < CLOSED) & (found[-1] > 0)
+            kept = _arrived(found)
             x[:, going[kept]], gone[going[kept]] = after[:, kept], aim[kept]
             part[going[~kept]] /= _CUT
             going = going[(gone[going] < 1.0) & (part[going] >= _SHORTEST_PART)]
@@ -160,29 +165,18 @@ class ClosedCode:
 
     def _loop(
         self,
-        codes: tuple[Code, Code],
-        steps: int,
+        codes: tuple[Code, Code, Code],
         inputs: np.ndarray,
         outputs: np.ndarray,
         threads: int,
     ) -> None:
-        """Take some steps from home, then fill the results."""
-        count, given = inputs.shape[1], len(inputs)
-        start = np.array([*self.closure.state.values()])[:, None]
-        step, last = codes
+        """Take steps from home, as many as most poses of a chunk need, then fill the results."""
+        count = inputs.shape[1]
 
         def fill(part: slice) -> None:
-            for first in range(part.start, part.stop, _CHUNK):
-                where = slice(first, min(first + _CHUNK, part.stop))
-                rows = np.empty((given + len(start), where.stop - first))
-                after = np.empty((len(start), where.stop - first))
-                rows[:given], rows[given:] = inputs[:, where], start
-                for _ in range(steps):
-                    step.evaluate(rows, after)
-                    rows[given:] = after
-                found = np.empty((self.rows, where.stop - first))
-                last.evaluate(rows, found)
-                outputs[:, where] = found
+            for start in range(part.start, part.stop, _CHUNK):
+                where = slice(start, min(start + _CHUNK, part.stop))
+                outputs[:, where] = self._stepped(codes, inputs[:, where])
 
         # Whole chunks for each thread, so that no bit depends on their number.
         share = max(1, -(-count // (_CHUNK * threads))) * _CHUNK
@@ -193,3 +187,38 @@ class ClosedCode:
         with ThreadPoolExecutor(len(parts)) as pool:
             for _ in pool.map(fill, parts):
                 pass
+
+    def _stepped(self, codes: tuple[Code, Code, Code], inputs: np.ndarray) -> np.ndarray:
+        """Results (results, N) after as many steps as most poses need, of others after all."""
+        first, step, last = codes
+        closure, (given, count) = self.closure, inputs.shape
+        size = given + len(closure.start)  # the row behind the unknowns
+        # The state after each step, behind the same inputs: by turns here and there.
+        rows, other = np.empty((2, given + len(closure.state), count))
+        rows[:given] = other[:given] = inputs
+        first.evaluate(rows[:given], rows[given:])
+        for taken in range(closure.first_steps, closure.most_steps + 1):
+            # Those that do not contract arrive nowhere.
+            left = np.count_nonzero(~(rows[size] <= _ENOUGH) & (rows[size + 1] > 0))
+            if not left or (taken >= closure.steps and left <= _LEFT * count):
+                break
+            if taken < closure.most_steps:
+                step.evaluate(rows, other[given:])
+                rows, other = other, rows
+        found = np.empty((self.rows, count))
+        last.evaluate(rows, found)
+        more = np.flatnonzero(~(found[-2] < CLOSED) & (found[-1] > 0))
+        if more.size and taken < closure.most_steps:
+            rows, other = (np.ascontiguousarray(own[:, more]) for own in (rows, other))
+            for _ in range(closure.most_steps - taken):
+                step.evaluate(rows, other[given:])
+                rows, other = other, rows
+            again = np.empty((self.rows, more.size))
+            last.evaluate(rows, again)
+            found[:, more] = again
+        return found
+
+
+def _arrived(results: np.ndarray) -> np.ndarray:
+    """Where steps arrive in the assembly mode of home (N,): the last two rows say so."""
+    return (results[-2] < CLOSED) & (results[-1] > 0)

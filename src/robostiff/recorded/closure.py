@@ -93,13 +93,23 @@ class RecordedSteps:
 
     def composed(self, program: Program) -> Program:
         """The same with the steps before it, from the inputs alone."""
+        record, values = self._taken(self.steps)
+        return Program.of(record, self.ended(program, values))
+
+    def begun(self) -> Program:
+        """The first steps, from the inputs alone: much in them is known."""
+        record, values = self._taken(self.first_steps)
+        return Program.of(record, [values[name] for name in self.state])
+
+    def _taken(self, steps: int) -> tuple[Record, dict[str, Any]]:
+        """Inputs and state after some steps, as entries of a record of the inputs."""
         record = self.empty_record(self.inputs)
         values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
         values |= self.state
-        for step in [self.first or self.step, *[self.step] * (self.steps - self.first_steps)]:
+        for step in [self.first or self.step, *[self.step] * (steps - self.first_steps)]:
             after = step.evaluated(values, ENTRY_FUNCTIONS)
             values |= zip(self.state, after, strict=True)
-        return Program.of(record, self.ended(program, values))
+        return record, values
 
     def ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
         """Results of a program at the end of the steps."""
@@ -112,6 +122,7 @@ class RecordedSteps:
 
 # Part of a determinant's size at home below which the careful closure looks at the assembly mode.
 _WATCHED = 0.1
+_MODE = "assembly mode"  # positive in that of home
 #: Square of the gap, as a part of the length and radians, at which legs meet to the last digits.
 CLOSED = 1e-12**2
 
@@ -139,6 +150,11 @@ class RecordedClosure(RecordedSteps):
     home: dict[str, float]
     joints: tuple[str, ...]
     held: tuple[str, ...] = ()
+
+    @property
+    def state(self) -> dict[str, float]:
+        """What the first step begins with, the assembly mode that each finds among it."""
+        return super().state | {_MODE: 1.0}
 
     def rates(self, by: str) -> Program:
         """Rates of the unknowns in a closed posture when one input changes.
@@ -265,15 +281,16 @@ def steps_from_home(
     mode = _mode(step)
     if mode is None:
         return None
-    before = {name: record.add_input(name, 1.0) for name in BEFORE_FIRST}
+    before = {name: record.add_input(name, 1.0) for name in (*BEFORE_FIRST, _MODE)}
     after = [record.input(name) + step.steps.get(name, 0) for name in start]
-    mode = reduce(least, turns, least(mode, contraction(before)))
+    # That of the last step will do: where nothing stays open, it was as short as its square.
+    arrived = reduce(least, turns, least(before[_MODE], contraction(before)))
     return RecordedClosure(
         inputs=inputs,
         home={name: float(record.input(name).sample[-1]) for name in inputs},
         start=start,
-        step=Program.of(record, [*after, *handed_on(before, step.size)]),
-        arrival=Program.of(record, [*q.values(), step.gap, mode]),
+        step=Program.of(record, [*after, *handed_on(before, step.size), mode]),
+        arrival=Program.of(record, [*q.values(), step.gap, arrived]),
         joints=tuple(q),
     )
 

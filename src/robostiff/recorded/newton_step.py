@@ -312,10 +312,9 @@ def _vector_rate(r: np.ndarray) -> np.ndarray:
 
     It is regular for a = |r| below a full turn.
     """
-    square = r @ r + _TINY
-    a = square_root(square)
+    a = square_root(r @ r + _TINY)
     half = a * 0.5
     X = skew(r)
-    return (
-        np.eye(3, dtype=int) - X * 0.5 + X @ X * ((1 - half * cosine(half) / sine(half)) / square)
-    )
+    # By 1/a and sin(a/2)/a, as the rotation itself has them.
+    cot = cosine(half) / (sine(half) / a)
+    return np.eye(3, dtype=int) - X * 0.5 + X @ X * ((1 - cot * 0.5) / a / a)
