@@ -337,7 +337,8 @@ class Snapshot:
         together = together - together[0]
         apart = together - np.mean(together, axis=0)
         length = np.sqrt(np.einsum("k...i,k...i->...", apart, apart) / len(points))
-        return np.where(length > _ROUNDING * furthest, length, 0.0)
+        length = np.where(length > _ROUNDING * furthest, length, 0.0)
+        return np.broadcast_to(length, self.reference_point.shape[:-1])
 
     @property
     def centre(self) -> np.ndarray:
