@@ -27,7 +27,7 @@ from typing import Any
 import robostiff as rs
 from robostiff.errors import FileError, InputError, NoAnswerError
 from robostiff.io.document import parse_document
-from robostiff.io.expression import Parameters
+from robostiff.io.expression import parameter_values
 from robostiff.io.map_files import read_poses
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.robots import robot_file, shipped_cable_robots, shipped_linkages, shipped_robots
@@ -213,7 +213,7 @@ def _asked(given: Trial, folder: Path) -> str:
     try:
         if given.source.kind == "expression":
             text = content.decode(errors="replace")
-            Parameters({"L": "1 m", "phi": "10 deg", "R": 2, "value": text})
+            parameter_values({"L": "1 m", "phi": "10 deg", "R": 2, "value": text})
             return "answer"
         if given.source.kind == "row":
             dimensions = [Dimension.LENGTH] * 3 + [Dimension.ANGLE] * 3

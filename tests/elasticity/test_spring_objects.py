@@ -8,7 +8,6 @@ import sympy as sp
 
 from robostiff.elasticity import (
     Elasticity,
-    actuator_compliance,
     rotational_spring,
     translational_spring,
 )
@@ -88,15 +87,6 @@ def test_entries_must_be_finite(bad):
         Elasticity(np.eye(6), np.full((6, 1), bad))
     with pytest.raises(InputError, match="compliance of the spring"):
         Elasticity(np.full((6, 6), "1"))
-
-
-def test_actuator():
-    assert actuator_compliance(2e6) == 5e-7
-    with pytest.raises(InputError) as error:
-        actuator_compliance(-1.0)
-    assert str(error.value) == (
-        "stiffness of the actuator: got -1.0, expected a positive finite number [N/m or N m/rad]"
-    )
 
 
 @pytest.mark.parametrize(

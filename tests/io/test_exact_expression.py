@@ -4,7 +4,7 @@ import pytest
 import sympy as sp
 
 from robostiff.errors import InputError
-from robostiff.io.expression import Parameters, exact_mathematics, parse
+from robostiff.io.expression import exact_mathematics, parameter_values, parse
 from robostiff.io.units import UNIT_WORDS, exact_quantity, make_quantity, make_unit
 
 ENVIRONMENT = {"R": make_quantity(sp.Symbol("R", positive=True), make_unit({"m": 1}))}
@@ -71,6 +71,6 @@ def test_symbol_in_an_exponent_of_a_quantity_with_a_unit_is_refused():
 
 def test_parameters_follow_symbols_exactly():
     definitions = {"h": "2*R + 1 mm", "R": "300 mm", "n": 0.1}
-    values = Parameters(definitions, ENVIRONMENT, exact_mathematics()).values
+    values = parameter_values(definitions, ENVIRONMENT, exact_mathematics())
     assert values["h"].magnitude == 2 * ENVIRONMENT["R"].magnitude + sp.Rational(1, 1000)
     assert values["n"].magnitude == sp.Rational(1, 10)

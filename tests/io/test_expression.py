@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from robostiff.errors import InputError
-from robostiff.io.expression import Mathematics, ParameterError, Parameters, parse
+from robostiff.io.expression import Mathematics, ParameterError, parameter_values, parse
 from robostiff.io.units import (
     UNIT_WORDS,
     Dimension,
@@ -495,35 +495,38 @@ def test_other_magnitudes_need_only_another_table():
 
 def parameter_refusal(definitions, overrides=None):
     with pytest.raises(ParameterError) as caught:
-        Parameters(definitions, overrides or {})
+        parameter_values(definitions, overrides or {})
     return caught.value.name, str(caught.value)
 
 
 def test_parameters_in_any_order():
-    parameters = Parameters({"L": "2*h", "h": "R*sqrt(3)/2", "R": "300 mm", "n": 3, "nu": 0.3})
-    assert list(parameters.values) == ["L", "h", "R", "n", "nu"]
-    assert parameters.values["L"].magnitude == pytest.approx(0.3 * math.sqrt(3))
-    assert parameters.evaluate("L/h").magnitude == pytest.approx(2)
-    assert parameters.evaluate(5).magnitude == 5
-    assert parameters.evaluate("n*R").magnitude == pytest.approx(0.9)
+    parameters = parameter_values(
+        {"L": "2*h", "h": "R*sqrt(3)/2", "R": "300 mm", "n": 3, "nu": 0.3}
+    )
+    assert list(parameters) == ["L", "h", "R", "n", "nu"]
+    assert parameters["L"].magnitude == pytest.approx(0.3 * math.sqrt(3))
+    assert parse("L/h").evaluate(parameters).magnitude == pytest.approx(2)
+    assert parse("n*R").evaluate(parameters).magnitude == pytest.approx(0.9)
 
 
 def test_long_chains_of_parameters():
     definitions = {f"p{i}": f"p{i - 1} + 1" for i in range(3000, 0, -1)} | {"p0": "0"}
-    assert Parameters(definitions).values["p3000"].magnitude == 3000
+    assert parameter_values(definitions)["p3000"].magnitude == 3000
 
 
 def test_overrides_reach_what_depends_on_them():
     definitions = {"h": "2*R", "R": "300 mm", "phi": "10 deg", "n": 3}
-    assert Parameters(definitions, {"R": "0.5 m"}).values["h"].magnitude == 1
-    assert Parameters(definitions, {"R": 0.5}).values["h"].magnitude == 1
-    assert Parameters(definitions, {"R": "0.5"}).evaluate("R + 10 mm").magnitude == 0.51
-    assert Parameters(definitions, {"h": "3*R"}).values["h"].magnitude == pytest.approx(0.9)
+    assert parameter_values(definitions, {"R": "0.5 m"})["h"].magnitude == 1
+    assert parameter_values(definitions, {"R": 0.5})["h"].magnitude == 1
     assert (
-        Parameters(definitions, {"phi": "0.1"}).evaluate("phi").units
+        parse("R + 10 mm").evaluate(parameter_values(definitions, {"R": "0.5"})).magnitude == 0.51
+    )
+    assert parameter_values(definitions, {"h": "3*R"})["h"].magnitude == pytest.approx(0.9)
+    assert (
+        parse("phi").evaluate(parameter_values(definitions, {"phi": "0.1"})).units
         == parse("1 rad").evaluate({}).units
     )
-    assert Parameters(definitions, {"n": "2 m"}).values["n"].magnitude == 2
+    assert parameter_values(definitions, {"n": "2 m"})["n"].magnitude == 2
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.io.document import parse_document
-from robostiff.io.expression import ParameterError, Parameters
+from robostiff.io.expression import ParameterError, parameter_values
 from robostiff.io.model_file import model_from_document
 from robostiff.io.urdf import read_urdf
 
@@ -62,7 +62,7 @@ def test_very_many_mistakes_are_counted():
 
 def test_parameters_legs_elements_and_links_are_bounded():
     with pytest.raises(ParameterError, match=r"k4000: got 5000 parameters, expected at most 4000"):
-        Parameters({f"k{i}": i for i in range(5000)})
+        parameter_values({f"k{i}": i for i in range(5000)})
     repeated = ARM.replace("- name: arm", "- repeat: {count: 1000, variable: i}")
     assert "legs (in leg201): got more than 200, expected at most 200" in _refused(repeated)
     long = ARM + f"      - {BEAM}\n" * 300

@@ -19,7 +19,6 @@ from robostiff.elasticity.material import MATERIALS, Material, material
 from robostiff.elasticity.shapes import CrossSection, box, circle, i_section, rectangle, tube
 from robostiff.elasticity.spring import (
     Elasticity,
-    actuator_compliance,
     rotational_spring,
     translational_spring,
 )
@@ -38,7 +37,6 @@ __all__ = [
     "EulerBernoulli",
     "Material",
     "Timoshenko",
-    "actuator_compliance",
     "beam_compliance",
     "beam_stiffness",
     "box",

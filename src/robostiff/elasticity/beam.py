@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robostiff.elasticity._checks import positive_numbers
 from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
+from robostiff.elasticity.checks import positive_numbers
 from robostiff.elasticity.material import Material
 from robostiff.elasticity.shapes import CrossSection
 from robostiff.errors import InputError

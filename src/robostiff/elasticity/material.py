@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.elasticity._checks import poisson_ratio_of_isotropic, positive_number
+from robostiff.elasticity.checks import poisson_ratio_of_isotropic, positive_number
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_together
 

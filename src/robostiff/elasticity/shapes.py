@@ -13,7 +13,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from robostiff.elasticity._checks import poisson_ratio_of_isotropic, positive_number
+from robostiff.elasticity.checks import poisson_ratio_of_isotropic, positive_number
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_number, exact_together, is_above, is_formula
 

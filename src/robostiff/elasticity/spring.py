@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robostiff.elasticity._checks import as_array, finite_array, positive_number
+from robostiff.elasticity.checks import as_array, finite_array, positive_number
 from robostiff.errors import InputError
 from robostiff.spatial.compliance_modes import compliance_modes
 from robostiff.spatial.formula import (
@@ -85,32 +85,6 @@ class Elasticity:
         object.__setattr__(found, "compliance", self.compliance[index])
         object.__setattr__(found, "freedoms", self.freedoms)
         return found
-
-
-def actuator_compliance(stiffness: Any) -> Any:
-    """Compliance of a one-dimensional spring, such as the control loop of an actuator: ``1 / k``.
-
-    Parameters
-    ----------
-    stiffness : float or formula
-        Stiffness k along [N/m] or about [N m/rad] the axis of the actuator.
-
-    Returns
-    -------
-    float or formula
-        Compliance [m/N] or [rad/(N m)].
-
-    Raises
-    ------
-    InputError
-        The stiffness is not positive and finite.
-
-    Examples
-    --------
-    >>> actuator_compliance(2e6)
-    5e-07
-    """
-    return 1 / positive_number("stiffness of the actuator", stiffness, "N/m or N m/rad")
 
 
 def translational_spring(stiffness: Any, axis: Entries) -> Elasticity:

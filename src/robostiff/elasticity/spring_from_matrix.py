@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robostiff.elasticity._checks import finite_array
+from robostiff.elasticity.checks import finite_array
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
 from robostiff.spatial import (

@@ -280,21 +280,10 @@ def _tidied(part: Linkage) -> Linkage:
 def record_linkage_closure(
     driven: DrivenLinkage, samples: Sequence[Configuration]
 ) -> tuple[RecordedClosure | None, tuple[str, ...]]:
-    """Record the closure of a linkage from coordinates of its drives.
+    """Record the closure of a linkage from coordinates of its drives; as `record_linkage`.
 
-    Parameters
-    ----------
-    driven : DrivenLinkage
-    samples : sequence of Configuration
-        Closed, in general position.
-
-    Returns
-    -------
-    closure : RecordedClosure or None
-        None where home is singular, or joints that resist are left undetermined.
-    undetermined : tuple of str
-        Coordinates of passive joints that no loop determines, as of a rod that spins: they stay
-        where they are at home.
+    None where home is singular, or joints that resist are left undetermined. Passive joints that no
+    loop determines, as of a rod that spins, stay where they are at home.
     """
     part, tree, length = driven.part, driven.tree, driven.home.length
     following = driven.following(samples)

@@ -123,7 +123,6 @@ def robot_of(
 
 
 def _coupled(legs: Sequence[Leg], couplings: Sequence[Coupling]) -> tuple[Leg, ...]:
-    """The legs with the couplings of their joints."""
     own: dict[int, list[Coupling]] = {}
     for one in couplings:
         names = {name for name, _ in one.terms}
@@ -142,7 +141,6 @@ def _coupled(legs: Sequence[Leg], couplings: Sequence[Coupling]) -> tuple[Leg, .
 
 
 def _with_closed_home(part: Linkage, found: Configuration) -> Linkage:
-    """The linkage with the closed coordinates as home coordinates."""
     at_home = []
     # A description has zero coordinates where no posture was chosen.
     chosen = any(np.any(q) for q in found.coordinates.values())

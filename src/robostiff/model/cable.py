@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model.checks import vector3
+from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.robot import ALL_COORDINATES, Coordinate
 from robostiff.spatial import Frame, Space, refuse_quantities
 
@@ -164,8 +164,7 @@ class CableRobot:
         if not self.cables:
             raise InputError(f"cable robot {self.name!r}", got="no cable", expected="at least one")
         names = self.cable_names
-        if len(set(names)) < len(names):
-            raise InputError("names of the cables", got=names, expected="each name once")
+        check_distinct("names of the cables", names)
         if not 0 <= self.tension_level <= 1:
             raise InputError("tension level", got=self.tension_level, expected="0 to 1")
         unbounded = [c.name for c in self.cables if not np.isfinite(c.greatest_tension)]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elasticity.checks import positive_number
 from robostiff.errors import InputError
 from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import Screw, as_floats, refuse_quantities
@@ -146,20 +147,15 @@ def coordinate_array(values: Sequence[Any]) -> np.ndarray:
 
 def checked_stiffness(subject: str, value: Any) -> None:
     """Raise unless the stiffness is a positive finite number, a formula, or None for rigid."""
-    if value is None or isinstance(value, StiffnessLaw):
-        return
-    refuse_quantities(subject, value, "a positive finite number [N/m or N m/rad]")
-    if is_formula(value):
-        fits = is_possible(value) and getattr(value, "is_positive", None) is not False
-    else:
-        fits = np.isfinite(value) and value > 0
-    if not fits:
-        raise InputError(
-            subject,
-            got=value,
-            expected="a positive finite number [N/m or N m/rad]",
-            hint="leave it out for a rigid one; make the joint passive for none",
-        )
+    if value is not None and not isinstance(value, StiffnessLaw):
+        hint = "leave it out for a rigid one; make the joint passive for none"
+        positive_number(subject, value, "N/m or N m/rad", hint)
+
+
+def check_distinct(subject: str, names: Sequence[str]) -> None:
+    """Raise where a name comes twice."""
+    if len(set(names)) < len(names):
+        raise InputError(subject, got=list(names), expected="each name once")
 
 
 def check_in_plane(subject: str, freedom: Screw) -> None:

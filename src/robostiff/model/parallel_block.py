@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model.checks import vector3
+from robostiff.model.checks import check_distinct, vector3
 from robostiff.spatial import Frame
 from robostiff.spatial.formula import Entries
 
@@ -70,10 +70,7 @@ class ParallelBlock:
                 expected="at least two",
                 hint="elements of a single branch belong into the chain itself",
             )
-        if len(set(names)) < len(names):
-            raise InputError(
-                f"names of the branches of {self.name!r}", got=names, expected="each name once"
-            )
+        check_distinct(f"names of the branches of {self.name!r}", names)
 
 
 def parallelogram(chain: Chain, across: Entries, *, name: str = "parallelogram") -> ParallelBlock:

@@ -14,7 +14,7 @@ from robostiff.errors import InputError
 from robostiff.markup import InNotebooks
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
-from robostiff.model.checks import vector3
+from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.entries import Symbolic
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.in_words import robot_html
@@ -153,14 +153,10 @@ class Robot(InNotebooks, Symbolic):
             object.__setattr__(self, "home", Frame.of(self.home))
         if not self.legs:
             raise InputError(f"robot {self.name!r}", got="no leg", expected="at least one leg")
-        names = [leg.name for leg in self.legs]
-        if len(set(names)) < len(names):
-            raise InputError("names of the legs", got=names, expected="each name once")
+        check_distinct("names of the legs", [leg.name for leg in self.legs])
         object.__setattr__(self, "springs", tuple(self.springs))
         object.__setattr__(self, "laws", dict(self.laws))
-        names = [spring.name for spring in self.springs]
-        if len(set(names)) < len(names):
-            raise InputError("names of the springs", got=names, expected="each name once")
+        check_distinct("names of the springs", [spring.name for spring in self.springs])
         if self.home is None and any(leg.chain.has_blocks for leg in self.legs):
             raise InputError(
                 f"home pose of {self.name!r}",

@@ -15,6 +15,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model.chain import Chain, Element
+from robostiff.model.checks import check_distinct
 from robostiff.model.joint import Actuated, Joint, prismatic, revolute
 from robostiff.model.link import Rigid
 from robostiff.model.robot import Coordinate, Leg, Robot
@@ -219,8 +220,7 @@ def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:
     if not rows:
         raise InputError("table of Denavit and Hartenberg", got="no row", expected="a row a joint")
     names = [row.name or f"joint{number}" for number, row in enumerate(rows, start=1)]
-    if len(set(names)) < len(names):
-        raise InputError("names of the joints", got=names, expected="each name once")
+    check_distinct("names of the joints", names)
     return _exact_together(rows)
 
 

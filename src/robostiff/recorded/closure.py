@@ -315,15 +315,15 @@ class _Guess:
     @classmethod
     def of(cls, robot: Robot, finder: PostureFinder, joints: Sequence[str]) -> _Guess | None:
         """None where a parameter turns the platform at home: only closed forms take that."""
-        closed = closed_samples(robot, finder)
+        poses, each_leg = closed_samples(robot, finder)
         chosen = robot.coordinate_places
         names = [coordinate.value for coordinate in ALL_COORDINATES]
         decided = () if finder.open_stay_at_home else robot.space.rows
         open_ = {k: names[k] for k in decided if k not in chosen}
         # The last sample is home: a pivot that vanishes there is none.
-        q = np.concatenate(closed.coordinates, axis=1)
+        q = np.concatenate(each_leg, axis=1)
         q_home = np.concatenate([solver.home for solver in finder.solvers])
-        pose = np.concatenate([closed.pose, finder.home_pose[None]])
+        pose = np.concatenate([poses, finder.home_pose[None]])
         q = np.concatenate([q, q_home[None]])
         parameters = with_nominal(robot)
         inputs = {names[k]: pose[:, k] for k in chosen} | parameters

@@ -276,7 +276,6 @@ def _moves(rate: Any) -> bool:
 def _in_coordinates(
     legs: Sequence[LegAtGuess], found: dict[str, Any], open_: dict[int, str], length: float
 ) -> dict[str, Any]:
-    """Steps of the coordinates themselves."""
     steps = {}
     for own in legs:
         freedoms, free = own.leg.chain.freedoms, own.leg.chain.free

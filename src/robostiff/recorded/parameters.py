@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import reduce
 from operator import add, mul
 from typing import Any
@@ -203,24 +202,15 @@ def with_inputs(robot: OfSymbols, record: Record) -> OfSymbols:
     return with_entries(robot, entry_reader(record, exact=False))
 
 
-@dataclass(frozen=True)
-class ClosedSamples:
-    """Closed postures at which a robot is recorded, one a row.
+def closed_samples(robot: Robot, finder: PostureFinder) -> tuple[np.ndarray, list[np.ndarray]]:
+    """The sample postures of a robot, each with its own values of the parameters.
 
-    Attributes
-    ----------
+    Returns
+    -------
     pose : (samples, 6) array
         x, y, z and rotation vector [m, rad].
     coordinates : list of (samples, size) arrays
         Of each leg [m, rad].
-    """
-
-    pose: np.ndarray
-    coordinates: list[np.ndarray]
-
-
-def closed_samples(robot: Robot, finder: PostureFinder) -> ClosedSamples:
-    """The sample postures of a robot, each with its own values of the parameters.
 
     Raises
     ------
@@ -230,7 +220,7 @@ def closed_samples(robot: Robot, finder: PostureFinder) -> ClosedSamples:
     posture = sample_postures(finder.robot, finder)
     values = parameter_samples(robot)
     if not values or robot.is_posed_by_joints:
-        return ClosedSamples(posture.pose, list(posture.coordinates))
+        return posture.pose, list(posture.coordinates)
     found = []
     for k in range(COUNT):
         other = robot.substituted({name: float(own[k]) for name, own in values.items()})
@@ -244,9 +234,7 @@ def closed_samples(robot: Robot, finder: PostureFinder) -> ClosedSamples:
             )
         found.append(closed)
     each = zip(*(closed.coordinates for closed in found), strict=True)
-    return ClosedSamples(
-        np.concatenate([closed.pose for closed in found]), [np.concatenate(own) for own in each]
-    )
+    return np.concatenate([own.pose for own in found]), [np.concatenate(own) for own in each]
 
 
 def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Entry]:

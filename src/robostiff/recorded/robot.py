@@ -206,7 +206,7 @@ def _pose_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
 
 
 def _joint_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
-    samples = closed_samples(robot, finder).coordinates
+    samples = closed_samples(robot, finder)[1]
     found = {}
     for leg, own in zip(robot.legs, samples, strict=True):
         start = "q" if robot.is_serial else f"{leg.name}/"

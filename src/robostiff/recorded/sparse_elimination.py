@@ -113,7 +113,6 @@ class SparseElimination:
         equation.right = equation.right - factor * taken.right
 
     def _next(self, equations: list[Equation], unknowns: list[str]) -> tuple[Equation, str] | None:
-        """The next pivot: in which equation, and of which unknown."""
         open_ = set(unknowns)
         counts = dict.fromkeys(unknowns, 0)
         largest = dict.fromkeys(unknowns, 0.0)

@@ -6,14 +6,14 @@ and evaluator are not involved, so a model file can only compute numbers.
 
 from robostiff.io.expression.evaluate import Expression, exact_mathematics, parse
 from robostiff.io.expression.functions import FLOATS, Mathematics
-from robostiff.io.expression.parameters import ParameterError, Parameters
+from robostiff.io.expression.parameters import ParameterError, parameter_values
 
 __all__ = [
     "FLOATS",
     "Expression",
     "Mathematics",
     "ParameterError",
-    "Parameters",
     "exact_mathematics",
+    "parameter_values",
     "parse",
 ]

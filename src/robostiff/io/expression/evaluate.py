@@ -114,7 +114,8 @@ class _Evaluation:
             case Name():
                 return self.named(node)
             case Negative():
-                return functions.negative(self.value(node.operand))
+                operand = self.value(node.operand)
+                return make_quantity(-operand.magnitude, operand.units)
             case Power():
                 base, exponent = self.value(node.base), self.value(node.exponent)
                 return self.checked(
@@ -214,21 +215,9 @@ def exact_mathematics() -> Mathematics:
     def hypot(*values: Any) -> Any:
         return sp.sqrt(sum(value**2 for value in values))
 
-    functions = {
-        "sin": sp.sin,
-        "cos": sp.cos,
-        "tan": sp.tan,
-        "asin": sp.asin,
-        "acos": sp.acos,
-        "atan": sp.atan,
-        "atan2": sp.atan2,
-        "sqrt": sp.sqrt,
-        "abs": sp.Abs,
-        "min": sp.Min,
-        "max": sp.Max,
-        "hypot": hypot,
-        "pow": _power,
-    }
+    names = "sin cos tan asin acos atan atan2 sqrt"
+    functions = {name: getattr(sp, name) for name in names.split()}
+    functions |= {"abs": sp.Abs, "min": sp.Min, "max": sp.Max, "hypot": hypot, "pow": _power}
     return Mathematics(
         MappingProxyType(functions),
         MappingProxyType({"pi": sp.pi}),

@@ -8,8 +8,10 @@ symbols.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -80,30 +82,26 @@ FLOATS = Mathematics(
 CONSTANTS = frozenset(FLOATS.constants)
 
 
-def add(left: Quantity, right: Quantity) -> Quantity:
-    """The sum; zero can be added to anything."""
-    unit = _common_unit((left, right), "to add")
-    return make_quantity(left.magnitude + right.magnitude, unit)
+def _of_alike(
+    combine: Callable[[Any, Any], Any], purpose: str, left: Quantity, right: Quantity
+) -> Quantity:
+    """Sum or difference; zero goes with anything."""
+    unit = _common_unit((left, right), purpose)
+    return make_quantity(combine(left.magnitude, right.magnitude), unit)
 
 
-def subtract(left: Quantity, right: Quantity) -> Quantity:
-    """The difference; zero can be subtracted from anything."""
-    unit = _common_unit((left, right), "to subtract")
-    return make_quantity(left.magnitude - right.magnitude, unit)
-
-
-def multiply(left: Quantity, right: Quantity) -> Quantity:
-    """The product."""
-    return make_quantity(left.magnitude * right.magnitude, left.units * right.units)
-
-
-def divide(left: Quantity, right: Quantity) -> Quantity:
-    """The quotient."""
-    return make_quantity(left.magnitude / right.magnitude, left.units / right.units)
+def _of_any(combine: Callable[[Any, Any], Any], left: Quantity, right: Quantity) -> Quantity:
+    magnitude = combine(left.magnitude, right.magnitude)
+    return make_quantity(magnitude, combine(left.units, right.units))
 
 
 OPERATORS: Mapping[str, Callable[[Quantity, Quantity], Quantity]] = MappingProxyType(
-    {"+": add, "-": subtract, "*": multiply, "/": divide}
+    {
+        "+": partial(_of_alike, operator.add, "to add"),
+        "-": partial(_of_alike, operator.sub, "to subtract"),
+        "*": partial(_of_any, operator.mul),
+        "/": partial(_of_any, operator.truediv),
+    }
 )
 
 
@@ -127,11 +125,6 @@ def power(base: Quantity, exponent: Quantity, mathematics: Mathematics) -> Quant
         if any(abs(p) > HIGHEST_POWER for p in unit.powers):
             raise Refusal(f"the unit {unit}", f"powers of units up to {HIGHEST_POWER}")
     return make_quantity(mathematics.functions["pow"](base.magnitude, value), unit)
-
-
-def negative(operand: Quantity) -> Quantity:
-    """The operand with the other sign."""
-    return make_quantity(-operand.magnitude, operand.units)
 
 
 @dataclass(frozen=True)
@@ -184,18 +177,12 @@ _MANY = 1000
 
 RULES: Mapping[str, Rule] = MappingProxyType(
     {
-        "sin": Rule(_of_angle),
-        "cos": Rule(_of_angle),
-        "tan": Rule(_of_angle),
-        "asin": Rule(_to_angle),
-        "acos": Rule(_to_angle),
-        "atan": Rule(_to_angle),
+        **dict.fromkeys(("sin", "cos", "tan"), Rule(_of_angle)),
+        **dict.fromkeys(("asin", "acos", "atan"), Rule(_to_angle)),
         "atan2": Rule(_alike_to_angle, 2, 2),
         "sqrt": Rule(_root),
         "abs": Rule(_alike),
-        "min": Rule(_alike, 1, _MANY),
-        "max": Rule(_alike, 1, _MANY),
-        "hypot": Rule(_alike, 1, _MANY),
+        **dict.fromkeys(("min", "max", "hypot"), Rule(_alike, 1, _MANY)),
     }
 )
 """The functions of expressions."""

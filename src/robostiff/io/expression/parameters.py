@@ -6,8 +6,8 @@ import graphlib
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from numbers import Real
+from types import MappingProxyType
 from typing import Any
 
 from robostiff.errors import InputError
@@ -46,9 +46,12 @@ class ParameterError(InputError):
         super().__init__(subject, got=got, expected=expected, hint=hint)
 
 
-@dataclass(frozen=True)
-class Parameters:
-    """Parameters and their values.
+def parameter_values(
+    definitions: Mapping[str, Any],
+    overrides: Mapping[str, Any] = MappingProxyType({}),
+    mathematics: Mathematics = FLOATS,
+) -> dict[str, Quantity]:
+    """Values of parameters, in base units and in the order of their definitions.
 
     Parameters
     ----------
@@ -60,11 +63,6 @@ class Parameters:
     mathematics : Mathematics
         The functions of the magnitudes.
 
-    Attributes
-    ----------
-    values : dict of str to quantity
-        In base units, in the order of the definitions.
-
     Raises
     ------
     ParameterError
@@ -73,50 +71,29 @@ class Parameters:
 
     Examples
     --------
-    >>> p = Parameters({"h": "2*R", "R": "300 mm"}, overrides={"R": "0.5 m"})
-    >>> p.evaluate("h + 10 mm").magnitude
-    1.01
+    >>> parameter_values({"h": "2*R", "R": "300 mm"}, overrides={"R": "0.5 m"})["h"].magnitude
+    1.0
     """
-
-    definitions: Mapping[str, str | float]
-    overrides: Mapping[str, Any] = field(default_factory=dict)
-    mathematics: Mathematics = field(default=FLOATS, repr=False, compare=False)
-    values: dict[str, Quantity] = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        if len(self.definitions) > _MOST:
+    if len(definitions) > _MOST:
+        raise ParameterError(
+            str(list(definitions)[_MOST]),
+            got=Words(f"{len(definitions)} parameters"),
+            expected=f"at most {_MOST}",
+        )
+    for name in definitions:
+        _check_name(name)
+    values = _evaluate_all(definitions, mathematics)
+    if not overrides:
+        return values
+    for name in overrides:
+        if name not in definitions:
             raise ParameterError(
-                str(list(self.definitions)[_MOST]),
-                got=Words(f"{len(self.definitions)} parameters"),
-                expected=f"at most {_MOST}",
+                str(name),
+                got=Words("a value for a parameter that is not defined"),
+                expected=known_names(definitions),
+                hint=did_you_mean(str(name), definitions),
             )
-        for name in self.definitions:
-            _check_name(name)
-        values = _evaluate_all(self.definitions, self.mathematics)
-        if self.overrides:
-            for name in self.overrides:
-                if name not in self.definitions:
-                    raise ParameterError(
-                        str(name),
-                        got=Words("a value for a parameter that is not defined"),
-                        expected=known_names(self.definitions),
-                        hint=did_you_mean(str(name), self.definitions),
-                    )
-            definitions = {**self.definitions, **self.overrides}
-            values = _evaluate_all(definitions, self.mathematics, self.overrides, values)
-        object.__setattr__(self, "values", values)
-
-    def evaluate(self, value: str | float) -> Quantity:
-        """The value of an expression, or of a bare number, with these parameters.
-
-        Raises
-        ------
-        InputError
-            If it has none.
-        """
-        if isinstance(value, str):
-            return parse(value).evaluate(self.values, self.mathematics)
-        return _bare_number(value, self.mathematics)
+    return _evaluate_all({**definitions, **overrides}, mathematics, overrides, values)
 
 
 def _check_name(name: object) -> None:

@@ -261,7 +261,6 @@ def _factor(place: Location, name: str, unit: str, dimensions: dict[str, Dimensi
 
 
 def _bad_field(file: str, number: int, fields: list[str], columns: list[_Column]) -> FileError:
-    """The error for the first field that is not a number."""
     bad = next(k for k, field in enumerate(fields) if not _is_number(field))
     field = fields[bad]
     start = sum(len(before) + 1 for before in fields[:bad]) + len(field) - len(field.lstrip())

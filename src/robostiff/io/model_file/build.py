@@ -249,7 +249,6 @@ def build_arm(top: Place, written: WrittenArm, coordinates: Sequence[Coordinate]
 
 
 def _row(place: Place, written: WrittenDHRow) -> tuple[DHRow, Joint]:
-    """A row, and the joint with what is written of its drive."""
     drive = {key: getattr(written, key) for key in ("type", "stiffness", "limits", "home")}
     joint = build_joint(place, WrittenOneAxisJoint(**drive, role="actuated", axis="z"), "")
     with place.complaints():

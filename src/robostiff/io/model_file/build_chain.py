@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, Protocol, TypeVar, cast
 
-from robostiff.io.expression import ParameterError, Parameters
+from robostiff.io.expression import ParameterError, parameter_values
 from robostiff.io.model_file.build_link import (
     build_beam,
     build_link,
@@ -133,7 +133,7 @@ def _with_variables(place: Place, leg: str, *variables: tuple[Place, WrittenCopy
             places[name], values[name] = where, value
     known: dict[str, Any] = {**place.names, **values}
     try:
-        names = Parameters(known, mathematics=place.mathematics).values
+        names = parameter_values(known, mathematics=place.mathematics)
     except ParameterError as error:
         raise places[error.name].error(
             error.subject.replace("parameter", "variable", 1),

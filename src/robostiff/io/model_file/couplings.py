@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Literal, cast
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag
 
 from robostiff.errors import InputError
 from robostiff.io.model_file.joints import WrittenDrive, build_role
 from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_parts import Name, Pair, Value, Written
+from robostiff.io.model_file.written_parts import Name, Pair, Value, Written, with_key
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension
 from robostiff.model import Actuated, Chain, Coupling, Element, Joint, Locked, coupling
@@ -49,13 +49,9 @@ class WrittenSum(Written):
     limits: Pair | None = Field(None, description="lowest and highest sum of an actuated one")
 
 
-def _sum_or_follower(value: Any) -> str:
-    return "sum" if isinstance(value, dict) and "sum" in value else "follower"
-
-
 WrittenCoupling = Annotated[
     Annotated[WrittenFollower, Tag("follower")] | Annotated[WrittenSum, Tag("sum")],
-    Discriminator(_sum_or_follower),
+    with_key("sum", "sum", "follower"),
 ]
 _Couplings = Annotated[
     list[WrittenCoupling],
@@ -150,7 +146,6 @@ def _sum(place: Place, written: WrittenSum, joints: dict[str, Joint]) -> Couplin
 
 
 def _slides(place: Place, name: str, joints: dict[str, Joint]) -> bool:
-    """Whether a joint slides."""
     if name not in joints:
         listed = ", ".join(joints) or "none"
         raise place.error(

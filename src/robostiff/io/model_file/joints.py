@@ -9,11 +9,19 @@ from functools import partial
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag
 
 from robostiff.io.expression import exact_mathematics, parse
 from robostiff.io.model_file.place import Place, direction, vector
-from robostiff.io.model_file.written_parts import Direction, Name, Pair, Value, Vector, Written
+from robostiff.io.model_file.written_parts import (
+    Direction,
+    Name,
+    Pair,
+    Value,
+    Vector,
+    Written,
+    either,
+)
 from robostiff.io.units import Dimension, make_quantity, make_unit, to_si
 from robostiff.kinematics import find_posture
 from robostiff.model import (
@@ -269,13 +277,9 @@ def _home(
     return tuple(np.array(home).tolist())
 
 
-def _text_or_table(value: Any) -> str:
-    return "table" if isinstance(value, list) else "text"
-
-
 WrittenLaw = Annotated[
     Annotated[str, Tag("text")] | Annotated[list[Pair], Field(min_length=2), Tag("table")],
-    Discriminator(_text_or_table),
+    either(list, "table", "text"),
 ]
 """Force of a joint by its motion q: an expression, or a table of motions and forces."""
 

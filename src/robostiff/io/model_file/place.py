@@ -11,7 +11,7 @@ import numpy as np
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document, DocumentPlace
-from robostiff.io.expression import FLOATS, Mathematics, ParameterError, Parameters, parse
+from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
 from robostiff.io.expression.parser import Literal, Negative
 from robostiff.io.model_file.written_parts import WrittenAxes, WrittenFrame, WrittenRotation
 from robostiff.io.plausibility import question
@@ -150,7 +150,7 @@ def top_place(
         When it is a value of `overrides` that does not fit.
     """
     try:
-        names = Parameters(parameters, overrides, mathematics).values
+        names = parameter_values(parameters, overrides, mathematics)
     except ParameterError as error:
         if error.name in overrides:
             raise  # the error is not in the file

@@ -3,11 +3,12 @@
 from typing import Annotated, Any, Literal
 
 from annotated_types import MaxLen, MinLen
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag
 
 from robostiff.io.model_file.couplings import WrittenCoupled
 from robostiff.io.model_file.joints import WrittenDrive, WrittenJoint
 from robostiff.io.model_file.written_parts import (
+    REPEATED,
     Direction,
     MaterialChoice,
     Name,
@@ -20,8 +21,7 @@ from robostiff.io.model_file.written_parts import (
     WrittenMass,
     WrittenRepeat,
     WrittenRotation,
-    list_or_mapping,
-    one_or_pattern,
+    either,
 )
 
 _Six = Annotated[list[Any], MinLen(6), MaxLen(6)]
@@ -135,7 +135,7 @@ class WrittenBranchPattern(WrittenRepeat, WrittenBranchBody):
 
 BranchOrPattern = Annotated[
     Annotated[WrittenBranch, Tag("one")] | Annotated[WrittenBranchPattern, Tag("pattern")],
-    Discriminator(one_or_pattern),
+    REPEATED,
 ]
 
 
@@ -147,7 +147,7 @@ class WrittenParallel(Written):
     branches: Annotated[
         Annotated[list[BranchOrPattern], Tag("list"), MinLen(1)]
         | Annotated[WrittenBranchPattern, Tag("mapping")],
-        Discriminator(list_or_mapping),
+        either(list, "list", "mapping"),
     ] = Field(description="a list of branches, or one branch with repeat:")
 
 

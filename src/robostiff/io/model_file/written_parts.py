@@ -24,6 +24,20 @@ class Written(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
+def either(kind: type, tag: str, other: str) -> Discriminator:
+    """Members of a union that differ in the kind of what is written."""
+    return Discriminator(lambda value: tag if isinstance(value, kind) else other)
+
+
+def with_key(key: str, tag: str, other: str) -> Discriminator:
+    """Mappings that differ in a key."""
+    return Discriminator(lambda value: tag if isinstance(value, dict) and key in value else other)
+
+
+#: One of something, or a pattern of several.
+REPEATED = with_key("repeat", "pattern", "one")
+
+
 def _value(value: Any) -> Any:
     if isinstance(value, (str, int, float)) and not isinstance(value, bool):
         return value
@@ -42,13 +56,9 @@ Pair = Annotated[list[Value], MinLen(2), MaxLen(2)]
 AxisWord = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 
-def _word_or_list(value: Any) -> str:
-    return "word" if isinstance(value, str) else "vector"
-
-
 Direction = Annotated[
     Annotated[AxisWord, Tag("word")] | Annotated[Vector, Tag("vector")],
-    Discriminator(_word_or_list),
+    either(str, "word", "vector"),
 ]
 """An axis of the present frame by name, or three numbers; its length does not matter."""
 
@@ -160,17 +170,13 @@ class WrittenSection(Written):
     properties: WrittenProperties | None = None
 
 
-def _name_or_mapping(value: Any) -> str:
-    return "name" if isinstance(value, str) else "mapping"
-
-
 MaterialChoice = Annotated[
     Annotated[str, Tag("name")] | Annotated[WrittenMaterial, Tag("mapping")],
-    Discriminator(_name_or_mapping),
+    either(str, "name", "mapping"),
 ]
 SectionChoice = Annotated[
     Annotated[str, Tag("name")] | Annotated[WrittenSection, Tag("mapping")],
-    Discriminator(_name_or_mapping),
+    either(str, "name", "mapping"),
 ]
 Theory = Literal["euler-bernoulli", "timoshenko"]
 
@@ -190,23 +196,13 @@ WrittenCopy = dict[str, Value]
 """The name of a copy and the values of its variables."""
 
 
-def list_or_mapping(value: Any) -> str:
-    """Which of the two a value is; for several of something, or one with ``repeat``."""
-    return "list" if isinstance(value, list) else "mapping"
-
-
-def one_or_pattern(value: Any) -> str:
-    """Whether a mapping has the key ``repeat``."""
-    return "pattern" if isinstance(value, dict) and "repeat" in value else "one"
-
-
 class WrittenRepeat(Written):
     """Copies of a leg or branch: the list or number of copies, and their variables."""
 
     repeat: Annotated[
         Annotated[list[WrittenCopy], Tag("list"), Field(min_length=1)]
         | Annotated[WrittenCount, Tag("mapping")],
-        Discriminator(list_or_mapping),
+        either(list, "list", "mapping"),
     ] = Field(description="a list of copies, such as {name: leg1, phi: 0 deg}, or a count")
     let: dict[str, Value] = Field(default_factory=dict)
 

@@ -2,7 +2,7 @@
 
 from typing import Annotated, ClassVar, Literal, TypeVar
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document
@@ -14,6 +14,7 @@ from robostiff.io.model_file.written_elements import (
     WrittenPlatform,
 )
 from robostiff.io.model_file.written_parts import (
+    REPEATED,
     Direction,
     Pair,
     Text,
@@ -25,8 +26,7 @@ from robostiff.io.model_file.written_parts import (
     WrittenMaterial,
     WrittenRepeat,
     WrittenSection,
-    list_or_mapping,
-    one_or_pattern,
+    either,
 )
 from robostiff.io.suggest import Words
 from robostiff.io.validation import validate
@@ -37,14 +37,12 @@ VERSION = 1
 One = TypeVar("One", bound=Written)
 Pattern = TypeVar("Pattern", bound=Written)
 
-_OneOrPattern = Annotated[
-    Annotated[One, Tag("one")] | Annotated[Pattern, Tag("pattern")], Discriminator(one_or_pattern)
-]
+_OneOrPattern = Annotated[Annotated[One, Tag("one")] | Annotated[Pattern, Tag("pattern")], REPEATED]
 
 OneOrSeveral = Annotated[
     Annotated[list[_OneOrPattern[One, Pattern]], Tag("list"), Field(min_length=1)]
     | Annotated[Pattern, Tag("mapping")],
-    Discriminator(list_or_mapping),
+    either(list, "list", "mapping"),
 ]
 """A list in which patterns stand for several, or one pattern alone."""
 

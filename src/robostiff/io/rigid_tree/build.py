@@ -136,7 +136,6 @@ def _ends(
     base: str,
     connecting: Container[str],
 ) -> dict[str, list[LinkEnd]]:
-    """The joints, loops and tool point on each link."""
     leading: set[str] = set()
     for link in {base, tool.link, *(link for loop in loops for link in loop.links)}:
         joint = tree.joint_into(link)
@@ -277,7 +276,6 @@ def _hint(part: Linkage) -> str:
 
 
 def _with_coordinates(robot: Robot, written: WrittenSide, top: Place) -> Robot:
-    """The robot with the coordinates of its platform that are written, or fitting ones."""
     chosen = written.coordinates is not None
     if written.coordinates is not None:
         coordinates = tuple(map(Coordinate, written.coordinates))

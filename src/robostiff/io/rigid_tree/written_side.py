@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from typing import Annotated, Any, Literal, TypeVar
 
 from annotated_types import MaxLen, MinLen
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import InputError
 from robostiff.io.model_file.joints import (
@@ -36,6 +36,7 @@ from robostiff.io.model_file.written_parts import (
     WrittenFrame,
     WrittenMaterial,
     WrittenSection,
+    either,
 )
 from robostiff.io.suggest import listing
 
@@ -72,10 +73,6 @@ class WrittenLinkMatrix(WrittenMatrices):
 WrittenElasticLink = Annotated[WrittenLinkBeam | WrittenLinkMatrix, Field(discriminator="type")]
 
 
-def _word_or_mapping(value: Any) -> str:
-    return "word" if isinstance(value, str) else "mapping"
-
-
 class WrittenLinkFrame(WrittenFrame):
     """A frame on a link."""
 
@@ -84,7 +81,7 @@ class WrittenLinkFrame(WrittenFrame):
 
 LinkFrameChoice = Annotated[
     Annotated[Text, Tag("word")] | Annotated[WrittenLinkFrame, Tag("mapping")],
-    Discriminator(_word_or_mapping),
+    either(str, "word", "mapping"),
 ]
 """A link, whose own frame it is, or a frame on a link."""
 
@@ -98,7 +95,7 @@ class WrittenTool(Written):
 
 ToolChoice = Annotated[
     Annotated[Text, Tag("word")] | Annotated[WrittenTool, Tag("mapping")],
-    Discriminator(_word_or_mapping),
+    either(str, "word", "mapping"),
 ]
 
 LoopJoint = Annotated[
@@ -125,7 +122,7 @@ def _loop_word(value: str) -> str:
 
 LoopJointChoice = Annotated[
     Annotated[str, AfterValidator(_loop_word), Tag("word")] | Annotated[LoopJoint, Tag("mapping")],
-    Discriminator(_word_or_mapping),
+    either(str, "word", "mapping"),
 ]
 
 

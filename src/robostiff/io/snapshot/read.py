@@ -68,7 +68,6 @@ def check_planar(snapshot: Snapshot, legs: DocumentPlace) -> None:
 
 
 def _check_leg(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentPlace) -> None:
-    """Check a leg, or a branch of a block in it."""
     for i, element in enumerate(leg.elements):
         if isinstance(element, PlacedFreedom):
             with chain.at(i, "axis").complaints():
@@ -271,7 +270,6 @@ def _placed_leg(
 def _masses(
     data: LegMass, place: DocumentPlace, names: Sequence[str], elements: Sequence[PlacedElement]
 ) -> Iterator[PlacedMass]:
-    """A mass that a leg or a branch carries."""
     if data.after is None:
         if data.at is None or data.start is not None:
             raise place.error(

@@ -161,7 +161,6 @@ def _held_alone(leg: PlacedLeg, rigid: set[str]) -> dict[str, Role]:
 def _couplings(
     leg: PlacedLeg, written: dict[str, str], held: dict[str, Role], prefix: str
 ) -> Iterator[dict[str, Any]]:
-    """Couplings of a leg or branch, between the joints that are written."""
     joints = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
     turns = {e.joint if isinstance(e, CoupledFreedom) else e.name: e.turns for e in joints}
     for element in leg.elements:
