@@ -1,8 +1,8 @@
 """Model files: robots in YAML, with units, named parameters and patterns for repeated legs.
 
-``written_*`` say what may be written (pydantic models), ``build*`` make robots of it, and ``joints``
-and ``couplings`` do both. The entry point is ``build``. Every error gives file, line, column and
-path.
+``written_*`` say what may be written (pydantic models), ``build*`` make robots of it;
+``joints`` and ``couplings`` do both. The entry point is ``build``.
+Every error gives file, line, column and path.
 """
 
 from robostiff.io.model_file.build import model_from_document, read_model
