@@ -8,6 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import robostiff as rs
+from robostiff.elasticity import circle, material
+from robostiff.errors import InputError
 from robostiff.linkage import Connection, Linkage, close
 from robostiff.linkage.bodies import Bodies, spanning_tree
 from robostiff.linkage.closure import _Loops
@@ -16,6 +19,8 @@ from robostiff.model import (
     Joint,
     Locked,
     Passive,
+    beam_link,
+    helical,
     prismatic,
     revolute,
     spherical,
@@ -260,3 +265,36 @@ def test_values_are_reached_where_a_smooth_path_leads_to_them(spatial, seed):
     else:
         assert "another assembly mode" in found.complaint
         assert "home" in found.advice
+
+
+def lead_screw() -> Linkage:
+    """A motor turns a screw, whose nut moves a table along a guide."""
+    here, pitch = Frame.identity(), 0.01
+    joints = (
+        ("motor", "base", "screw", revolute([0, 0, 1], Actuated(1e4), name="motor")),
+        ("nut", "screw", "table", helical([0, 0, 1], pitch, Passive(), name="nut")),
+        ("guide", "base", "table", prismatic([0, 0, 1], Passive(), name="guide")),
+        ("spindle", "table", "tool", beam_link([0, 0, 0.2], material("steel"), circle(0.03))),
+    )
+    connections = (Connection(name, a, b, here, part, here) for name, a, b, part in joints)
+    return Linkage("lead screw", tuple(connections), "base", "tool", np.zeros(3))
+
+
+@pytest.mark.parametrize("turn", [1.0, 4.0, -60.0])
+def test_a_nut_follows_a_screw_over_many_turns(turn):
+    """A loop closes on every turn of the nut; the one along the path from home is meant."""
+    there = close(lead_screw(), {"motor": turn})
+    assert there.is_closed
+    np.testing.assert_allclose(there.coordinates["nut"], -turn, rtol=1e-12)
+    np.testing.assert_allclose(there.coordinates["guide"], -0.01 * turn / (2 * np.pi), rtol=1e-9)
+
+
+def test_kernels_leave_turns_of_screws_to_the_path_from_home():
+    compiled = rs.compile(lead_screw(), backend=rs.Backend.ARRAYS)
+    answer = compiled.attempt({"motor": np.array([0.5, 4.0])})
+    assert answer.guarded.tolist() == [False, True]
+
+
+def test_turns_of_a_screw_are_bounded():
+    with pytest.raises(InputError, match="turn of a joint that screws follow: got 5000, expected"):
+        close(lead_screw(), {"motor": 5000.0})

@@ -70,7 +70,7 @@ class CompiledLinkage(CompiledStiffness):
     ) -> tuple[Kernel, InputRows, np.ndarray, ParameterValues[Linkage]]:
         rows = _one_a_row(self.driven, pose)
         values = ParameterValues.of(self.driven.part, parameters, len(rows))
-        return self.kernel, _as_inputs(rows, values), rows, values
+        return self.kernel, _as_inputs(self.driven, rows, values), rows, values
 
     def _careful(self, robot: Linkage, pose: DriveValues, given: np.ndarray) -> RobotStiffness:
         return linkage_stiffness(replace(self.driven, part=robot), given)
@@ -206,11 +206,11 @@ def _is_trusted(
         rows = np.array([driven.given_in(one) for one in own])
         some = {name: values[seed] for name, values in parameter_samples(driven.part).items()}
         given = ParameterValues.of(driven.part, some, len(rows))
-        closed = closes(kernel, kernel.evaluate(_as_inputs(rows, given).rows))
+        closed = closes(kernel, kernel.evaluate(_as_inputs(driven, rows, given).rows))
         if not closed.any():
             return False
         rows, given = rows[closed], replace(given, rows=given.rows[:, closed])
-        answer = attempted(kernel, _as_inputs(rows, given), general, 1)
+        answer = attempted(kernel, _as_inputs(driven, rows, given), general, 1)
         part = driven.part.substituted(some) if some else driven.part
         careful = linkage_stiffness(replace(driven, part=part), rows, strict)
         doubtful = (careful.status_codes & int(Status.ILL_CONDITIONED)) != 0
@@ -235,8 +235,9 @@ def _undetermined(driven: DrivenLinkage, names: Sequence[str]) -> InputError:
     )
 
 
-def _as_inputs(rows: np.ndarray, given: ParameterValues[Linkage]) -> InputRows:
-    none = np.zeros(len(rows), dtype=bool)
-    return InputRows(
-        np.concatenate([rows.T, given.rows]) if len(given.rows) else rows.T, none, none
-    )
+def _as_inputs(
+    driven: DrivenLinkage, rows: np.ndarray, given: ParameterValues[Linkage]
+) -> InputRows:
+    """Rows of a kernel; steps from home do not count the turns of screws."""
+    inputs = np.concatenate([rows.T, given.rows]) if len(given.rows) else rows.T
+    return InputRows(inputs, np.zeros(len(rows), dtype=bool), driven.turned_far(rows))

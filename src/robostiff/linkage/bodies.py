@@ -69,6 +69,11 @@ class Bodies:
                 frames[body] = frames[connection.b].before(bodies._over(connection, _WORLD))
         return bodies
 
+    @property
+    def in_world(self) -> dict[str, Frame]:
+        """Frames of the bodies, at one posture."""
+        return {name: Frame(own.R, own.p) for name, own in self.frames.items()}
+
     def beyond(self, connection: Connection) -> BodyFrame:
         """Where body b of a connection is, seen from body a."""
         return self._over(connection, self.frames[connection.a])

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from robostiff.kinematics import freedom_twists, place_chain
+from robostiff.errors import InputError
+from robostiff.kinematics import freedom_twists
 from robostiff.kinematics.closure import AssemblyMode, ClosurePart, nearest
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
-from robostiff.model import Chain, Joint, JointKind, Locked, Passive, PlacedFreedom
+from robostiff.model import Joint, JointKind, Locked, Passive
 from robostiff.spatial import Frame
 from robostiff.spatial.batch import product, transposed
 
@@ -24,6 +26,10 @@ _NEARLY = 1e-3
 # Of the largest rate at which coordinates close gaps: rates of motions that are free, and of loops
 # that are regular; and of the length, what rounding leaves of a gap.
 _FREE, _REGULAR, _ROUNDING = 1e-12, 1e-3, 1e-16
+#: A joint that is given may turn so far before screws that follow are closed again [rad]: beyond
+#: half a turn, the loop closes on another turn of the nut as well.
+PART_OF_A_TURN = 1.0
+_FURTHEST = 1_000.0
 
 
 @dataclass(frozen=True)
@@ -220,11 +226,32 @@ def _all_at_values(
     guess = {c.name: values[c.name][0] if c.name in values else c.home for c in linkage.connections}
     loops = _Loops.of(tree, linkage, guess, moving)
     start = np.concatenate([home.coordinates[c.name] for c in linkage.connections])
-    found = AssemblyMode(loops, start).at(loops.at_values(home, values))
+    given = loops.at_values(home, values)
+    if any(screw.turns and screw.slides for c in loops.unknowns for screw in c.freedoms):
+        return [_turn_by_turn(loops, start, row) for row in given]
+    found = AssemblyMode(loops, start).at(given)
     return [
         replace(loops.configuration(x), elsewhere=bool(elsewhere))
         for x, elsewhere in zip(found.x, found.elsewhere, strict=True)
     ]
+
+
+def _turn_by_turn(loops: _Loops, start: np.ndarray, given: np.ndarray) -> Configuration:
+    """Along the path from home in parts in which no joint that is given turns far."""
+    begin = start[loops.given]
+    turned = np.max(np.abs(given - begin)[loops.turning], initial=0.0)
+    if turned > _FURTHEST:
+        most = f"at most {_FURTHEST:g} rad from home"
+        raise InputError("turn of a joint that screws follow", got=f"{turned:.6g}", expected=most)
+    parts = max(1, math.ceil(turned / PART_OF_A_TURN))
+    x, lost = start, False
+    for k in range(1, parts):
+        found = AssemblyMode(loops, x).at((begin + (given - begin) * (k / parts))[None])
+        if lost := not found.kept[0]:
+            break
+        x = found.x[0]
+    found = AssemblyMode(loops, x).at(given[None])
+    return replace(loops.configuration(found.x[0]), elsewhere=lost or bool(found.elsewhere[0]))
 
 
 @dataclass(frozen=True)
@@ -263,7 +290,7 @@ class _Loops:
             linkage.connections,
             np.concatenate([guess[c.name] for c in linkage.connections]),
             [c for c in moving if c.name in tree.in_loops],
-            tree.length(_frames(Bodies.of(tree, guess))),
+            tree.length(Bodies.of(tree, guess).in_world),
         )
 
     def at_values(self, home: Configuration, values: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -282,7 +309,7 @@ class _Loops:
             half_sine = min(1.0, float(np.sqrt(np.sum((gap.R_wanted - gap.R) ** 2) / 8.0)))
             shift = float(np.linalg.norm(gap.p_wanted - gap.p))
             gaps[cut.name] = shift, 2.0 * float(np.arcsin(half_sine))
-        return Configuration(q, _frames(bodies), gaps, self.length)
+        return Configuration(q, bodies.in_world, gaps, self.length)
 
     @cached_property
     def given(self) -> np.ndarray:
@@ -290,6 +317,12 @@ class _Loops:
         moving = {c.name for c in self.unknowns}
         own = [np.full(c.size, c.name not in moving) for c in self.connections]
         return np.flatnonzero(np.concatenate(own))
+
+    @cached_property
+    def turning(self) -> np.ndarray:
+        """Which of the given coordinates turn a joint (g,)."""
+        own = [screw.turns for c in self.connections for screw in c.freedoms]
+        return np.array(own, dtype=bool)[self.given]
 
     @property
     def parts(self) -> tuple[ClosurePart, ...]:
@@ -363,15 +396,3 @@ class _Loops:
         joints = [c.element for c in self.unknowns if isinstance(c.element, Joint)]
         freedoms = [screw for joint in joints for screw in joint.freedoms]
         return np.array([1.0 if screw.turns else self.length for screw in freedoms])
-
-
-def _frames(bodies: Bodies) -> dict[str, Frame]:
-    return {name: Frame(own.R, own.p) for name, own in bodies.frames.items()}
-
-
-def placed_freedoms(connection: Connection, q: np.ndarray, frame_a: Frame) -> list[PlacedFreedom]:
-    """The elementary joints of a joint in the world, where body a is."""
-    if not isinstance(connection.element, Joint):
-        return []
-    start = frame_a @ connection.before
-    return place_chain(Chain((connection.element,)), q, start.R, start.p).freedoms

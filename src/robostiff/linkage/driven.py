@@ -14,7 +14,7 @@ from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
-from robostiff.linkage.closure import Configuration, close, close_all
+from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, close, close_all
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 from robostiff.model import Actuated, Chain, Joint, Locked, Passive
@@ -198,6 +198,14 @@ class DrivenLinkage:
             return close_all(self.part, self.home, self.values(rows))
         values = [self.values(row) for row in rows]
         return [close(self.part, {n: q.tolist() for n, q in own.items()}) for own in values]
+
+    def turned_far(self, rows: np.ndarray) -> np.ndarray:
+        """Where screws that follow may close on another turn than along the path from home (N,)."""
+        own = (c for c in self.part.connections if c.name not in self.drives)
+        if not any(screw.turns and screw.slides for c in own for screw in c.freedoms):
+            return np.zeros(len(rows), dtype=bool)
+        turning = np.array([screw.turns for screw in self._freedoms], dtype=bool)
+        return np.any(np.abs(rows - self.at_home)[:, turning] > PART_OF_A_TURN, axis=-1)
 
     def samples(self, seed: int = 0, nearer: int = 0) -> list[Configuration]:
         """A few closed configurations near home, in general position; others for another seed.

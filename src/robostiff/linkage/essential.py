@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import place_chain
 from robostiff.kinematics.placed_masses import placed_with_masses
-from robostiff.linkage.closure import Configuration, close, placed_freedoms
+from robostiff.linkage.closure import Configuration, close
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
-from robostiff.model import Chain, Link
+from robostiff.model import Chain, Joint, Link, PlacedFreedom
 from robostiff.network import JointElement, Network, Node, SpringElement
 from robostiff.spatial import Frame
 
@@ -185,7 +186,7 @@ def network_of(part: Linkage, found: Configuration) -> Network:
         if isinstance(c.element, Link):
             springs.append(_spring(c, c.element, found))
         else:
-            freedoms = placed_freedoms(c, found.coordinates[c.name], found.frames[c.a])
+            freedoms = _placed_freedoms(c, found.coordinates[c.name], found.frames[c.a])
             joints.append(JointElement(c.name, c.a, c.b, tuple(freedoms)))
     return Network(
         part.name,
@@ -206,3 +207,11 @@ def _spring(c: Connection, link: Link, found: Configuration) -> SpringElement:
     masses = tuple(replace(mass, after=0) for mass in leg.masses)
     place = placed.point, placed.rotation, placed.elasticity
     return SpringElement(c.name, c.a, c.b, *place, masses)
+
+
+def _placed_freedoms(connection: Connection, q: np.ndarray, frame_a: Frame) -> list[PlacedFreedom]:
+    """The elementary joints of a joint in the world, where body a is."""
+    if not isinstance(connection.element, Joint):
+        return []
+    start = frame_a @ connection.before
+    return place_chain(Chain((connection.element,)), q, start.R, start.p).freedoms

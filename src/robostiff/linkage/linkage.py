@@ -13,7 +13,7 @@ from robostiff.errors import InputError
 from robostiff.model import Joint, Link
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
-from robostiff.spatial import Frame, Space, refuse_quantities
+from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
 if TYPE_CHECKING:
     from robostiff.network import Network
@@ -55,6 +55,11 @@ class Connection:
     def size(self) -> int:
         """Number of its coordinates."""
         return self.element.size if isinstance(self.element, Joint) else 0
+
+    @property
+    def freedoms(self) -> tuple[Screw, ...]:
+        """Those of a joint."""
+        return self.element.freedoms if isinstance(self.element, Joint) else ()
 
     @property
     def home(self) -> np.ndarray:
