@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
-from robostiff.plot.geometry.screw_line import screw_line
+from robostiff.plot.geometry.ellipsoid import Quality, principal_axes, screw_line
 from robostiff.plot.geometry.surfaces import ellipsoid_mesh, isosurface, plate
 from robostiff.spatial import Screw
 from tests.plot.machines import held_across_x, hexapod_stiffness, robot

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.load_curve import load_curve_picture
+from robostiff.plot.loaded_robot import load_curve_picture
 from tests.statics.test_load_paths import LIMIT, shallow_truss
 
 

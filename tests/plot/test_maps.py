@@ -6,8 +6,7 @@ import pytest
 import robostiff as rs
 from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED
 from robostiff.plot.maps.isosurfaces import isosurface_picture
-from robostiff.plot.maps.percentile_bands import bands_picture
-from robostiff.plot.maps.slice import overview_picture, slice_picture
+from robostiff.plot.maps.slice import bands_picture, overview_picture, slice_picture
 from robostiff.plot.picture import Bands, Cover, Field, Marks, Mesh
 from tests.plot.machines import robot, tripod_map
 

@@ -60,8 +60,7 @@ def print_equilibrium(
     if factors is not None:
         curve = load_path(robot, wrench=F or (), factors=factors, **options)
     if picture is not None:
-        from robostiff.plot.load_curve import load_curve_picture
-        from robostiff.plot.loaded_robot import equilibrium_picture
+        from robostiff.plot.loaded_robot import equilibrium_picture, load_curve_picture
 
         draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
     return answered(

@@ -1,14 +1,17 @@
-"""The command ``report``."""
+"""The commands ``report`` and ``view``."""
 
 from __future__ import annotations
 
-from contextlib import suppress
+import webbrowser
+from collections.abc import Mapping
+from contextlib import closing, suppress
 from datetime import date as day
+from typing import Any
 
 from robostiff.cli.command import BAD_STATUS
 from robostiff.cli.options import Answer, Model, Place, Replacing
 from robostiff.cli.output import new_file, show
-from robostiff.cli.picture_commands import Pages
+from robostiff.cli.picture_commands import Page, Pages
 from robostiff.cli.written_arguments import loaded, near_from, point_from, pose_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.map_files.netcdf import read_map
@@ -22,6 +25,7 @@ from robostiff.report import (
     save_report,
 )
 from robostiff.robots import load
+from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
 
 
 def make_report(
@@ -69,3 +73,23 @@ def _with_symbols(model: Model) -> Robot | None:
         robot = model.load(symbols=ALL_PARAMETERS)
         return robot if isinstance(robot, Robot) else None
     return None
+
+
+def show_view(model: Model, place: Place, page: Page) -> int:
+    """Serve a view until it is interrupted; 0 then."""
+    source, given = model.source, model.parameters
+
+    def built(moved: Mapping[str, str]) -> Any:
+        return loaded(model, moved=moved)
+
+    robot = built({})
+    machine = machine_of(robot, pose_from(robot, place))
+    wrench = None if page.wrench is None else wrench_from(page.wrench, machine.space)
+    written = {**parameters_written(source, model.side), **given} if source != "-" else {}
+    live = LivePage(machine, parameter_sliders(written), built, wrench, page.port)
+    with closing(live), suppress(KeyboardInterrupt):
+        show(f"{live.url}\nCtrl-C ends the view.")
+        if not page.no_browser:
+            webbrowser.open(live.url)
+        live.wait()
+    return 0

@@ -275,7 +275,7 @@ COMMANDS = {
         status="0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.",
     ),
     "view": Command(
-        "commands_view:show_view",
+        "commands_report:show_view",
         (Model, part(Place, "pose", "joints"), Page),
         "Show a robot in the browser, with sliders for its pose, its parameters and a load.",
         "Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. "

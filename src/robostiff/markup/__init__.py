@@ -18,8 +18,7 @@ from robostiff.markup.blocks import (
     Table,
     Tone,
 )
-from robostiff.markup.in_html import block_html, element, escaped, listing
-from robostiff.markup.in_notebooks import InNotebooks
+from robostiff.markup.in_html import InNotebooks, block_html, element, escaped, listing
 from robostiff.markup.in_typst import TYPST_BLOCKS, block_typst, typst_text
 from robostiff.markup.numbers import (
     number,

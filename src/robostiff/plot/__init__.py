@@ -8,18 +8,15 @@ lines of legs, bent or not, of screws, ellipsoids and isosurfaces.
 
 from robostiff.plot.backend import Matplotlib, PlotBackend, Plotly, Width
 from robostiff.plot.ellipsoids import ellipsoid
-from robostiff.plot.energy_bars import energy_shares
+from robostiff.plot.energy_bars import Measure, comparison, energy_shares
 from robostiff.plot.free_motion_screws import free_motions
 from robostiff.plot.geometry.ellipsoid import Quality
-from robostiff.plot.load_curve import load_curve
-from robostiff.plot.loaded_robot import equilibrium, mode
+from robostiff.plot.loaded_robot import equilibrium, load_curve, mode
 from robostiff.plot.maps.isosurfaces import map_isosurface
-from robostiff.plot.maps.percentile_bands import map_bands
-from robostiff.plot.maps.slice import map_overview, map_slice
+from robostiff.plot.maps.slice import map_bands, map_overview, map_slice
 from robostiff.plot.matrix_cells import Kind, Shade, matrix
 from robostiff.plot.posed_robot import Colouring, robot
 from robostiff.plot.theme import Theme
-from robostiff.plot.two_designs import Measure, comparison
 
 __all__ = [
     "Colouring",

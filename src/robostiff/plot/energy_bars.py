@@ -1,13 +1,18 @@
-"""Elastic energy of legs and parts as bars."""
+"""Bars: the elastic energy of parts, and two designs beside each other."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
 from robostiff.analysis import Deflection
 from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
+from robostiff.plot.geometry.ellipsoid import Quality, Stiffness, principal_axes
 from robostiff.plot.picture import Bars, Category, Group, Panel, PlainColour, Series
+from robostiff.plot.posture import single_stiffness
 from robostiff.plot.prefix import prefixed, short
 
 _MOST = 7  # kinds of parts that colours distinguish
@@ -107,3 +112,156 @@ def _legs_in_order(deflection: Deflection) -> list[str]:
     """Names of the legs in the order of the robot."""
     along = [reaction.leg for reaction in deflection.reactions]
     return along + [part.leg for part in deflection.parts]
+
+
+class Measure(Enum):
+    """Values by which two stiffnesses are compared.
+
+    ``PRINCIPAL``
+        Principal stiffnesses: of forces with rotations held, of moments with displacements held.
+    ``DIAGONAL``
+        The entries on the diagonal of K.
+    """
+
+    PRINCIPAL = "principal stiffnesses"
+    DIAGONAL = "diagonal of the stiffness matrix"
+
+
+@dataclass(frozen=True)
+class _Quantities:
+    """Quantities with one unit."""
+
+    label: str
+    unit: str
+    names: tuple[str, ...]
+    first: np.ndarray
+    second: np.ndarray
+
+
+def comparison(
+    first: Stiffness | Deflection,
+    second: Stiffness | Deflection,
+    measure: Measure = Measure.PRINCIPAL,
+    *,
+    names: tuple[str, str] | None = None,
+    backend: PlotBackend[Drawn] = PAPER,
+) -> Drawn:
+    """Draw two stiffnesses, or two deflections, side by side, with the ratio second over first.
+
+    Parameters
+    ----------
+    first, second : RobotStiffness or Deflection
+        Both of one kind and one space.
+    measure : Measure
+        Of stiffnesses; deflections are compared by displacements and rotations.
+    names : tuple of two str, optional
+        What to call them; the names of the robots when left out.
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When the two are of different kinds.
+    NoAnswerError
+        When one has no answer.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> thin, thick = rs.load("hexapod"), rs.load("gough-stewart-b-beams")
+    >>> axes = rs.plot.comparison(rs.stiffness(thin), rs.stiffness(thick))
+    """
+    return drawn_by(backend, comparison_picture(first, second, measure, names))
+
+
+def comparison_picture(
+    first: Stiffness | Deflection,
+    second: Stiffness | Deflection,
+    measure: Measure = Measure.PRINCIPAL,
+    names: tuple[str, str] | None = None,
+) -> Bars:
+    """The picture of `comparison`, as data."""
+    if isinstance(first, Deflection) and isinstance(second, Deflection):
+        answers = (first.stiffness, second.stiffness)
+        _check_space(*answers)
+        title, found = "deflection", _of_twists(first, second)
+    else:
+        answers = (
+            single_stiffness(first, "a comparison"),
+            single_stiffness(second, "a comparison"),
+        )
+        _check_space(*answers)
+        title, found = measure.value, _of_stiffness(*answers, measure)
+    called = names or _names(*answers)
+    return Bars(title, tuple(_panel(quantities, called) for quantities in found))
+
+
+def _of_twists(first: Deflection, second: Deflection) -> list[_Quantities]:
+    space = first.stiffness.space
+    d, order = space.translations, space.twist_order
+    one, other = first.twist, second.twist
+    return [
+        _Quantities("displacement", "m", order[:d], one[:d], other[:d]),
+        _Quantities("rotation", "rad", order[d:], one[d:], other[d:]),
+    ]
+
+
+def _of_stiffness(first: Stiffness, second: Stiffness, measure: Measure) -> list[_Quantities]:
+    space = first.space
+    d = space.translations
+    if measure is Measure.DIAGONAL:
+        one, other = np.diag(first.K), np.diag(second.K)
+        names = tuple(
+            f"{w}/{t}" for w, t in zip(space.wrench_order, space.twist_order, strict=True)
+        )
+        return [
+            _Quantities("force / displacement", "N/m", names[:d], one[:d], other[:d]),
+            _Quantities("moment / rotation", "N m/rad", names[d:], one[d:], other[d:]),
+        ]
+    found = []
+    for quality, label in (
+        (Quality.STIFFNESS, "translational"),
+        (Quality.ROTATIONAL_STIFFNESS, "rotational"),
+    ):
+        one = principal_axes(first, quality).lengths
+        other = principal_axes(second, quality).lengths
+        # softest first, as in maps
+        names = {1: ("stiffness",), 2: ("least", "most"), 3: ("least", "middle", "most")}[len(one)]
+        found.append(_Quantities(label, quality.unit, names, one, other))
+    return found
+
+
+def _panel(q: _Quantities, called: tuple[str, str]) -> Panel:
+    largest = float(np.max(np.abs([q.first, q.second])))
+    times, unit = prefixed(largest, q.unit)
+    # beside the largest they are rounding
+    values = [np.where(np.abs(v) <= 1e-12 * largest, 0.0, v) for v in (q.first, q.second)]
+    texts = [[short(times * value) for value in own] for own in values]
+    for i, (one, other) in enumerate(zip(*values, strict=True)):
+        if one != 0:
+            texts[1][i] += f" (× {short(other / one)})"
+    series = tuple(
+        Series(name, Category(i), times * own, tuple(written))
+        for i, (name, own, written) in enumerate(zip(called, values, texts, strict=True))
+    )
+    return Panel(f"{q.label} [{unit}]", tuple(Group(name) for name in q.names), series)
+
+
+def _names(first: Stiffness, second: Stiffness) -> tuple[str, str]:
+    if first.name == second.name:
+        return f"{first.name}, first", f"{second.name}, second"
+    return first.name, second.name
+
+
+def _check_space(first: Stiffness, second: Stiffness) -> None:
+    if first.space is not second.space:
+        raise InputError(
+            "comparison of two designs",
+            got=f"matrices of {first.space.size} and {second.space.size} rows",
+            expected="two of one size",
+        )

@@ -6,8 +6,7 @@ from robostiff.analysis import RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.ellipsoid import Stiffness, length_of
-from robostiff.plot.geometry.screw_line import screw_line
+from robostiff.plot.geometry.ellipsoid import Stiffness, length_of, screw_line
 from robostiff.plot.picture import (
     Arrow,
     Category,

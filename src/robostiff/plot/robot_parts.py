@@ -11,6 +11,7 @@ import numpy as np
 from robostiff.analysis import Deflection
 from robostiff.model import Actuated, Passive, PlacedSpring, Snapshot
 from robostiff.plot.geometry.displacement import RobotMotion, at_rest
+from robostiff.plot.geometry.ellipsoid import screw_line
 from robostiff.plot.geometry.legs import (
     JointMark,
     MemberKind,
@@ -20,7 +21,6 @@ from robostiff.plot.geometry.legs import (
     joint_marks,
     leg_members,
 )
-from robostiff.plot.geometry.screw_line import screw_line
 from robostiff.plot.geometry.surfaces import plate
 from robostiff.plot.picture import (
     Arrow,

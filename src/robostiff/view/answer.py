@@ -14,7 +14,7 @@ from robostiff.markup import Bullets, Tone, block_html, element, escaped
 from robostiff.plot.ellipsoids import ellipsoid_items
 from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, principal_axes
 from robostiff.plot.picture import Item, Paint
-from robostiff.plot.picture.paint import colour_of
+from robostiff.plot.picture.scene import colour_of
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.theme import Theme
 

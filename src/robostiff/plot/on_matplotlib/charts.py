@@ -17,7 +17,7 @@ from robostiff.plot.on_matplotlib.canvas import (
     norm,
 )
 from robostiff.plot.picture import Bands, Bars, Cover, Curves, Field, Matrix, Panel, RegionStyle
-from robostiff.plot.picture.paint import colour_of
+from robostiff.plot.picture.scene import colour_of
 from robostiff.plot.prefix import short
 
 _NAMES, _LINE = 0.5, 0.17  # inches: beside bars, and a line of the legend

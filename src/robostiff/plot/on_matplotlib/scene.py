@@ -34,7 +34,7 @@ from robostiff.plot.picture import (
     Shape,
     Text,
 )
-from robostiff.plot.picture.paint import colour_of
+from robostiff.plot.picture.scene import colour_of
 
 _MARKERS = {
     Shape.RING: ("o", 3.4),

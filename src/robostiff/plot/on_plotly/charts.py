@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 
 from robostiff.plot.on_plotly.layout import colour_bar, colour_scale, figure
 from robostiff.plot.picture import Bands, Bars, Cover, Curves, Field, Matrix, Panel, Region
-from robostiff.plot.picture.paint import colour_of
+from robostiff.plot.picture.scene import colour_of
 from robostiff.plot.prefix import short
 from robostiff.plot.theme import Palette
 

@@ -20,7 +20,7 @@ from robostiff.plot.picture import (
     Shape,
     Text,
 )
-from robostiff.plot.picture.paint import colour_of
+from robostiff.plot.picture.scene import colour_of
 from robostiff.plot.theme import Palette
 
 _SYMBOLS = {

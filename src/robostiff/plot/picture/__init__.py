@@ -16,15 +16,20 @@ from robostiff.plot.picture.charts import (
     RegionStyle,
     Series,
 )
-from robostiff.plot.picture.paint import Category, ColourScale, Paint, PlainColour, PlotAxis, Ramp
 from robostiff.plot.picture.scene import (
     Arrow,
+    Category,
+    ColourScale,
     Face,
     Item,
     LineWeight,
     Marks,
     Mesh,
+    Paint,
     Path,
+    PlainColour,
+    PlotAxis,
+    Ramp,
     Scene,
     Shape,
     Text,

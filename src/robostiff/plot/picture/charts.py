@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robostiff.errors import printable
-from robostiff.plot.picture.paint import Category, ColourScale, Paint, PlotAxis, colour_of
+from robostiff.plot.picture.scene import Category, ColourScale, Paint, PlotAxis, colour_of
 from robostiff.plot.theme import Palette
 
 

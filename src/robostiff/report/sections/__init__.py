@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Section
-from robostiff.report.sections.finite_load import finite_load_section, vibrations_section
-from robostiff.report.sections.inputs import inputs_section
+from robostiff.report.sections.finite_load import (
+    comparison_section,
+    finite_load_section,
+    vibrations_section,
+)
 from robostiff.report.sections.map_slices import map_section
 from robostiff.report.sections.results import bending_section, matrices_section, weakest_section
-from robostiff.report.sections.the_robot import formula_section, method_section, robot_section
-from robostiff.report.sections.two_designs import comparison_section
+from robostiff.report.sections.the_robot import (
+    formula_section,
+    inputs_section,
+    method_section,
+    robot_section,
+)
 
 __all__ = ["report_sections"]
 

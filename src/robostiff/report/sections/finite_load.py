@@ -1,4 +1,4 @@
-"""What finite loads do, with critical load and curve; natural vibrations without load."""
+"""What finite loads do, natural vibrations, and another design beside this one."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from robostiff.analysis import Deflection
+from robostiff.analysis.result_tables import stiffness_matrix
+from robostiff.errors import NoAnswerError
 from robostiff.markup import (
     Bullets,
     Cell,
@@ -14,10 +16,11 @@ from robostiff.markup import (
     Paragraph,
     Table,
     Tone,
+    shown_vector,
 )
 from robostiff.model import Robot
-from robostiff.plot.load_curve import load_curve_picture
-from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
+from robostiff.plot.energy_bars import comparison_picture
+from robostiff.plot.loaded_robot import equilibrium_picture, load_curve_picture, mode_picture
 from robostiff.report.contents import AnswersUnderLoad, ReportContents
 from robostiff.report.section import Figure, Level, Part, Section, SideBySide, one_figure, section
 from robostiff.statics.result_tables import (
@@ -128,3 +131,51 @@ def vibrations_section(contents: ReportContents) -> Section | None:
     figure = Figure("modes", "The slowest modes, displacements exaggerated.", levels)
     parts = [Paragraph(words), mode_table(found), faster_modes(found), figure]
     return section("vibrations", "Natural frequencies", parts)
+
+
+def comparison_section(contents: ReportContents) -> Section | None:
+    """The robot and another design; nothing where there is no other."""
+    other = contents.compared
+    if other is None:
+        return None
+    first, second = contents.stiffness, other.stiffness
+    title = f"Beside {other.name}"
+    rows: list[list[Cell]] = [
+        ["status", str(contents.status), str(other.status)],
+        ["rank", str(int(first.rank)), str(int(second.rank))],
+    ]
+    parts: list[Part | None] = [Table(["", contents.robot.name, other.name], rows)]
+    parts.append(Bullets(other.advice, Tone.WARNING) if other.advice else None)
+    if not (np.all(first.answered) and np.all(second.answered)):
+        parts.append(Paragraph("One of the two has no stiffness matrix to be compared."))
+        return section("comparison", title, parts)
+    names = (contents.robot.name, other.name)
+    if names[0] == names[1]:
+        names = (f"{names[0]}, first", f"{names[1]}, second")
+    parts.append(SideBySide((stiffness_matrix(second),)))
+    try:
+        picture = comparison_picture(first, second, names=names)
+        parts.append(one_figure("comparison", "Principal stiffnesses of both designs.", picture))
+    except NoAnswerError as error:
+        parts.append(Paragraph(str(error)))
+    one, two = contents.deflection, other.deflection
+    if one is not None and two is not None and one.has_answer and two.has_answer:
+        parts.append(_both_displacements(contents, names))
+    return section("comparison", title, parts)
+
+
+def _both_displacements(contents: ReportContents, names: tuple[str, str]) -> Table:
+    """Displacements of both under the load, and the second over the first."""
+    one, other = contents.deflection, contents.compared
+    if not isinstance(one, Deflection) or other is None or other.deflection is None:
+        raise ValueError("there are two deflections where they are compared")
+    rows: list[list[Cell]] = []
+    space = one.stiffness.space
+    both = (shown_vector(bent.twist, space.translations) for bent in (one, other.deflection))
+    for name, first, second in zip(space.twist_order, *both, strict=True):
+        unit = "µrad" if name.startswith("r") else "µm"
+        ratio: Cell = Number(float(second / first)) if first else ""
+        rows.append(
+            [name, Number(1e6 * float(first), unit), Number(1e6 * float(second), unit), ratio]
+        )
+    return Table(["under the load", *names, "second over first"], rows)
