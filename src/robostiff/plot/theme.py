@@ -129,7 +129,7 @@ _DARK = Palette(
     muted="#a0a4a8",
     faint="#43484e",
     plate=_SKY,
-    categories=(_SKY, _ORANGE, _GREEN, _PURPLE, _YELLOW, _VERMILION, "#ffffff", "#4f9fd8"),
+    categories=(_SKY, _ORANGE, _GREEN, _PURPLE, _YELLOW, _VERMILION, "#ffffff", "#8b7cf0"),
     # the darkest steps would not stand out from the ground
     values=(
         "#2f4f87",
