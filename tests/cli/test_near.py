@@ -6,6 +6,7 @@ import pytest
 import robostiff as rs
 from robostiff.analysis.maps.dataset import open_map
 from robostiff.cli import commands_plot
+from robostiff.model import PlacedFreedom
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.picture import Path, Scene
 from robostiff.plot.robot_parts import unit_of
@@ -41,7 +42,8 @@ def test_near_chooses_the_posture_that_is_drawn(what, tmp_path, monkeypatch):
         run(*command, *more, "-o", str(tmp_path / "robot.png"))
     posed = rs.find_posture(robot, pose, near=other).snapshot.one(0)
     factor = unit_of(extent(posed))[0]
-    elbows = factor * np.array([part.point for leg in posed.legs for part in leg.elements])
+    joints = [part for leg in posed.legs for part in leg.elements]
+    elbows = factor * np.array([part.point for part in joints if isinstance(part, PlacedFreedom)])
     home, near = (
         [item.points for item in picture.items if isinstance(item, Path)] for picture in drawn
     )

@@ -13,6 +13,8 @@ from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app
+from robostiff.markup import Paragraph
+from robostiff.plot.picture import Field
 from robostiff.report import (
     TitleBlock,
     described_by,
@@ -130,10 +132,12 @@ def test_slices_of_a_map_of_millions_of_poses_stay_small(contents):
     section = map_section(replace(contents, found=many))
     assert section is not None
     words, *_ = section.parts
+    assert isinstance(words, Paragraph)
     assert "The slices show" in words.text
     assert "of 300 values of x" in words.text
     (figure,) = section.figures
-    shown = [level.picture for level in figure.levels]
+    shown = [level.picture for level in figure.levels if isinstance(level.picture, Field)]
+    assert len(shown) == 25
     assert 20_000 < sum(picture.values.size for picture in shown) <= 40_000
     first, last = shown[0], shown[-1]
     assert first.x.values[[0, -1]].tolist() == [-0.1, 0.1]

@@ -49,7 +49,7 @@ class Load:
     """The load of a deflection."""
 
     wrench: str | None = wrench_option("Force and moment on the platform about the point --at")
-    gravity: str | None = gravity_option("weights of masses count only where it is given")
+    gravity: str | None = gravity_option()
 
 
 @dataclass(frozen=True)

@@ -127,15 +127,13 @@ def wrench_option(text: str, *, name: str = "--wrench", default: Any = None) -> 
     return option(name, metavar=_WRENCH, default=default, help=f"{text} [N, N m].")
 
 
-def gravity_option(
-    without: str = "'0 0 0' for none. By default that of the model file",
-) -> Any:
-    """Free fall, for loads of masses; and what acts without it."""
+def gravity_option() -> Any:
+    """Free fall, for loads of masses."""
     return option(
         "--gravity",
         metavar='"gx gy gz"',
-        help="Acceleration of free fall [m/s^2], or an axis along which it is, such as -z; "
-        f"{without}.",
+        help="Acceleration of free fall [m/s^2], or an axis along which it is, such as -z; '0 0 0' "
+        "for none. By default that of the model file; for a deflection none.",
     )
 
 
