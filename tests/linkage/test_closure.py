@@ -296,5 +296,7 @@ def test_kernels_leave_turns_of_screws_to_the_path_from_home():
 
 
 def test_turns_of_a_screw_are_bounded():
-    with pytest.raises(InputError, match="turn of a joint that screws follow: got 5000, expected"):
+    with pytest.raises(
+        InputError, match="turn of a joint that screws follow: got '5000 rad', expected"
+    ):
         close(lead_screw(), {"motor": 5000.0})

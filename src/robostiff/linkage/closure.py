@@ -242,7 +242,9 @@ def _turn_by_turn(loops: _Loops, start: np.ndarray, given: np.ndarray) -> Config
     turned = np.max(np.abs(given - begin)[loops.turning], initial=0.0)
     if turned > _FURTHEST:
         most = f"at most {_FURTHEST:g} rad from home"
-        raise InputError("turn of a joint that screws follow", got=f"{turned:.6g}", expected=most)
+        raise InputError(
+            "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
+        )
     parts = max(1, math.ceil(turned / PART_OF_A_TURN))
     x, lost = start, False
     for k in range(1, parts):
