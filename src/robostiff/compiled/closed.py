@@ -197,14 +197,14 @@ class ClosedCode:
         rows, other = np.empty((2, given + len(closure.state), count))
         rows[:given] = other[:given] = inputs
         first.evaluate(rows[:given], rows[given:])
-        for taken in range(closure.first_steps, closure.most_steps + 1):
+        taken = closure.first_steps
+        while taken < closure.most_steps:
             # Those that do not contract arrive nowhere.
             left = np.count_nonzero(~(rows[size] <= _ENOUGH) & (rows[size + 1] > 0))
             if not left or (taken >= closure.steps and left <= _LEFT * count):
                 break
-            if taken < closure.most_steps:
-                step.evaluate(rows, other[given:])
-                rows, other = other, rows
+            step.evaluate(rows, other[given:])
+            rows, other, taken = other, rows, taken + 1
         found = np.empty((self.rows, count))
         last.evaluate(rows, found)
         more = np.flatnonzero(~(found[-2] < CLOSED) & (found[-1] > 0))

@@ -34,6 +34,10 @@ class _Own:
     parts: int
 
 
+# Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
+_BEAM, _OWN = "_beam", "_as_elements"
+
+
 @dataclass(frozen=True)
 class SpringElements:
     """Elastic parts as elements; what has been worked out for one is used for all alike.
@@ -63,15 +67,18 @@ class SpringElements:
         C = spring.elasticity.compliance
         free = np.array(spring.elasticity.freedoms, dtype=float)
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
-        entries = C.tobytes(), free.tobytes()
-        if entries not in self.beams:
-            self.beams[entries] = None if free.size else uniform_beam(C)
-        beam = self.beams[entries]
+        entries, kept = (C.tobytes(), free.tobytes()), vars(spring.elasticity)
+        if _BEAM not in kept:  # with a part that is alike at all poses it stays known
+            if entries not in self.beams:
+                self.beams[entries] = None if free.size else uniform_beam(C)
+            kept[_BEAM], kept[_OWN] = self.beams[entries], {}
+        beam: UniformBeam | None = kept[_BEAM]
         parts = 0 if beam is None else parts_of()
         key = (*entries, turned, parts)
-        own = self.known.get(key)
+        own = self.known.get(key) or kept[_OWN].get(key[2:])
         if own is None:
-            own = self.known[key] = self._own(spring, C, free, beam if parts else None, parts)
+            own = self._own(spring, C, free, beam if parts else None, parts)
+        self.known[key] = kept[_OWN][key[2:]] = own
         x = spring.rotation[:, 0] * own.length
         rotation = np.array(spring.rotation, dtype=float)[None]
         ends = [spring.point - x * (1 - (i + 1) / own.parts) for i in range(own.parts)]

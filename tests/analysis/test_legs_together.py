@@ -1,0 +1,94 @@
+"""Legs that are alike are computed together at a few poses: as each of them alone."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.result import RobotStiffness
+from robostiff.errors import InputError
+from robostiff.kinematics import legs_together, posture_finder
+from robostiff.model import Passive, PlacedFreedom, PlacedLeg, Snapshot
+from robostiff.spatial import Space
+
+
+def poses_of(robot: rs.Robot, count: int) -> np.ndarray:
+    finder, places = posture_finder(robot), list(robot.coordinate_places)
+    size = np.where(np.array(places) < 3, 0.05 * finder.length, 0.05)
+    shifts = np.random.default_rng(4).uniform(-1, 1, (count, len(places)))
+    return finder.home_pose[places] + size * shifts
+
+
+def scaled_difference(found: np.ndarray, expected: np.ndarray) -> float:
+    size = np.abs(expected).max(axis=(-1, -2), keepdims=True)
+    return float(np.max(np.abs(found - expected) / np.where(size > 0, size, 1.0)))
+
+
+@pytest.mark.parametrize(
+    ("name", "groups"),
+    [
+        ("hexapod", [6]),  # telescopes whose beams differ in length
+        ("3-rpr", [3]),  # drives of several stiffnesses, in the plane
+        ("delta", [3]),  # parallelograms, whose branches are alike as well
+        ("gantry-tau", [1, 1, 1]),  # legs of one, two and three rods
+    ],
+)
+def test_legs_together_are_as_each_alone(
+    name: str, groups: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = rs.load(name)
+    snapshot = rs.find_posture(robot).snapshot
+    together = legs_together.legs_together(snapshot.legs, snapshot.reference_point.shape[:-1])
+    assert [len(own.places) for own in together] == groups
+    for count in (1, 4):
+        poses = poses_of(robot, count)
+        found = careful_stiffness(robot, poses)
+        with monkeypatch.context() as alone:
+            alone.setattr(legs_together, "FEW", 0)
+            expected = careful_stiffness(robot, poses)
+        assert_equal(found, expected)
+
+
+def assert_equal(found: RobotStiffness, expected: RobotStiffness) -> None:
+    assert np.all(expected.answered)
+    assert found.passive_joint_names == expected.passive_joint_names
+    for one, other in [
+        (found.about_reference, expected.about_reference),
+        *zip(found.legs, expected.legs, strict=True),
+    ]:
+        np.testing.assert_array_equal(one.status_codes, other.status_codes)
+        np.testing.assert_array_equal(one.rank, other.rank)
+        np.testing.assert_array_equal(one.redundant, other.redundant)
+        assert scaled_difference(one.matrix, other.matrix) < 1e-12
+
+
+def test_legs_of_different_ranks_together() -> None:
+    """Joints of one leg are redundant, of the other not: poses of a batch may differ like that."""
+    z, far = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
+    legs = []
+    for name, places in (("a", (far, far)), ("b", (far, 2 * far))):
+        joints = [
+            PlacedFreedom(z, place, 0.0, f"joint{i}", Passive()) for i, place in enumerate(places)
+        ]
+        drive = PlacedFreedom(z, np.zeros(3), 0.0, "drive", rs.Actuated(1e5))
+        slide = PlacedFreedom(far, np.zeros(3), None, "slide", rs.Actuated(1e6))
+        legs.append(PlacedLeg(name, (drive, slide, *joints), far))
+    snapshot = Snapshot("two legs", tuple(legs), 0.3 * far, Space.PLANAR)
+    together = legs_together.legs_together(snapshot.legs, ())
+    assert [own.places for own in together] == [(0, 1)]
+    both = careful_stiffness(snapshot)
+    for leg, found in zip(legs, both.legs, strict=True):
+        one = careful_stiffness(Snapshot("one leg", (leg,), 0.3 * far, Space.PLANAR)).legs[0]
+        assert found.rank == one.rank
+        np.testing.assert_array_equal(found.redundant, one.redundant)
+
+
+def test_a_leg_that_leaves_the_plane_is_refused_beside_one_that_does_not() -> None:
+    z = np.array([0.0, 0, 1])
+    legs = [
+        PlacedLeg(name, (PlacedFreedom(axis, np.zeros(3), 0.0, "hinge", Passive()),), np.eye(3)[0])
+        for name, axis in (("a", z), ("b", np.array([0.0, 1, 0])))
+    ]
+    snapshot = Snapshot("tilted", tuple(legs), np.eye(3)[0], Space.PLANAR)
+    with pytest.raises(InputError, match="'hinge' of a planar robot"):
+        careful_stiffness(snapshot)
