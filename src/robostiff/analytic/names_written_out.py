@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,11 +13,13 @@ import sympy as sp
 
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.operation_count import operations_in, symbols_in
+from robostiff.analytic.operation_count import count_of, operations_in, symbols_in
 
 LINES = 10  # lines that are read at a glance
 _GROWN = 1.1  # operations by which these may grow for fewer lines
 _WIDTH = 4  # ways of as many lines that are followed
+_A_NAME = 1  # operations that a name for a difference saves at least, besides its own
+_LONGEST_SUM = 60  # operations of a sum in which two symbols may stand as their difference
 
 
 @dataclass(frozen=True)
@@ -105,6 +108,91 @@ def in_few_lines(
         states = sorted(after.values(), key=lambda own: own.operations)[:_WIDTH]
     few = (x for x in states if x.lines <= LINES and x.operations <= _GROWN * written.operations)
     return next(few, written)
+
+
+def with_differences(written: Written, taken: Iterable[str]) -> Written:
+    """The same with a name for a difference of two symbols that stand nowhere else in long sums.
+
+    Examples
+    --------
+    >>> R, r, l = sp.symbols("R r l")
+    >>> K = R**2 - 2 * R * r + r**2 - l**2, (R - r - l) * (R - r + l)
+    >>> found = with_differences(Written(K, ()), {"R", "r", "l"})
+    >>> found.definitions[0].symbol, found.definitions[0].expression, found.results
+    (d_a, R - r, (d_a**2 - l**2, (d_a - l)*(d_a + l)))
+    """
+    names = {d.symbol for d in written.definitions}
+    formulas = (*written.results, *(d.expression for d in written.definitions))
+    pairs: Counter[tuple[Any, Any]] = Counter()
+    for total in (x for formula in formulas for x in formula.atoms(sp.Add)):
+        plain = sorted((x for x in total.args if x.is_Symbol and x not in names), key=str)
+        minus = sorted((-x for x in total.args if (-x).is_Symbol and -x not in names), key=str)
+        pairs.update((a, b) for a in plain for b in minus)
+    used = {*taken, *(x.name for x in names)}
+    for (a, b), times in pairs.most_common():
+        if times < pairs[b, a] or written.lines >= LINES:
+            continue
+        number = next(i for i in count() if f"d_{suffix(i)}" not in used)
+        own = Definition(sp.Symbol(f"d_{suffix(number)}", real=True), a - b)
+        found = changed(written, lambda x, own=own, a=a, b=b: _by_difference(x, own, a, b), a)
+        found = replace(found, definitions=(own, *found.definitions))
+        if found.operations + _A_NAME < written.operations:
+            used.add(own.symbol.name)
+            written = found
+    return written
+
+
+def _by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> Any:
+    """An expression with the difference in its sums, where that leaves less of them."""
+    if not expression.args or not {a, b} <= symbols_in(expression):
+        return expression
+    parts = tuple(_by_difference(part, difference, a, b) for part in expression.args)
+    if parts != expression.args:
+        expression = expression.func(*parts)
+    if not (expression.is_Add and {a, b} <= symbols_in(expression)):
+        return expression
+    if count_of(expression) > _LONGEST_SUM:
+        return expression
+    other = sp.expand(expression.xreplace({a: difference.symbol + b}))
+    return other if count_of(other) < count_of(expression) else expression
+
+
+def with_shared_sums(written: Written) -> Written:
+    """The same with squares of named roots in place of their radicands in other sums.
+
+    Examples
+    --------
+    >>> R, r, h, a, b = sp.symbols("R r h L_a L_b")
+    >>> short = R**2 - R * r + r**2
+    >>> names = Definition(a, sp.sqrt(short + h**2)), Definition(b, sp.sqrt(short))
+    >>> [str(d.expression) for d in with_shared_sums(Written((h * a / b,), names)).definitions]
+    ['sqrt(R**2 - R*r + r**2)', 'sqrt(L_b**2 + h**2)']
+    """
+    for root in written.definitions:
+        radicand = root.expression**2
+        if not (radicand.is_Add and symbols_in(radicand)):
+            continue
+        needed = needed_for(root.symbol, written.definitions)
+        own = [d for d in written.definitions if d.symbol in needed]
+        others = tuple(d for d in written.definitions if d.symbol not in needed)
+
+        def put(x: Any, terms: Any = frozenset(radicand.args), square: Any = root.symbol**2) -> Any:
+            return _with_sum(x, terms, square)
+
+        some = min(symbols_in(radicand), key=str)
+        found = changed(replace(written, definitions=others), put, some)
+        ordered = replace(found, definitions=tuple(in_order([*own, *found.definitions])))
+        written = min(written, ordered, key=lambda x: x.operations)
+    return written
+
+
+def _with_sum(expression: Any, terms: frozenset[Any], square: Any) -> Any:
+    parts = tuple(_with_sum(part, terms, square) for part in expression.args)
+    if parts != expression.args:
+        expression = expression.func(*parts)
+    if expression.is_Add and terms <= {*expression.args}:
+        return square + sp.Add(*(x for x in expression.args if x not in terms))
+    return expression
 
 
 def _is_kept(definition: Definition) -> bool:

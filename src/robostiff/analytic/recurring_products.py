@@ -23,6 +23,8 @@ from robostiff.analytic.names_written_out import (
     in_few_lines,
     in_order,
     needed_for,
+    with_differences,
+    with_shared_sums,
     without_idle_names,
 )
 from robostiff.analytic.operation_count import operations_in, symbols_in
@@ -51,7 +53,8 @@ def as_printed(
     found = by_unit_length(with_components(written, taken, components), are_one)
     found = without_idle_names(found)
     found = found if _length(found) <= _WORTH * _length(written) else written
-    return in_few_lines(found, taken, are_one)
+    found = in_few_lines(found, taken, are_one)
+    return with_shared_sums(with_differences(found, taken))
 
 
 def with_components(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,36 @@ def sampled(values: Any, count: int) -> np.ndarray:
     array = np.asarray(values, dtype=object)
     flat = [x.sample if isinstance(x, Entry) else np.full(count, float(x)) for x in array.flat]
     return np.array(flat).T.reshape(count, *array.shape)
+
+
+@dataclass
+class Seen:
+    """Vectors at the samples that are looked up by their values."""
+
+    close: float
+    up_to_sign: bool
+    others: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    count: int = 0
+
+    def add(self, own: np.ndarray) -> None:
+        """One more."""
+        if self.count == len(self.others):
+            more = np.empty((2 * self.count or 16, *own.shape))
+            more[: self.count] = self.others.reshape(self.count, *own.shape)
+            self.others = more
+        self.others[self.count] = own
+        self.count += 1
+
+    def first_alike(self, own: np.ndarray) -> int | None:
+        """The first that is the same, perhaps up to its sign."""
+        if not self.count:
+            return None
+        others = self.others[: self.count]
+        alike = np.abs(others - own).max(axis=(1, 2)) < self.close
+        if self.up_to_sign:
+            alike |= np.abs(others + own).max(axis=(1, 2)) < self.close
+        first = int(alike.argmax())
+        return first if alike[first] else None
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ found at the samples of the record, where each of them does no work on any passi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations, pairwise
 from math import comb
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.sampled_leg import SampledLeg, Surroundings, sampled
+from robostiff.analytic.sampled_leg import SampledLeg, Seen, Surroundings, sampled
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
@@ -122,7 +122,10 @@ class WrenchSearch(Surroundings):
         ):
             return None
         found = [
-            min((self._candidate(leg, one) for one in alike), key=lambda one: one.cost)
+            min(
+                (replace(one, cost=self._cost(leg, one.wrench)) for one in alike),
+                key=lambda one: one.cost,
+            )
             for alike in places
         ]
         count = own.transmitted
@@ -134,34 +137,36 @@ class WrenchSearch(Surroundings):
         """Unit wrenches that do no work on passive joints, alike ones together."""
         directions = self._different(_directions(leg, self.record.count), 1.0, up_to_sign=True)
         points = self._different(_points(leg, self.record.count), self.length, up_to_sign=False)
-        found: list[list[_Place]] = []
-        seen: list[np.ndarray] = []
         reference = sampled(self.reference, self.record.count)
-        planar = self.space is Space.PLANAR
-        for (d, d_at), place in [(d, p) for d in directions for p in (None, *points)]:
-            out_of_plane = np.max(np.abs(d_at[:, :2] if place is None else d_at[:, 2:]))
-            if planar and out_of_plane > _SAME:
-                continue
-            if place is None:
-                w = np.hstack([np.zeros_like(d_at), d_at])
-            else:
-                w = np.hstack([d_at, np.cross(place[1] - reference, d_at)])
-            scaled = (w / self.scale)[:, self.space.rows]
-            sizes = np.linalg.norm(scaled, axis=1)
-            scaled = scaled / sizes[:, None]
-            if own.J.shape[2] and np.max(np.abs(np.einsum("ni,nij->nj", scaled, own.J))) > IDLE:
-                continue
-            one = _Place(UnitWrench(d, None if place is None else place[0]), scaled, sizes)
-            known = _first_alike(seen, scaled, _SAME, up_to_sign=True)
+        d = np.array([at for _, at in directions])  # (directions, samples, 3)
+        p = np.array([at for _, at in points]) - reference
+        # A couple about each direction, and forces along it through all points.
+        w = np.zeros((len(d), 1 + len(p), self.record.count, 6))
+        w[:, 0, :, 3:] = d
+        w[:, 1:, :, :3] = d[:, None]
+        w[:, 1:, :, 3:] = np.cross(p[None], d[:, None])
+        fits = np.ones(w.shape[:2], dtype=bool)
+        if self.space is Space.PLANAR:
+            fits[:, 0] = np.max(np.abs(d[:, :, :2]), axis=(1, 2)) <= _SAME
+            fits[:, 1:] = (np.max(np.abs(d[:, :, 2:]), axis=(1, 2)) <= _SAME)[:, None]
+        scaled = (w / self.scale)[..., self.space.rows]
+        sizes = np.linalg.norm(scaled, axis=-1)
+        scaled = scaled / np.where(sizes > 0, sizes, 1)[..., None]
+        if own.J.shape[2]:
+            work = np.abs(np.einsum("dpni,nij->dpnj", scaled, own.J))
+            fits &= np.max(work, axis=(2, 3)) <= IDLE
+        found: list[list[_Place]] = []
+        seen = Seen(_SAME, up_to_sign=True)
+        for i, j in np.argwhere(fits):
+            point = points[j - 1][0] if j else None
+            one = _Place(UnitWrench(directions[i][0], point), scaled[i, j], sizes[i, j])
+            known = seen.first_alike(one.scaled)
             if known is None:
-                seen.append(scaled)
+                seen.add(one.scaled)
                 found.append([one])
             else:
                 found[known].append(one)
         return found
-
-    def _candidate(self, leg: PlacedLeg, one: _Place) -> _Candidate:
-        return _Candidate(one.wrench, one.scaled, one.size, self._cost(leg, one.wrench))
 
     def _cost(self, leg: PlacedLeg, wrench: UnitWrench) -> int:
         record, length = self.record, self.length
@@ -179,39 +184,30 @@ class WrenchSearch(Surroundings):
         self, vectors: Iterator[_Vector], scale: float, *, up_to_sign: bool
     ) -> list[tuple[np.ndarray, np.ndarray]]:
         """Vectors with their samples, each once; only these are written."""
-        found: list[np.ndarray] = []
-        seen: list[np.ndarray] = []
+        found: list[tuple[np.ndarray, np.ndarray]] = []
+        seen = Seen(_SAME * scale, up_to_sign=up_to_sign)
         for at, write in vectors:
-            if _first_alike(seen, at, _SAME * scale, up_to_sign=up_to_sign) is not None:
+            if seen.first_alike(at) is not None:
                 continue
             vector = write()
             if vector is not None:
                 simpler = [self.record.simplified(x, scale) for x in vector]
-                found.append(np.array(simpler, dtype=object))
-                seen.append(at)
-        return list(zip(found, seen, strict=True))
+                found.append((np.array(simpler, dtype=object), at))
+                seen.add(at)
+        return found
 
 
 @dataclass(frozen=True)
 class _Place:
-    """A unit wrench, its direction among scaled wrenches, and its length there."""
-
-    wrench: UnitWrench
-    scaled: np.ndarray
-    size: np.ndarray
-
-
-@dataclass(frozen=True)
-class _Candidate:
     """A unit wrench, its direction among scaled wrenches, its length there, and what it costs."""
 
     wrench: UnitWrench
     scaled: np.ndarray
     size: np.ndarray
-    cost: int
+    cost: int = 0
 
 
-def _combined(pool: Sequence[_Candidate], own: SampledLeg) -> Basis | None:
+def _combined(pool: Sequence[_Place], own: SampledLeg) -> Basis | None:
     """Independent wrenches with the fewest couplings, cheap ones first."""
     m = own.transmitted or 0
     best: tuple[tuple[int, int], Basis] | None = None
@@ -252,19 +248,6 @@ def _least_couplings(wrenches: Sequence[np.ndarray], own: SampledLeg) -> int:
     return comb(m, 2) - int(np.sum(np.sort(most)[-m:])) // 2
 
 
-def _first_alike(
-    seen: Sequence[np.ndarray], own: np.ndarray, close: float, *, up_to_sign: bool
-) -> int | None:
-    """The first of some samples that is the same."""
-    if not seen:
-        return None
-    others = np.stack(seen)
-    alike = np.max(np.abs(others - own), axis=(1, 2)) < close
-    if up_to_sign:
-        alike |= np.max(np.abs(others + own), axis=(1, 2)) < close
-    return int(np.argmax(alike)) if np.any(alike) else None
-
-
 #: A vector at the samples (count, 3), and a function that writes its entries, None for none.
 _Vector = tuple[np.ndarray, Callable[[], Any]]
 
@@ -281,7 +264,9 @@ def _across(a: _Vector, b: _Vector) -> _Vector:
         both = a[1](), b[1]()
         return None if both[0] is None or both[1] is None else np.array(cross(*both), dtype=object)
 
-    return np.cross(a[0], b[0]), write
+    (x, y, z), (u, v, w) = a[0].T, b[0].T
+    # Several times as fast as np.cross for few samples.
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1), write
 
 
 def _unit(a: _Vector) -> _Vector | None:
@@ -293,7 +278,7 @@ def _unit(a: _Vector) -> _Vector | None:
 
 
 def _are_square(a: _Vector, b: _Vector) -> bool:
-    return bool(np.max(np.abs(np.einsum("ni,ni->n", a[0], b[0]))) < _SAME)
+    return bool(np.abs((a[0] * b[0]).sum(axis=1)).max() < _SAME)
 
 
 def _between(a: _Vector, b: _Vector) -> _Vector:
@@ -324,12 +309,12 @@ def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
     # Cosines, the simplest formulas of what parts feel, are written: first those between axes.
     for a, b in combinations(axes, 2):
         _ = a[1]() @ b[1]()
-    seen: list[np.ndarray] = []
+    seen = Seen(_SAME, up_to_sign=True)
     for a, b in combinations(points, 2):
         unit = _unit(_between(a, b))
         if unit is not None:
-            if _first_alike(seen, unit[0], _SAME, up_to_sign=True) is None:
-                seen.append(unit[0])
+            if seen.first_alike(unit[0]) is None:
+                seen.add(unit[0])
                 if (own := unit[1]()) is not None:
                     _ = [own @ axis[1]() for axis in axes]
             yield unit
