@@ -343,7 +343,7 @@ def best(route: Callable[[], Found]) -> tuple[float, int]:
     for x in entries:
         if x not in different and -x not in different:
             different.append(x)
-    return least, operations_of(different, names)
+    return least, operations_of([*different, *(d.expression for d in names)], ())
 
 
 def difference(problem: Problem) -> float:

@@ -35,12 +35,12 @@ DATA = Path(__file__).parent / "data"
 
 # Operations of K and of what its names stand for that a derivation may take.
 LONGEST = {
-    "gsb-drive": 60,
+    "gsb-drive": 55,
     "hexapod": 80,
     "3-prs": 50,
     "3-rps": 60,
     "3-puu": 50,
-    "3-rrr": 80,
+    "3-rrr": 58,
     "3-upu": 60,
     "delta": 70,
     "orthoglide": 20,

@@ -100,7 +100,8 @@ def _walked(expression: Any) -> Any:
     forms = [walked]
     for x in sorted((x for x in angles if isinstance(x, sp.Symbol)), key=str):
         shortest = _first_shortest(forms)
-        forms += [*_in_harmonics(expression, x), *_in_harmonics(shortest, x)]
+        for form in dict.fromkeys([expression, shortest]):
+            forms += _in_harmonics(form, x)
     return _first_shortest(forms)
 
 
