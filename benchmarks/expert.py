@@ -98,7 +98,7 @@ def platform_anywhere() -> Found:
         w = sp.Matrix([*d, *b.cross(d)])
         K += w * w.T * (k / d.dot(d))
     names, entries = sp.cse(upper6(K))
-    return entries, [Definition(*name) for name in names]
+    return list(entries), [Definition(*name) for name in names]
 
 
 def upper6(K: Any) -> list[Any]:
@@ -352,7 +352,9 @@ def difference(problem: Problem) -> float:
     random = np.random.default_rng(11)
     values = {name: x * (1 + 0.05 * random.uniform(-1, 1)) for name, x in problem.nominal.items()}
     defined = {d.symbol for d in names}
-    given = {s for x in (*entries, *(d.expression for d in names)) for s in x.free_symbols}
+    given: set[Any] = {
+        s for x in (*entries, *(d.expression for d in names)) for s in x.free_symbols
+    }
     for s in sorted(given - defined, key=str):
         values.setdefault(s.name, 0.5 + random.uniform())
     own = {s: values[s.name] for s in given - defined}
