@@ -368,9 +368,8 @@ def difference(problem: Problem) -> float:
     largest = 0.0
     for expert in problem.experts:
         theirs, their_names = expert()
-        needed = {
-            s for x in (*theirs, *(d.expression for d in their_names)) for s in x.free_symbols
-        }
+        formulas = (*theirs, *(d.expression for d in their_names))
+        needed: set[Any] = set().union(*(x.free_symbols for x in formulas))
         needed -= {d.symbol for d in their_names}
         at = {s: values[problem.alike.get(s.name, s.name)] for s in needed}
         found = np.array(values_of(theirs, at, their_names))
