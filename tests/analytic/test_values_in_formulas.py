@@ -265,6 +265,7 @@ def test_a_derivative_as_a_function(closed):
         (lambda f: f(1.0, 1.0, 1.0, 1.0, 1.0), "5 values"),
         (lambda f: f(0.5, 0.75, 1e8, R=2.0), "3 values and R"),
         (lambda f: f(0.5, 0.75, 1e8, np.nan), "value of r"),
+        (lambda f: f(0.5, [0.75, -0.5], 1e8, 0.3), "value of h: got -0.5, .* a positive number"),
         (lambda f: f([0.5, 0.6], [1.0, 2.0, 3.0], 1e8, 0.3), "broadcast"),
     ],
 )

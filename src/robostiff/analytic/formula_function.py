@@ -37,6 +37,8 @@ class FormulaFunction:
         Where it does not hold.
     count : int
         How many matrices it returns.
+    positive : frozenset of str
+        Arguments for which the formula was made as positive symbols.
 
     Examples
     --------
@@ -58,9 +60,11 @@ class FormulaFunction:
     source: str
     words: str
     count: int
+    positive: frozenset[str] = frozenset()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return FormulaFunction, (self.name, self.arguments, self.source, self.words, self.count)
+        own = self.name, self.arguments, self.source, self.words, self.count, self.positive
+        return FormulaFunction, own
 
     def __call__(self, *values: Any, **named: Any) -> Any:
         """K (..., n, n), or the pair K, dK of a derivative.
@@ -71,7 +75,8 @@ class FormulaFunction:
             Where a denominator vanishes up to rounding, a radicand is negative, or a condition of
             the formula fails.
         InputError
-            When an argument is missing, or is no array of finite numbers.
+            When an argument is missing, or is no array of finite numbers, or is negative where the
+            formula was made for a positive symbol.
         """
         given = self._numbers(values, named)
         *found, holds = self._run(*given)
@@ -104,6 +109,14 @@ class FormulaFunction:
             )
         given |= named
         arrays = [_number(name, given[name]) for name in self.arguments]
+        for name, array in zip(self.arguments, arrays, strict=True):
+            if name in self.positive and np.any(array < 0):
+                raise InputError(
+                    f"value of {name}",
+                    got=float(array.min()),
+                    expected="a positive number",
+                    hint="the formula was made for a positive symbol",
+                )
         try:
             np.broadcast_shapes(*(array.shape for array in arrays))
         except ValueError:
@@ -164,5 +177,6 @@ def formula_function(
             expected=f"each of {', '.join(names)} once" if names else "none",
         )
     source = source_of_values(compute, [names.index(name) for name in order])
-    count = len(compute.results)
-    return FormulaFunction(derivation.name, tuple(order), source, where_it_holds(compute), count)
+    positive = frozenset(x.name for x in compute.arguments if x.is_nonnegative)
+    words, count = where_it_holds(compute), len(compute.results)
+    return FormulaFunction(derivation.name, tuple(order), source, words, count, positive)
