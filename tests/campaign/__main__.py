@@ -1,15 +1,24 @@
-"""``python -m tests.campaign``: robots, coupled joints, linkages, readers, stores, or all."""
+"""``python -m tests.campaign``: robots, robots under load, linkages, readers, stores, or all."""
 
 from __future__ import annotations
 
 import argparse
 from importlib import import_module
 
-PARTS = ("robots", "coupled_joints", "moved_linkages", "readers", "stores")
+from tests.campaign.answers import run_each
+
+PARTS = ("robots", "coupled_joints", "under_load", "moved_linkages", "readers", "stores")
+#: Parts of machines that are judged one by one: by what function, and what they are.
+JUDGED = {
+    "coupled_joints": ("judged_robot", "robots with coupled joints"),
+    "under_load": ("loaded_robot", "robots under load"),
+    "moved_linkages": ("moved_linkage", "linkages"),
+}
 #: How many of each where no number is given.
 COUNTS = {
     "robots": 20000,
     "coupled_joints": 400,
+    "under_load": 400,
     "moved_linkages": 400,
     "readers": 20000,
     "stores": 400,
@@ -21,7 +30,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="all when none is named")
     parser.add_argument("--count", type=int)
-    parser.add_argument("--first", type=int, default=0, help="number of the first robot")
+    parser.add_argument("--first", type=int, default=0, help="number of the first machine")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2, help="of the robots")
     given = parser.parse_args()
@@ -29,9 +38,14 @@ def main() -> int:
     for part in given.parts or PARTS:
         print(f"== {part}, seed {given.seed}", flush=True)
         module = import_module(f"tests.campaign.{part}")
+        count = given.count or COUNTS[part]
+        if part in JUDGED:
+            judged, what = JUDGED[part]
+            failed += run_each(getattr(module, judged), what, count, given.seed, given.first)
+            continue
         is_robots = part == "robots"
         more = {"processes": given.processes, "first": given.first} if is_robots else {}
-        failed += module.run(given.count or COUNTS[part], given.seed, **more)
+        failed += module.run(count, given.seed, **more)
     return 1 if failed else 0
 
 

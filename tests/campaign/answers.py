@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -227,3 +228,25 @@ def _least_of(truth: Reference) -> float:
 def keys_of(complaints: Sequence[Complaint]) -> set[tuple[str, str]]:
     """What a failure is known by."""
     return {complaint.key for complaint in complaints}
+
+
+def run_each(
+    judged: Callable[[np.random.Generator], list[Complaint]],
+    what: str,
+    count: int,
+    seed: int,
+    first: int = 0,
+) -> int:
+    """Judge so many machines, each drawn by the seed and its number; how many were wrong."""
+    failed = 0
+    for number in range(first, first + count):
+        try:
+            complaints = judged(np.random.default_rng([seed, number]))
+        except Exception as error:  # whatever is raised is a finding
+            complaints = [Complaint(what, type(error).__name__, str(error)[:300])]
+        for complaint in complaints:
+            sys.stdout.write(f"{number}: {complaint}\n")
+            sys.stdout.flush()
+        failed += bool(complaints)
+    sys.stdout.write(f"{count} {what}, {failed} failed\n")
+    return failed

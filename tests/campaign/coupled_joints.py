@@ -11,7 +11,6 @@ from products of exponentials.
 from __future__ import annotations
 
 import json
-import sys
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -447,18 +446,3 @@ def _by_kernel(
         if truths[i] is not None:
             status, rank = Status(int(answer.status_codes[i])), int(answer.rank[i])
             compare(judge, f"kernel {i}", truths[i], status, rank, answer.values["K"][i])
-
-
-def run(count: int, seed: int, first: int = 0) -> int:
-    """Judge so many robots; how many were wrong."""
-    failed = 0
-    for number in range(first, first + count):
-        try:
-            complaints = judged_robot(np.random.default_rng([seed, number]))
-        except Exception as error:  # whatever is raised is a finding
-            complaints = [Complaint("robot", type(error).__name__, str(error)[:300])]
-        for complaint in complaints:
-            sys.stdout.write(f"{number}: {complaint}\n")
-        failed += bool(complaints)
-    sys.stdout.write(f"{count} robots with coupled joints, {failed} failed\n")
-    return failed

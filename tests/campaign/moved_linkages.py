@@ -9,7 +9,6 @@ Nothing of this is shared with networks, records or closures but the elements th
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -357,18 +356,3 @@ def _judge(
         off = float(np.max(np.abs(K - truth.K) / np.outer(size, size)))
         if not off <= _AGREEMENT:
             judge.say(way, "another K", f"{off:.2e}, {status}")
-
-
-def run(count: int, seed: int, first: int = 0) -> int:
-    """Judge so many linkages; how many were wrong."""
-    failed = 0
-    for number in range(first, first + count):
-        try:
-            complaints = moved_linkage(np.random.default_rng([seed, number]))
-        except Exception as error:  # whatever is raised is a finding
-            complaints = [Complaint("linkage", type(error).__name__, str(error)[:300])]
-        for complaint in complaints:
-            sys.stdout.write(f"{number}: {complaint}\n")
-        failed += bool(complaints)
-    sys.stdout.write(f"{count} linkages, {failed} failed\n")
-    return failed

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.campaign import coupled_joints, placed, ways
+from tests.campaign import coupled_joints, placed, under_load, ways
 from tests.campaign.__main__ import PARTS, main
 from tests.campaign.reference import reference
 from tests.campaign.robots import kind_of, run_part
@@ -68,7 +68,12 @@ def test_linkages_that_one_search_from_home_closes_in_another_assembly_mode(numb
 @pytest.mark.parametrize(("seed", "number"), [(1, 3), (1, 12), (7, 35), (7, 64), (7, 72)])
 def test_sums_of_joints_that_turn_and_slide(seed, number):
     """Files keep which of the joints follow, whatever rigid joints they leave out."""
-    assert not coupled_joints.run(1, seed, number)
+    assert not coupled_joints.judged_robot(np.random.default_rng([seed, number]))
+
+
+@pytest.mark.parametrize("number", [8, 9])
+def test_laws_of_robots_under_load(number):
+    assert not under_load.loaded_robot(np.random.default_rng([9, number]))
 
 
 def test_a_home_that_is_nearly_singular_has_ways_through_the_singularity():

@@ -117,7 +117,7 @@ def refined(
     by halves.
     """
     left, right = 0.0, arc
-    best = step_along(problem, loading, here, direction, arc, unit)
+    found = best = step_along(problem, loading, here, direction, arc, unit)
     at_left = least_margin(problem, here, unloaded)[1].value
     at_right = least_margin(problem, best, unloaded)[1].value
     small = _SMALL * min(1.0, max(abs(at_left), abs(at_right)))
