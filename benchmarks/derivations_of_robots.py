@@ -19,9 +19,9 @@ from sympy.core.cache import clear_cache
 import robostiff as rs
 from robostiff.analytic import AtHome, AtSymbols, Definition, RobotDerivation
 from robostiff.analytic.agreement import closed_places
+from robostiff.analytic.operation_count import different_entries, operations_of
 from robostiff.analytic.robot_derivation import InNames
 from robostiff.analytic.robot_placement import place_robot
-from robostiff.analytic.sum_of_springs import different_entries, operations_of
 from robostiff.analytic.vector_expressions import (
     ArmOfSprings,
     Coordinates,

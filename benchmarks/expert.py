@@ -30,7 +30,7 @@ from robostiff import DisagreementError
 from robostiff.analytic import derive_chain
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.numeric_value import values_of
-from robostiff.analytic.sum_of_springs import operations_of
+from robostiff.analytic.operation_count import operations_of
 
 BEGINNING, END = "<!-- table of the expert -->", "<!-- end of the expert's table -->"
 RUNS = 5

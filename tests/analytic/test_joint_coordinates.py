@@ -10,8 +10,8 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic.agreement import matrix_distance, sampled_robots
 from robostiff.analytic.export import derivation_data, derivation_from_data, derivation_text
+from robostiff.analytic.operation_count import operations_of
 from robostiff.analytic.robot_placement import place_robot
-from robostiff.analytic.sum_of_springs import operations_of
 from robostiff.errors import InputError
 
 ROBOTS = {"five-bar": Path(__file__).parent / "data/fb3.yaml", "3-rrr": "3-rrr"}

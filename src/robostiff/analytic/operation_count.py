@@ -5,10 +5,13 @@ Results are kept in SymPy's own cache, and forgotten with it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import sympy as sp
 from sympy.core.cache import cacheit
+
+from robostiff.analytic.derivation import Definition
 
 
 @cacheit
@@ -62,3 +65,28 @@ def symbols_in(expression: Any) -> frozenset[Any]:
 def operations_in(expression: Any) -> int:
     """Operations of a formula; none of a number."""
     return count_of(expression) if symbols_in(expression) else 0
+
+
+def operations_of(K: Any, definitions: Sequence[Definition]) -> int:
+    """Operations of the different entries of a matrix, and of what its names stand for.
+
+    Entries that differ by their sign count once, and numbers nothing. Common factors stand in
+    front of a sum, as they are printed.
+
+    Examples
+    --------
+    >>> R, r, k, d = sp.symbols("R r k d")
+    >>> operations_of(sp.Matrix([[k * d, 0], [0, -k * d]]), [Definition(d, R - r)])
+    2
+    """
+    formulas = (*different_entries(K), *(d.expression for d in definitions))
+    return sum(min(count_of(x), count_of(sp.factor_terms(x))) for x in formulas if x.free_symbols)
+
+
+def different_entries(K: Any) -> list[Any]:
+    """Entries of a matrix that are not zero; those that differ by their sign are one."""
+    entries: dict[Any, None] = {}
+    for entry in K:
+        if entry != 0 and -entry not in entries:
+            entries[entry] = None
+    return list(entries)

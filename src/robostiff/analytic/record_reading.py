@@ -30,12 +30,8 @@ _CLOSED = 1e-10  # of the terms: rounding of a closed posture
 _SAME = 1e-11  # of a value: rounding at the samples
 _TURNING = (Operation.SINE, Operation.COSINE)
 _FACTORS = (Operation.INPUT, Operation.SQUARE_ROOT, *_TURNING)
-
-# Most operations of a number that is written without a name.
-_SHORT = 4
-
-# Operations of a radicand that may be multiplied out to see whether it becomes shorter.
-_MULTIPLIED_OUT = 200
+_SHORT = 4  # most operations of a number that is written without a name
+_MULTIPLIED_OUT = 200  # of a radicand: whether it becomes shorter then is tried up to here
 
 
 class ClosedReading:

@@ -20,7 +20,7 @@ from robostiff.analytic.leg_springs import HeldWrench, LegReader, NotHeldByUnitW
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.names_written_out import Written
 from robostiff.analytic.numeric_value import values_of
-from robostiff.analytic.operation_count import count_of
+from robostiff.analytic.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.orbits import COMPONENTS, Orbit, Products, averages, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import written_size
@@ -87,31 +87,6 @@ class SumOfSprings:
         for d in self.definitions:
             full[d.symbol] = d.expression.xreplace(full)
         return full
-
-
-def operations_of(K: Any, definitions: Sequence[Definition]) -> int:
-    """Operations of the different entries of a matrix, and of what its names stand for.
-
-    Entries that differ by their sign count once, and numbers nothing. Common factors stand in
-    front of a sum, as they are printed.
-
-    Examples
-    --------
-    >>> R, r, k, d = sp.symbols("R r k d")
-    >>> operations_of(sp.Matrix([[k * d, 0], [0, -k * d]]), [Definition(d, R - r)])
-    2
-    """
-    formulas = (*different_entries(K), *(d.expression for d in definitions))
-    return sum(min(count_of(x), count_of(sp.factor_terms(x))) for x in formulas if x.free_symbols)
-
-
-def different_entries(K: Any) -> list[Any]:
-    """Entries of a matrix that are not zero; those that differ by their sign are one."""
-    entries: dict[Any, None] = {}
-    for entry in K:
-        if entry != 0 and -entry not in entries:
-            entries[entry] = None
-    return list(entries)
 
 
 @dataclass

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +48,8 @@ def felt_by_springs(
     springs = [e for e in leg.elements if isinstance(e, PlacedSpring)]
     drives = [e for e in leg.elements if isinstance(e, PlacedFreedom) and e.stiffness is not None]
     few = math.prod(wrenches.shape[:-2]) <= FEW
-    for felt, elements in ((_felt_by_springs, springs), (_felt_by_drives, drives)):
+    kinds: list[tuple[Any, list[Any]]] = [(_felt_by_springs, springs), (_felt_by_drives, drives)]
+    for felt, elements in kinds:
         for together in [elements] * bool(elements) if few else [[one] for one in elements]:
             own, size = felt(together, at, wrenches, length)
             rows += list(own)
