@@ -359,7 +359,7 @@ def beam(material="steel", section="{circle: {diameter: 20 mm}}", to="[0, 0, R]"
          "{circle: {diameter: 1 mm}}}, {share: 1, material: steel, section: {circle: {diameter: "
          "1 mm}}}]}",
          "beams[0]: beam of a telescope (in leg1): got no share, expected the share of the "
-         "extension that lengthens this beam, such as share: 0.5"),
+         "extension that lengthens this beam, such as share: 0.5, or its fixed length"),
         ("{type: telescope, direction: z, role: actuated, beams: [{share: 1, fixed: -1 mm, "
          "material: steel, section: {circle: {diameter: 1 mm}}}]}",
          "fixed length (in leg1): got -0.001, expected zero or more metres"),

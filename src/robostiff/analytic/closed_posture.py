@@ -285,7 +285,8 @@ def _joint_names(leg: Leg, number: int, taken: Collection[str]) -> tuple[str, ..
                 f"joint coordinates of leg {leg.name!r}",
                 got=f"the spherical joint {element.name!r}, whose coordinates are no angles",
                 expected="joints that turn or slide about axes",
-                hint="write pose=AtSymbols(), the coordinates of the platform",
+                hint="give it as a universal and a revolute joint through one point; or write "
+                "pose=AtSymbols(), where all legs are struts, or rods on slides or cranks",
             )
     return tuple(
         free_name(f"{'theta' if screw.turns else 's'}_{number}_{j}", taken)

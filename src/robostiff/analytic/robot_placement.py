@@ -274,8 +274,8 @@ def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFor
         f"closure of leg {leg.name!r}",
         got="a leg without a closed form",
         expected="a strut, or a rod on a slide or a crank, away from home",
-        hint="derive it at home, where the closure is found in numbers, or compute numbers: "
-        "rs.stiffness(robot, pose)",
+        hint="derive it at home, or in joint coordinates by pose=AtJoints() where no joint is "
+        "spherical, or compute numbers: rs.stiffness(robot, pose)",
     )
 
 

@@ -191,13 +191,15 @@ def build_telescope(place: Place, written: WrittenTelescope, name: str, stock: S
 
 
 def _telescopic_beam(place: Place, written: Any, stock: Stock, *, alone: bool) -> TelescopicBeam:
-    if written.share is None and not alone:
+    has_length = "fixed" in written.model_fields_set
+    if written.share is None and not alone and not has_length:
         raise place.error(
             "beam of a telescope",
             got=Words("no share"),
-            expected="the share of the extension that lengthens this beam, such as share: 0.5",
+            expected="the share of the extension that lengthens this beam, such as share: 0.5, "
+            "or its fixed length",
         )
-    share = 1.0
+    share = 1.0 if alone else 0.0
     if written.share is not None:
         share = (place / "share").number(written.share, Dimension.NUMBER)
     fixed = (place / "fixed").number(written.fixed, Dimension.LENGTH)
