@@ -156,6 +156,17 @@ def test_what_cannot_be_converted():
     assert run("convert", "double-pantograph", "--to", "graph").exit_code == 0
 
 
+def test_a_converted_robot_has_the_ending_of_its_form():
+    for form, name in (("snapshot", "a.xyz"), ("snapshot", "a"), ("graph", "a.mat")):
+        message = refused("convert", "hexapod", "--to", form, "-o", name)
+        assert "expected a name that ends in .json" in message
+        assert "write --to " in message
+        assert "--to opensees for .tcl or .py" in message
+    printed = run("convert", "hexapod", "-o", "-").stdout
+    assert json.loads(printed)["name"] == "hexapod"
+    assert not list(Path().iterdir())
+
+
 def test_results_for_matlab(tmp_path):
     path = tmp_path / "hexapod.mat"
     pose = "0 0 850 mm 0 0 10 deg"

@@ -17,8 +17,13 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
 
 _YAML = (".yaml", ".yml")
-_FORMS = ("snapshot", "graph", "matlab", "opensees", "calculix")
-_SUFFIXES = {"matlab": (".mat",), "opensees": (".tcl", ".py"), "calculix": (".inp",)}
+_SUFFIXES = {
+    "snapshot": (".json",),
+    "graph": (".json",),
+    "matlab": (".mat",),
+    "opensees": (".tcl", ".py"),
+    "calculix": (".inp",),
+}
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
 
@@ -85,17 +90,21 @@ def convert(
     model: Model, wanted: Converted, place: Place, replacing: Replacing, answer: Answer
 ) -> int:
     """Write a robot at a pose in another form, or its results there as a file for MATLAB."""
-    form, output, source = wanted.form, wanted.output, model.source
-    if form not in _FORMS:
-        raise _unknown("--to", form, _FORMS, "one of")
+    form, source = wanted.form, model.source
+    output = None if wanted.output == "-" else wanted.output
+    if form not in _SUFFIXES:
+        raise _unknown("--to", form, tuple(_SUFFIXES), "one of")
     if output is None and (form == "matlab" or answer.as_json):
         option = "--to matlab" if form == "matlab" else "--json"
         raise InputError(option, expected="a file beside it", hint="write -o FILE")
     path = None if output is None else new_file("--output", output, replacing.overwrite)
-    endings = _SUFFIXES.get(form)
-    if path is not None and endings is not None and path.suffix.lower() not in endings:
+    if path is not None and path.suffix.lower() not in _SUFFIXES[form]:
+        others = [f"--to {x} for {' or '.join(y)}" for x, y in _SUFFIXES.items() if x != form]
         raise InputError(
-            "--output", got=str(path), expected=f"a name that ends in {' or '.join(endings)}"
+            "--output",
+            got=str(path),
+            expected=f"a name that ends in {' or '.join(_SUFFIXES[form])}",
+            hint=f"or write {', '.join(others)}",
         )
     robot = model.load()
     if form == "matlab" and path is not None:
