@@ -248,6 +248,19 @@ def test_functions_of_arrays(form, request):
     assert_agrees(pickle.loads(pickle.dumps(f))(0.75, 0.5, 0.3, 1e8), K[1, 1])  # noqa: S301
 
 
+def test_values_without_the_sign_of_their_symbol_do_not_hold(closed):
+    f = closed.lambdify("h", "R", "r", "k")
+    np.testing.assert_array_equal(f.holds([0.5, -0.5], 0.5, 0.3, 1e8), [True, False])
+    x = sp.Symbol("x", negative=True)
+    K = sp.ImmutableMatrix(sp.diag(sp.sqrt(x**2), 1, 1))
+    derivation = Derivation("K", K, (), K)
+    for method in (derivation.subs, derivation.substituted):
+        with pytest.raises(rs.InputError, match="value of x: got '2', expected a negative number"):
+            method({"x": 2})
+    with pytest.raises(rs.NoAnswerError, match="unless x is negative or zero"):
+        derivation.lambdify()(2.0)
+
+
 def test_a_derivative_as_a_function(closed):
     f = differentiate(closed, h).lambdify()
     K, dK = f(**VALUES)

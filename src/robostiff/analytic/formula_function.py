@@ -79,6 +79,14 @@ class FormulaFunction:
             formula was made for a positive symbol.
         """
         given = self._numbers(values, named)
+        for name, array in zip(self.arguments, given, strict=True):
+            if name in self.positive and np.any(array < 0):
+                raise InputError(
+                    f"value of {name}",
+                    got=float(array.min()),
+                    expected="a positive number",
+                    hint="the formula was made for a positive symbol",
+                )
         *found, holds = self._run(*given)
         if not np.all(holds):
             raise NoAnswerError(self._failure(np.asarray(holds), given))
@@ -109,14 +117,6 @@ class FormulaFunction:
             )
         given |= named
         arrays = [_number(name, given[name]) for name in self.arguments]
-        for name, array in zip(self.arguments, arrays, strict=True):
-            if name in self.positive and np.any(array < 0):
-                raise InputError(
-                    f"value of {name}",
-                    got=float(array.min()),
-                    expected="a positive number",
-                    hint="the formula was made for a positive symbol",
-                )
         try:
             np.broadcast_shapes(*(array.shape for array in arrays))
         except ValueError:

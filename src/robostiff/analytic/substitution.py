@@ -78,13 +78,14 @@ def _value(symbol: sp.Symbol, value: Any) -> Any:
         found = sp.Float(float(value))
     if found.has(*_UNDEFINED) or found.is_real is False:
         raise InputError(f"value of {symbol}", got=str(value), expected="a finite real number")
-    if symbol.is_nonnegative and found.is_negative:
-        raise InputError(
-            f"value of {symbol}",
-            got=str(value),
-            expected="a positive number",
-            hint="the formula was made for a positive symbol",
-        )
+    for sign, word in ((1, "positive"), (-1, "negative")):
+        if (sign * symbol).is_nonnegative and (sign * found).is_negative:
+            raise InputError(
+                f"value of {symbol}",
+                got=str(value),
+                expected=f"a {word} number",
+                hint=f"the formula was made for a {word} symbol",
+            )
     return found
 
 

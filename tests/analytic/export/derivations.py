@@ -5,7 +5,8 @@ import random
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.derivation import Definition, Derivation, Stage
+from robostiff.analytic.derivation import Condition, Definition, Derivation, Stage
+from robostiff.analytic.robot_derivation import RobotDerivation
 
 
 def symmetric(n, letter="K"):
@@ -175,3 +176,16 @@ def exact(derivation, values):
     precise = {symbol: sp.Rational(value) for symbol, value in values.items()}
     K = derivation.substituted(precise)
     return np.array([[float(sp.N(K[i, j], 40)) for j in range(K.cols)] for i in range(K.rows)])
+
+
+def of_signed_symbols():
+    """Roots written without a root as L is positive and x negative; A is of no part in K."""
+    L, A = sp.symbols("L A", positive=True)
+    x = sp.Symbol("x", negative=True)
+    K = sp.ImmutableMatrix(sp.diag(sp.sqrt(L**2), sp.sqrt(x**2) + 1 / (1 + L), 1))
+    beside = Condition("the beam has a positive length", A + L)
+    return RobotDerivation("signed", K, (), K, conditions=(beside,))
+
+
+#: Values of (A, L, x) with a sign that the formula of them excludes.
+WRONG_SIGNS = [(1.0, -0.5, -1.0), (1.0, 0.5, 1.0), (-1e-9, 0.5, -1.0)]

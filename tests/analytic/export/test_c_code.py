@@ -11,7 +11,15 @@ import sympy as sp
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import c_function
 from robostiff.errors import InputError
-from tests.analytic.export.derivations import ALL, equation_4, exact, in_steps, random_values
+from tests.analytic.export.derivations import (
+    ALL,
+    WRONG_SIGNS,
+    equation_4,
+    exact,
+    in_steps,
+    of_signed_symbols,
+    random_values,
+)
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 # Where the checks of the project run, a missing compiler is a failure.
@@ -52,6 +60,15 @@ def test_compiled_function_gives_the_substituted_formula(name, tmp_path):
         K = called(function, values.values(), derivation.K.rows)
         expected = exact(derivation, values)
         assert np.max(np.abs(K - expected)) <= 1e-13 * np.max(np.abs(expected))
+
+
+@needs_compiler
+def test_values_without_the_sign_of_their_symbol_are_refused(tmp_path):
+    function = compiled(c_function(of_signed_symbols()), tmp_path)
+    for values, fails in [((0.0, 0.5, -1.0), 0), *((values, 1) for values in WRONG_SIGNS)]:
+        K = (ctypes.c_double * 9)(-7.0)
+        assert function(K, (ctypes.c_double * 3)(*values)) == fails
+        assert K[0] == (-7.0 if fails else 0.5)
 
 
 def test_comment_says_order_and_convention():

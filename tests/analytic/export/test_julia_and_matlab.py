@@ -11,7 +11,14 @@ from robostiff.analytic.export import julia_function, matlab_function
 from robostiff.analytic.export.julia_code import JULIA_WORDS
 from robostiff.analytic.export.matlab_code import MATLAB_WORDS
 from tests.analytic.export import small_readers
-from tests.analytic.export.derivations import ALL, equation_4, exact, random_values
+from tests.analytic.export.derivations import (
+    ALL,
+    WRONG_SIGNS,
+    equation_4,
+    exact,
+    of_signed_symbols,
+    random_values,
+)
 
 OCTAVE = shutil.which("octave-cli")
 LANGUAGES = {
@@ -87,6 +94,16 @@ def test_functions_refuse_where_the_formula_does_not_hold(language):
             f(*values)
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_values_without_the_sign_of_their_symbol_are_refused(language):
+    write, read = LANGUAGES[language]
+    f = read(write(of_signed_symbols()))
+    assert f(0.0, 0.5, -1.0)[0, 0] == 0.5
+    for values in WRONG_SIGNS:
+        with pytest.raises(ValueError, match="does not hold"):
+            f(*values)
+
+
 @pytest.mark.skipif(OCTAVE is None, reason="Octave is not installed")
 def test_octave_refuses_where_the_formula_does_not_hold(tmp_path):
     (tmp_path / "guarded.m").write_text(matlab_function(guarded(), "guarded"), encoding="utf-8")
@@ -95,8 +112,15 @@ def test_octave_refuses_where_the_formula_does_not_hold(tmp_path):
         f"try; guarded({a!r}, {b!r}); disp('answered'); catch e; disp(e.identifier); end"
         for a, b in REFUSED
     ]
+    source = matlab_function(of_signed_symbols(), "signed")
+    (tmp_path / "signed.m").write_text(source, encoding="utf-8")
+    lines += [
+        f"try; signed({A!r}, {L!r}, {x!r}); disp('answered'); catch e; disp(e.identifier); end"
+        for A, L, x in WRONG_SIGNS
+    ]
     printed = octave(tmp_path, "\n".join(lines) + "\n")
-    assert printed.split() == ["1", *["robostiff:formula"] * len(REFUSED)]
+    refused = len(REFUSED) + len(WRONG_SIGNS)
+    assert printed.split() == ["1", *["robostiff:formula"] * refused]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -6,7 +6,15 @@ from hypothesis import given
 from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.export import python_function
 from robostiff.errors import InputError
-from tests.analytic.export.derivations import ALL, equation_4, exact, in_steps, random_values
+from tests.analytic.export.derivations import (
+    ALL,
+    WRONG_SIGNS,
+    equation_4,
+    exact,
+    in_steps,
+    of_signed_symbols,
+    random_values,
+)
 from tests.analytic.export.expressions import SYMBOLS, expressions
 
 
@@ -44,6 +52,18 @@ def test_arrays_broadcast(name):
     for i, j in np.ndindex(*shape):
         values = {first: sets[i][0][first], **{s: sets[i][j][s] for s in others}}
         assert largest_difference(K[i, j], exact(derivation, values)) < 1e-13
+
+
+def test_values_without_the_sign_of_their_symbol_are_refused():
+    K = compiled(of_signed_symbols())
+    assert K(0.0, 0.5, -1.0)[0, 0] == 0.5
+    for values in WRONG_SIGNS:
+        with pytest.raises(ValueError, match="does not hold at 1 of 1"):
+            K(*values)
+    with pytest.raises(ValueError, match="does not hold at 1 of 2"):
+        K(1.0, [0.5, -0.5], -1.0)
+    words = " ".join(python_function(of_signed_symbols()).split())
+    assert "unless A, L are positive or zero; unless x is negative or zero; unless the" in words
 
 
 def test_integers_are_taken_as_numbers():

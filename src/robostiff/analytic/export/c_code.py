@@ -153,7 +153,8 @@ def _body(compute: FormulaProgram, names: Mapping[sp.Symbol, str], K: str, p: st
     printer = _CPrinter(names)
     K_rows = rows(compute.entries)
     n = len(K_rows)
-    used = symbols_of([compute.entries, *(a.expression for a in compute.assignments)])
+    beside = [*(a.expression for a in compute.assignments), *(x for _, x in compute.conditions)]
+    used = symbols_of([compute.entries, *beside])
     lines = [
         f"    const double {names[symbol]} = {p}[{i}];"
         for i, symbol in enumerate(compute.arguments)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -195,7 +195,8 @@ class FormulaProgram:
     assignments: tuple[Assignment, ...]  # what the result needs, in order
     # K (n x n), and dK where there is a derivative, in arguments and assigned symbols
     results: tuple[sp.ImmutableMatrix, ...]
-    # what must hold besides, in words, and an expression that is not negative where it does
+    # what must hold besides, such as the signs of arguments that were assumed: in words, and an
+    # expression that is not negative where it does
     conditions: tuple[tuple[str, Any], ...] = ()
 
     @property
@@ -304,8 +305,19 @@ def _in_order(
         arguments,
         assignments,
         tuple(written[i : i + n, :] for i in range(0, matrix.rows, n)),
-        tuple((c.words, expression) for c, expression in zip(conditions, beside, strict=True)),
+        (
+            *_signs(arguments),
+            *((c.words, expression) for c, expression in zip(conditions, beside, strict=True)),
+        ),
     )
+
+
+def _signs(arguments: Sequence[Any]) -> Iterator[tuple[str, Any]]:
+    """Conditions that arguments have the signs of their symbols: sqrt(k**2) was written as k."""
+    for sign, words in ((1, "positive"), (-1, "negative")):
+        symbols = [x for x in arguments if (sign * x).is_nonnegative]
+        names, verb = ", ".join(x.name for x in symbols), "are" if len(symbols) > 1 else "is"
+        yield from ((f"{names} {verb} {words} or zero", sign * x) for x in symbols)
 
 
 def _in_range(
