@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.analysis import careful_form, snapshot_stiffness
 from robostiff.kinematics import PostureFinder
 from robostiff.model import PlacedBlock, PlacedSpring
 from robostiff.spatial import move_wrench
@@ -71,3 +72,27 @@ def test_deflection_is_the_slope_of_the_energy(name):
         )
         slope = (up - down) / (2 * step[i])
         assert slope == pytest.approx(bent.twist[i], rel=1e-6, abs=1e-9 * bent.energy / step[i])
+
+
+@pytest.mark.parametrize("name", ["delta", "nested parallelograms"])
+def test_poses_worked_out_together_share_loads_as_each_alone(name, monkeypatch):
+    """In chunks of two poses, whose blocks are joined; of one pose legs are solved together."""
+    monkeypatch.setattr(careful_form, "CHUNK", 2)
+    robot, pose, F = loaded(name)
+    poses = pose + 0.01 * np.arange(3)[:, None]
+    for one, bent in zip(poses, rs.deflection(robot, poses, F), strict=True):
+        alone = rs.deflection(robot, one, F)
+        energies = {(part.leg, part.part): part.energy for part in alone.parts}
+        assert {(p.leg, p.part): p.energy for p in bent.parts} == pytest.approx(energies, rel=1e-8)
+        for own, other in zip(bent.reactions, alone.reactions, strict=True):
+            assert np.allclose(own.wrench, other.wrench, rtol=1e-8, atol=1e-8 * np.abs(F).max())
+
+
+def test_blocks_are_solved_once_for_stiffness_and_deflection(monkeypatch):
+    solved = []
+    inner = snapshot_stiffness.block_of
+    monkeypatch.setattr(
+        snapshot_stiffness, "block_of", lambda *given: solved.append(1) or inner(*given)
+    )
+    rs.deflection(rs.load("delta"), wrench=[1, 2, 3, 0, 0, 0])
+    assert len(solved) == 1  # three legs that are alike, together

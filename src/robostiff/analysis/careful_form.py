@@ -13,6 +13,7 @@ from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.snapshot_stiffness import SnapshotStiffness, solve_snapshot
 from robostiff.elastostatics import (
     DEFAULT_TOLERANCE,
+    BlockCompliance,
     CartesianStiffness,
     Form,
     Status,
@@ -301,6 +302,7 @@ def careful_stiffness(
         complaints=(),
         serial_compliance=solved.compliance,
         origin=solved.origin,
+        leg_blocks=solved.leg_blocks,
     )
 
 
@@ -373,6 +375,10 @@ def _joined(
         },
         serial_compliance=compliance,
         origin=_stacked([part.origin for _, part in parts], batch),
+        leg_blocks=tuple(
+            tuple(BlockCompliance.joined(own, batch) for own in zip(*of_leg, strict=True))
+            for of_leg in zip(*(part.leg_blocks for _, part in parts), strict=True)
+        ),
     )
 
 

@@ -11,8 +11,7 @@ from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.result_tables import deflection_html
-from robostiff.analysis.snapshot_stiffness import SolvedBlock, leg_matrices
-from robostiff.elastostatics import Status
+from robostiff.elastostatics import BlockCompliance, Status
 from robostiff.errors import NoAnswerError
 from robostiff.kinematics import freedom_twist
 from robostiff.markup import InNotebooks
@@ -112,8 +111,6 @@ class Deflection(InNotebooks):
         What each leg carries about ``stiffness.origin``, world axes [N, N m]; none for a network.
     work_of_loads : float or None
         Of forces and weights at bodies, on their displacements [J]; None where there are none.
-    leg_blocks : tuple of tuples of SolvedBlock
-        Parallel blocks of each leg, by which they share its wrench.
     """
 
     wrench: np.ndarray
@@ -125,7 +122,6 @@ class Deflection(InNotebooks):
     actuators: tuple[ActuatorLoad, ...] = ()
     leg_wrenches: tuple[np.ndarray, ...] = ()
     work_of_loads: float | None = None
-    leg_blocks: tuple[tuple[SolvedBlock, ...], ...] = ()
 
     @property
     def twist(self) -> np.ndarray:
@@ -207,7 +203,6 @@ def deflection_at(
         return Deflection(F, answer, answer.status | Status.UNBALANCED, None)
     t_origin, leg_wrenches = loads.twist, loads.wrenches
     parts: list[tuple[str, str, float]] = []
-    blocks: tuple[tuple[SolvedBlock, ...], ...] = ()
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
     work = None
@@ -220,18 +215,11 @@ def deflection_at(
         reactions += [JointReaction(*own) for own in carried.reactions]
         actuators += [ActuatorLoad(*own) for own in carried.actuators]
     else:
-        known = answer.about_reference
-        blocks = tuple(
-            leg_matrices(leg, answer.origin, answer.space, known.length, tolerance).blocks
-            if leg.blocks
-            else ()
-            for leg in placed.legs
-        )
-        for leg, solved, own in zip(placed.legs, blocks, leg_wrenches, strict=True):
-            rows = list(answer.space.rows)
+        rows = list(answer.space.rows)
+        for leg, blocks, own in zip(placed.legs, answer.leg_blocks, leg_wrenches, strict=True):
             F_leg = np.zeros(6)
             F_leg[rows] = own
-            for element, F_element in _carried_by(leg, solved, F_leg, rows):
+            for element, F_element in _carried_by(leg, blocks, F_leg, rows):
                 _add_element(
                     leg.name, element, F_element, answer.origin, parts, reactions, actuators
                 )
@@ -252,12 +240,11 @@ def deflection_at(
         actuators=tuple(actuators),
         leg_wrenches=tuple(leg_wrenches),
         work_of_loads=work,
-        leg_blocks=blocks,
     )
 
 
 def _carried_by(
-    leg: PlacedLeg, solved: Sequence[SolvedBlock], F_leg: np.ndarray, rows: list[int]
+    leg: PlacedLeg, solved: Sequence[BlockCompliance], F_leg: np.ndarray, rows: list[int]
 ) -> Iterator[tuple[PlacedFreedom | PlacedSpring, np.ndarray]]:
     blocks = iter(solved)
     for element in leg.elements:
@@ -265,11 +252,10 @@ def _carried_by(
             yield element, F_leg
             continue
         block = next(blocks)
-        parts = zip(element.branches, block.branches, block.whole.shares, strict=True)
-        for branch, matrices, share in parts:
+        for branch, inner, share in zip(element.branches, block.inner, block.shares, strict=True):
             F_branch = np.zeros(6)
             F_branch[rows] = share @ F_leg[rows]
-            yield from _carried_by(branch, matrices.blocks, F_branch, rows)
+            yield from _carried_by(branch, inner, F_branch, rows)
 
 
 def _add_element(

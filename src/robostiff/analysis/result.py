@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result_tables import stiffness_html
-from robostiff.elastostatics import CartesianStiffness, Form, RankDecision, Status
+from robostiff.elastostatics import BlockCompliance, CartesianStiffness, Form, RankDecision, Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.spatial import (
@@ -66,6 +66,8 @@ class RobotStiffness(InNotebooks):
         robot that is far away from it.
     joint_coordinates : mapping of str to (..., size) array
         The posture: coordinates of the joints of each leg [m, rad], by its name.
+    leg_blocks : tuple of tuples of BlockCompliance
+        Parallel blocks of each leg about `origin`, by which their branches share a wrench.
     """
 
     name: str
@@ -79,6 +81,7 @@ class RobotStiffness(InNotebooks):
     serial_compliance: np.ndarray | None
     origin: np.ndarray
     joint_coordinates: Mapping[str, np.ndarray] = field(default_factory=dict)
+    leg_blocks: tuple[tuple[BlockCompliance, ...], ...] = field(default_factory=tuple)
 
     @property
     def space(self) -> Space:
@@ -257,6 +260,7 @@ class RobotStiffness(InNotebooks):
             ),
             origin=self.origin[index],
             joint_coordinates={leg: q[index] for leg, q in self.joint_coordinates.items()},
+            leg_blocks=tuple(tuple(block[index] for block in own) for own in self.leg_blocks),
         )
 
     @property

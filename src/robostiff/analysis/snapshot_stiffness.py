@@ -247,7 +247,10 @@ def _block(
             branches[i] = matrices, wrenches[k]
     found = [branches[i] for i in range(len(block.branches))]
     whole = block_of([wrenches for _, wrenches in found], length, tolerance)
-    return SolvedBlock(block, whole, tuple(matrices for matrices, _ in found))
+    inner = tuple(tuple(own.whole for own in matrices.blocks) for matrices, _ in found)
+    return SolvedBlock(
+        block, replace(whole, inner=inner), tuple(matrices for matrices, _ in found)
+    )
 
 
 _DEFAULT_METHOD = WrenchBasis()
@@ -271,6 +274,8 @@ class SnapshotStiffness:
         Of a single leg without passive joints, which needs no inverse.
     origin : (..., 3) array
         The point about which they are [m].
+    leg_blocks : tuple of tuples of BlockCompliance
+        The parallel blocks of each leg.
     """
 
     whole: CartesianStiffness
@@ -278,6 +283,7 @@ class SnapshotStiffness:
     passive_joint_names: tuple[str, ...]
     compliance: np.ndarray | None
     origin: np.ndarray
+    leg_blocks: tuple[tuple[BlockCompliance, ...], ...]
 
 
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
@@ -326,12 +332,18 @@ def _solved_together(
         of_legs = in_order(together, [one.C for one in problems])
         whole, legs, C, more = legs_on_platform(snapshot.platform, legs, of_legs, C, origin, method)
         names += more
+    leg_blocks = {
+        i: tuple(b.whole[k] if len(own.places) > 1 else b.whole for b in one.blocks)
+        for own, one in zip(together, problems, strict=True)
+        for k, i in enumerate(own.places)
+    }
     return SnapshotStiffness(
         whole=whole,
         legs=legs,
         passive_joint_names=tuple(names),
         compliance=C,
         origin=origin,
+        leg_blocks=tuple(leg_blocks[i] for i in range(len(legs))),
     )
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from robostiff.spatial import Space
 from robostiff.spatial.shapes import Bool, Float
 
 _ROUNDING = 4 * np.finfo(float).eps
+_ARRAYS = ("modes", "length", "J_q", "present", "shares", "redundant", "doubtful")
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class BlockCompliance:
         Joints of the branches, one branch after the other, that add no freedom to those before.
     doubtful : (...) array of bool
         Where rounding blurs which directions are free.
+    inner : tuple of tuples of BlockCompliance
+        The parallel blocks of each branch.
     """
 
     modes: Float[np.ndarray, "*batch p n"]
@@ -48,6 +52,30 @@ class BlockCompliance:
     shares: Float[np.ndarray, "*batch b n n"]
     redundant: Bool[np.ndarray, "*batch q"]
     doubtful: Bool[np.ndarray, "*batch"]
+    inner: tuple[tuple[BlockCompliance, ...], ...] = ()
+
+    def __getitem__(self, index: Any) -> BlockCompliance:
+        """The block at one pose, or at some poses, of a batch."""
+        inner = tuple(tuple(block[index] for block in own) for own in self.inner)
+        return replace(self, **{name: getattr(self, name)[index] for name in _ARRAYS}, inner=inner)
+
+    @staticmethod
+    def joined(parts: Sequence[BlockCompliance], batch: tuple[int, ...]) -> BlockCompliance:
+        """Results of several batches, each along one axis, under the shape of all poses."""
+        whole = {}
+        for name in _ARRAYS:
+            own = [getattr(part, name) for part in parts]
+            if len(own) > 1:  # poses with fewer freedoms have zero columns
+                most = np.max([a.shape[1:] for a in own], axis=0).astype(int)
+                pads = [[(0, 0), *((0, k) for k in most - a.shape[1:])] for a in own]
+                own = [np.concatenate([np.pad(a, p) for a, p in zip(own, pads, strict=True)])]
+            whole[name] = own[0].reshape((*batch, *own[0].shape[1:]))
+        branches = zip(*(part.inner for part in parts), strict=True)
+        inner = tuple(
+            tuple(BlockCompliance.joined(own, batch) for own in zip(*branch, strict=True))
+            for branch in branches
+        )
+        return BlockCompliance(**whole, inner=inner)
 
     @property
     def C(self) -> Float[np.ndarray, "*batch n n"]:

@@ -19,8 +19,7 @@ from typing import cast
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.analysis.snapshot_stiffness import SolvedBlock
-from robostiff.elastostatics import Tolerance, scaling
+from robostiff.elastostatics import BlockCompliance, Tolerance, scaling
 from robostiff.kinematics import freedom_twist, spring_compliance
 from robostiff.model import (
     CoupledFreedom,
@@ -144,7 +143,7 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     legs = tuple(
         solver.motion(leg, own, np.zeros(6), end.twist_about(answer.origin), _spatial(F, rows))
         for leg, end, own, F in zip(
-            snapshot.legs, ends, bent.leg_blocks, bent.leg_wrenches, strict=True
+            snapshot.legs, ends, bent.stiffness.leg_blocks, bent.leg_wrenches, strict=True
         )
     )
     return RobotMotion(platform, legs, nodes)
@@ -201,7 +200,7 @@ class _LegSolver:
     def motion(
         self,
         leg: PlacedLeg,
-        known: Sequence[SolvedBlock],
+        known: Sequence[BlockCompliance],
         t_start: np.ndarray,
         t_end: np.ndarray,
         F: np.ndarray,
@@ -224,10 +223,11 @@ class _LegSolver:
             start += N.shape[1]
         t, twists, branches = t_start, [t_start], {}
         for i, (block, own) in enumerate(zip(solved, self._shared(leg, motions), strict=True)):
-            if block is not None:
-                parts = zip(block.placed.branches, block.branches, block.whole.shares, strict=True)
+            element = leg.elements[i]
+            if block is not None and isinstance(element, PlacedBlock):
+                parts = zip(element.branches, block.inner, block.shares, strict=True)
                 branches[i] = tuple(
-                    self.motion(branch, inner.blocks, t, t + own, _spatial(share @ F[rows], rows))
+                    self.motion(branch, inner, t, t + own, _spatial(share @ F[rows], rows))
                     for branch, inner, share in parts
                 )
             t = t + own
@@ -253,15 +253,14 @@ class _LegSolver:
         return shared
 
     def _sprung_and_free(
-        self, element: Element, block: SolvedBlock | None, F: np.ndarray
+        self, element: Element, block: BlockCompliance | None, F: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Deflection (6,) of an element under F (6,), and free twists (6, k), about the origin."""
         if block is not None:
             rows = list(self.space.rows)
-            whole = block.whole
-            N = np.zeros((6, int(np.count_nonzero(whole.present))))
-            N[rows] = whole.J_q[:, whole.present]
-            return _spatial(whole.C @ F[rows], rows), N
+            N = np.zeros((6, int(np.count_nonzero(block.present))))
+            N[rows] = block.J_q[:, block.present]
+            return _spatial(block.C @ F[rows], rows), N
         if isinstance(element, PlacedSpring):
             return spring_compliance(element, self.origin) @ F, np.zeros((6, 0))
         freedom = cast("PlacedFreedom", element)
