@@ -298,7 +298,7 @@ def test_commands_load_what_they_use(command: str, needed: set[str]):
 
 
 def test_a_package_and_its_names_are_in_step():
-    for package in ("analysis", "network"):
+    for package in ("analysis", "kinematics", "linkage", "network"):
         module = import_module(f"robostiff.{package}")
         stub = ast.parse(Path(str(module.__file__)).with_suffix(".pyi").read_text("utf-8"))
         listed = next(node.value for node in stub.body if isinstance(node, ast.Assign))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -27,11 +27,12 @@ from robostiff.kinematics.closure import LegSolver, NewtonTask
 from robostiff.kinematics.pose import PoseRequest
 from robostiff.kinematics.solved_request import ActuatedRequest
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.linkage import Linkage
 from robostiff.model import Actuated, PlacedLeg, Robot, Snapshot
-from robostiff.model.cable import CableRobot
-from robostiff.network import Network
 from robostiff.spatial import Space
+
+if TYPE_CHECKING:
+    from robostiff.linkage import Linkage
+    from robostiff.network import Network
 
 # Of the stiffness of a leg: two postures that differ by less are the same to it.
 _SAME = 1e-6
@@ -266,6 +267,9 @@ def careful_stiffness(
         rows = np.arange(len(asked.numbers)).reshape(asked.batch)
         result = asked.solved(rows)
         return replace(result, complaints=asked.complaints(rows, result.status))
+    from robostiff.linkage import Linkage
+    from robostiff.network import Network
+
     if isinstance(robot, Linkage):
         from robostiff.analysis.linkage_stiffness import AskedConfigurations
 
@@ -308,15 +312,20 @@ def careful_stiffness(
 
 def check_arguments(robot: Any, method: Any, near: Near, tolerance: Any) -> None:
     """Raise for what `stiffness` does not take."""
-    if not isinstance(robot, Robot | Snapshot | Network | Linkage | CableRobot):
-        raise InputError(
-            "robot",
-            got=robot,
-            expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
-            hint='write load("hexapod")',
-        )
     if isinstance(robot, Robot | Snapshot):
         robot.check_has_no_springs("stiffness without load")
+    else:
+        from robostiff.linkage import Linkage
+        from robostiff.model.cable import CableRobot
+        from robostiff.network import Network
+
+        if not isinstance(robot, Network | Linkage | CableRobot):
+            raise InputError(
+                "robot",
+                got=robot,
+                expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
+                hint='write load("hexapod")',
+            )
     if isinstance(method, type) or not isinstance(method, Form):
         name = method.__name__ if isinstance(method, type) else "WrenchBasis"
         raise InputError(

@@ -20,13 +20,13 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import Near, Pose, posture_finder
-from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space, move_stiffness
 
 if TYPE_CHECKING:
     from robostiff.analysis.linkage_stiffness import AskedConfigurations
     from robostiff.analysis.robot_record import RecordedAnswer
+    from robostiff.linkage import DriveValues, Linkage
     from robostiff.network import Network
 
     Asked = AskedPoses | AskedConfigurations
@@ -235,17 +235,20 @@ def careful_answer(
 ) -> RobotStiffness:
     """As `stiffness`, for questions that need the careful form at all poses anyway."""
     check_arguments(robot, DEFAULT_METHOD, near, tolerance)
+    if isinstance(robot, Robot):
+        finder = posture_finder(robot)
+        asked = AskedPoses(
+            finder, finder.request(cast("Pose", pose)), tolerance=tolerance, near=near
+        )
+        return about_point(PosedStiffness.of(asked, None), at)
+    from robostiff.linkage import Linkage
+
     if isinstance(robot, Linkage):
         from robostiff.analysis.linkage_stiffness import AskedConfigurations
 
         configurations = AskedConfigurations.of(robot, pose, tolerance)
         return about_point(PosedStiffness.of(configurations, None), at)
-    pose = cast("Pose", pose)
-    if not isinstance(robot, Robot):
-        return about_point(careful_stiffness(robot, pose, tolerance=tolerance), at)
-    finder = posture_finder(robot)
-    asked = AskedPoses(finder, finder.request(pose), DEFAULT_METHOD, near, tolerance)
-    return about_point(PosedStiffness.of(asked, None), at)
+    return about_point(careful_stiffness(robot, pose, tolerance=tolerance), at)
 
 
 def _check_agreement(

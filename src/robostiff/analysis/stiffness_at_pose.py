@@ -19,12 +19,12 @@ from robostiff.analysis.robot_record import recorded_answer
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose, posture_finder
-from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
-from robostiff.model.cable import CableRobot
 
 if TYPE_CHECKING:
     from robostiff.analysis.cable_stiffness import CableStiffness
+    from robostiff.linkage import DriveValues, Linkage
+    from robostiff.model.cable import CableRobot
     from robostiff.network import Network
 
 
@@ -104,6 +104,14 @@ def stiffness(
     array([ 6,  6, -1])
     """
     check_arguments(robot, method, near, tolerance)
+    if isinstance(robot, Robot):
+        pose = cast("Pose", pose)
+        finder = posture_finder(robot)
+        asked = AskedPoses(finder, finder.request(pose), method, near, tolerance)
+        return about_point(PosedStiffness.of(asked, recorded_answer(robot, asked)), at)
+    from robostiff.linkage import Linkage
+    from robostiff.model.cable import CableRobot
+
     if isinstance(robot, CableRobot):
         if method != DEFAULT_METHOD:
             raise InputError(
@@ -119,12 +127,7 @@ def stiffness(
 
         configurations = AskedConfigurations.of(robot, pose, tolerance, method)
         return about_point(PosedStiffness.of(configurations, configurations.recorded()), at)
-    pose = cast("Pose", pose)
-    if not isinstance(robot, Robot):
-        return about_point(careful_stiffness(robot, pose, method=method, tolerance=tolerance), at)
-    finder = posture_finder(robot)
-    asked = AskedPoses(finder, finder.request(pose), method, near, tolerance)
-    return about_point(PosedStiffness.of(asked, recorded_answer(robot, asked)), at)
+    return about_point(careful_stiffness(robot, pose, method=method, tolerance=tolerance), at)
 
 
 def compliance(
@@ -159,6 +162,8 @@ def compliance(
     >>> C.shape
     (6, 6)
     """
+    from robostiff.model.cable import CableRobot
+
     if isinstance(robot, CableRobot):
         check_arguments(robot, DEFAULT_METHOD, near, tolerance)
         from robostiff.analysis.cable_stiffness import cable_stiffness

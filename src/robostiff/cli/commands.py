@@ -23,8 +23,6 @@ from robostiff.errors import InputError
 from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
 from robostiff.io.suggest import Words
 from robostiff.model import Robot, Snapshot
-from robostiff.model.cable import CableRobot
-from robostiff.network import Network
 
 METHODS: dict[str, Form] = {
     form.name: form for form in (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
@@ -34,6 +32,8 @@ METHODS: dict[str, Form] = {
 def check_robot(model: Model, details: Details, replacing: Replacing, answer: Answer) -> int:
     """Print the parts of a robot; reading the file checks it."""
     from robostiff.cli import robot_facts as facts_of
+    from robostiff.model.cable import CableRobot
+    from robostiff.network import Network
 
     picture = picture_beside(details.plot, replacing)
     doubts: list[str] = []
@@ -114,6 +114,7 @@ def print_indices(model: Model, place: Place, length: Length, answer: Answer) ->
     """Print the stiffness indices at a pose; 1 for a bad status."""
     from robostiff.analysis.indices import indices
     from robostiff.io.results.indices import indices_data, indices_text
+    from robostiff.model.cable import CableRobot
 
     robot = loaded(model, place)
     if isinstance(robot, CableRobot):

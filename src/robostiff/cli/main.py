@@ -94,7 +94,10 @@ def main() -> None:
     """Run the command line."""
     start_quickly()
     ready_streams()
-    app(prog_name="robostiff")
+    try:
+        app(prog_name="robostiff")
+    finally:
+        gc.freeze()  # the interpreter would look through all modules for garbage before it ends
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -19,11 +19,15 @@ from robostiff.kinematics import (
     ToolPose,
     actuator_names,
 )
-from robostiff.linkage import Linkage
 from robostiff.model import Actuated, Coordinate, Robot, Snapshot
-from robostiff.model.cable import CableRobot
-from robostiff.network import Network
 from robostiff.spatial import Space
+
+if TYPE_CHECKING:
+    from robostiff.linkage import Linkage
+    from robostiff.model.cable import CableRobot
+    from robostiff.network import Network
+
+    Posed = Robot | Snapshot | Network | Linkage | CableRobot
 
 _POSE_DIMENSIONS = {
     Coordinate.X: Dimension.LENGTH,
@@ -48,9 +52,12 @@ def loaded(
     """
     robot = model.load(moved)
     moves = place is None or place.joints is not None or place.pose is not None
-    has_joints = isinstance(robot, Network) or (
-        by_joints and isinstance(robot, Robot) and not robot.is_serial
-    )
+    if isinstance(robot, Robot):
+        has_joints = by_joints and not robot.is_serial
+    else:
+        from robostiff.network import Network
+
+        has_joints = isinstance(robot, Network)
     if not (moves and has_joints):
         return robot
     from robostiff.robots.descriptions import describes_bodies, load_linkage
@@ -61,19 +68,22 @@ def loaded(
     return load_linkage(model.source, parameters, side=model.side, allow_xacro=model.allow_xacro)
 
 
-Posed = Robot | Snapshot | Network | Linkage | CableRobot
-
-
 def pose_from(robot: Posed, place: Place) -> Any:
     """The pose."""
     if place.pose is not None and place.joints is not None:
         raise InputError("--pose and --joints", expected="one of them")
+    if isinstance(robot, Robot):
+        return _of_robot(robot, place)
+    from robostiff.linkage import Linkage
+
     if isinstance(robot, Linkage):
         return _of_linkage(robot, place)
-    return _of_robot(robot, place)
+    return _without_joints(robot, place)
 
 
-def _of_robot(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> Pose:
+def _without_joints(robot: Snapshot | Network | CableRobot, place: Place) -> Pose:
+    from robostiff.network import Network
+
     if isinstance(robot, Snapshot | Network):
         kind = "network" if isinstance(robot, Network) else "snapshot"
         if place.pose is not None or place.joints is not None:
@@ -84,10 +94,12 @@ def _of_robot(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> P
                 hint="describe the robot in a model file to move it",
             )
         return None
-    if isinstance(robot, CableRobot):
-        if place.joints is not None:
-            raise InputError("--joints", got=place.joints, expected="--pose: cables have no joints")
-        return None if place.pose is None else np.array(_pose_coordinates(robot, place.pose))
+    if place.joints is not None:
+        raise InputError("--joints", got=place.joints, expected="--pose: cables have no joints")
+    return None if place.pose is None else np.array(_pose_coordinates(robot, place.pose))
+
+
+def _of_robot(robot: Robot, place: Place) -> Pose:
     if place.joints is not None:
         return _joints(robot, place.joints)
     if place.pose is None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +24,7 @@ __all__ = [
     "shipped_robots",
 ]
 
+_HERE = Path(__file__).parent
 _FOLDERS = ("", "cables", "linkages")
 _HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
 
@@ -97,7 +97,7 @@ def robot_file(name: str) -> Path:
     """
     for folder in _FOLDERS:
         if name in _names_in(folder):
-            return Path(str(resources.files(__name__) / folder / f"{name}.yaml"))
+            return _HERE / folder / f"{name}.yaml"
     raise _unknown(name, "the name of a shipped robot")
 
 
@@ -239,9 +239,7 @@ def _refuse_what_is_no_name(value: Any) -> None:
 
 
 def _names_in(folder: str) -> tuple[str, ...]:
-    files = (resources.files(__name__) / folder).iterdir()
-    names = (file.name for file in files if file.name.endswith(".yaml"))
-    return tuple(sorted(name.removesuffix(".yaml") for name in names))
+    return tuple(sorted(file.stem for file in (_HERE / folder).glob("*.yaml")))
 
 
 def _all_names() -> tuple[str, ...]:

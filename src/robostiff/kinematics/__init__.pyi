@@ -1,0 +1,56 @@
+from robostiff.kinematics.formula import (
+    FormulaPose,
+    PlacedFormula,
+    place_leg,
+    place_leg_at_joints,
+)
+from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.hybrid_machine import Module, hybrid_machine
+from robostiff.kinematics.jacobians import (
+    freedom_twist,
+    freedom_twists,
+    leg_compliance,
+    passive_jacobian,
+    spring_compliance,
+    spring_jacobian,
+)
+from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose, actuator_names
+from robostiff.kinematics.placed_body_springs import with_body_springs
+from robostiff.kinematics.placed_masses import with_masses
+from robostiff.kinematics.pose import JointCoordinates, Near, Pose
+from robostiff.kinematics.posture import Posture
+from robostiff.kinematics.posture_finder import PostureFinder, find_posture, posture_finder
+from robostiff.kinematics.postures import LegPosture, postures
+from robostiff.kinematics.spring_modes import felt_by_springs
+
+__all__ = [
+    "ActuatorCoordinates",
+    "FormulaPose",
+    "JointCoordinates",
+    "LegPosture",
+    "Module",
+    "Near",
+    "PlacedChain",
+    "PlacedFormula",
+    "Pose",
+    "Posture",
+    "PostureFinder",
+    "ToolPose",
+    "actuator_names",
+    "felt_by_springs",
+    "find_posture",
+    "freedom_twist",
+    "freedom_twists",
+    "hybrid_machine",
+    "leg_compliance",
+    "passive_jacobian",
+    "place_chain",
+    "place_leg",
+    "place_leg_at_joints",
+    "posture_finder",
+    "postures",
+    "spring_compliance",
+    "spring_jacobian",
+    "with_body_springs",
+    "with_masses",
+]
