@@ -248,9 +248,7 @@ def _block(
     found = [branches[i] for i in range(len(block.branches))]
     whole = block_of([wrenches for _, wrenches in found], length, tolerance)
     inner = tuple(tuple(own.whole for own in matrices.blocks) for matrices, _ in found)
-    return SolvedBlock(
-        block, replace(whole, inner=inner), tuple(matrices for matrices, _ in found)
-    )
+    return SolvedBlock(block, replace(whole, inner=inner), tuple(matrices for matrices, _ in found))
 
 
 _DEFAULT_METHOD = WrenchBasis()
