@@ -201,16 +201,17 @@ def load(
             raise descriptions.refuse_symbols(name, symbols)
         return descriptions.load_from_side(document, parameters, allow_xacro=allow_xacro)
     if not _is_snapshot(document):
-        from robostiff.io.model_file import model_from_document
-        from robostiff.io.model_file.build_cables import cable_robot_from_document, has_cables
+        if isinstance(document.data, dict) and "cables" in document.data:
+            from robostiff.io.model_file.build_cables import cable_robot_from_document
 
-        if has_cables(document):
             if symbols:
                 raise InputError(
                     f"symbols of {name!r}",
                     expected="none: a cable robot is computed with numbers, not formulas",
                 )
             return cable_robot_from_document(document, parameters)
+        from robostiff.io.model_file import model_from_document
+
         return model_from_document(document, parameters, symbols=symbols, shipped=_shipped_model)
     if parameters or symbols:
         raise InputError(

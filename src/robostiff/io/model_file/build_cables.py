@@ -1,22 +1,26 @@
-"""From a document with cables to a cable robot of the model."""
+"""Cable robots: what may be written of them, and from a document to the model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 import numpy as np
+from pydantic import Field
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document
 from robostiff.io.model_file.build_chain import each_of
 from robostiff.io.model_file.place import Place, point, top_place, transform, vector
-from robostiff.io.model_file.written_robot import (
-    WrittenCableBody,
-    WrittenCableRobot,
-    WrittenTensions,
-    WrittenWeight,
-    check_version,
+from robostiff.io.model_file.written_parts import (
+    Text,
+    Value,
+    Vector,
+    Written,
+    WrittenFrame,
+    WrittenHead,
+    WrittenRepeat,
 )
+from robostiff.io.model_file.written_robot import OneOrSeveral, check_version
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
@@ -24,9 +28,56 @@ from robostiff.model.cable import Cable, CableRobot, Weight
 from robostiff.spatial import Space
 
 
-def has_cables(document: Document) -> bool:
-    """Whether a model file describes a cable robot."""
-    return isinstance(document.data, dict) and "cables" in document.data
+class WrittenCableBody(Written):
+    """Common keys of a cable and of the template of repeated cables."""
+
+    exit: Vector = Field(description="where the cable leaves the base, in the world")
+    platform: Vector = Field(description="where it meets the platform, in the platform frame")
+    EA: Value | None = None
+    guide_length: Value = 0
+    winch_stiffness: Value | None = None
+    least_tension: Value | None = None
+    greatest_tension: Value | None = None
+    tension: Value | None = None
+
+
+class WrittenCable(WrittenCableBody):
+    """One cable."""
+
+    name: Text = Field(description="the name of the cable")
+
+
+class WrittenCablePattern(WrittenCableBody, WrittenRepeat):
+    """A cable, and what differs from copy to copy."""
+
+
+WrittenCables = OneOrSeveral[WrittenCable, WrittenCablePattern]
+
+
+class WrittenWeight(Written):
+    """A force of constant direction in the world, at a point of the platform."""
+
+    force: Vector
+    at: Vector | None = None
+
+
+class WrittenTensions(Written):
+    """Limits of the tension of every cable that has none of its own, and the aim between them."""
+
+    least: Value = 0
+    greatest: Value | None = None
+    level: Value = 0
+
+
+class WrittenCableRobot(WrittenHead):
+    """A whole model file of a cable robot."""
+
+    planar: bool = False
+    home: WrittenFrame = Field(description="the pose of the platform, such as {at: [0, 0, 2 m]}")
+    reference_point: Vector | None = None
+    weight: WrittenWeight | None = None
+    tensions: WrittenTensions = WrittenTensions()
+    cables: WrittenCables = Field(description="a list of cables, or one cable with repeat:")
 
 
 def cable_robot_from_document(

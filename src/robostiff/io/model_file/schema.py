@@ -7,9 +7,9 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
+from robostiff.io.model_file.build_cables import WrittenCableRobot
 from robostiff.io.model_file.written_robot import (
     WrittenArm,
-    WrittenCableRobot,
     WrittenMachine,
     WrittenRobot,
 )

@@ -1,4 +1,4 @@
-"""Model files as they are written: robots of legs, arms by a table, machines, cable robots."""
+"""Model files as they are written: robots of legs, arms by a table, hybrid machines."""
 
 from typing import Annotated, ClassVar, Literal, TypeVar
 
@@ -143,58 +143,6 @@ class WrittenMachine(WrittenHead):
     modules: Annotated[list[WrittenModule], Field(min_length=1, max_length=50)] = Field(
         description="the modules from base to tool, such as {name: arm, robot: scara}"
     )
-
-
-class WrittenCableBody(Written):
-    """Common keys of a cable and of the template of repeated cables."""
-
-    exit: Vector = Field(description="where the cable leaves the base, in the world")
-    platform: Vector = Field(description="where it meets the platform, in the platform frame")
-    EA: Value | None = None
-    guide_length: Value = 0
-    winch_stiffness: Value | None = None
-    least_tension: Value | None = None
-    greatest_tension: Value | None = None
-    tension: Value | None = None
-
-
-class WrittenCable(WrittenCableBody):
-    """One cable."""
-
-    name: Text = Field(description="the name of the cable")
-
-
-class WrittenCablePattern(WrittenCableBody, WrittenRepeat):
-    """A cable, and what differs from copy to copy."""
-
-
-WrittenCables = OneOrSeveral[WrittenCable, WrittenCablePattern]
-
-
-class WrittenWeight(Written):
-    """A force of constant direction in the world, at a point of the platform."""
-
-    force: Vector
-    at: Vector | None = None
-
-
-class WrittenTensions(Written):
-    """Limits of the tension of every cable that has none of its own, and the aim between them."""
-
-    least: Value = 0
-    greatest: Value | None = None
-    level: Value = 0
-
-
-class WrittenCableRobot(WrittenHead):
-    """A whole model file of a cable robot."""
-
-    planar: bool = False
-    home: WrittenFrame = Field(description="the pose of the platform, such as {at: [0, 0, 2 m]}")
-    reference_point: Vector | None = None
-    weight: WrittenWeight | None = None
-    tensions: WrittenTensions = WrittenTensions()
-    cables: WrittenCables = Field(description="a list of cables, or one cable with repeat:")
 
 
 def check_version(
