@@ -20,6 +20,10 @@ _STEPS = 40
 # Steps of a path at most, and how far one of them shifts the platform, by the robot's length.
 _LONGEST, _FURTHEST = 250, 0.1
 _REFINEMENTS = 2
+# Part by which equations and steps may differ that are the same, and so many of them in a row.
+_REPEATS, _ENDLESS = 1e-9, 4
+# A step above this is no end of an iteration.
+_FREE_RUN = 0.5 * CAP
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,10 @@ def equilibrium_at(
         The equations at `start`, where they are known.
     """
     state, last, cut = start, np.inf, False
+    wrench = loading.wrench + factor * loading.wrench_rate
+    load = float(np.max(np.abs(wrench / problem.scale)))
+    before: tuple[np.ndarray, ...] = ()
+    alike = 0
     for done in range(1, steps + 1):
         refined = _REFINEMENTS if last < _SOON else 0
         known = first if first is not None else problem.linearised(state, loading, factor, refined)
@@ -102,9 +110,15 @@ def equilibrium_at(
         twist = target.twist(problem, state)
         if twist is None:
             furthest = CAP * problem.length
-            twist = solve_least(known.K_total, known.missing, problem.scale, furthest)
+            twist = solve_least(known.K_total, known.missing, problem.scale, furthest, load)
         state, size, part = problem.stepped(state, known, twist, 0.0, CAP)
         if not np.isfinite(size):
+            break
+        now = (part * twist, known.K_total, known.missing)
+        alike = alike + 1 if before and all(map(_repeats, now, before)) else 0
+        before = now
+        # It slides or spins on for ever, unless a law of a joint has still to stop it.
+        if alike == _ENDLESS and size > _FREE_RUN and not problem.has_laws:
             break
         cut = cut or part < 1
         if refined and size < _NOTHING:
@@ -112,7 +126,12 @@ def equilibrium_at(
         if size < _DONE or (size < _NEAR and size > 0.3 * last):
             return _ended(problem, loading, factor, state, True, cut, done)
         last = size
-    return _ended(problem, loading, factor, start, False, cut, steps)
+    return _ended(problem, loading, factor, start, False, cut, done)
+
+
+def _repeats(now: np.ndarray, before: np.ndarray) -> bool:
+    """Whether two steps, or two systems, are the same but for rounding."""
+    return bool(np.max(np.abs(now - before)) <= _REPEATS * np.max(np.abs(now)))
 
 
 def _ended(

@@ -246,6 +246,14 @@ class EquilibriumProblem:
             return False
         return not any(group.family.arrays.is_loaded for group in self.groups)
 
+    @property
+    def has_laws(self) -> bool:
+        """Whether some joint follows a law of its own, which may change with its coordinate."""
+        drives = [own.drive for group in self.groups for own in group.couplings]
+        return any(group.family.arrays.laws for group in self.groups) or any(
+            law is not None for drive in drives for law in drive.laws
+        )
+
     def under_load(self, known: Linearised, loading: LoadCase, factor: float) -> Linearised:
         """The equations at the unloaded posture, from those without load.
 
@@ -333,7 +341,9 @@ class EquilibriumProblem:
         return acting, rate, share.value * turning[np.ix_(rows, rows)]
 
 
-def solve_least(K: np.ndarray, b: np.ndarray, scale: np.ndarray, furthest: float) -> np.ndarray:
+def solve_least(
+    K: np.ndarray, b: np.ndarray, scale: np.ndarray, furthest: float, load: float = 0.0
+) -> np.ndarray:
     """The x with ``K x = b``; where K has lost a direction, no motion, or a whole step to rest.
 
     A direction without stiffness in which nothing pulls stays as it is. One in which something
@@ -347,6 +357,8 @@ def solve_least(K: np.ndarray, b: np.ndarray, scale: np.ndarray, furthest: float
         Length of each coordinate.
     furthest : float
         In coordinates times `scale`.
+    load : float
+        Largest component of the whole load, over `scale`: its rounding does not pull.
 
     Examples
     --------
@@ -356,7 +368,10 @@ def solve_least(K: np.ndarray, b: np.ndarray, scale: np.ndarray, furthest: float
     U, values, Vt = np.linalg.svd(K / np.outer(scale, scale))
     along = U.T @ (b / scale)
     lost = values <= LOST * values[0]
-    pulled = np.abs(along) > _PULLS * np.max(np.abs(along), initial=0.0)
-    x = np.where(lost, 0.0, along / np.where(lost, 1.0, values))
-    x = np.where(lost & pulled, np.sign(along) * furthest, x)
-    return Vt.T @ x / scale
+    x = Vt.T @ np.where(lost, 0.0, along / np.where(lost, 1.0, values))
+    # Vectors of a singular value of zero are any: the pull along all of them is one direction.
+    pull = Vt[lost].T @ (Vt[lost] @ (b / scale))
+    size = np.linalg.norm(pull)
+    if size > _PULLS * np.max(np.abs(along), initial=load):
+        x = x + furthest * pull / size
+    return x / scale

@@ -1,0 +1,71 @@
+"""Loads along motions that no stiffness meets: the first step follows the pull."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.model import ForceLaw
+from robostiff.statics import equilibrium
+from robostiff.statics.problem import EquilibriumProblem, solve_least
+from robostiff.statics.status import EquilibriumStatus
+
+
+def test_what_has_no_stiffness_moves_along_the_pull_whatever_its_basis():
+    """Vectors of a singular value of zero are any, and those of both sides need not agree."""
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        Q = np.linalg.qr(rng.normal(size=(6, 6)))[0]
+        K = Q[:, :3] @ np.diag([1.0, 2.0, 3.0]) @ Q[:, :3].T
+        pull = Q[:, 3:] @ rng.normal(size=3)
+        x = solve_least(K, pull, np.ones(6), 0.1)
+        assert np.allclose(x, 0.1 * pull / np.linalg.norm(pull), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["gough-stewart-a", "gough-stewart-a-beams"])
+@pytest.mark.parametrize("along", [0, 1, 3, 4])
+def test_a_load_at_a_singular_home_comes_to_rest_in_few_steps(name, along):
+    """In balance: the work of the load on a small motion is the change of the energy."""
+    robot = rs.load(name)
+    wrench = np.zeros(6)
+    wrench[along] = 100.0
+    found = equilibrium(robot, wrench=wrench)
+    assert found.status is EquilibriumStatus.OK
+    assert found.found.steps <= 10
+    if along < 3:
+        more, less = (equilibrium(robot, wrench=s * wrench) for s in (1.001, 0.999))
+        work = wrench @ (more.displacement - less.displacement)
+        assert more.energy - less.energy == pytest.approx(work, rel=1e-4)
+
+
+def test_what_spins_for_ever_is_seen_early(monkeypatch):
+    stepped = EquilibriumProblem.stepped
+    steps = []
+    monkeypatch.setattr(
+        EquilibriumProblem, "stepped", lambda *given: steps.append(1) or stepped(*given)
+    )
+    found = equilibrium(rs.load("planar-link"), wrench=[0, 0, 1.0])
+    assert EquilibriumStatus.NO_EQUILIBRIUM in found.status
+    assert EquilibriumStatus.FREE_MOTIONS in found.status
+    assert len(steps) <= 6
+
+
+def test_what_spins_up_to_a_stop_is_followed():
+    """The joint is free up to 2 rad: ten steps that are alike, and then the stop holds it."""
+    link = rs.load("planar-link")
+    (joint,) = (
+        f"{leg.name}/{e.name}"
+        for leg in rs.find_posture(link).snapshot.one(0).legs
+        for e in leg.freedoms
+        if e.is_passive
+    )
+    stop = ForceLaw([[-3, -1e3], [-2, 0], [0, 0], [2, 0], [3, 1e3]])
+    found = equilibrium(link, wrench=[0, 0, 1.0], laws={joint: stop})
+    assert found.status is EquilibriumStatus.OK
+    assert 2.0 < found.displacement[2] < 2.1
+
+
+def test_rounding_of_a_load_drives_nothing():
+    link = rs.load("planar-link")
+    plain, rounded = (equilibrium(link, wrench=[100.0, 0, m]) for m in (0.0, 1e-13))
+    assert rounded.status == plain.status
+    assert np.allclose(rounded.displacement, plain.displacement, rtol=0, atol=1e-12)
