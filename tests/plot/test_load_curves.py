@@ -34,7 +34,7 @@ def test_both_backends_draw_it(curve):
     assert len(axes.get_lines()) == 3
     figure = rs.plot.load_curve(curve, backend=rs.plot.Plotly())
     traces = cast("tuple[Any, ...]", figure.data)
-    assert [trace.name for trace in traces] == ["stable", "unstable", "as asked"]
+    assert [trace.name for trace in traces] == ["stable", "unstable", "at the given loads"]
     assert figure.layout.xaxis.title.text == "dy [mm]"
 
 

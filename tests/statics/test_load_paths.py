@@ -130,3 +130,10 @@ def test_margin_that_leaps_past_zero_has_the_factor_of_the_leap(monkeypatch: pyt
     monkeypatch.setattr(critical_point, "least_margin", leaping)
     answer = loaded(shallow_truss(), wrench=[0, -3 * LIMIT, 0])
     assert answer.critical_factor == pytest.approx(0.123, rel=1e-6)
+
+
+def test_a_path_ends_at_the_largest_factor():
+    curve = rs.load_path(rs.load("3-puu"), None, [500, 0, 0, 0, 0, 0], [1.0, 2.0])
+    assert curve.path_factor.values.max() == curve.path_factor.values[-1] == 2.0
+    last, given = curve.path_displacement.values[-1], curve.displacement.values[-1]
+    assert np.allclose(last, given, rtol=0, atol=1e-10)

@@ -319,7 +319,7 @@ def load_curve_picture(curve: xarray.Dataset, twist: str | None = None) -> Curve
         curves.append(Curve("unstable", lost, factor, Category(1), is_dashed=True))
     marks = times * np.where(curve["stable"].to_numpy(), at, np.nan)
     factors = curve["factor"].to_numpy()
-    curves.append(Curve("as asked", marks, factors, Category(0), has_marks=True))
+    curves.append(Curve("at the given loads", marks, factors, Category(0), has_marks=True))
     wrench = ", ".join(f"{value:g}" for value in curve.attrs["wrench"])
     return Curves(
         f"{curve.attrs['robot']} under load",

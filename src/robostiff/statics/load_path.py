@@ -127,12 +127,16 @@ def _path(question: Question, F: np.ndarray, furthest: float) -> Along:
     found = [(here, least_margin(problem, here, unloaded)[1].value >= 0)]
     for step in path(problem, loading, here, largest=0.1 * furthest):
         direction = path_direction(problem, here, before, unit)
-        is_stable = least_margin(problem, step.found, unloaded)[1].value >= 0
+        there = step.found
+        if there.factor > furthest:  # the last step ends at the largest factor
+            last = equilibrium_at(problem, loading, furthest, there.state)
+            there = last if last.converged else there
+        is_stable = least_margin(problem, there, unloaded)[1].value >= 0
         if is_stable != found[-1][1]:
             point = refined(problem, loading, unloaded, here, direction, step.arc, unit)
             found.append((point.found, True))
-        found.append((step.found, is_stable))
-        here, before = step.found, direction
+        found.append((there, is_stable))
+        here, before = there, direction
         if not 0 <= here.factor < furthest:
             break
     return found
