@@ -41,7 +41,8 @@ class Chain:
     ----------
     elements : tuple of Rigid, Link, Joint, Telescope or ParallelBlock
         Links, joints and blocks are known by their names; where several have one name, they are
-        numbered: three links ``beam`` are ``beam1``, ``beam2`` and ``beam3``.
+        numbered: three links ``beam`` are ``beam1``, ``beam2`` and ``beam3``. A joint whose name
+        no other joint has keeps it.
     couplings : tuple of Coupling
         Gears and differentials between its own joints. Each takes the place of a passive joint
         among the coordinates p of the chain, by which the joints move as ``q = T p``.
@@ -328,15 +329,19 @@ def is_elastic(element: Element | None) -> bool:
 
 
 def _numbered(elements: tuple[Element, ...], coupled: set[str]) -> tuple[Element, ...]:
-    """The same, each with a name of its own; those that couplings name keep theirs."""
-    count = Counter(e.name for e in elements if not isinstance(e, Rigid))
+    """The same, each with a name of its own; joints that have theirs alone keep it."""
+    named = [e for e in elements if not isinstance(e, Rigid)]
+    count = Counter(e.name for e in named)
+    moving = Counter(e.name for e in named if isinstance(e, Joint | Telescope))
+    kept = coupled | {name for name, of_joints in moving.items() if of_joints == 1}
     number = dict.fromkeys((n for n, k in count.items() if k > 1 and n not in coupled), 0)
     if not number:
         return elements
     found: list[Element] = []
     for element in elements:
         name = element.name
-        if name in number and not isinstance(element, Rigid):
+        alone = name in kept and isinstance(element, Joint | Telescope)
+        if name in number and not alone and not isinstance(element, Rigid):
             while name in count:
                 number[element.name] += 1
                 name = f"{element.name}{number[element.name]}"
