@@ -297,6 +297,22 @@ def test_commands_load_what_they_use(command: str, needed: set[str]):
     assert set(loaded_by(code)) <= {"click", *needed}
 
 
+def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
+    code = (
+        "import sys, robostiff as rs; rs.stiffness(rs.load('hexapod')).K\n"
+        "print(*(n for n in sys.modules if n.startswith('robostiff.')))"
+    )
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    others = {
+        *("model.cable", "io.model_file.build_cables", "network.network", "linkage.linkage"),
+        *("kinematics.formula", "kinematics.postures"),
+    }
+    assert not {f"robostiff.{name}" for name in others} & set(loaded.stdout.split())
+    assert "robostiff.model.robot" in loaded.stdout.split()
+
+
 def test_a_package_and_its_names_are_in_step():
     for package in ("analysis", "kinematics", "linkage", "network"):
         module = import_module(f"robostiff.{package}")
