@@ -98,7 +98,7 @@ def equilibrium_at(
     first : Linearised or None
         The equations at `start`, where they are known.
     """
-    state, last, cut = start, np.inf, False
+    state, last, cut, done = start, np.inf, False, 0
     wrench = loading.wrench + factor * loading.wrench_rate
     load = float(np.max(np.abs(wrench / problem.scale)))
     before: tuple[np.ndarray, ...] = ()
