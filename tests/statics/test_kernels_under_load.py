@@ -15,7 +15,7 @@ from robostiff.compiled.closed import ClosedCode
 from robostiff.kinematics import posture_finder
 from robostiff.model import PlacedFreedom
 from robostiff.statics.kernels.buckling import buckling_of
-from robostiff.statics.question import postures_of
+from robostiff.statics.loaded_posture import postures_of
 
 COUNT = 3
 # One answer or a batch, as the question is.
@@ -134,14 +134,14 @@ def test_bounds_of_buckling_hold_at_other_postures_and_are_close(force: float):
     random = np.random.default_rng(12)
     spread = 0.15 * np.array([1, 1, 1, 0.5, 0.5, 0.5]) * random.uniform(-1, 1, (9, 6))
     problems = [
-        postures_of(robot, finder.home_pose + own, None).question(0, None, None, None, rs.Bowing())
+        postures_of(robot, finder.home_pose + own, None).loaded(0, None, None, None, rs.Bowing())
         for own in spread
     ]
     bounds = buckling_of([own.problem for own in problems[:6]], range(6), 1e5)
-    for question in problems[6:]:
-        loaded = equilibrium(question.snapshot, None, [0, 0, 6 * force, 0, 0, 0])
-        assert question.snapshot is not None
-        for k, leg in enumerate(question.snapshot.legs):
+    for posture in problems[6:]:
+        loaded = equilibrium(posture.snapshot, None, [0, 0, 6 * force, 0, 0, 0])
+        assert posture.snapshot is not None
+        for k, leg in enumerate(posture.snapshot.legs):
             joints = [e for e in leg.elements if isinstance(e, PlacedFreedom) and e.turns]
             d = joints[-1].point - joints[0].point
             length = float(np.linalg.norm(d))

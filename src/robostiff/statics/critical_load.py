@@ -19,8 +19,8 @@ from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
+from robostiff.statics.loaded_posture import one_loaded_posture
 from robostiff.statics.problem import LoadCase
-from robostiff.statics.question import one_question
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
@@ -153,19 +153,19 @@ def critical_load(
     up_to = as_float("up_to of a critical load", up_to, "a positive factor")
     if not up_to > 0:
         raise InputError("up_to of a critical load", got=up_to, expected="a positive factor")
-    question, F = one_question(robot, pose, wrench, at, loads, preload, beams, near, gravity)
-    question = question.under(laws)
+    loaded, F = one_loaded_posture(robot, pose, wrench, at, loads, preload, beams, near, gravity)
+    loaded = loaded.under(laws)
     if not np.any(F):
         raise InputError(
-            f"wrench of the critical load of {question.name!r}",
+            f"wrench of the critical load of {loaded.name!r}",
             got=F.tolist(),
             expected="a load that grows",
             hint="write critical_load(robot, pose, [0, 0, -1000, 0, 0, 0])",
         )
-    problem, status = question.problem, question.status
+    problem, status = loaded.problem, loaded.status
     nothing = np.zeros(problem.size)
     if status & EquilibriumStatus.UNREACHABLE:
-        return CriticalLoad(question.name, F, status, 0.0, None)
+        return CriticalLoad(loaded.name, F, status, 0.0, None)
     unloaded = problem.at_rest
     if unloaded.rigid:
         status |= EquilibriumStatus.RIGID_DIRECTION
@@ -173,4 +173,4 @@ def critical_load(
     _, point, searched_to = first_critical(problem, loading, unloaded, up_to)
     if point is None and searched_to < up_to:
         status |= EquilibriumStatus.NO_EQUILIBRIUM
-    return CriticalLoad(question.name, F, status, searched_to, point)
+    return CriticalLoad(loaded.name, F, status, searched_to, point)

@@ -1,4 +1,4 @@
-"""Equilibrium of a robot under load: from the question to the answer."""
+"""Equilibrium of a robot under load: from its posture to the answer."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
+from robostiff.statics.loaded_posture import LoadedPosture, postures_of, wrenches_of
 from robostiff.statics.newton import FREE, FoundEquilibrium, Target, equilibrium_at
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.question import Question, postures_of, wrenches_of
 from robostiff.statics.result import Equilibria, Equilibrium
 from robostiff.statics.stability import leg_margins, platform_margin
 from robostiff.statics.status import EquilibriumStatus
@@ -131,22 +131,22 @@ def equilibrium(
         )
     given = np.broadcast_to(given, (*batch, space.size)).reshape(-1, space.size)
     answers = []
-    question: Question | None = None
+    loaded: LoadedPosture | None = None
     for i, own in enumerate(given):
-        if question is None or postures.batch:
-            question = postures.question(i, at, loads, preload, beams, gravity).under(laws)
+        if loaded is None or postures.batch:
+            loaded = postures.loaded(i, at, loads, preload, beams, gravity).under(laws)
         target = None if displacement is None else own
-        answers.append(solved(question, own if target is None else None, target))
+        answers.append(solved(loaded, own if target is None else None, target))
     return Equilibria(tuple(answers)) if batch else answers[0]
 
 
 def solved(
-    question: Question, wrench: np.ndarray | None, displacement: np.ndarray | None
+    loaded: LoadedPosture, wrench: np.ndarray | None, displacement: np.ndarray | None
 ) -> Equilibrium:
-    """The equilibrium of one question."""
-    problem, status = question.problem, question.status
+    """The equilibrium of one robot at one posture."""
+    problem, status = loaded.problem, loaded.status
     if status & EquilibriumStatus.UNREACHABLE:
-        return Equilibrium(question.name, question.space, status)
+        return Equilibrium(loaded.name, loaded.space, status)
     nothing = np.zeros(problem.size)
     loading = LoadCase(nothing, nothing if wrench is None else wrench)
     unloaded = problem.at_rest
@@ -165,15 +165,15 @@ def solved(
         margins = _margins(problem, found.known, unloaded) if found.converged else {}
     if displacement is not None and _is_against_rigid_parts(problem, found.known):
         status |= EquilibriumStatus.NO_EQUILIBRIUM
-        return Equilibrium(question.name, question.space, status, held=True)
+        return Equilibrium(loaded.name, loaded.space, status, held=True)
     if critical is not None:
         status |= EquilibriumStatus.BEYOND_CRITICAL_LOAD
     if not found.converged:
         status |= EquilibriumStatus.NO_EQUILIBRIUM
         if displacement is None and not _holds(problem, unloaded):
             status |= EquilibriumStatus.FREE_MOTIONS
-        return Equilibrium(question.name, question.space, status, critical)
-    return _answer(question, loading, margins, found, status, critical, displacement is not None)
+        return Equilibrium(loaded.name, loaded.space, status, critical)
+    return _answer(loaded, loading, margins, found, status, critical, displacement is not None)
 
 
 def _confirmed(
@@ -212,7 +212,7 @@ def _holds(problem: EquilibriumProblem, known: Linearised) -> bool:
 
 
 def _answer(
-    question: Question,
+    loaded: LoadedPosture,
     loading: LoadCase,
     margins: dict[str, float],
     found: FoundEquilibrium,
@@ -220,14 +220,14 @@ def _answer(
     critical: CriticalPoint | None,
     held: bool,
 ) -> Equilibrium:
-    problem, known = question.problem, found.known
+    problem, known = loaded.problem, found.known
     if not held and not _holds(problem, known):
         status |= EquilibriumStatus.FREE_MOTIONS
     if not known.regular:
         status |= EquilibriumStatus.REDUNDANT_JOINTS
     answer = Equilibrium(
-        name=question.name,
-        space=question.space,
+        name=loaded.name,
+        space=loaded.space,
         status=status,
         critical=critical,
         problem=problem,
@@ -235,8 +235,8 @@ def _answer(
         found=found,
         margins=margins,
         held=held,
-        frame=question.frame,
-        snapshot=question.snapshot,
+        frame=loaded.frame,
+        snapshot=loaded.snapshot,
     )
     if answer.stable:
         return answer

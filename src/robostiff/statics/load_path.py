@@ -20,6 +20,7 @@ from robostiff.statics.equilibrium import solved
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.legs import turn_between
+from robostiff.statics.loaded_posture import LoadedPosture, one_loaded_posture
 from robostiff.statics.newton import (
     FoundEquilibrium,
     arc_unit,
@@ -28,7 +29,6 @@ from robostiff.statics.newton import (
     path_direction,
 )
 from robostiff.statics.problem import EquilibriumProblem, LoadCase
-from robostiff.statics.question import Question, one_question
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import EquilibriumStatus
 
@@ -93,30 +93,30 @@ def load_path(
     s = np.atleast_1d(as_floats("factors of a load path", factors, words))
     if s.ndim != 1 or not s.size:
         raise InputError("factors of a load path", got=factors, expected=words)
-    question, F = one_question(robot, pose, wrench, at, loads, preload, beams, near, gravity)
-    question = question.under(laws)
+    loaded, F = one_loaded_posture(robot, pose, wrench, at, loads, preload, beams, near, gravity)
+    loaded = loaded.under(laws)
     if not np.any(F):
         raise InputError(
-            f"wrench of the load path of {question.name!r}",
+            f"wrench of the load path of {loaded.name!r}",
             got=F.tolist(),
             expected="a load that grows",
             hint="write load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)",
         )
-    found = Equilibria(tuple(solved(question, factor * F, None) for factor in s))
-    return _dataset(question, F, s, found, _path(question, F, float(s.max())))
+    found = Equilibria(tuple(solved(loaded, factor * F, None) for factor in s))
+    return _dataset(loaded, F, s, found, _path(loaded, F, float(s.max())))
 
 
 Along = list[tuple[FoundEquilibrium, bool]]
 
 
-def _path(question: Question, F: np.ndarray, furthest: float) -> Along:
+def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> Along:
     """Equilibria as the wrench grows, until it is reached, or has turned back to nothing.
 
     Each with whether it is stable; between a stable and an unstable one stands the critical point.
     """
-    problem = question.problem
+    problem = loaded.problem
     nothing = np.zeros(problem.size)
-    if furthest <= 0 or question.status & EquilibriumStatus.UNREACHABLE:
+    if furthest <= 0 or loaded.status & EquilibriumStatus.UNREACHABLE:
         return []
     unloaded = problem.at_rest
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
@@ -148,7 +148,7 @@ def _displacement(problem: EquilibriumProblem, found: FoundEquilibrium) -> np.nd
 
 
 def _dataset(
-    question: Question,
+    loaded: LoadedPosture,
     F: np.ndarray,
     factors: np.ndarray,
     found: Equilibria,
@@ -156,7 +156,7 @@ def _dataset(
 ) -> xarray.Dataset:
     with needs_extra("maps", "maps"):
         import xarray
-    space, problem = question.space, question.problem
+    space, problem = loaded.space, loaded.problem
     energy = np.array([own.energy if own.has_answer else np.nan for own in found])
     steps = [_displacement(problem, own) for own, _ in along]
     whole = {"long_name": "from the unloaded posture", "units": "m, rad"}
@@ -184,5 +184,5 @@ def _dataset(
         "coordinate": ["x", "y", "z", "rx", "ry", "rz"],
     }
     return xarray.Dataset(
-        variables, coordinates, {"robot": question.name, "wrench": F.tolist(), "units": "SI"}
+        variables, coordinates, {"robot": loaded.name, "wrench": F.tolist(), "units": "SI"}
     )

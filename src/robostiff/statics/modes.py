@@ -24,8 +24,8 @@ from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.given_loads import Gravity, Loads, Masses, has_masses, unit_weights
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_parts import BodyPlaces, body_places
+from robostiff.statics.loaded_posture import LoadedPosture, one_wrench, postures_of
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
-from robostiff.statics.question import Question, one_wrench, postures_of
 from robostiff.statics.result_tables import modes_html
 from robostiff.statics.status import EquilibriumStatus
 from robostiff.statics.vibration import SmallMotions
@@ -185,28 +185,28 @@ def modes(
             "or mass: in the model file",
         )
     given = one_wrench(postures, wrench)
-    question = postures.question(0, at, loads, preload, beams, gravity, masses=own).under(laws)
-    if question.status & EquilibriumStatus.UNREACHABLE:
-        return Modes(question.name, question.space, question.status)
-    problem, known, state, status = _about(question, given)
+    loaded = postures.loaded(0, at, loads, preload, beams, gravity, masses=own).under(laws)
+    if loaded.status & EquilibriumStatus.UNREACHABLE:
+        return Modes(loaded.name, loaded.space, loaded.status)
+    problem, known, state, status = _about(loaded, given)
     if known is None or state is None:
-        return Modes(question.name, question.space, status)
-    more = unit_weights(masses or {}, {"platform": problem.point, **question.places})
-    weights = postures.question(0, at, more, None, beams, _UNIT if own else None).problem
+        return Modes(loaded.name, loaded.space, status)
+    more = unit_weights(masses or {}, {"platform": problem.point, **loaded.places})
+    weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
     each = _vibrating(problem, weights, known, state)
-    return Modes(question.name, question.space, status, each, question.snapshot)
+    return Modes(loaded.name, loaded.space, status, each, loaded.snapshot)
 
 
 def _about(
-    question: Question, wrench: np.ndarray
+    loaded: LoadedPosture, wrench: np.ndarray
 ) -> tuple[EquilibriumProblem, Linearised | None, State | None, EquilibriumStatus]:
     """The equilibrium about which a robot vibrates; a direction may be rigid without load."""
-    problem = question.problem
+    problem = loaded.problem
     if problem.loads_platform_alone and not len(problem.forces) and not np.any(wrench):
         nothing, state = np.zeros(problem.size), problem.unloaded
         known = problem.linearised(state, LoadCase(nothing, nothing), 0.0)
-        return problem, known, state, question.status
-    answer = solved(question, wrench, None)
+        return problem, known, state, loaded.status
+    answer = solved(loaded, wrench, None)
     if answer.found is None:
         return problem, None, None, answer.status
     return problem, answer.found.known, answer.found.state, answer.status

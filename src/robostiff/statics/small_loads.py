@@ -26,8 +26,8 @@ from robostiff.statics.equilibrated import LOST
 from robostiff.statics.from_snapshot import load_vector
 from robostiff.statics.given_loads import Gravity, Loads, acting_gravity, given_forces
 from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares
+from robostiff.statics.loaded_posture import one_loaded_posture, places_of, postures_of
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
-from robostiff.statics.question import one_question, places_of, postures_of
 
 # Of the terms of an equation of a leg: what is left says that a load drives a free motion in it.
 _DRIVEN = 1e-6
@@ -120,7 +120,7 @@ def deflection(
     if isinstance(robot, Robot):
         robot.check_platform_is_rigid("deflection under loads at bodies")
     nothing = np.zeros(robot.space.size)
-    asked, F = one_question(
+    asked, F = one_loaded_posture(
         robot, pose, nothing if wrench is None else wrench, at, loads, None, Linear(), near, none
     )
     rest = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)

@@ -24,8 +24,8 @@ from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.loading import RecordedLoading, record_loading
 from robostiff.statics.kernels.weights import StandingLoads
+from robostiff.statics.loaded_posture import LoadedPosture, Postures, postures_of
 from robostiff.statics.problem import EquilibriumProblem
-from robostiff.statics.question import Postures, Question, postures_of
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
@@ -143,11 +143,11 @@ def compile_loaded(
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder)
     standing = StandingLoads(loads, gravity, preload)
-    questions = _questions(finder, standing, beams)
-    force = _small_force(robot, questions[0].problem)
+    loaded_postures = _loaded_postures(finder, standing, beams)
+    force = _small_force(robot, loaded_postures[0].problem)
     try:
         loading = record_loading(
-            robot, finder, questions, force, standing, beams, by_pose=not recorded.joints
+            robot, finder, loaded_postures, force, standing, beams, by_pose=not recorded.joints
         )
     except RigidLegError as error:
         raise NoAnswerError(
@@ -188,11 +188,13 @@ def _kernel(robot: Robot, loading: RecordedLoading, code: Callable[[Program], An
     )
 
 
-def _questions(finder: PostureFinder, standing: StandingLoads, beams: Beams) -> list[Question]:
+def _loaded_postures(
+    finder: PostureFinder, standing: StandingLoads, beams: Beams
+) -> list[LoadedPosture]:
     """The robot in numbers at home, and at postures around it."""
     robot = finder.robot
     own = standing.loads, standing.preload, beams, standing.gravity
-    found = [postures_of(robot, None, None).question(0, None, *own)]
+    found = [postures_of(robot, None, None).loaded(0, None, *own)]
     if robot.is_posed_by_joints:
         return found
     places = robot.coordinate_places
@@ -204,7 +206,7 @@ def _questions(finder: PostureFinder, standing: StandingLoads, beams: Beams) -> 
     if posture is None:
         return found
     reached = np.flatnonzero(posture.reached & posture.within_limits)[:_POSTURES]
-    return [*found, *(around.question(int(k), None, *own) for k in reached)]
+    return [*found, *(around.loaded(int(k), None, *own) for k in reached)]
 
 
 def _small_force(robot: Robot, problem: EquilibriumProblem) -> float:

@@ -22,7 +22,7 @@ from robostiff.recorded import CLOSED
 from robostiff.statics.beam_bowing import Beams
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.kernels.weights import StandingLoads
-from robostiff.statics.question import wrenches_of
+from robostiff.statics.loaded_posture import wrenches_of
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
 

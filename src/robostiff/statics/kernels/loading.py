@@ -34,7 +34,7 @@ from robostiff.statics.kernels.weights import (
     loads_on_platform,
     with_recorded_masses,
 )
-from robostiff.statics.question import Question
+from robostiff.statics.loaded_posture import LoadedPosture
 
 #: Least ratio of stiffness under load to that without it at which an answer is given.
 SAFE = 0.3
@@ -273,7 +273,7 @@ class LoadedRobot:
 def record_loading(
     robot: Robot,
     finder: PostureFinder,
-    questions: Sequence[Question],
+    loaded_postures: Sequence[LoadedPosture],
     force: float,
     standing: StandingLoads,
     beams: Beams,
@@ -288,7 +288,7 @@ def record_loading(
         Its symbols are inputs.
     finder : PostureFinder
         Of the same robot in numbers.
-    questions : sequence of Question
+    loaded_postures : sequence of LoadedPosture
         In numbers, at several postures.
     force : float
         Under which the platform moves by about a thousandth of the robot's length [N].
@@ -317,7 +317,7 @@ def record_loading(
     wrench = [record.add_input(name, small(size)) for name, size in sizes.items()]
     inputs = record.inputs
     dead, forces = loads_on_platform(here, standing, gravity)
-    snapshot = questions[0].snapshot
+    snapshot = loaded_postures[0].snapshot
     walks = [] if snapshot is None else walks_of(snapshot, beams)
     on_legs = [own.leg for own in here.placed]
     loads = loads_on_legs(walks, on_legs, forces, gravity)
@@ -326,7 +326,7 @@ def record_loading(
     loaded = LoadedRobot(
         unloaded,
         legs,
-        buckling_of([own.problem for own in questions], struts, force),
+        buckling_of([own.problem for own in loaded_postures], struts, force),
         Turned("platform", here.reference),
         robot.space,
         finder.length,

@@ -35,7 +35,7 @@ from robostiff.statics.status import EquilibriumStatus
 
 
 @dataclass(frozen=True)
-class Question:
+class LoadedPosture:
     """A robot at one posture with its loads, ready to be solved.
 
     Attributes
@@ -64,7 +64,7 @@ class Question:
     laws: Laws = field(default_factory=dict)
     places: Mapping[str, np.ndarray] = field(default_factory=dict)
 
-    def under(self, laws: Laws | None) -> Question:
+    def under(self, laws: Laws | None) -> LoadedPosture:
         """The same, joints following the laws of the robot, or given ones in their place."""
         all_laws = {**self.laws, **(laws or {})}
         if not all_laws:
@@ -73,7 +73,7 @@ class Question:
         return replace(self, problem=replace(self.problem, groups=groups))
 
 
-def one_question(
+def one_loaded_posture(
     robot: Robot | Snapshot | Network | Linkage,
     pose: Any,
     wrench: ArrayLike | None,
@@ -83,11 +83,11 @@ def one_question(
     beams: Beams,
     near: Near,
     gravity: Gravity = None,
-) -> tuple[Question, np.ndarray]:
+) -> tuple[LoadedPosture, np.ndarray]:
     """A robot at one posture, and one wrench (r,)."""
     postures = postures_of(robot, pose, near)
     given = one_wrench(postures, wrench)
-    return postures.question(0, at, loads, preload, beams, gravity), given
+    return postures.loaded(0, at, loads, preload, beams, gravity), given
 
 
 def one_wrench(postures: Postures, wrench: ArrayLike | None) -> np.ndarray:
@@ -116,7 +116,7 @@ class Postures:
     posture: Posture | None = None
     batch: tuple[int, ...] = ()
 
-    def question(
+    def loaded(
         self,
         i: int,
         at: ArrayLike | None,
@@ -126,8 +126,8 @@ class Postures:
         gravity: Gravity = None,
         *,
         masses: bool = False,
-    ) -> Question:
-        """What is asked at posture i; the `masses` of a robot are there also without gravity."""
+    ) -> LoadedPosture:
+        """The robot at posture i with its loads; `masses`: those without gravity as well."""
         pull = acting_gravity(self.robot, gravity)
         posed, frame, status = self._posed(i, masses or bool(np.any(pull)))
         point = _point_at(at, posed.reference_point)
@@ -152,7 +152,9 @@ class Postures:
         if laws and snapshot is not None:
             check_own_laws(laws, snapshot)
         places = places_of(posed)
-        return Question(posed.name, problem, posed.space, frame, status, snapshot, laws, places)
+        return LoadedPosture(
+            posed.name, problem, posed.space, frame, status, snapshot, laws, places
+        )
 
     def _posed(
         self, i: int, masses: bool
