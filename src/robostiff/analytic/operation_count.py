@@ -16,7 +16,7 @@ from robostiff.analytic.derivation import Definition
 
 @cacheit
 def count_of(expression: Any) -> int:
-    """Operations of an expression, as `sympy.count_ops` counts them.
+    """Operations of an expression, as `sympy.count_ops` counts them, and a minus before a sum.
 
     Examples
     --------
