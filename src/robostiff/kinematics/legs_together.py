@@ -146,7 +146,7 @@ def _one_element(alike: Sequence[Any], axes: int) -> Any:
 def beside(arrays: Sequence[np.ndarray], axes: int, own: int) -> np.ndarray:
     """Arrays (..., *own) along a new first axis, with as many axes of poses between."""
     if len({a.shape for a in arrays}) > 1:
-        arrays = np.broadcast_arrays(*arrays)
+        arrays = list(np.broadcast_arrays(*arrays))
     stack = np.array(arrays) if len(arrays) > 1 else arrays[0][None]
     missing = axes + own + 1 - stack.ndim
     return stack.reshape(len(stack), *(1,) * missing, *stack.shape[1:]) if missing else stack

@@ -229,13 +229,13 @@ class AssemblyMode:
         self, x: np.ndarray, directions: list[_Directions] | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Closed from guesses, where that keeps the assembly mode, and the rates there."""
+        J = rates = np.zeros((0, 0, 0))
         if directions is None:
             x = nearest(self.equations, x)
             kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
         else:
             x, kept, rates = self._newton(x, directions[-1])
         kept &= self._is_long(x)
-        J = np.zeros((0, 0, 0))
         if directions is not None and np.any(kept):
             J = rates[kept]
             same = self._same_signs(J, [one.of_rows(kept) for one in directions])
