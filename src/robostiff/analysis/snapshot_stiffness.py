@@ -230,25 +230,24 @@ def leg_matrices(
 def _block(
     block: PlacedBlock, at: np.ndarray, space: Space, length: np.ndarray, tolerance: Tolerance
 ) -> SolvedBlock:
-    branches: dict[int, tuple[LegMatrices, LegWrenches]] = {}
-    alone = space is Space.PLANAR or any(branch.blocks for branch in block.branches)
-    together = legs_alone(block.branches)
-    if not alone:
+    if space is Space.PLANAR or any(branch.blocks for branch in block.branches):
+        together = legs_alone(block.branches)
+    else:
         together = legs_together(block.branches, at.shape[:-1])
-    for own in together:
-        one = leg_matrices(own.leg, own.each(at), space, own.each(length), tolerance)
-        wrenches = one.wrenches(one.length, tolerance)
-        if len(own.places) == 1:
-            branches[own.places[0]] = one, wrenches
-            continue
+    solved = [
+        leg_matrices(own.leg, own.each(at), space, own.each(length), tolerance) for own in together
+    ]
+    wrenches = in_order(together, [one.wrenches(one.length, tolerance) for one in solved])
+    matrices: dict[int, LegMatrices] = {}
+    for own, one in zip(together, solved, strict=True):
+        several = len(own.places) > 1  # those have no blocks inside
         for k, i in enumerate(own.places):
-            J_q, placed = one.J_q[k], block.branches[i]
-            matrices = LegMatrices(placed, at, space, length, J_q, one.names)
-            branches[i] = matrices, wrenches[k]
-    found = [branches[i] for i in range(len(block.branches))]
-    whole = block_of([wrenches for _, wrenches in found], length, tolerance)
-    inner = tuple(tuple(own.whole for own in matrices.blocks) for matrices, _ in found)
-    return SolvedBlock(block, replace(whole, inner=inner), tuple(matrices for matrices, _ in found))
+            placed, J_q = block.branches[i], one.J_q[k] if several else one.J_q
+            matrices[i] = LegMatrices(placed, at, space, length, J_q, one.names) if several else one
+    branches = tuple(matrices[i] for i in range(len(matrices)))
+    inner = tuple(tuple(own.whole for own in one.blocks) for one in branches)
+    whole = replace(block_of(wrenches, length, tolerance), inner=inner)
+    return SolvedBlock(block, whole, branches)
 
 
 _DEFAULT_METHOD = WrenchBasis()

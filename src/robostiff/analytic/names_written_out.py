@@ -71,7 +71,7 @@ def in_few_lines(
     """The same in ten lines, where names can be written out and little is lost.
 
     Where x^2 + y^2 = 1, even powers of x become those of y; a root that occurs in even powers
-    alone gives way to its square.
+    alone is replaced by its square.
 
     Parameters
     ----------

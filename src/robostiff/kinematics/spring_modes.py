@@ -50,7 +50,9 @@ def felt_by_springs(
     few = math.prod(wrenches.shape[:-2]) <= FEW
     kinds: list[tuple[Any, list[Any]]] = [(_felt_by_springs, springs), (_felt_by_drives, drives)]
     for felt, elements in kinds:
-        for together in [elements] * bool(elements) if few else [[one] for one in elements]:
+        # At many poses one by one: together, they would fill more memory.
+        groups = [elements] if few else [[one] for one in elements]
+        for together in filter(None, groups):
             own, size = felt(together, at, wrenches, length)
             rows += list(own)
             sizes += list(np.broadcast_to(size, own.shape[:-1]) if few else size)

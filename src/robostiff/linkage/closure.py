@@ -227,7 +227,7 @@ def _all_at_values(
     loops = _Loops.of(tree, linkage, guess, moving)
     start = np.concatenate([home.coordinates[c.name] for c in linkage.connections])
     given = loops.at_values(home, values)
-    if any(screw.turns and screw.slides for c in loops.unknowns for screw in c.freedoms):
+    if any(c.is_screw for c in loops.unknowns):
         return [_turn_by_turn(loops, start, row) for row in given]
     found = AssemblyMode(loops, start).at(given)
     return [

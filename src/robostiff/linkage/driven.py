@@ -201,8 +201,7 @@ class DrivenLinkage:
 
     def turned_far(self, rows: np.ndarray) -> np.ndarray:
         """Where screws that follow may close on another turn than along the path from home (N,)."""
-        own = (c for c in self.part.connections if c.name not in self.drives)
-        if not any(screw.turns and screw.slides for c in own for screw in c.freedoms):
+        if not any(c.is_screw for c in self.part.connections if c.name not in self.drives):
             return np.zeros(len(rows), dtype=bool)
         turning = np.array([screw.turns for screw in self._freedoms], dtype=bool)
         return np.any(np.abs(rows - self.at_home)[:, turning] > PART_OF_A_TURN, axis=-1)

@@ -62,6 +62,11 @@ class Connection:
         return self.element.freedoms if isinstance(self.element, Joint) else ()
 
     @property
+    def is_screw(self) -> bool:
+        """Whether a freedom of it turns and slides at once."""
+        return any(screw.turns and screw.slides for screw in self.freedoms)
+
+    @property
     def home(self) -> np.ndarray:
         """Its coordinates to start from (size,) [m, rad]."""
         return np.array(self.element.home if isinstance(self.element, Joint) else (), dtype=float)

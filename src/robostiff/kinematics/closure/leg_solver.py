@@ -28,7 +28,7 @@ from robostiff.kinematics.closure.leg_equations import (
     pose_of_end,
 )
 from robostiff.kinematics.closure.rod import Rod, recognise_rod, recognise_sliding_rod
-from robostiff.kinematics.closure.skeleton import Slide, skeleton_of
+from robostiff.kinematics.closure.skeleton import skeleton_of
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import Loop, place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
@@ -271,8 +271,7 @@ class LegSolver:
 
     def leaves_drive_open(self, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Where the coordinate of the drive does not follow from the pose (N,)."""
-        # Of a drive that slides it follows always.
-        if not isinstance(self.closed_form, Rod) or isinstance(self.closed_form.drive, Slide):
+        if not isinstance(self.closed_form, Rod):
             return np.zeros(len(pose), dtype=bool)
         return self.closed_form.leaves_drive_open(*frame_in_base(self.leg, R_platform, pose[:, :3]))
 

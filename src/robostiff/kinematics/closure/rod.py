@@ -90,7 +90,7 @@ class Rod(LegForm):
     def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Where the far end of the rod is on the axis of the crank, which may then turn (N,).
 
-        Where the pose does not say how the drive stands. Of a drive that slides it always does.
+        A drive that slides always follows from the pose.
         """
         if isinstance(self.drive, Slide):
             return np.zeros(len(p), dtype=bool)
