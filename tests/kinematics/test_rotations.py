@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from robostiff.kinematics.turn import vector_of_turn_near
 from robostiff.spatial.batch import block_diagonal
 from robostiff.spatial.rotation import (
     is_rigid_transform,
@@ -64,3 +65,18 @@ def test_blocks_may_have_batches():
     assert not np.any(whole[..., :2, 2:])
     assert not np.any(whole[..., 2:, :2])
     assert block_diagonal([]).shape == (0, 0)
+
+
+@pytest.mark.parametrize("near", [0.0, 1e-9, 2.0, np.pi, 4.0])
+def test_vectors_on_entries_are_those_near_another(near):
+    """Also around half a turn, where the shortest vector jumps, and beyond it."""
+    axis = np.array([2.0, -1.0, 2.0]) / 3
+    others = np.random.default_rng(3).uniform(-1.5, 1.5, (40, 3))
+    for other in [np.zeros(3), *others]:
+        turned = Rotation.from_rotvec(near * axis) * Rotation.from_rotvec(other)
+        found = vector_of_turn_near(turned.as_matrix().astype(object), near * axis).astype(float)
+        again = Rotation.from_rotvec(found).inv() * turned
+        assert again.magnitude() < 1e-14
+    beyond = Rotation.from_rotvec((near + 0.2) * axis).as_matrix().astype(object)
+    found = vector_of_turn_near(beyond, near * axis).astype(float)
+    np.testing.assert_allclose(found, (near + 0.2) * axis, atol=1e-14)
