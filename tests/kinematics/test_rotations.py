@@ -10,6 +10,7 @@ from robostiff.spatial.rotation import (
     is_rigid_transform,
     matrix_of_rotation,
     nearest_rotation,
+    vector_of_quaternion,
     vector_of_rotation,
 )
 
@@ -41,6 +42,12 @@ def test_vectors_give_their_matrices_back(angle):
     np.testing.assert_allclose(matrix_of_rotation(r), R, atol=1e-14)
     if angle < np.pi - 1e-6:
         np.testing.assert_allclose(r, angle * directions(), rtol=0, atol=1e-13 * max(angle, 1e-300))
+
+
+def test_quaternions_of_any_size_give_vectors():
+    q = np.random.default_rng(4).normal(size=(200, 4)) * [1e-9, 1, 1, 1]
+    r = vector_of_quaternion(q)
+    np.testing.assert_allclose(r, Rotation.from_quat(q).as_rotvec(), atol=1e-14)
 
 
 def test_a_matrix_of_few_digits_gets_the_nearest_rotation():
