@@ -73,6 +73,7 @@ class ExactPoints:
         self.record = record
         self.count = min(_POINTS, record.count)
         self._known: dict[int, tuple[Any, ...]] = {}
+        self._numbers: dict[Any, Any] = {}
 
     def values(self, step: int) -> tuple[Any, ...]:
         """Balls that contain the values of a step, one a point."""
@@ -116,22 +117,24 @@ class ExactPoints:
                 for own, a, b in zip(*map(self.values, (step, *factors)), strict=True)
             )
 
-    def holds(self, K: Any, entries: Mapping[tuple[int, int], Any]) -> bool:
-        """Whether entries of the record are zero or equal where a symmetric formula writes so."""
-        for point in range(self.count):
+    def number(self, value: Any) -> Any:
+        """The ball of a number."""
+        if value not in self._numbers:
             with flint.ctx.workprec(BITS):
-                values = {
-                    place: self.values(entry.step)[point] if isinstance(entry, Entry) else entry
-                    for place, entry in entries.items()
-                }
-                size = sum((abs(x) for x in values.values()), flint.arb(1))
-                known: dict[Any, Any] = {sp.Integer(0): flint.arb(0)}
-                for place, value in values.items():
-                    first = known.setdefault(K[place], value)
-                    known.setdefault(-K[place], -value)
-                    if not bool(abs(value - first) < _NOTHING * size):
-                        return False
-        return True
+                self._numbers[value] = balls_of([exact(value)], {})[0]
+        return self._numbers[value]
+
+    def stiffness(self, entries: Mapping[tuple[int, int], Any], n: int) -> tuple[Any, ...]:
+        """A symmetric matrix (n, n) in balls, one a point, of entries and numbers above."""
+        found = []
+        for point in range(self.count):
+            K: Any = flint.arb_mat(n, n)
+            for (i, j), entry in entries.items():
+                is_entry = isinstance(entry, Entry)
+                own = self.values(entry.step)[point] if is_entry else self.number(entry)
+                K[i, j] = K[j, i] = own
+            found.append(K)
+        return tuple(found)
 
     def _computed(self, step: int) -> tuple[Any, ...]:
         operation, a, _ = self.record.operations[step]
@@ -140,7 +143,7 @@ class ExactPoints:
             ratios = [float(x).as_integer_ratio() for x in sample[: self.count]]
             return tuple(flint.arb(flint.fmpq(*ratio)) for ratio in ratios)
         if operation is Operation.NUMBER:
-            return (balls_of([exact(a)], {})[0],) * self.count
+            return (self.number(a),) * self.count
         arguments = self.record.arguments(step)
         if operation in (Operation.LEAST, Operation.GREATER):
             # The branch of the samples, as where formulas are written.
@@ -176,3 +179,25 @@ def exact(number: Any) -> sp.Expr:
     """A number of SymPy; a float as the decimal that it prints as."""
     written = sp.sympify(number)
     return sp.nsimplify(written, rational=True) if written.has(sp.Float) else written
+
+
+def writes_the_same(K: Any, stiffness: Iterable[Any]) -> bool:
+    """Whether a matrix is zero or equal, at all points, where a symmetric formula writes so.
+
+    Parameters
+    ----------
+    K : (n, n) sympy.Matrix
+    stiffness : iterable of (n, n) flint.arb_mat
+    """
+    n = K.rows
+    with flint.ctx.workprec(BITS):
+        for at in stiffness:
+            values = {(i, j): at[i, j] for i in range(n) for j in range(i, n)}
+            size = sum((abs(x) for x in values.values()), flint.arb(1))
+            known: dict[Any, Any] = {sp.Integer(0): flint.arb(0)}
+            for place, value in values.items():
+                first = known.setdefault(K[place], value)
+                known.setdefault(-K[place], -value)
+                if not bool(abs(value - first) < _NOTHING * size):
+                    return False
+    return True

@@ -15,11 +15,11 @@ from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Definition, Derivation, used_definitions
 from robostiff.analytic.inverse import compliance_formula
 from robostiff.analytic.leg_agreement import check_leg
+from robostiff.analytic.leg_facts import elastic_parts, passive_freedoms
 from robostiff.analytic.leg_geometry import LegGeometry, LegInSteps, transport
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.products import FormulaTooLargeError
-from robostiff.analytic.robot_formula import elastic_parts, passive_freedoms
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.analytic.robot_pose import AtHome, PoseFormula
 from robostiff.analytic.substitution import Substitution

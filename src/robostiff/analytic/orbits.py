@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
+import flint
 import numpy as np
 import sympy as sp
 
@@ -17,6 +20,54 @@ Products = list[tuple[Any, Any, Any]]  # number, and two entries
 
 
 @dataclass(frozen=True)
+class Image:
+    """How a wrench is made from another: by a mirror, a turn about the vertical, and a sign.
+
+    Attributes
+    ----------
+    part : Fraction
+        Of a full turn.
+    mirror : tuple of int or None
+        Signs of its six entries; None without a mirror.
+    sign : int
+    """
+
+    part: Fraction
+    mirror: tuple[int, ...] | None = None
+    sign: int = 1
+
+    @property
+    def matrix(self) -> sp.Matrix:
+        """The matrix (6, 6) that makes it."""
+        angle = 2 * sp.pi * sp.Rational(self.part.numerator, self.part.denominator)
+        c, s = sp.cos(angle), sp.sin(angle)
+        turn = sp.diag(*2 * [sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])])
+        return self.sign * turn * sp.diag(*(self.mirror or 6 * (1,)))
+
+    def exact(self, rows: Sequence[int]) -> Any:
+        """Some rows and columns of that matrix in balls."""
+        part = 2 * flint.fmpq(self.part.numerator, self.part.denominator)
+        c, s = flint.arb.cos_pi_fmpq(part), flint.arb.sin_pi_fmpq(part)
+        turn = {(0, 0): c, (0, 1): -s, (1, 0): s, (1, 1): c, (2, 2): flint.arb(1)}
+        signs = [self.sign * x for x in self.mirror or 6 * (1,)]
+        return flint.arb_mat(
+            [
+                [turn.get((i % 3, j % 3), 0) * signs[j] if i // 3 == j // 3 else 0 for j in rows]
+                for i in rows
+            ]
+        )
+
+    def of(self, wrenches: np.ndarray) -> np.ndarray:
+        """The images of wrenches in numbers (..., 6)."""
+        c, s = np.cos(2 * np.pi * self.part), np.sin(2 * np.pi * self.part)
+        w = self.sign * wrenches * np.array(self.mirror or 6 * (1,))
+        x, y = w[..., [0, 3]], w[..., [1, 4]]
+        turned = w.copy()
+        turned[..., [0, 3]], turned[..., [1, 4]] = c * x - s * y, s * x + c * y
+        return turned
+
+
+@dataclass(frozen=True)
 class Orbit:
     """All images of a wrench under turns by equal parts, and perhaps under a mirror.
 
@@ -24,14 +75,14 @@ class Orbit:
     ----------
     first : int
         Of the wrenches.
-    images : dict of int to sympy.Matrix
-        For each wrench of the orbit the matrix (6, 6) that makes it from the first.
+    images : dict of int to Image
+        For each wrench of the orbit how it is made from the first.
     is_mirrored : bool
         Whether half of them are mirror images.
     """
 
     first: int
-    images: dict[int, Any]
+    images: dict[int, Image]
     is_mirrored: bool
 
 
@@ -52,7 +103,7 @@ def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
     """
     count = wrenches.shape[1]
     for N in (n for n in range(count, 2, -1) if count % n == 0):
-        turns = [_turn(2 * sp.pi * k / N) for k in range(N)]
+        turns = [Image(Fraction(k, N)) for k in range(N)]
         found: list[Orbit] = []
         left = set(range(count))
         while left:
@@ -61,8 +112,9 @@ def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
             if len(orbit) < N:
                 break
             left -= orbit.keys()
-            for mirror in _MIRRORS:
-                mirrored = _orbit(wrenches, first, [turn * mirror for turn in turns], left)
+            for mirror in MIRRORS:
+                ways = [replace(turn, mirror=mirror) for turn in turns]
+                mirrored = _orbit(wrenches, first, ways, left)
                 if len(mirrored) == N:
                     left -= mirrored.keys()
                     found.append(Orbit(first, orbit | mirrored, is_mirrored=True))
@@ -74,39 +126,37 @@ def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
     return None
 
 
-def _orbit(wrenches: np.ndarray, first: int, ways: list[Any], left: set[int]) -> dict[int, Any]:
+def _orbit(wrenches: np.ndarray, first: int, ways: list[Image], left: set[int]) -> dict[int, Image]:
     """The wrenches that are images of the first in some ways, or opposite to them."""
-    found: dict[int, Any] = {}
+    found: dict[int, Image] = {}
     for way in ways:
-        image = wrenches[:, first] @ np.array(way, dtype=float).T
+        image = way.of(wrenches[:, first])
         for i in sorted(left - found.keys()):
             sign = next((s for s in (1, -1) if _alike(wrenches[:, i], s * image)), None)
             if sign is not None:
-                found[i] = sign * way
+                found[i] = replace(way, sign=sign)
                 break
     return found
-
-
-def _turn(angle: Any) -> Any:
-    c, s = sp.cos(angle), sp.sin(angle)
-    return sp.diag(*2 * [sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])])
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> bool:
     return bool(np.max(np.abs(a - b)) < _SAME)
 
 
-# Moments are turned the other way about by a mirror.
-_MIRRORS = (sp.diag(1, -1, 1, -1, 1, -1), sp.diag(-1, 1, 1, 1, -1, -1))
+#: Signs of the entries of a wrench: moments are turned the other way about by a mirror.
+MIRRORS = ((1, -1, 1, -1, 1, -1), (-1, 1, 1, 1, -1, -1))
 
 
 def averages(
-    wrenches: list[list[Any]], orbits: list[Orbit] | None
+    wrenches: Mapping[int, Sequence[Any]], orbits: list[Orbit] | None
 ) -> dict[tuple[int, int], Products]:
-    """Products whose sum is that of w w^T, by averages where the wrenches are turns of one."""
+    """Products whose sum is that of w w^T, by averages where the wrenches are turns of one.
+
+    Of orbits, only the first wrenches are needed.
+    """
     M: dict[tuple[int, int], Products] = {(i, j): [] for i in range(6) for j in range(i, 6)}
     if orbits is None:
-        for w in wrenches:
+        for w in wrenches.values():
             for (i, j), products in M.items():
                 products.append((1, w[i], w[j]))
         return M

@@ -17,7 +17,7 @@ from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
 class LegDerivation:
     """Transmitted wrenches and compliances of a leg.
 
-    A closed form writes K in SymPy when it is first looked at.
+    A closed form writes wrenches, compliances and K in SymPy when they are first looked at.
 
     Attributes
     ----------
@@ -43,8 +43,8 @@ class LegDerivation:
     joints: tuple[str, ...]
     redundant: tuple[str, ...]
     elastic: tuple[str, ...]
-    wrenches: tuple[sp.ImmutableMatrix, ...]
-    compliances: tuple[sp.Expr, ...]
+    wrenches: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
+    compliances: WrittenField = WrittenField()  # noqa: RUF009
     K: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
     definitions: tuple[Definition, ...] = ()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,7 +16,15 @@ from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import closed_sum
 from robostiff.analytic.conditions import conditions_of
 from robostiff.analytic.derivation import Definition, Unwritten
-from robostiff.analytic.exact_points import ExactPoints
+from robostiff.analytic.exact_points import ExactPoints, writes_the_same
+from robostiff.analytic.leg_facts import facts_of, shared_out
+from robostiff.analytic.legs_at_points import (
+    LegAtPoints,
+    is_in_series,
+    total_stiffness,
+    turned_legs,
+)
+from robostiff.analytic.orbits import Image
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.robot_derivation import (
@@ -34,71 +42,12 @@ from robostiff.analytic.robot_pose import (
     PoseFormula,
 )
 from robostiff.analytic.series_form import series_form
-from robostiff.analytic.sum_of_springs import sum_of_springs
+from robostiff.analytic.sum_of_springs import SpringLeg, sum_of_springs
 from robostiff.analytic.vector_form import vector_form
 from robostiff.errors import InputError
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
+from robostiff.model import Robot
 from robostiff.record import Entry, is_zero
 from robostiff.recorded import RecordedLeg, RecordedRobot, assembled
-
-
-def passive_freedoms(leg: PlacedLeg) -> tuple[str, ...]:
-    """Names of the passive freedoms of a leg, those of its springs and blocks included.
-
-    Blocks after the first add one for what they leave free together with it.
-    """
-    names = []
-    for element in leg.own_parts:
-        if isinstance(element, PlacedFreedom):
-            if element.is_passive:
-                names.append(element.name)
-        else:
-            count = element.elasticity.freedoms.shape[1]
-            names += [f"{element.name}.free[{i}]" for i in range(count)]
-    for block in leg.blocks:
-        for branch in block.branches:
-            names += passive_freedoms(branch)
-    return (*names, *(f"{block.name}.free" for block in leg.blocks[1:]))
-
-
-def elastic_parts(leg: PlacedLeg) -> tuple[str, ...]:
-    """Names of the springs and of the drives with a stiffness."""
-    return tuple(
-        part.name
-        for part in leg.parts
-        if isinstance(part, PlacedSpring) or part.stiffness is not None
-    )
-
-
-def shared_out(
-    definitions: Sequence[Definition], parts: Sequence[Iterable[sp.Expr]]
-) -> list[tuple[Definition, ...]]:
-    """For each part the definitions that it is the first to need, in order.
-
-    Examples
-    --------
-    >>> a, b, c = sp.symbols("a b c")
-    >>> definitions = (Definition(b, a + 1), Definition(c, b**2))
-    >>> [[str(d.symbol) for d in own] for own in shared_out(definitions, [[b], [c], [a]])]
-    [['b'], ['c'], []]
-    """
-    by_symbol: dict[sp.Basic, Definition] = {d.symbol: d for d in definitions}
-    left = dict(by_symbol)
-    shared = []
-    for results in parts:
-        needed: set[sp.Basic] = set()
-        waiting = {s for result in results for s in result.free_symbols}
-        while waiting:
-            symbol = waiting.pop()
-            if symbol in by_symbol and symbol not in needed:
-                needed.add(symbol)
-                waiting |= by_symbol[symbol].expression.free_symbols
-        own = tuple(d for symbol, d in left.items() if symbol in needed)
-        for definition in own:
-            del left[definition.symbol]
-        shared.append(own)
-    return shared
-
 
 # Most terms of an entry by default: found in a second.
 _READABLE = 500
@@ -232,43 +181,61 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
     placed = at.placed
     if not placed.symbols:
         return None  # all of it is numbers
+    points = ExactPoints(placed.record)
+    in_series = all(is_in_series(own.leg) for own in placed.legs)
+    turned: dict[int, tuple[int, Image]] = {}
+    redundant: list[tuple[bool, ...]] = []
+    K: tuple[Any, ...] = ()
     # Neither sees steps of the other, of the same values, only longer.
     with placed.record.tentative():
-        found = sum_of_springs(placed, in_short_steps=in_short_steps)
+        if in_series:
+            rows = placed.entries.space.rows
+            about = placed.reference, rows
+            try:
+                exact = [LegAtPoints.of(own.leg, points, *about) for own in placed.legs]
+            except ZeroDivisionError:
+                return None  # a wrench meets no compliance: the elimination says where
+            redundant, K = [own.redundant for own in exact], total_stiffness(exact)
+            if not placed.closed:
+                turned = turned_legs(exact, rows, placed.length)
+        found = sum_of_springs(placed, turned, in_short_steps=in_short_steps)
     if found is None:
         return None
-    recorded = at.recorded
-    points = ExactPoints(placed.record)
+    if not in_series:
+        redundant = [own.redundant for own in at.recorded.legs]
+        K = ExactPoints(placed.record).stiffness(at.recorded.K, found.K.rows)
     # Legs that are closed by iteration are not closed exactly at any point.
-    if not placed.closed and not points.holds(found.K, recorded.K):
+    if not placed.closed and not writes_the_same(found.K, K):
         return None
-    named, legs = [], []
-    of_legs = [[*(x for w in leg.wrenches for x in w), *leg.compliances] for leg in found.legs]
-    definitions = shared_out(found.definitions, of_legs)
-    for i, (leg, other) in enumerate(zip(found.legs, recorded.legs, strict=True)):
-        own = placed.legs[i].leg
-        parts = _facts(own, other.redundant, leg.wrenches, leg.compliances)
-        named.append(LegDerivation(**parts, K=None))
-        if in_short_steps:
-            legs.append(replace(named[-1], definitions=definitions[i]))
-            continue
-        W = [found.written_out(w) for w in leg.wrenches]
-        c = [found.written_out(x) for x in leg.compliances]
-        parts = _facts(own, other.redundant, W, c)
-        K = Unwritten(lambda W=W, c=c: _sum_of_products(W, c, found.K.rows))
-        legs.append(LegDerivation(**parts, K=K))
+    facts = [facts_of(own.leg, lost) for own, lost in zip(placed.legs, redundant, strict=True)]
+    ways = [turned.get(i, (i, None)) for i in range(len(facts))]
+    of_legs = [found.leg(first, way) for first, way in ways]
+    named = tuple(_leg_of(own, leg) for own, leg in zip(facts, of_legs, strict=True))
     if in_short_steps:
+        used = [[*(x for w in leg.wrenches for x in w), *leg.compliances] for leg in of_legs]
+        own = shared_out(found.definitions, used)
+        legs = [replace(leg, definitions=x) for leg, x in zip(named, own, strict=True)]
         return _derivation(placed, found.K, legs, found.definitions)
+    of_legs, n = list(map(found.without_names, of_legs)), found.K.rows
+    legs = [
+        _leg_of(own, leg, Unwritten(lambda leg=leg: _stiffness(leg, n)))
+        for own, leg in zip(facts, of_legs, strict=True)
+    ]
     before = None
     if found.before is not None:
-        before = InNames(found.before.K, tuple(named), found.before.definitions)
-    in_names = InNames(found.K, tuple(named), found.definitions, before)
+        before = InNames(found.before.K, named, found.before.definitions)
+    in_names = InNames(found.K, named, found.definitions, before)
     return _derivation(placed, found.written_out(found.K), legs, named=in_names)
 
 
-def _sum_of_products(wrenches: Sequence[Any], compliances: Sequence[Any], n: int) -> Any:
+def _leg_of(facts: dict[str, Any], leg: SpringLeg, K: Unwritten | None = None) -> LegDerivation:
+    wrenches, compliances = Unwritten(lambda: leg.wrenches), Unwritten(lambda: leg.compliances)
+    return LegDerivation(**facts, wrenches=wrenches, compliances=compliances, K=K)
+
+
+def _stiffness(leg: SpringLeg, n: int) -> sp.ImmutableMatrix:
     """K = sum of w w^T / c (n x n)."""
-    products = (w * w.T / c for w, c in zip(wrenches, compliances, strict=True))
+    products = (w * w.T / c for w, c in zip(leg.wrenches, leg.compliances, strict=True))
     return sp.ImmutableMatrix(sum(products, sp.zeros(n)))
 
 
@@ -288,9 +255,10 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:
     legs = []
     for i, own in enumerate(shared_out(reading.definitions, of_legs)):
         leg = recorded.legs[i]
-        wrenches = [[reading(x) for x in w] for w in leg.wrenches]
-        parts = _parts(placed.legs[i].leg, leg, wrenches, [reading(mu) for mu in leg.mu])
-        legs.append(LegDerivation(**parts, K=None, definitions=own))
+        facts = facts_of(placed.legs[i].leg, leg.redundant)
+        w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in leg.wrenches)
+        c = tuple(reading(mu) for mu in leg.mu)
+        legs.append(LegDerivation(**facts, wrenches=w, compliances=c, definitions=own, K=None))
     return _derivation(placed, K, legs, reading.definitions)
 
 
@@ -324,34 +292,10 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
     found = closed_sum(written, recorded.space.size, limit)
     legs = []
     for i, leg in enumerate(recorded.legs):
-        parts = _parts(placed.legs[i].leg, leg, found.wrenches[i], found.compliances[i])
-        legs.append(LegDerivation(**parts, K=found.legs[i]))
+        facts = facts_of(placed.legs[i].leg, leg.redundant)
+        w, c = found.wrenches[i], found.compliances[i]
+        legs.append(LegDerivation(**facts, wrenches=w, compliances=c, K=found.legs[i]))
     return _derivation(placed, found.K, legs)
-
-
-def _parts(
-    placed: PlacedLeg, recorded: RecordedLeg, wrenches: Sequence[Any], compliances: Sequence[Any]
-) -> dict[str, Any]:
-    """Facts about a leg that both forms contain."""
-    return _facts(placed, recorded.redundant, wrenches, compliances)
-
-
-def _facts(
-    placed: PlacedLeg,
-    redundant: Sequence[bool],
-    wrenches: Sequence[Any],
-    compliances: Sequence[Any],
-) -> dict[str, Any]:
-    names = passive_freedoms(placed)
-    lost = zip(names, redundant, strict=True)
-    return {
-        "name": placed.name,
-        "joints": names,
-        "redundant": tuple(name for name, is_lost in lost if is_lost),
-        "elastic": elastic_parts(placed),
-        "wrenches": tuple(sp.ImmutableMatrix(w) for w in wrenches),
-        "compliances": tuple(compliances),
-    }
 
 
 def _derivation(

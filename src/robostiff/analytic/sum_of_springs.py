@@ -6,37 +6,42 @@ unit wrench. Legs that are turns of one another about the vertical count once, b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.closed_sum import factored_fraction
 from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import Definition, used_definitions
+from robostiff.analytic.derivation import (
+    Definition,
+    Unwritten,
+    WrittenField,
+    used_definitions,
+)
 from robostiff.analytic.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.names_written_out import Written
 from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.operation_count import count_of, different_entries, operations_of
-from robostiff.analytic.orbits import COMPONENTS, Orbit, Products, averages, orbits_of
+from robostiff.analytic.orbits import COMPONENTS, Image, Products, averages
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import written_size
 from robostiff.analytic.recurring_products import as_printed
 from robostiff.analytic.robot_placement import PlacedRobot
-from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.analytic.unit_wrenches import WrenchSearch
+from robostiff.analytic.wrenches_alike import WrenchesAlike, WrenchOfLeg
 from robostiff.record import Entry, is_zero
 from robostiff.recorded.working_frame import cross
 
 _SAME = 1e-10
 _PRINTED = 600  # operations of all of K, beyond which nobody reads it at a glance
 _FEW = 6  # products that are also written one by one
-_IN_PLANE = ("u_x", "u_y", "m_z")
-_LONG_ENTRY = 14  # operations of an entry of a wrench that is given a name
+_ROWS = {6: range(6), 3: (0, 1, 5)}  # of a wrench in space and in the plane
 _MOST = 5000  # operations of a sum that is written out to see whether it becomes shorter
 _SHORT = 6  # operations of an entry that is not tried in another way
 
@@ -53,8 +58,8 @@ class SpringLeg:
         What each meets: a name, or a short formula.
     """
 
-    wrenches: tuple[sp.ImmutableMatrix, ...]
-    compliances: tuple[Any, ...]
+    wrenches: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
+    compliances: WrittenField = WrittenField()  # noqa: RUF009
 
 
 @dataclass(frozen=True)
@@ -64,7 +69,8 @@ class SumOfSprings:
     Attributes
     ----------
     K : sympy.ImmutableMatrix
-    legs : tuple of SpringLeg
+    legs : dict of leg numbers to SpringLeg
+        Those that are no images of others.
     definitions : tuple of Definition
         Lengths L, products EA of beams, compliances c; in the order in which they can be computed.
     before : SumOfSprings or None
@@ -72,9 +78,32 @@ class SumOfSprings:
     """
 
     K: sp.ImmutableMatrix
-    legs: tuple[SpringLeg, ...]
+    legs: Mapping[int, SpringLeg]
     definitions: tuple[Definition, ...]
     before: SumOfSprings | None = None
+
+    def leg(self, first: int, way: Image | None = None) -> SpringLeg:
+        """One of these legs, or its image."""
+        own = self.legs[first]
+        if way is None:
+            return own
+
+        def shortest(x: Any) -> Any:
+            return min(x, _in_names(factored_fraction(x), self.definitions), key=count_of)
+
+        def turned() -> tuple[sp.ImmutableMatrix, ...]:
+            rows = [*_ROWS[self.K.rows]]
+            images = (way.matrix.extract(rows, rows) * w for w in own.wrenches)
+            return tuple(sp.ImmutableMatrix(w.applyfunc(shortest)) for w in images)
+
+        return SpringLeg(Unwritten(turned), own.compliances)
+
+    def without_names(self, leg: SpringLeg) -> SpringLeg:
+        """A leg in given symbols."""
+        return SpringLeg(
+            Unwritten(lambda: tuple(map(self.written_out, leg.wrenches))),
+            Unwritten(lambda: tuple(map(self.written_out, leg.compliances))),
+        )
 
     def written_out(self, expression: Any) -> Any:
         """An expression or matrix with what the names stand for."""
@@ -89,46 +118,13 @@ class SumOfSprings:
         return full
 
 
-@dataclass
-class _Group:
-    """Wrenches of any legs that meet the same compliance; some are shifted by others."""
-
-    compliance: Any
-    wrenches: list[list[Any]] = field(default_factory=list)
-    orbits: list[Orbit] | None = None
-    in_names: set[int] = field(default_factory=set)
-    shifted: set[int] = field(default_factory=set)
-
-    def find_orbits(self, search: WrenchSearch, read: NamedReading) -> None:
-        """Find which wrenches are turns of others, and name long entries of the first ones."""
-        at = sampled(self.wrenches, search.record.count) / search.scale
-        self.orbits = orbits_of(at)
-        count = len(self.wrenches)
-        firsts = range(count) if read.in_short_steps or count == 1 else ()
-        for i in firsts if self.orbits is None else [orbit.first for orbit in self.orbits]:
-            entries = {x.step: x for x in self.wrenches[i] if isinstance(x, Entry)}
-            written = [read(x) for x in entries.values()]
-            if i not in self.shifted:
-                written = [shortest_trigonometry(x) for x in written]
-            if max(map(count_of, written), default=0) > _LONG_ENTRY:
-                self.in_names.add(i)
-                for letter, x in zip(COMPONENTS, self.wrenches[i], strict=True):
-                    if isinstance(x, Entry) and count_of(read(x)) > _SHORT:
-                        read.named(letter, x)
-
-    def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
-        """One of the wrenches, by the first of its orbit where that is shorter."""
-        for orbit in self.orbits or ():
-            if number in orbit.images and orbit.first in self.in_names:
-                first = sp.Matrix([read(x) for x in self.wrenches[orbit.first]])
-                turned = orbit.images[number] * first
-                return sp.ImmutableMatrix([turned[i] for i in search.space.rows])
-        own = self.wrenches[number]
-        return sp.ImmutableMatrix([read(own[i]) for i in search.space.rows])
-
-
-def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumOfSprings | None:
-    """Derive a placed robot leg by leg.
+def sum_of_springs(
+    placed: PlacedRobot,
+    turned: Mapping[int, tuple[int, Image]] | None = None,
+    *,
+    in_short_steps: bool = False,
+) -> SumOfSprings | None:
+    """Derive a placed robot leg by leg, without those that are known to be images of others.
 
     None where a leg has no basis of unit wrenches, and where a sum sign is shorter than the sum.
     In short steps, every intermediate of some length has a name.
@@ -143,29 +139,17 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
     search = WrenchSearch(record, reference, space, length)
     read = NamedReading(record, placed.symbols, in_short_steps=in_short_steps)
     reader = LegReader(search, read)
-    groups: dict[Any, _Group] = {}
-    legs: list[list[tuple[_Group, int]]] = []
-    for own in placed.legs:
-        try:
-            held = reader.of(own.leg)
-        except NotHeldByUnitWrenchesError:
-            return None
-        legs.append([])
-        for one in held:
-            key = tuple(map(float, one.met))
-            alike = next((k for k in groups if np.allclose(k, key, rtol=_SAME, atol=0)), key)
-            group = groups.setdefault(alike, _Group(one.compliance))
-            legs[-1].append((group, len(group.wrenches)))
-            if len(one.parts) > 1:
-                group.shifted.add(len(group.wrenches))
-            group.wrenches.append(_about_reference(one, len(legs) - 1, placed, search))
-    for group in groups.values():
+    grouped = _grouped(placed, turned or {}, search, reader)
+    if grouped is None:
+        return None
+    groups, legs = grouped
+    for group in groups:
         group.find_orbits(search, read)
     squares: dict[Any, tuple[Any, Any]] = {}
     entry: Callable[[Any], Any] = read
     if placed.follows.at_joints:
         entry = lambda x: shortest_trigonometry(read(x))  # noqa: E731
-    K = _matrix(list(groups.values()), search, entry, squares)
+    K = _matrix(groups, search, entry, squares)
     if K is None:
         return None
     taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
@@ -180,7 +164,7 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
             tuple(_in_names(group.written(i, search, read), first) for group, i in leg),
             tuple(_in_names(group.compliance, first) for group, _ in leg),
         )
-        for leg in legs
+        for leg in legs.values()
     ]
     first, last = (
         [Definition(d.symbol, shortest_trigonometry(d.expression)) for d in own]
@@ -199,12 +183,47 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
         for leg in in_names
     ]
     results = [plain, *(x for leg in in_names for x in (*leg.wrenches, *leg.compliances))]
-    found = SumOfSprings(plain, tuple(in_names), used_definitions(definitions, results))
+    by_number = dict(zip(legs, in_names, strict=True))
+    found = SumOfSprings(plain, by_number, used_definitions(definitions, results))
     if not in_short_steps:
         found = _with_components(found, shorter, placed)
     if operations_of(found.K, found.definitions) > _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
     return found
+
+
+def _grouped(
+    placed: PlacedRobot,
+    turned: Mapping[int, tuple[int, Image]],
+    search: WrenchSearch,
+    reader: LegReader,
+) -> tuple[list[WrenchesAlike], dict[int, list[tuple[WrenchesAlike, int]]]] | None:
+    """Wrenches by the compliance that they meet, and where those of each derived leg are."""
+    groups: dict[Any, WrenchesAlike] = {}
+    legs: dict[int, list[tuple[WrenchesAlike, int]]] = {}
+    for i, own in enumerate(placed.legs):
+        if i in turned:
+            first, way = turned[i]
+            for group, number in legs[first]:
+                if number in group.shifted:
+                    group.shifted.add(len(group.wrenches))
+                group.wrenches.append(group.wrenches[number].turned(way, search))
+            continue
+        try:
+            held = reader.of(own.leg)
+        except NotHeldByUnitWrenchesError:
+            return None
+        legs[i] = []
+        for one in held:
+            key = tuple(map(float, one.met))
+            alike = next((k for k in groups if np.allclose(k, key, rtol=_SAME, atol=0)), key)
+            group = groups.setdefault(alike, WrenchesAlike(one.compliance))
+            legs[i].append((group, len(group.wrenches)))
+            if len(one.parts) > 1:
+                group.shifted.add(len(group.wrenches))
+            about = _about_reference(one, i, placed, search)
+            group.wrenches.append(WrenchOfLeg.of(about, search.record.count))
+    return list(groups.values()), legs
 
 
 def _about_reference(
@@ -230,14 +249,14 @@ def _with_components(
     entries = different_entries(K)
     others = [
         tuple(x)
-        for leg in found.legs
+        for leg in found.legs.values()
         for x in (*(w.flat() for w in leg.wrenches), *((c,) for c in leg.compliances))
     ]
     for d in found.definitions:
         if d.expression.is_Add:
             put = {d.expression: d.symbol, -d.expression: -d.symbol}
             others = [tuple(x.xreplace(put) for x in one) for one in others]
-    names = COMPONENTS if K.rows == len(COMPONENTS) else _IN_PLANE
+    names = [COMPONENTS[i] for i in _ROWS[K.rows]]
     plain = Written(tuple(entries), found.definitions, tuple(others))
     written = as_printed(plain, placed.symbols, names, _always_one_at(placed))
     if written is plain and K == found.K:
@@ -245,21 +264,21 @@ def _with_components(
     put = dict(zip(entries, written.results, strict=True))
     put |= {-entry: -x for entry, x in put.items()}
     left = iter(written.others)
-    legs = [
-        SpringLeg(
+    legs = {
+        i: SpringLeg(
             tuple(sp.ImmutableMatrix(next(left)) for _ in leg.wrenches),
             tuple(next(left)[0] for _ in leg.compliances),
         )
-        for leg in found.legs
-    ]
+        for i, leg in found.legs.items()
+    }
     matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K])
     others = [x for one in written.others for x in one]
     used = used_definitions(written.definitions, [matrix, *others])
-    return SumOfSprings(matrix, tuple(legs), used, before=found)
+    return SumOfSprings(matrix, legs, used, before=found)
 
 
 def _matrix(
-    groups: list[_Group],
+    groups: list[WrenchesAlike],
     search: WrenchSearch,
     read: Callable[[Any], Any],
     squares: dict[Any, tuple[Any, Any]],
@@ -273,7 +292,7 @@ def _matrix(
     total: dict[tuple[int, int], list[Any]] = {}
     operations = 0
     for group in groups:
-        entries = averages(group.wrenches, group.orbits)
+        entries = averages(group.needed, group.orbits)
         others = _by_unit_length(group)
         known: dict[Any, Any] = {}
         for i in range(n):
@@ -326,16 +345,17 @@ def _total(products: Products, search: WrenchSearch, scale: float) -> Any:
     return simplified(total, scale)
 
 
-def _by_unit_length(group: _Group) -> dict[tuple[int, int], list[tuple[Any, Any]]]:
+def _by_unit_length(group: WrenchesAlike) -> dict[tuple[int, int], list[tuple[Any, Any]]]:
     """Numbers n and entries x by which averages of two squares are n (1 - x^2): of unit couples.
 
     Squares of a force have its length below them, as other entries of K: they stay as they are.
     """
     found: dict[tuple[int, int], list[tuple[Any, Any]]] = {}
-    if group.shifted or not all(is_zero(f) for w in group.wrenches for f in w[:3]):
+    needed = group.needed
+    if group.shifted or not all(is_zero(f) for w in needed.values() for f in w[:3]):
         return found
     for orbit in group.orbits or ():
-        one = sp.Rational(len(orbit.images), 2), group.wrenches[orbit.first][5]
+        one = sp.Rational(len(orbit.images), 2), needed[orbit.first][5]
         for row in (3, 4):
             found.setdefault((row, row), []).append(one)
     return found

@@ -102,7 +102,7 @@ def _average(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | Non
     is_nothing = np.max(np.abs(W[:, 0]), axis=0) < _SAME
     symbols: Any = sp.symbols(COMPONENTS, real=True)
     own = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
-    products = averages([own], orbits)
+    products = averages({0: own}, orbits)
     c_of_all = sp.Symbol("c_1", positive=True)
 
     def entry(i: int, j: int) -> Any:

@@ -1,0 +1,97 @@
+"""Legs in enclosures of exact numbers: their stiffness, and which of them are turns of others."""
+
+from dataclasses import replace
+
+import flint
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic.exact_points import BITS, ExactPoints
+from robostiff.analytic.legs_at_points import LegAtPoints, total_stiffness, turned_legs
+from robostiff.analytic.robot_placement import place_robot
+from robostiff.recorded import assembled
+
+ALL = rs.ALL_PARAMETERS
+
+
+def legs_of(robot):
+    placed = place_robot(robot, rs.AtHome())
+    points = ExactPoints(placed.record)
+    rows = placed.entries.space.rows
+    each = [LegAtPoints.of(own.leg, points, placed.reference, rows) for own in placed.legs]
+    return placed, points, each
+
+
+def turned(robot):
+    placed, _, each = legs_of(robot)
+    found = turned_legs(each, placed.entries.space.rows, placed.length)
+    return {i: (first, str(way.part), way.mirror is not None) for i, (first, way) in found.items()}
+
+
+@pytest.mark.parametrize("name", ["gough-stewart-b", "3-rrr", "3-upu"])
+def test_stiffness_of_all_legs_is_that_of_the_elimination(name):
+    placed, points, each = legs_of(rs.load(name, symbols=ALL))
+    recorded = assembled(placed.entries, placed.record, placed.platform, placed.legs, placed.length)
+    n = placed.entries.space.size
+    assert tuple(own.redundant for own in each) == tuple(own.redundant for own in recorded.legs)
+    pairs = zip(total_stiffness(each), points.stiffness(recorded.K, n), strict=True)
+    with flint.ctx.workprec(BITS):
+        for K, other in pairs:
+            size = max(abs(float(x)) for x in other.entries())
+            apart = [abs(x - y) for x, y in zip(K.entries(), other.entries(), strict=True)]
+            assert all(bool(x < 1e-40 * size) for x in apart)
+
+
+def test_legs_of_a_hexapod_are_turns_and_mirror_images_of_the_first():
+    found = turned(rs.load("gough-stewart-b", symbols=ALL))
+    assert {i: own[1:] for i, own in found.items() if not own[2]} == {
+        2: ("1/3", False),
+        4: ("2/3", False),
+    }
+    assert sorted(i for i, own in found.items() if own[2]) == [1, 3, 5]
+    assert {first for first, *_ in found.values()} == {0}
+
+
+def test_planar_legs_are_turns():
+    assert turned(rs.load("3-rrr", symbols=ALL)) == {1: (0, "1/3", False), 2: (0, "2/3", False)}
+
+
+def test_legs_that_differ_in_the_last_digit_are_no_turns():
+    robot = rs.load("3-rrr", symbols=ALL)
+    first, second, third = robot.legs
+    x, y, z = second.base.p
+    nearly = replace(second.base, p=np.array([x * (1 + sp.Rational(1, 10**13)), y, z]))
+    assert turned(replace(robot, legs=(first, replace(second, base=nearly), third))) == {}
+
+
+def test_mirror_images_count_only_where_all_of_them_are_there():
+    robot = rs.load("gough-stewart-b", symbols=ALL)
+    found = turned(replace(robot, legs=robot.legs[:5]))
+    assert found == {2: (0, "1/3", False), 4: (0, "2/3", False)}
+
+
+RIGID_ACROSS = """
+robostiff: 1
+name: rigid-across
+source: three rigid legs of an RPS, elastic along themselves alone
+parameters: {R: 350 mm, r: 200 mm, h: 600 mm, k: 8e7 N/m}
+home: {at: [0, 0, h]}
+legs:
+  repeat: {count: 3, variable: i}
+  let: {phi: i*120 deg}
+  base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
+  chain:
+    - {type: revolute, name: hinge, axis: y, role: passive}
+    - {type: prismatic, name: strut, axis: z, role: actuated, stiffness: k}
+    - {type: spherical, name: platform joint, role: passive}
+  platform: {at: [r*cos(phi), r*sin(phi), 0]}
+"""
+
+
+def test_a_leg_that_is_rigid_in_a_direction_is_refused(tmp_path):
+    page = tmp_path / "rigid-across.yaml"
+    page.write_text(RIGID_ACROSS, encoding="utf-8")
+    with pytest.raises(rs.InputError, match="meets no compliance"):
+        rs.derive(rs.load(page, symbols=ALL))
