@@ -26,7 +26,7 @@ class Arrow:
     """
 
     blocks: tuple[np.ndarray, ...]
-    left: Equilibrated
+    left: np.ndarray
 
 
 @dataclass(frozen=True)
