@@ -180,8 +180,8 @@ class Places:
         W = np.zeros((N * number, r), dtype=int)
         for i, columns in enumerate(family.columns):
             here = slice(i * N, (i + 1) * N)
-            own[here, columns] = start[here] + np.r_[*group.moving_places(i)]
-            W[here] = start[here] + np.r_[group.wrench_places[i]]
+            own[here, columns] = start[here] + group.moving_places(i)
+            W[here] = start[here] + group.wrench_places[i].start + np.arange(r)
         sides = own, W
         entries = [
             np.where(

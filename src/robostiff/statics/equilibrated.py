@@ -1,4 +1,4 @@
-"""Linear systems of mixed units: rows and columns equilibrated, answers refined."""
+"""Linear systems of mixed units: equilibrated, answers refined."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class Equilibrated:
     Attributes
     ----------
     A : (N, n, n) array
-    rows, columns : (N, n) arrays
-        Factors that bring the largest entry of each row and column near one.
+    scale : (N, n) array
+        Factors that bring the largest entry of each row near one, times those of the columns.
     inverse : (N, n, n) array
         Of the scaled matrices; empty where blocks are eliminated.
     regular : (N,) array of bool
@@ -46,8 +46,7 @@ class Equilibrated:
     """
 
     A: np.ndarray
-    rows: np.ndarray
-    columns: np.ndarray
+    scale: np.ndarray
     inverse: np.ndarray
     regular: np.ndarray
     blocks: _Blocks | None = None
@@ -60,13 +59,13 @@ class Equilibrated:
         return x
 
     def _once(self, b: np.ndarray) -> np.ndarray:
-        b = self.rows[..., None] * b
+        b = self.scale[..., None] * b
         x = self.inverse @ b if self.blocks is None else self.blocks.solve(b)
-        return self.columns[..., None] * x
+        return self.scale[..., None] * x
 
 
 def equilibrated(A: np.ndarray, arrow: Arrow | None = None) -> Equilibrated:
-    """Invert square matrices (N, n, n) of mixed units.
+    """Invert square matrices (N, n, n) of mixed units, as symmetric in size as those of energies.
 
     Parameters
     ----------
@@ -80,32 +79,27 @@ def equilibrated(A: np.ndarray, arrow: Arrow | None = None) -> Equilibrated:
     >>> found.solve(np.array([[[1.0], [0.0]]]), 2)[0, 1, 0]
     np.float64(-0.001001...)
     """
-    rows, columns = np.ones(A.shape[:2]), np.ones(A.shape[:2])
-    size = np.abs(A)
+    scale, size = np.ones(A.shape[:2]), np.abs(A)
     for _ in range(3):
-        row, column = _root(size.max(2, initial=0.0)), _root(size.max(1, initial=0.0))
-        rows, columns = rows * row, columns * column
-        size *= row[:, :, None]
-        size *= column[:, None, :]
-    scaled = A * rows[:, :, None]
-    scaled *= columns[:, None, :]
-    regular = np.ones(len(A), dtype=bool)
+        largest = size.max(2, initial=0.0)
+        own = 1.0 / np.sqrt(largest + (largest == 0))
+        scale = scale * own
+        size *= own[:, :, None]
+        size *= own[:, None, :]
+    scaled = np.multiply(A, scale[:, :, None], out=size)
+    scaled *= scale[:, None, :]
     if arrow is not None:
         blocks = _Blocks.of(scaled, arrow)
         if blocks is not None:
-            return Equilibrated(A, rows, columns, np.zeros((0, 0, 0)), regular, blocks)
-    try:
-        inverse = np.linalg.inv(scaled)
-        condition = _norm(scaled) * _norm(inverse)
-        regular = condition < _SINGULAR
-    except np.linalg.LinAlgError:
-        inverse = np.zeros(A.shape)
-        regular = np.zeros(len(A), dtype=bool)
+            regular = np.ones(len(A), dtype=bool)
+            return Equilibrated(A, scale, np.zeros((0, 0, 0)), regular, blocks)
+    inverse, condition = _inverted(scaled)
+    regular = condition < _SINGULAR
     if not np.all(regular):
         for i in np.flatnonzero(~regular):
             inverse[i] = np.linalg.pinv(scaled[i], rcond=LOST)
             regular[i] = np.linalg.cond(scaled[i]) < 1.0 / LOST
-    return Equilibrated(A, rows, columns, inverse, regular)
+    return Equilibrated(A, scale, inverse, regular)
 
 
 @dataclass(frozen=True)
@@ -136,11 +130,8 @@ class _Blocks:
         rest = A[:, arrow.left[:, None], arrow.left]
         for places in arrow.blocks:
             block = A[:, places[:, :, None], places[:, None]]
-            try:
-                inverse = np.linalg.inv(block)
-            except np.linalg.LinAlgError:
-                return None
-            if not np.all(_norm(block) * _norm(inverse) < _BLOCK):
+            inverse, condition = _inverted(block)
+            if not np.all(condition < _BLOCK):
                 return None
             after = inverse @ A[:, places[:, :, None], arrow.left]
             before = A[:, arrow.left[:, None], places[:, None]]
@@ -168,8 +159,13 @@ class _Blocks:
         return x
 
 
-def _root(largest: np.ndarray) -> np.ndarray:
-    return 1.0 / np.sqrt(np.where(largest > 0, largest, 1.0))
+def _inverted(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inverses of square matrices (..., n, n), and their conditions; infinite of singular ones."""
+    try:
+        inverse = np.linalg.inv(A)
+    except np.linalg.LinAlgError:
+        return np.zeros(A.shape), np.full(A.shape[:-2], np.inf)
+    return inverse, _norm(A) * _norm(inverse)
 
 
 def _norm(A: np.ndarray) -> np.ndarray:

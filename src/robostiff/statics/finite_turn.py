@@ -12,6 +12,15 @@ from robostiff.spatial import skew
 _SMALL = 0.05
 _IDENTITY = np.eye(3)
 _SKEWS = skew(np.eye(3)).reshape(3, 9)
+# Sin a/a, b, c, and the derivatives of b and c by a, divided by a: by powers of a^2.
+_SERIES = np.array(
+    [
+        [1, 1 / 2, 1 / 6, -1 / 12, -1 / 60],
+        [-1 / 6, -1 / 24, -1 / 120, 1 / 180, 1 / 1260],
+        [1 / 120, 1 / 720, 1 / 5040, -1 / 6720, -1 / 60480],
+        [-1 / 5040, -1 / 40320, 0, 0, 0],
+    ]
+)
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
@@ -142,10 +151,5 @@ def _coefficients(a: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def _series(u: np.ndarray) -> tuple[np.ndarray, ...]:
-    return (
-        1 - u / 6 + u * u / 120 - u**3 / 5040,
-        0.5 - u / 24 + u * u / 720 - u**3 / 40320,
-        1 / 6 - u / 120 + u * u / 5040 - u**3 / 362880,
-        -1 / 12 + u / 180 - u * u / 6720,
-        -1 / 60 + u / 1260 - u * u / 60480,
-    )
+    found = np.concatenate([np.ones(u.shape), u, u * u, u * u * u], axis=-1) @ _SERIES
+    return tuple(found[..., i : i + 1] for i in range(5))

@@ -204,7 +204,8 @@ class LegGroup:
         entries = [terms.tangent.ravel(), J.ravel(), -np.swapaxes(J, -1, -2).ravel()]
         sides = [terms.gradient.ravel(), gap[:, rows].ravel()]
         known = self._places
-        A = known.summed(known.entries, entries, (N, n, n)) + known.constant
+        A = known.summed(known.entries, entries, (N, n, n))
+        A += known.constant
         residual = known.summed(known.sides, sides, (N, n))
         r_factor = known.summed(known.shares, [terms.by_share.ravel()], (N, n)) * share.rate
         carried = np.zeros((N, len(rows)))
@@ -234,14 +235,14 @@ class LegGroup:
         if self.springs or self.couplings or not self.points:
             return None
         alike: dict[int, list[np.ndarray]] = {}
+        left = np.ones(self.size, dtype=bool)
         for own, wrench in zip(self.coordinates, self.wrench_places, strict=True):
             if own.stop - own.start >= len(self.rows):  # fewer cannot close alone
-                places = np.r_[own, wrench]
+                places = _places(own, wrench)
+                left[places] = False
                 alike.setdefault(len(places), []).append(places)
         blocks = tuple(np.array(places) for places in alike.values())
-        taken = np.concatenate([np.zeros(0, dtype=int), *(own.ravel() for own in blocks)])
-        left = np.setdiff1d(np.arange(self.size), taken)
-        return Arrow(blocks, left) if blocks and left.size else None
+        return Arrow(blocks, np.flatnonzero(left)) if blocks and np.any(left) else None
 
     @cached_property
     def sum_rows(self) -> list[np.ndarray]:
@@ -273,7 +274,7 @@ class LegGroup:
         rates = family.arrays.load_velocities(x, starts, family.centres(state))
         for c, place, load in family.held:
             found[c][0][place] = points[c, load]
-            to = np.r_[*self.moving_places(c)]
+            to = self.moving_places(c)
             found[c][1][place][:, to] = rates[c, load][:, family.columns[c]]
         return found
 
@@ -316,7 +317,7 @@ class LegGroup:
         for i, columns in enumerate(family.columns):
             own = family.rows(i)
             wide = np.zeros((self.count, *rates.shape[1:3], self.free_size))
-            wide[..., np.r_[*self.moving_places(i)]] = rates[own][..., columns]
+            wide[..., self.moving_places(i)] = rates[own][..., columns]
             found.append(wide)
             forces.append(family.arrays.load_force[own])
         return np.concatenate(found, axis=1), np.concatenate(forces, axis=1)
@@ -366,10 +367,14 @@ class LegGroup:
             state.held + step[:, self.size - state.held.shape[1] :],
         )
 
-    def moving_places(self, i: int) -> tuple[slice, ...]:
+    def moving_places(self, i: int) -> np.ndarray:
         """Places of the unknowns that move chain i: of the body at its start, then its own."""
         start, own = self.chains[i].start, self.coordinates[i]
-        return (own,) if start is None else (self.body_places[start], own)
+        return _places(own) if start is None else _places(self.body_places[start], own)
+
+
+def _places(*parts: slice) -> np.ndarray:
+    return np.concatenate([np.arange(own.start, own.stop) for own in parts])
 
 
 def _slices(start: int, sizes: Sequence[int]) -> tuple[slice, ...]:

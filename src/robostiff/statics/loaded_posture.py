@@ -168,7 +168,9 @@ class Postures:
             return self.robot, (np.eye(3), point), EquilibriumStatus.OK
         k = i if self.batch else 0
         placed = with_masses(own) if masses else own.snapshot
-        snapshot = replace(placed, springs=with_body_springs(own).springs).one(k)
+        if own.robot.springs:
+            placed = replace(placed, springs=with_body_springs(own).springs)
+        snapshot = placed.one(k)
         status = EquilibriumStatus.OK
         if not own.reached[k]:
             status |= EquilibriumStatus.UNREACHABLE

@@ -27,14 +27,14 @@ class _Steps:
     ----------
     E : (N, K, 3, 3) array
         Turn of every element, in world axes of the unloaded posture.
-    shift : (N, K, 3) array
-        Of its far end, in these axes [m].
+    far : (N, K, 3) array
+        Where that takes the far end, in these axes [m].
     turned : FiniteTurn
         Of the elastic parts, in their own axes.
     """
 
     E: np.ndarray
-    shift: np.ndarray
+    far: np.ndarray
     turned: FiniteTurn
 
 
@@ -125,6 +125,12 @@ class MovingChains:
         self.body_rows = list(body_rows)
         self.moves = moves.astype(float)[:, None, None]
         self._set_order(starts)
+        #: Velocity and angular velocity (N, n, 2, 3) by its coordinates, as far as they stay.
+        self.local = np.zeros((N, self.size, 2, 3))
+        self.local[:, self.joint_places, 0] = self.axis * self.slide
+        self.local[:, self.joint_places, 1] = self.axis * self.turning
+        shifts = self.own_axes @ self.modes[:, :, :3]
+        self.local[:, self.spring_places, 0] = self._columns_of_springs(shifts)
 
     def _put(self, e: Element, rows: slice, i: int) -> None:
         """An element of some rows as the i-th joint or elastic part."""
@@ -165,28 +171,27 @@ class MovingChains:
         return self._moved(self._steps(x), start)
 
     def _steps(self, x: np.ndarray) -> _Steps:
-        N, K = self.point.shape[:2]
-        E, shift = np.empty((N, K, 3, 3)), np.empty((N, K, 3))
+        E, far = np.empty((*self.point.shape, 3)), self.point.copy()
         q = x[:, self.joint_places][..., None]
         angle = (q * self.turning)[..., None]
         versine = 2.0 * np.sin(0.5 * angle) ** 2
         E[:, self.joint_elements] = (
             _IDENTITY + np.sin(angle) * self.axis_skew + versine * self.axis_skew_squared
         )
-        shift[:, self.joint_elements] = self.axis * self.slide * q
+        far[:, self.joint_elements] += self.axis * self.slide * q
         y = self._spring_coordinates(x)
         th = (self.modes @ y[..., None])[..., 0]
         turned = turn_and_rates(th[..., 3:])
         own = self.own_axes
         E[:, self.spring_elements] = own @ turned.R @ np.swapaxes(own, -1, -2)
-        shift[:, self.spring_elements] = (own @ th[..., :3, None])[..., 0]
-        return _Steps(E, shift, turned)
+        far[:, self.spring_elements] += (own @ th[..., :3, None])[..., 0]
+        return _Steps(E, far, turned)
 
     def _moved(self, steps: _Steps, start: Placement | None) -> Moved:
         N, K = self.point.shape[:2]
         M = np.zeros((N, K, 4, 4))
         M[..., :3, :3], M[..., 3, 3] = steps.E, 1.0
-        M[..., :3, 3] = self.point + steps.shift - (steps.E @ self.point[..., None])[..., 0]
+        M[..., :3, 3] = steps.far - (steps.E @ self.point[..., None])[..., 0]
         T = np.empty((N, K + 1, 4, 4))
         T[:, 0] = np.eye(4)
         if start is not None:
@@ -215,7 +220,8 @@ class MovingChains:
         With a nearer the base than b, ``d_b v_a = w_a x v_b`` and ``d_b w_a = 0``; with b nearer,
         ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
         ``d_b v_a = d_b w_a x s + w_a x (w_b x s)``, s from its point to the one that moves. A force
-        f at s beyond an element acts on its columns by f, ``s x f`` and ``s f^T - (s . f) I``.
+        f feels of that ``w_a . (J_b x f)``, with J_b the velocity of its own point by b, and within
+        an element ``w_a . ((w_b x s) x f)``.
 
         Parameters
         ----------
@@ -236,29 +242,30 @@ class MovingChains:
         steps = self._steps(x)
         motion = self._moved(steps, start)
         w, v, C = self._columns(steps, motion, centre)
-        P = motion.end.of(end_point)
-        order = self.order
-        J = np.concatenate([v + crossed(w, P[:, None] - C[:, order]), w], axis=-1)
-        f, m, S = _felt(W[:, None, :3], W[:, None, 3:], P[:, None], C, None)
+        P, f, M = motion.end.of(end_point)[:, None], W[:, None, :3], W[:, None, 3:]
+        turning = crossed(w, P - C[:, self.order])
+        moving = v + turning
+        J = np.concatenate([moving, w], axis=-1)
+        gradient = -np.sum(moving * f + w * M, axis=-1)
+        across, within = crossed(moving, f), crossed(turning, f)
         by_share = np.zeros(w.shape[:2])
         by_share[:, self.joint_columns] = -self.preload
+        moment = M + crossed(P - C, f)
         if len(self.load_after):
             at = self._loaded_points(motion)
-            reach = self._reach(C.shape[1])
-            more = _felt(self.load_force, np.zeros((self.count, 1, 3)), at, C, reach)
-            by_share -= np.sum(v * more[0][:, order] + w * more[1][:, order], axis=-1)
-            f, m, S = f + share * more[0], m + share * more[1], S + share * more[2]
-            if pulls is not None:
-                more = _felt(pulls, np.zeros((self.count, 1, 3)), at, C, reach)
-                f, m, S = f + more[0], m + more[1], S + more[2]
-        f_own = f[:, order] if f.shape[1] > 1 else f
-        gradient = -np.sum(v * f_own + w * m[:, order], axis=-1)
-        Sw = (S[:, order] @ w[..., None])[..., 0]
-        across = np.swapaxes(w, -1, -2)
-        U = w @ np.swapaxes(crossed(v, f_own) + Sw, -1, -2)
-        bracket = crossed(w, W[:, None, 3:]) @ across
+            moving, turning = self._at_loads(w, v, C, at)
+            by_share -= np.sum(moving * self.load_force[:, :, None], axis=(1, 3))
+            loads = share * self.load_force if pulls is None else share * self.load_force + pulls
+            f = loads[:, :, None]
+            gradient -= np.sum(moving * f, axis=(1, 3))
+            across = across + np.sum(crossed(moving, f), axis=1)
+            within = within + np.sum(crossed(turning, f), axis=1)
+            arms = (at[:, :, None] - C[:, None]) * self._reach(C.shape[1]).T[..., None]
+            moment = moment + np.sum(crossed(arms, f), axis=1)
+        U = w @ np.swapaxes(across, -1, -2)
+        bracket = crossed(w, M) @ np.swapaxes(w, -1, -2)
         H = np.where(self.nearer, U, np.swapaxes(U, -1, -2) + bracket)
-        H = np.where(self.same, w @ np.swapaxes(Sw, -1, -2), H)
+        H = np.where(self.same, w @ np.swapaxes(within, -1, -2), H)
         tangent = -H
         q = x[:, self.joint_places]
         tangent[:, self.joint_columns, self.joint_columns] += self.stiffness
@@ -272,7 +279,7 @@ class MovingChains:
             gradient[:, self.spring_columns] += stored.gradient.reshape(self.count, -1)[
                 :, self.full
             ]
-            beyond = m[:, self.spring_elements + (C.shape[1] - self.slots)]
+            beyond = moment[:, self.spring_elements + (C.shape[1] - self.slots)]
             axes = motion.T[:, self.spring_elements, :3, :3] @ self.own_axes
             about = (np.swapaxes(axes, -1, -2) @ beyond[..., None])[..., 0]
             V = self.modes[:, :, 3:]
@@ -285,26 +292,24 @@ class MovingChains:
         self, steps: _Steps, motion: Moved, centre: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Angular velocities and velocities (N, n, 3) about points of the elements (N, K, 3)."""
-        N, body = self.count, len(self.body_rows)
-        before = motion.T[:, :-1]
-        C = (before[..., :3, :3] @ (self.point + steps.shift)[..., None])[..., 0]
-        C = C + before[..., :3, 3]
-        w, v = np.zeros((N, len(self.order), 3)), np.zeros((N, len(self.order), 3))
-        axes = (before[:, self.joint_elements, :3, :3] @ self.axis[..., None])[..., 0]
-        w[:, self.joint_columns] = axes * self.turning
-        v[:, self.joint_columns] = axes * self.slide
-        if len(self.spring_elements):
-            axes = before[:, self.spring_elements, :3, :3] @ self.own_axes
-            for to, by in (
-                (v, axes @ self.modes[:, :, :3]),
-                (w, axes @ steps.turned.W @ self.modes[:, :, 3:]),
-            ):
-                to[:, self.spring_columns] = np.swapaxes(by, -1, -2).reshape(N, -1, 3)[:, self.full]
+        before, body = motion.T[:, :-1], len(self.body_rows)
+        C = (before[..., :3, :3] @ steps.far[..., None])[..., 0] + before[..., :3, 3]
+        local = self.local.copy()
+        turning = self.own_axes @ steps.turned.W @ self.modes[:, :, 3:]
+        local[:, self.spring_places, 1] = self._columns_of_springs(turning)
+        axes = before[:, self.order[body:] - bool(body), :3, :3]
+        both = local @ np.swapaxes(axes, -1, -2)
+        v, w = both[:, :, 0], both[:, :, 1]
         if body and centre is not None:
-            unit = np.eye(6)[self.body_rows]
-            v[:, :body], w[:, :body] = self.moves * unit[:, :3], self.moves * unit[:, 3:]
+            unit = self.moves * np.eye(6)[self.body_rows]
+            v = np.concatenate([unit[..., :3], v], axis=1)
+            w = np.concatenate([unit[..., 3:], w], axis=1)
             C = np.concatenate([centre[:, None], C], axis=1)
         return w, v, C
+
+    def _columns_of_springs(self, by: np.ndarray) -> np.ndarray:
+        """Of matrices (N, S, 3, 6) the columns that there are (N, m, 3)."""
+        return np.swapaxes(by, -1, -2).reshape(self.count, -1, 3)[:, self.full]
 
     def _stored(self, x: np.ndarray) -> _Energies:
         """Energy of the elastic parts by their six coordinates, with the bowing of beams."""
@@ -346,10 +351,15 @@ class MovingChains:
         steps = self._steps(x)
         motion = self._moved(steps, start)
         w, v, C = self._columns(steps, motion, centre)
-        at, reach = self._loaded_points(motion), self._reach(C.shape[1])
-        arms = at[:, :, None] - C[:, None, self.order]
-        found = (v[:, None] + crossed(w[:, None], arms)) * reach[self.order].T[..., None]
-        return np.swapaxes(found, -1, -2)
+        return np.swapaxes(self._at_loads(w, v, C, self._loaded_points(motion))[0], -1, -2)
+
+    def _at_loads(
+        self, w: np.ndarray, v: np.ndarray, C: np.ndarray, at: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Velocities of points (N, L, 3) by unknowns (N, L, n, 3), and the part due to turning."""
+        reach = self._reach(C.shape[1])[self.order].T[..., None]
+        turning = crossed(w[:, None], at[:, :, None] - C[:, None, self.order]) * reach
+        return v[:, None] * reach + turning, turning
 
     def loaded_points(self, x: np.ndarray, start: Placement | None) -> np.ndarray:
         """Where loads act (N, L, 3) [m], at coordinates x (N, size)."""
@@ -382,19 +392,3 @@ class MovingChains:
             at = self._loaded_points(self.moved(x, start))
             found -= np.sum(self.load_force * (at - self.load_point), axis=(-1, -2))
         return found
-
-
-def _felt(
-    f: np.ndarray, m: np.ndarray, at: np.ndarray, C: np.ndarray, reach: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What elements feel of forces (N, L, 3) at points, and of moments, about their points C.
-
-    Returns the force (N, K or 1, 3), the moment (N, K, 3), and ``s f^T - (s . f) I`` (N, K, 3, 3).
-    `reach` (K, L) says which element feels which force; all of them when None.
-    """
-    s = at[:, None] - C[:, :, None]
-    own = f[:, None] if reach is None else f[:, None] * reach[..., None]
-    S = np.swapaxes(s, -1, -2) @ np.broadcast_to(own, s.shape)
-    moment = np.sum(crossed(s, own), axis=2) + np.sum(m, axis=1)[:, None]
-    S = S - np.trace(S, axis1=-2, axis2=-1)[..., None, None] * _IDENTITY
-    return np.sum(own, axis=2), moment, S

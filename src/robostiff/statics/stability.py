@@ -61,45 +61,59 @@ def margin(Q: np.ndarray, Q0: np.ndarray) -> Margin:
     >>> round(margin(np.diag([1.0, 6.0]), np.diag([2.0, 8.0])).value, 12)
     0.5
     """
-    n = len(Q)
-    if n == 0:
-        return Margin(1.0, Q, Q)
-    Q, Q0 = 0.5 * (Q + Q.T), 0.5 * (Q0 + Q0.T)
-    w, V = np.linalg.eigh(Q0)
-    held = w > _NONE * max(w[-1], 0.0)
-    largest = max(float(np.max(np.abs(Q))), float(w[-1]))
-    if not np.all(held):
-        own = np.linalg.eigvalsh(Q)
-        if not np.any(held) or own[0] < -_ROUNDING * largest:
-            least = own[0] / largest if largest > 0 else 0.0
-            return Margin(least if abs(least) > _ROUNDING else 0.0, Q, np.eye(n))
-        free = V[:, ~held]
-        along = free.T @ Q @ free
-        if np.linalg.eigvalsh(along)[0] < _ROUNDING * largest:
-            return Margin(0.0, along, free)
-    T = V[:, held] / np.sqrt(w[held])
-    form = T.T @ Q @ T
-    return Margin(float(np.linalg.eigvalsh(form)[0]), form, T)
+    return margins(Q[None], Q0[None])[0]
 
 
-def _margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
-    """Of pairs of forms (N, n, n); at once where the second of all are clearly positive definite.
+def margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
+    """Of pairs of forms (N, n, n).
 
-    With ``Q0 = L L^T`` the ratios are the eigenvalues of ``L^-1 Q L^-T``.
+    With ``Q0 = L L^T`` the ratios are the eigenvalues of ``L^-1 Q L^-T``, where the second forms of
+    all pairs are clearly positive definite.
     """
     if Q.shape[-1] == 0:
-        return [margin(q, q0) for q, q0 in zip(Q, Q0, strict=True)]
+        return [Margin(1.0, q, q) for q in Q]
+    Q, Q0 = 0.5 * (Q + np.swapaxes(Q, -1, -2)), 0.5 * (Q0 + np.swapaxes(Q0, -1, -2))
     try:
-        L = np.linalg.cholesky(0.5 * (Q0 + np.swapaxes(Q0, -1, -2)))
+        L = np.linalg.cholesky(Q0)
         inverse = np.linalg.inv(L)
     except np.linalg.LinAlgError:
-        return [margin(q, q0) for q, q0 in zip(Q, Q0, strict=True)]
+        return _semidefinite(Q, Q0)
     if not np.all(_norm(L) * _norm(inverse) < _CLEARLY):
-        return [margin(q, q0) for q, q0 in zip(Q, Q0, strict=True)]
-    form = inverse @ (0.5 * (Q + np.swapaxes(Q, -1, -2))) @ np.swapaxes(inverse, -1, -2)
-    ratios = np.linalg.eigvalsh(form)[:, 0]
-    parts = zip(ratios, form, inverse, strict=True)
-    return [Margin(float(r), own, unit.T) for r, own, unit in parts]
+        return _semidefinite(Q, Q0)
+    return _ratios(Q, np.swapaxes(inverse, -1, -2))
+
+
+def _semidefinite(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
+    """Of pairs of forms of which the second may not resist some motions."""
+    n = Q.shape[-1]
+    w, V = np.linalg.eigh(Q0)
+    stiffest = np.maximum(w[:, -1], 0.0)
+    ranks = np.sum(w > _NONE * stiffest[:, None], axis=1)
+    largest = np.maximum(np.max(np.abs(Q), axis=(1, 2)), w[:, -1])
+    least = np.linalg.eigvalsh(Q)[:, 0] if np.any(ranks < n) else np.zeros(len(Q))
+    alone = (ranks == 0) | ((ranks < n) & (least < -_ROUNDING * largest))
+    found = {}
+    for i in np.flatnonzero(alone):
+        value = float(least[i] / largest[i]) if largest[i] > 0 else 0.0
+        found[i] = Margin(value if abs(value) > _ROUNDING else 0.0, Q[i], np.eye(n))
+    for rank in np.unique(ranks[~alone]):
+        rows = np.flatnonzero(~alone & (ranks == rank))
+        if rank < n:
+            free = V[rows, :, : n - rank]
+            along = np.swapaxes(free, -1, -2) @ Q[rows] @ free
+            slack = np.linalg.eigvalsh(along)[:, 0] < _ROUNDING * largest[rows]
+            found |= {rows[i]: Margin(0.0, along[i], free[i]) for i in np.flatnonzero(slack)}
+            rows = rows[~slack]
+        T = V[rows, :, n - rank :] / np.sqrt(w[rows, None, n - rank :])
+        found |= zip(rows, _ratios(Q[rows], T), strict=True)
+    return [found[i] for i in range(len(Q))]
+
+
+def _ratios(Q: np.ndarray, T: np.ndarray) -> list[Margin]:
+    """Least eigenvalues of ``T^T Q T``."""
+    form = np.swapaxes(T, -1, -2) @ Q @ T
+    values = np.linalg.eigvalsh(form)[:, 0].tolist()
+    return [Margin(*each) for each in zip(values, form, T, strict=True)]
 
 
 def _norm(A: np.ndarray) -> np.ndarray:
@@ -149,7 +163,7 @@ def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | N
         N = motions * scale[legs, :, None]
         across = np.swapaxes(N, -1, -2)
         pairs = across @ Q[legs] @ N, across @ Q0[legs] @ N
-        for leg, own, least in zip(legs, N, _margins(*pairs), strict=True):
+        for leg, own, least in zip(legs, N, margins(*pairs), strict=True):
             found[leg] = least.among(own)
     return found
 
