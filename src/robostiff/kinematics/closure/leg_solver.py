@@ -37,6 +37,7 @@ from robostiff.spatial.batch import poses_side_by_side
 
 ClosedForm = Strut | Rod
 _CLOSED = 1e-7
+_KEPT = "_closed_form"  # attribute of a chain
 _STARTS, _SEED = 32, 5  # of the search for other postures
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
@@ -329,8 +330,8 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     if closed_form is not None and copies is not None:
         solver = LegSolver(leg, closed_form, copies, home_pose, leg.chain.home, length)
         solver = solver.in_mode_of_home()
-        open_by = _gap_at_home(leg, solver.home, home_pose, length)[1:]
-        if not leg.chain.has_blocks or max(open_by) <= _CLOSED:
+        loops = leg.chain.has_blocks
+        if not loops or max(_gap_at_home(leg, solver.home, home_pose, length)[1:]) <= _CLOSED:
             _check_home(leg, solver.home, home_pose, length)
             return solver
     task = NewtonTask((leg,), (), length)
@@ -342,7 +343,15 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
 
 
 def _recognised(path: Chain) -> ClosedForm | None:
-    """The closed form of a chain without blocks, by given points first, then by meeting axes."""
+    """The closed form of a chain without blocks, kept with it: several legs may have one."""
+    kept = vars(path)
+    if _KEPT not in kept:
+        kept[_KEPT] = _closed_form(path)
+    return kept[_KEPT]
+
+
+def _closed_form(path: Chain) -> ClosedForm | None:
+    """By given points first, then by meeting axes."""
     for joined in (False, True):
         skeleton = skeleton_of(path, joined_where_axes_meet=joined)
         for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod):
