@@ -43,6 +43,7 @@ from sympy.polys.matrices import DomainMatrix
 
 import robostiff as rs
 from robostiff.analytic import derive_chain
+from robostiff.analytic.operation_count import count_of
 
 try:
     import symengine
@@ -223,7 +224,7 @@ def measured(route: Route, columns: list[Any], enough: float) -> Outcome:
         spent += end - start
         if spent > enough:
             break
-    operations = sum(int(entry.count_ops()) for entry in entries)
+    operations = sum(count_of(entry) for entry in entries)
     return Outcome(*best, operations, is_right(entries, columns))
 
 

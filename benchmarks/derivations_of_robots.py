@@ -19,7 +19,7 @@ from sympy.core.cache import clear_cache
 import robostiff as rs
 from robostiff.analytic import AtHome, AtSymbols, Definition, RobotDerivation
 from robostiff.analytic.agreement import closed_places
-from robostiff.analytic.operation_count import different_entries, operations_of
+from robostiff.analytic.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.robot_derivation import InNames
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.analytic.vector_expressions import (
@@ -161,7 +161,7 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
 def operations_of_vectors(expression: Any) -> int:
     """Operations of an expression of vectors: sums, products and norms count one each."""
     if isinstance(expression, sp.Basic):
-        return int(expression.count_ops())
+        return count_of(expression)
     if isinstance(expression, tuple):
         return sum(map(operations_of_vectors, expression))
     if not is_dataclass(expression):

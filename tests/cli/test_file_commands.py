@@ -156,6 +156,45 @@ def test_what_cannot_be_converted():
     assert run("convert", "double-pantograph", "--to", "graph").exit_code == 0
 
 
+SPRING = """
+springs:
+  - name: counterbalance
+    between: [{body: base, at: [0, 0, 0.9]}, {body: arm/link, at: [0.3, 0, 0]}]
+    stiffness: 1.2 kN/m
+    free_length: 100 mm
+"""
+LAW = "laws: {arm/hinge: 1e4 N m/rad*q + 1e9 N m/rad^3*q^3}"
+ARM = """
+robostiff: 1
+name: arm
+source: a test
+legs:
+  - name: arm
+    chain:
+      - {type: revolute, name: hinge, axis: y, role: actuated, stiffness: 1e4 N m/rad}
+      - {type: link, name: link, to: [1, 0, 0], stiffness: [1e7, 1e7, 1e7, 1e5, 1e5, 1e5]}
+      - {type: prismatic, name: screw, axis: z, role: actuated, stiffness: KQ, limits: [-1, 1]}
+"""
+
+
+def test_a_converted_robot_does_not_lose_springs_and_laws_in_silence():
+    """Its file is read back under finite loads, where they act."""
+    number, law = "1e5 N/m", "1e5 N/m*(1 + q/(4 m))"
+    Path("plain.yaml").write_text(ARM.replace("KQ", number))
+    Path("spring.yaml").write_text(ARM.replace("KQ", number) + SPRING)
+    Path("law.yaml").write_text(ARM.replace("KQ", number) + LAW)
+    Path("screw.yaml").write_text(ARM.replace("KQ", law))
+    for form in ("snapshot", "graph", "opensees", "calculix"):
+        assert "counterbalance" in refused("convert", "spring.yaml", "--to", form)
+    for form in ("snapshot", "graph"):
+        assert run("convert", "plain.yaml", "--to", form).stderr == ""
+        for file, drive in (("law.yaml", "arm/hinge"), ("screw.yaml", "arm/screw")):
+            outcome = run("convert", file, "--to", form)
+            assert outcome.exit_code == 0
+            assert f"the stiffness of {drive} at this pose" in outcome.stderr
+    assert run("convert", "screw.yaml", "--to", "calculix").stderr == ""
+
+
 def test_a_converted_robot_has_the_ending_of_its_form():
     for form, name in (("snapshot", "a.xyz"), ("snapshot", "a"), ("graph", "a.mat")):
         message = refused("convert", "hexapod", "--to", form, "-o", name)

@@ -121,6 +121,7 @@ STRUTS = ("UPS", "SPS", "UPU", "UCU", "SPU")
 RODS = ("PUU", "PUS", "PSU", "RUU", "RUS", "RSU")
 PLANAR = ("RPR", "RRR", "PRR")
 SLIDING = ("PRRR", "CRR")
+POSTS = ("S", "U", "R")
 SCREWS = ("UHS", "SHU")  # closed by Newton's method
 
 
@@ -131,6 +132,12 @@ def random_leg(kind: str, seed: int) -> LegCase:
         elements = _planar_elements(kind, rng)
     elif kind in SLIDING:
         elements = _sliding_elements(kind, rng)
+    elif kind in POSTS:
+        elements = [
+            beam_link(0.4 * _unit(rng), STEEL, ROD),
+            _joint(kind, rng, _unit(rng), FREE if kind == "S" else DRIVE),
+            beam_link(0.1 * _unit(rng), STEEL, ROD),
+        ]
     elif kind in (*STRUTS, *SCREWS):
         along = _unit(rng)
         elements = [_joint(kind[0], rng, along)]

@@ -8,12 +8,14 @@ import pytest
 from robostiff import Elbow, InputError
 from robostiff.kinematics import find_posture, place_chain
 from robostiff.kinematics.closure import LegSolver, NewtonTask, leg_solver
+from robostiff.kinematics.closure.post import Post
 from robostiff.kinematics.closure.rod import Rod
 from robostiff.kinematics.closure.strut import Strut
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Joint, JointKind, PlacedFreedom
 from tests.generators.legs import (
     PLANAR,
+    POSTS,
     RODS,
     SLIDING,
     STRUTS,
@@ -75,12 +77,12 @@ def drive_and_rod(case: LegCase, q: np.ndarray) -> tuple[PlacedFreedom, np.ndarr
     return drive, joints[0].point, joints[-1].point
 
 
-@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING)
+@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING + POSTS)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_recognised_and_closed_to_1e_12(kind: str, seed: int):
     case = random_leg(kind, seed)
     solver = solver_of(case)
-    form = Strut if kind in (*STRUTS, "RPR") else Rod
+    form = Strut if kind in (*STRUTS, "RPR") else Post if kind in POSTS else Rod
     assert isinstance(solver.closed_form, form)
     assert (getattr(solver.closed_form, "across", None) is not None) is (kind in SLIDING)
     assert gap(case, solver.home, case.home_pose) <= 1e-12
@@ -96,7 +98,7 @@ def test_recognised_and_closed_to_1e_12(kind: str, seed: int):
     assert posture.turn_gaps.max() <= 1e-12
 
 
-@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING)
+@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING + POSTS)
 @pytest.mark.parametrize("seed", range(3))
 def test_agrees_with_newton(kind: str, seed: int):
     case = random_leg(kind, seed)

@@ -25,6 +25,7 @@ from tests.generators.legs import (
     DRIVE,
     FREE,
     PLANAR,
+    POSTS,
     RODS,
     SLIDING,
     STRUTS,
@@ -90,13 +91,13 @@ def random_pair(kind: str, seed: int) -> Pair:
     return pair_of(case, poses_around(case, np.random.default_rng(seed)))
 
 
-@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING)
+@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING + POSTS)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_same_as_in_floats(kind: str, seed: int):
     assert check(random_pair(kind, seed)) >= 1
 
 
-@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING)
+@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING + POSTS)
 def test_the_gap_vanishes_where_the_leg_closes_and_only_there(kind: str):
     reached = []
     for seed in SEEDS:
@@ -174,7 +175,7 @@ def test_cylindrical_joints_and_struts_of_few_freedoms(kind: str, skewed: float,
     assert ((pair.largest_gap < 1e-14) == pair.reached).all()
 
 
-@pytest.mark.parametrize("kind", ["PUS", "RUS", "RRR", "PRR", "UPU", "UPS", "RUU"])
+@pytest.mark.parametrize("kind", ["PUS", "RUS", "RRR", "PRR", "UPU", "UPS", "RUU", "U", "R"])
 def test_coordinates_of_joints_are_those_in_floats(kind: str):
     case = random_leg(kind, 2)
     pair = pair_of(case, poses_around(case, np.random.default_rng(2), 0.3))

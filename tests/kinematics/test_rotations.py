@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from robostiff.kinematics.turn import vector_of_turn_near
 from robostiff.spatial.batch import block_diagonal
 from robostiff.spatial.rotation import (
     is_rigid_transform,
     matrix_of_rotation,
     nearest_rotation,
+    vector_of_quaternion,
     vector_of_rotation,
 )
 
@@ -42,6 +44,12 @@ def test_vectors_give_their_matrices_back(angle):
         np.testing.assert_allclose(r, angle * directions(), rtol=0, atol=1e-13 * max(angle, 1e-300))
 
 
+def test_quaternions_of_any_size_give_vectors():
+    q = np.random.default_rng(4).normal(size=(200, 4)) * [1e-9, 1, 1, 1]
+    r = vector_of_quaternion(q)
+    np.testing.assert_allclose(r, Rotation.from_quat(q).as_rotvec(), atol=1e-14)
+
+
 def test_a_matrix_of_few_digits_gets_the_nearest_rotation():
     R = Rotation.from_rotvec([0.3, -0.2, 0.5]).as_matrix()
     assert nearest_rotation(R) is R
@@ -64,3 +72,18 @@ def test_blocks_may_have_batches():
     assert not np.any(whole[..., :2, 2:])
     assert not np.any(whole[..., 2:, :2])
     assert block_diagonal([]).shape == (0, 0)
+
+
+@pytest.mark.parametrize("near", [0.0, 1e-9, 2.0, np.pi, 4.0])
+def test_vectors_on_entries_are_those_near_another(near):
+    """Also around half a turn, where the shortest vector jumps, and beyond it."""
+    axis = np.array([2.0, -1.0, 2.0]) / 3
+    others = np.random.default_rng(3).uniform(-1.5, 1.5, (40, 3))
+    for other in [np.zeros(3), *others]:
+        turned = Rotation.from_rotvec(near * axis) * Rotation.from_rotvec(other)
+        found = vector_of_turn_near(turned.as_matrix().astype(object), near * axis).astype(float)
+        again = Rotation.from_rotvec(found).inv() * turned
+        assert again.magnitude() < 1e-14
+    beyond = Rotation.from_rotvec((near + 0.2) * axis).as_matrix().astype(object)
+    found = vector_of_turn_near(beyond, near * axis).astype(float)
+    np.testing.assert_allclose(found, (near + 0.2) * axis, atol=1e-14)

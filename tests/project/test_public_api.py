@@ -285,6 +285,7 @@ def test_help_is_light():
         ("check 3-rpr", {"numpy", "pydantic", "ruamel", "rich"}),
         ("indices hexapod", {"numpy", "pydantic", "ruamel", "rich"}),
         ("deflection hexapod --wrench 100,0,0,0,0,0", {"numpy", "pydantic", "ruamel"}),
+        ("equilibrium hexapod --wrench 100,0,0,0,0,0", {"numpy", "pydantic", "ruamel"}),
     ],
 )
 def test_commands_load_what_they_use(command: str, needed: set[str]):
@@ -314,7 +315,7 @@ def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
 
 
 def test_a_package_and_its_names_are_in_step():
-    for package in ("analysis", "kinematics", "linkage", "network"):
+    for package in ("analysis", "kinematics", "linkage", "network", "statics"):
         module = import_module(f"robostiff.{package}")
         stub = ast.parse(Path(str(module.__file__)).with_suffix(".pyi").read_text("utf-8"))
         listed = next(node.value for node in stub.body if isinstance(node, ast.Assign))
@@ -324,11 +325,20 @@ def test_a_package_and_its_names_are_in_step():
             _ = module.stifness
 
 
-@pytest.mark.parametrize("name", ["cable_response", "cable_stiffness", "cable_tensions"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "analysis.cable_response",
+        "analysis.cable_stiffness",
+        "analysis.cable_tensions",
+        "statics.equilibrium",
+    ],
+)
 def test_a_module_does_not_hide_the_function_of_its_name(name: str):
+    package, name = name.split(".")
     code = (
-        f"import robostiff.analysis.{name}\n"
-        f"from robostiff.analysis import {name} as function\n"
+        f"import robostiff.{package}.{name}\n"
+        f"from robostiff.{package} import {name} as function\n"
         f"import robostiff as rs; assert callable(function) and function is rs.{name}"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

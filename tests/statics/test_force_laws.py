@@ -90,3 +90,18 @@ def test_misuse():
         rs.ForceLaw([1, 2, 3])
     with pytest.raises(rs.InputError, match="such as 'leg/spring'"):
         rs.equilibrium(slider(), laws={"leg/sprung": rs.ForceLaw(3 * Q)})
+
+
+@pytest.mark.parametrize("motion", [0.0021, 0.5])
+def test_energy_of_stops_and_friction(motion: float):
+    """Laws with a kink, or of a scale far below the motion, integrated by hand."""
+    k, stop, gap, force, slip = 2e5, 1e8, 1 / 3000, 1e3, 1e-6
+    touching = rs.ForceLaw(k * Q + stop * sp.Max(0, Q - gap))
+    stored = k * motion**2 / 2 + stop * (motion - gap) ** 2 / 2
+    assert np.isclose(touching.energy(motion), stored, rtol=1e-12)
+    assert np.isclose(touching.energy(-motion), k * motion**2 / 2, rtol=1e-12)
+    sliding = rs.ForceLaw(force * sp.tanh(Q / slip))
+    lost = force * (motion - slip * np.log(2))  # ln cosh z = z - ln 2 for large z
+    assert np.isclose(sliding.energy(motion), lost, rtol=1e-12)
+    with pytest.raises(rs.InputError, match="that can be integrated"):
+        rs.ForceLaw(sp.sin(1e7 * Q)).energy(motion)

@@ -43,6 +43,7 @@ from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.recorded import (
     RecordedRobot,
     parameter_samples,
+    record_at_joints,
     record_robot,
     sample_postures,
 )
@@ -196,14 +197,14 @@ def compile_robot(
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder)
     if _depends_on_what_is_held(recorded, robot, finder):
-        recorded = replace(recorded, closure=None)
+        recorded = record_at_joints(robot, finder)
     for output in outputs:
         _check_derivative(output, robot, recorded)
     joint_kernel = None
     names = {coordinate.value for coordinate in ALL_COORDINATES}
     by_pose = any(isinstance(output, Derivative) and output.by in names for output in outputs)
     if recorded.closure is not None and robot.is_serial and not by_pose:
-        joint_kernel = kernel_of(replace(recorded, closure=None), outputs, backend)
+        joint_kernel = kernel_of(record_at_joints(robot, finder), outputs, backend)
     kernel = kernel_of(recorded, outputs, backend)
     if recorded.joints and recorded.closure is None:
         joint_kernel = kernel

@@ -219,7 +219,7 @@ def deflection_at(
         for leg, blocks, own in zip(placed.legs, answer.leg_blocks, leg_wrenches, strict=True):
             F_leg = np.zeros(6)
             F_leg[rows] = own
-            for element, F_element in _carried_by(leg, blocks, F_leg, rows):
+            for element, F_element in carried_by(leg, blocks, F_leg, rows):
                 _add_element(
                     leg.name, element, F_element, answer.origin, parts, reactions, actuators
                 )
@@ -243,19 +243,32 @@ def deflection_at(
     )
 
 
-def _carried_by(
+def carried_by(
     leg: PlacedLeg, solved: Sequence[BlockCompliance], F_leg: np.ndarray, rows: list[int]
 ) -> Iterator[tuple[PlacedFreedom | PlacedSpring, np.ndarray]]:
+    """The elements of a leg, with the wrench that each carries: in a block, what its branch does.
+
+    Parameters
+    ----------
+    leg : PlacedLeg
+    solved : sequence of BlockCompliance
+        Its blocks.
+    F_leg : (..., 6) array
+        What the leg carries [N, N m].
+    rows : list of int
+        Of the space of the robot, among the six.
+    """
     blocks = iter(solved)
     for element in leg.elements:
         if not isinstance(element, PlacedBlock):
             yield element, F_leg
             continue
         block = next(blocks)
-        for branch, inner, share in zip(element.branches, block.inner, block.shares, strict=True):
-            F_branch = np.zeros(6)
-            F_branch[rows] = share @ F_leg[rows]
-            yield from _carried_by(branch, inner, F_branch, rows)
+        for i, (branch, inner) in enumerate(zip(element.branches, block.inner, strict=True)):
+            share = block.shares[..., i, :, :]
+            F_branch = np.zeros_like(F_leg)
+            F_branch[..., rows] = np.einsum("...ij,...j->...i", share, F_leg[..., rows])
+            yield from carried_by(branch, inner, F_branch, rows)
 
 
 def _add_element(

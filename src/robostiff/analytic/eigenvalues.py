@@ -15,6 +15,7 @@ from robostiff.analytic.derivation import Definition, Derivation, used_definitio
 from robostiff.analytic.exact_matrix import determinant, null_space
 from robostiff.analytic.factors import factored, quadratic_roots
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.questions import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
 from robostiff.spatial import Space
@@ -188,7 +189,7 @@ def _is_long(M: Any) -> bool:
     numbers = M.atoms(sp.Rational)
     if any(max(abs(int(x.p)), int(x.q)) > _LARGEST for x in numbers):
         return True
-    return sum(int(entry.count_ops()) for entry in set(M)) > _LONGEST
+    return sum(count_of(entry) for entry in set(M)) > _LONGEST
 
 
 def _eigenvalues(M: sp.ImmutableMatrix, part: StiffnessPart, length: Any) -> Eigenvalues:

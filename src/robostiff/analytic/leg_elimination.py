@@ -18,6 +18,7 @@ from robostiff.analytic.leg_agreement import check_leg
 from robostiff.analytic.leg_facts import elastic_parts, passive_freedoms
 from robostiff.analytic.leg_geometry import LegGeometry, LegInSteps, transport
 from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.analytic.robot_pose import AtHome, PoseFormula
@@ -241,7 +242,7 @@ def _named_entries(
     for i in range(n):
         for j in range(i, n):
             entry = C[i][j]
-            if entry.is_number or int(entry.count_ops()) <= _SHORT or entry in names:
+            if entry.is_number or count_of(entry) <= _SHORT or entry in names:
                 continue
             known = names.get(-entry)
             symbol = sp.Symbol(f"{letter}_{i + 1}{j + 1}", real=True)

@@ -15,6 +15,7 @@ from robostiff.analytic.contributions import (
     summed,
 )
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import StepReading
 from robostiff.analytic.robot_placement import PlacedRobot
@@ -140,7 +141,7 @@ class LegGeometry:
                         reader.of_drive("drive", (twist[rows[i]], twist[rows[j]]), stiffness)
                     )
                 C[i][j] = C[j][i] = entry = summed([x for x in found if x.felt != 0])
-                operations[entry] = int(entry.count_ops())
+                operations[entry] = count_of(entry)
                 if most is not None and sum(operations.values()) > most:
                     raise FormulaTooLargeError.beyond(most)
         return C

@@ -20,6 +20,7 @@ import sympy as sp
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.factors import is_positive_form, without_sign
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.operation_count import count_of
 
 _DIGITS = 100
 _RANK = 1e-20  # of the largest singular value
@@ -141,7 +142,7 @@ class MatrixInNames:
             below = [sp.fraction(x)[1] for x in terms if not x.could_extract_minus_sign()]
             return self._unique(z for x in below for z in _irreducible(x))
         expression = self.written_out(factor)
-        if int(expression.count_ops()) > _LONGEST:
+        if count_of(expression) > _LONGEST:
             return (factor,)
         above = sp.fraction(sp.together(expression))[0]
         return self._unique(_irreducible(above**2 if above.is_Pow else above))

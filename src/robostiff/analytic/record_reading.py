@@ -153,13 +153,15 @@ class StepReading:
             expression = reading.written(step, arguments)
             if expression.is_Mul and not expression.args[0].is_Symbol:
                 expression = _by_multiple(expression, multiples)
-            name = _identifier(record.names.get(step), taken, given)
+            is_minus = count_of(-expression) < count_of(expression)
+            # A negative sum is used with its sign, and so is a product without a name.
+            own = None if is_minus and expression.is_Add else record.names.get(step)
+            name = _identifier(own, taken, given)
             if name is None and uses[step] > 1 and not _is_trivial(expression):
                 count, name = _free_name(count, taken)
             if name is not None and not _is_trivial(expression):
                 symbol = sp.Symbol(name, real=True)
-                # A negative product is used with its sign.
-                is_minus = step not in record.names and expression.as_coeff_Mul()[0].is_negative
+                is_minus = is_minus and own is None
                 definitions.append(Definition(symbol, -expression if is_minus else expression))
                 expression = -symbol if is_minus else symbol
                 number, rest = _number_and_rest(definitions[-1].expression)

@@ -273,7 +273,7 @@ def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFor
     raise InputError(
         f"closure of leg {leg.name!r}",
         got="a leg without a closed form",
-        expected="a strut, or a rod on a slide or a crank, away from home",
+        expected="a strut, a rod on a slide or a crank, or a post with one joint, away from home",
         hint="derive it at home, or in joint coordinates by pose=AtJoints() where no joint is "
         "spherical, or compute numbers: rs.stiffness(robot, pose)",
     )

@@ -18,6 +18,7 @@ from robostiff.analytic.derivation import used_definitions
 from robostiff.analytic.leg_geometry import LegGeometry, transport
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.numeric_value import values_of
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.robot_derivation import InSeries
 from robostiff.analytic.robot_placement import PlacedRobot
@@ -79,7 +80,7 @@ def _in_entries(geometry: LegGeometry) -> InSeries | None:
         return None
     axes, arm = shortest_trigonometry(R), shortest_trigonometry(v)
     definitions = used_definitions(read.definitions, [*C, *axes, *arm])
-    if sum(int(x.count_ops()) for x in (*{*C.flat()}, *axes, *arm)) > _PRINTED:
+    if sum(count_of(x) for x in (*{*C.flat()}, *axes, *arm)) > _PRINTED:
         return None
     return InSeries(C, axes, arm, definitions)
 

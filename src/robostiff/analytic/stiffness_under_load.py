@@ -18,6 +18,7 @@ from robostiff.analytic.derivation import Condition, Definition, Derivation
 from robostiff.analytic.first_order import LoadedTerms, loaded_terms
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.loaded_agreement import LoadedK, check_under_load
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, StepReading
 from robostiff.analytic.robot_placement import PlacedRobot, place_robot
@@ -309,7 +310,7 @@ class _Canonical:
             return self._read(value)
         if key not in self._known:
             found = self._known[key] = factored_fraction(self._read(value))
-            if found.count_ops() > _OPERATIONS_A_TERM * self._limit:
+            if count_of(found) > _OPERATIONS_A_TERM * self._limit:
                 raise FormulaTooLargeError.beyond(self._limit)
         return self._known[key]
 

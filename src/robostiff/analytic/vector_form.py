@@ -20,6 +20,7 @@ from robostiff.analytic.derivation import used_definitions
 from robostiff.analytic.known_reading import KnownContributions, KnownReading
 from robostiff.analytic.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.leg_table import LegTable
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.orbits import COMPONENTS, averages, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
@@ -352,7 +353,7 @@ class _Recognition:
 
     def _shared(self, own: PlacedLeg, a: UnitWrench, b: UnitWrench) -> Any:
         shared = self._of_leg(summed(self.reader.of(own, a, b)))
-        if int(shared.count_ops()) > _LONGEST:
+        if count_of(shared) > _LONGEST:
             raise FormulaTooLargeError.beyond(_LONGEST)
         return shared
 

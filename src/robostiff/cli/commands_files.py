@@ -13,7 +13,7 @@ from robostiff.cli.file_commands import Converted, NewFile, WantedSchema
 from robostiff.cli.options import Answer, Model, Place, Replacing
 from robostiff.cli.output import new_file, show
 from robostiff.cli.written_arguments import near_from, pose_from
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, warn_of_slip
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
 
 _YAML = (".yaml", ".yml")
@@ -155,6 +155,9 @@ def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
 
     pose = pose_from(robot, place)
     if isinstance(robot, Robot):
+        robot.check_has_no_springs(form)
+        if form in ("snapshot", "graph"):
+            _warn_of_laws(robot, form)
         found = find_posture(robot, pose, near=near_from(robot, place))
         if not found.reached.all():
             raise NoAnswerError(f"no {form} of {source!r}: {'; '.join(found.complaints)}")
@@ -170,6 +173,28 @@ def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
         expected="a robot or a snapshot of legs",
         hint="write --to graph" if isinstance(robot, Network) else None,
     )
+
+
+def _warn_of_laws(robot: Any, form: str) -> None:
+    """Warn of drives that answer finite loads by more than the stiffness that a file has."""
+    from robostiff.model import Actuated, StiffnessLaw
+
+    drives = [
+        (f"{leg.name}/{element.name}", getattr(element, "role", None))
+        for leg in robot.legs
+        for element, _ in leg.chain.moving
+    ]
+    left_out = set(robot.laws) | {
+        name
+        for name, role in drives
+        if isinstance(role, Actuated) and isinstance(role.stiffness, StiffnessLaw)
+    }
+    if left_out:
+        names = ", ".join(sorted(left_out))
+        warn_of_slip(
+            f"{form} of {robot.name!r}: the file has the stiffness of {names} at this pose, "
+            "and no law: under finite loads it answers otherwise than the robot"
+        )
 
 
 def _data(frozen: Any) -> dict[str, Any]:

@@ -19,8 +19,9 @@ Code = MachineCode | ArrayCode
 # Operations up to which all steps are written out; beyond, compilers take their time.
 _LONGEST = 8000
 # Poses at once: their inputs and unknowns should stay in the second-level cache. A multiple of all
-# widths of vectors, so that no bit depends on it.
-_CHUNK = 1024
+# widths of vectors, so that no bit depends on it; no power of two, at which all rows would share a
+# few lines of the cache.
+_CHUNK = 1016
 # Poses that need more steps: so many are worth machine code of their own.
 _MANY = 500
 # Square of a step after which the next would be rounding; and the part of some poses that may be
@@ -64,7 +65,8 @@ class ClosedCode:
         """The code of a program of leg coordinates."""
         first, step, last = closure.begun(), closure.step, closure.arrived(program)
         whole = closure.composed(program) if step.operations <= _LONGEST else None
-        arrival = closure.arrival if isinstance(closure, RecordedClosure) else None
+        nothing = Program((), (), ())
+        arrival = closure.arrived(nothing) if isinstance(closure, RecordedClosure) else None
         return cls(
             closure=closure,
             whole=code(whole) if whole is not None and whole.operations <= _LONGEST else None,

@@ -21,8 +21,8 @@ from robostiff.recorded import RecordedRobot
 from robostiff.spatial import Space
 
 #: Poses at once: their rows of results stay in the cache until they are written to their places. A
-#: multiple of all widths of vectors, so that no bit depends on it.
-POSES_A_CHUNK = 8192
+#: multiple of all widths of vectors, so that no bit depends on it, and no power of two, as there.
+POSES_A_CHUNK = 8184
 
 
 class Backend(Enum):

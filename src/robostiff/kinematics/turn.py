@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.record import cosine, is_number, is_one, is_zero, sine, square_root
+from robostiff.record import arc_tangent, cosine, is_number, is_one, is_zero, sine, square_root
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.spatial.shapes import Float, Shaped
@@ -155,6 +155,43 @@ def vector_of_turn(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*ba
     array([0.1, 0.2, 0.3])
     """
     return vector_of_rotation(np.asarray(R, dtype=float))
+
+
+def vector_of_turn_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Rotation vector of a rotation matrix of entries, less than half a turn from another.
+
+    Four times the products of the quaternion with itself, times that of the other: these are
+    multiples of the quaternion.
+
+    Parameters
+    ----------
+    R : (3, 3) array of entries and numbers
+    near : (3,) array of numbers
+        The other rotation vector [rad].
+
+    Returns
+    -------
+    (3,) array of objects
+        [rad].
+
+    Examples
+    --------
+    >>> r = np.array([0.0, 3.3, 0.0])
+    >>> vector_of_turn_near(turn_by_vector(r).astype(object), r).astype(float).round(12) + 0.0
+    array([0. , 3.3, 0. ])
+    """
+    a = float(np.linalg.norm(near))
+    w = np.array([math.cos(0.5 * a), *(near * (0.5 * np.sinc(0.5 * a / math.pi)))])
+    products = np.empty((4, 4), dtype=object)
+    products[0, 0] = 1 + R[0, 0] + R[1, 1] + R[2, 2]
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        products[1 + i, 1 + i] = 1 + R[i, i] - R[j, j] - R[k, k]
+        products[0, 1 + k] = products[1 + k, 0] = R[j, i] - R[i, j]
+        products[1 + i, 1 + j] = products[1 + j, 1 + i] = R[i, j] + R[j, i]
+    c, *v = products @ w.astype(object)
+    v = np.array(v, dtype=object)
+    half_sine = square_root(v @ v + _TINY)
+    return v * (2 * arc_tangent(half_sine, c) / half_sine)
 
 
 def rotvec_rate(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:

@@ -19,7 +19,8 @@ from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 from robostiff.model import Actuated, Chain, Joint, Locked, Passive
 from robostiff.record import Record
-from robostiff.recorded.closure import RecordedClosure, steps_from_home, with_nominal
+from robostiff.recorded.closure import RecordedClosure, steps_from_home
+from robostiff.recorded.guess import with_nominal
 from robostiff.recorded.newton_step import (
     ClosureGroup,
     Opening,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -144,6 +145,10 @@ def _refuse(x: float, k: float) -> None:
 
 # Of the largest force: what a law may have without motion.
 _NONE = 1e-9
+# Of force times motion, in the energy of a law: what is sought, and what is refused.
+_ROUNDING, _INEXACT = 1e-13, 1e-8
+# Of a motion: how far below it the scale of a law may be.
+_DECADES = 9
 
 
 @dataclass(frozen=True)
@@ -225,14 +230,28 @@ class ForceLaw:
 
 def _of_formula(force: Any) -> tuple[Callable[[float], float], ...]:
     import sympy as sp
+    from scipy.integrate import quad
 
     (q,) = force.free_symbols
     F, rate = (sp.lambdify(q, own, "math") for own in (force, sp.diff(force, q)))
-    nodes, weights = np.polynomial.legendre.leggauss(40)
 
     def energy(end: float) -> float:
-        places = 0.5 * end * (nodes + 1)
-        return float(0.5 * end * (weights @ np.array([F(float(own)) for own in places])))
+        # A law may have a kink, as of a stop, and a scale far below its motion, as of friction.
+        panels = [end * 0.1**i for i in range(_DECADES, -1, -1)]
+        largest = max(abs(F(own)) for own in panels) * abs(end)
+        stored, error = 0.0, 0.0
+        for start, stop in pairwise([0.0, *panels]):
+            part, off, *_ = quad(
+                F, start, stop, epsabs=_ROUNDING * largest, epsrel=_ROUNDING, full_output=1
+            )
+            stored, error = stored + part, error + off
+        if not error <= _INEXACT * largest:
+            raise InputError(
+                "energy of a force law",
+                got=f"{force}, uncertain by {error:.1g} J after a motion of {end:g}",
+                expected="a law that can be integrated, with at most some kinks",
+            )
+        return stored
 
     return lambda own: float(F(own)), lambda own: float(rate(own)), energy
 

@@ -17,6 +17,7 @@ from robostiff.record.entry import (
 )
 from robostiff.record.functions import (
     ENTRY_FUNCTIONS,
+    angle_of,
     arc_cosine,
     arc_tangent,
     cosine,
@@ -28,6 +29,7 @@ from robostiff.record.functions import (
     shortened,
     sine,
     square_root,
+    with_turn,
 )
 from robostiff.record.program import Program, Step
 from robostiff.record.record import NUMPY_FUNCTIONS, OPERATORS, Operation, Record
@@ -42,6 +44,7 @@ __all__ = [
     "Program",
     "Record",
     "Step",
+    "angle_of",
     "arc_cosine",
     "arc_tangent",
     "cosine",
@@ -59,4 +62,5 @@ __all__ = [
     "sine",
     "square_root",
     "usual_size",
+    "with_turn",
 ]

@@ -45,6 +45,8 @@ def sine(x: Any) -> Any:
         operation, a, _ = x.record.operations[x.step]
         if operation is Operation.NEGATE:
             return -sine(Entry(x.record, a))
+        if x.step in x.record.turns:
+            return x.record.turns[x.step][0]
         return x.apply(Operation.SINE)
     if is_exact(x):
         return _exact("sin", x)
@@ -56,11 +58,11 @@ def cosine(x: Any) -> Any:
     """Cosine of an angle [rad]; that of zero is a whole number, which keeps formulas exact."""
     if isinstance(x, Entry):
         operation, a, _ = x.record.operations[x.step]
-        return (
-            cosine(Entry(x.record, a))
-            if operation is Operation.NEGATE
-            else x.apply(Operation.COSINE)
-        )
+        if operation is Operation.NEGATE:
+            return cosine(Entry(x.record, a))
+        if x.step in x.record.turns:
+            return x.record.turns[x.step][1]
+        return x.apply(Operation.COSINE)
     if is_exact(x):
         return _exact("cos", x)
     return 1 if x == 0 else math.cos(x)
@@ -83,6 +85,30 @@ def reciprocal(x: Any) -> Any:
 def arc_tangent(sine_: Any, cosine_: Any) -> Any:
     """Angle of a point (cosine, sine) of any radius, -pi to pi [rad]."""
     return _of_two(Operation.ARC_TANGENT, sine_, cosine_, math.atan2)
+
+
+def angle_of(sine_: Any, cosine_: Any, near: float = 0.0) -> Any:
+    """Angle of a known sine and cosine, within half a turn of another angle [rad].
+
+    Its own sine and cosine are these two: they leave no operations in the record.
+
+    Examples
+    --------
+    >>> record = Record({"s": [0.6], "c": [0.8]})
+    >>> q = angle_of(record.input("s"), record.input("c"))
+    >>> sine(q), cosine(q)
+    (Entry(0), Entry(1))
+    """
+    s, c = sine(near), cosine(near)
+    found = near + arc_tangent(sine_ * c - cosine_ * s, cosine_ * c + sine_ * s)
+    return with_turn(found, sine_, cosine_)
+
+
+def with_turn(angle: Any, sine_: Any, cosine_: Any) -> Any:
+    """The same angle, of which the record knows the sine and the cosine."""
+    if isinstance(angle, Entry):
+        angle.record.turns[angle.step] = sine_, cosine_
+    return angle
 
 
 def least(a: Any, b: Any) -> Any:

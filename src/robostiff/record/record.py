@@ -115,6 +115,8 @@ class Record:
         self.operations: list[tuple[Operation, Any, Any]] = []
         self._samples = np.empty((64, self.count))
         self.names: dict[int, str] = {}
+        #: Sine and cosine of angles that come from them.
+        self.turns: dict[int, tuple[Any, Any]] = {}
         self._known: dict[tuple[Operation, Any, Any], int] = {}
         self._by_value: dict[tuple[int, int], list[int]] = {}
         for name, values in samples.items():
@@ -167,6 +169,7 @@ class Record:
                 if alike[-1:] == [step]:
                     alike.pop()
             self.inputs, self.names = inputs, names
+            self.turns = {step: turn for step, turn in self.turns.items() if step < size}
 
     def number(self, value: Any) -> int:
         """The step of a number."""

@@ -13,19 +13,18 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.assembly import middle_of_turn
-from robostiff.kinematics.closure.body import tidied
-from robostiff.kinematics.formula import FormulaPose
-from robostiff.model import ALL_COORDINATES, Actuated, Passive, Robot
-from robostiff.model.entries import Symbolic
-from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, derivatives, least
-from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
-from robostiff.recorded.parameters import (
-    closed_samples,
-    coordinates_at_home,
-    parameter_samples,
-    turns_at_home,
-    with_inputs,
+from robostiff.model import Actuated, Passive, Robot
+from robostiff.record import (
+    ENTRY_FUNCTIONS,
+    Program,
+    Record,
+    derivatives,
+    derivatives_along,
+    least,
+    with_turn,
 )
+from robostiff.recorded.guess import RobotAtGuess, nominal, turn_names
+from robostiff.recorded.newton_step import NewtonStep, newton_step
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
 _CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
@@ -131,8 +130,8 @@ CLOSED = 1e-12**2
 class RecordedClosure(RecordedSteps):
     """Newton steps of a whole robot, from home to a pose.
 
-    Its inputs are pose coordinates, then parameters; its unknowns the coordinates of the legs, and
-    pose coordinates that they decide.
+    Its inputs are pose coordinates, then parameters; its unknowns the coordinates of the legs,
+    turns by their cosines and sines, and pose coordinates that the legs decide.
 
     Attributes
     ----------
@@ -142,6 +141,8 @@ class RecordedClosure(RecordedSteps):
         To the coordinates of all legs in the order of ``joints``, the square of what stays open,
         and a number that is positive in the assembly mode of home.
     joints : tuple of str
+    angles : tuple of str
+        Joints that are unknown by their cosine and sine.
     held : tuple of str
         Coordinates of passive joints that nothing determines, as of a rod that spins: they stay
         where they are at home.
@@ -149,6 +150,7 @@ class RecordedClosure(RecordedSteps):
 
     home: dict[str, float]
     joints: tuple[str, ...]
+    angles: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
 
     @property
@@ -156,21 +158,31 @@ class RecordedClosure(RecordedSteps):
         """What the first step begins with, the assembly mode that each finds among it."""
         return super().state | {_MODE: 1.0}
 
+    @property
+    def following(self) -> list[str]:
+        """What follows from the inputs: coordinates of the legs, and unknowns."""
+        return [
+            name for name in dict.fromkeys((*self.joints, *self.start)) if name not in self.inputs
+        ]
+
     def rates(self, by: str) -> Program:
-        """Rates of the unknowns in a closed posture when one input changes.
+        """Rates of what follows, in a closed posture, when one input changes.
 
         A Newton step g(x, p) from a closed posture x of an input p returns to it, and does so from
         all nearby: dg/dx = 0. So dx/dp = dg/dp, with x held.
         """
         record = self.empty_record((*self.inputs, *self.state))
-        given = {name: record.input(name) for name in record.inputs}
-        after = self.step.evaluated(given, ENTRY_FUNCTIONS)
-        return Program.of(record, derivatives(record, after[: len(self.start)], by))
+        values: dict[str, Any] = {name: record.input(name) for name in record.inputs}
+        after = self.step.evaluated(values, ENTRY_FUNCTIONS)[: len(self.start)]
+        moving = dict(zip(self.start, derivatives(record, after, by), strict=True))
+        values |= self._joints_at(values)
+        found = [values[name] for name in self.following]
+        return Program.of(record, derivatives_along(record, found, {by: 1} | moving))
 
     def direction(self, record: Record, by: str) -> dict[str, Any]:
-        """Rates of the inputs of a record of leg coordinates when one input of the closure changes.
+        """Rates of the inputs of a record when one input of the closure changes.
 
-        Those of the coordinates become inputs of the record, which the closure provides.
+        Those of what follows become inputs of the record, which the closure provides.
 
         Raises
         ------
@@ -179,23 +191,33 @@ class RecordedClosure(RecordedSteps):
         """
         if by not in self.inputs:
             raise InputError("derivative", got=by, expected=", ".join(self.inputs))
+        known = set(record.inputs)
         rates: dict[str, Any] = {
-            joint: record.add_input(_rate_name(joint, by), 1.0)
-            for joint in self.start
-            if joint in self.joints
+            name: record.add_input(_rate_name(name, by), 1.0)
+            for name in self.following
+            if name in known
         }
-        return rates | ({by: 1} if by in record.inputs else {})
+        return rates | ({by: 1} if by in known else {})
 
     def ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
         """Those of a program of leg coordinates, then the last two of the arrival."""
-        *q, gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)
-        at_joints = {**values, **dict(zip(self.joints, q, strict=True))}
+        gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)[-2:]
+        at_joints = {**values, **self._joints_at(values)}
         for by in self.inputs:
-            names = [_rate_name(joint, by) for joint in self.start]
+            names = [_rate_name(name, by) for name in self.following]
             if not set(names).isdisjoint(program.inputs):
                 rates = self.rates(by).evaluated(values, ENTRY_FUNCTIONS)
                 at_joints |= zip(names, rates, strict=True)
         return [*program.evaluated(at_joints, ENTRY_FUNCTIONS), gap, mode]
+
+    def _joints_at(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Coordinates of all legs at values of inputs and unknowns."""
+        found = self.arrival.evaluated(values, ENTRY_FUNCTIONS)[:-2]
+        q = dict(zip(self.joints, found, strict=True))
+        for name in self.angles:
+            cosine, sine = turn_names(name)
+            with_turn(q[name], values[sine], values[cosine])
+        return q
 
 
 def _rate_name(joint: str, by: str) -> str:
@@ -235,9 +257,9 @@ def record_closure(
     >>> joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
     >>> closure = record_closure(robot, posture_finder(robot), joints)
     >>> closure.inputs, len(closure.start)
-    (('z', 'rx', 'ry'), 18)
+    (('z', 'rx', 'ry'), 12)
     """
-    guess = _Guess.of(robot, finder, joints)
+    guess = RobotAtGuess.of(robot, finder, joints)
     if guess is None:
         return None
     step = newton_step(guess.legs, guess.pose, guess.r, guess.open, finder.length)
@@ -245,8 +267,10 @@ def record_closure(
     passive = {name for name, role in zip(joints, roles, strict=True) if isinstance(role, Passive)}
     if not passive.issuperset(step.undetermined):
         return None
-    q = dict(zip(joints, guess.q, strict=True))
-    closure = steps_from_home(guess.record, guess.inputs, guess.start, step, q, _turns(guess))
+    q = {name: x for own in guess.legs for name, x in zip(own.names, own.q, strict=True)}
+    q |= step.following
+    own = guess.record, guess.inputs, guess.start, step, q
+    closure = steps_from_home(*own, turns=_turns(guess), angles=guess.angles)
     return closure and replace(closure, held=tuple(step.undetermined))
 
 
@@ -256,7 +280,9 @@ def steps_from_home(
     start: dict[str, float],
     step: NewtonStep,
     q: Mapping[str, Any],
+    *,
     turns: Iterable[Any] = (),
+    angles: Sequence[str] = (),
 ) -> RecordedClosure | None:
     """The closure that takes one recorded step after the other.
 
@@ -272,6 +298,8 @@ def steps_from_home(
         The coordinates that follow.
     turns : iterable of entries
         Positive in the posture that is meant.
+    angles : sequence of str
+        Coordinates that are unknown by their cosine and sine.
 
     Returns
     -------
@@ -282,7 +310,10 @@ def steps_from_home(
     if mode is None:
         return None
     before = {name: record.add_input(name, 1.0) for name in (*BEFORE_FIRST, _MODE)}
-    after = [record.input(name) + step.steps.get(name, 0) for name in start]
+    moved = {name: record.input(name) + step.steps.get(name, 0) for name in start}
+    for name in angles:
+        moved |= _turned(record, name, step.steps.get(name, 0))
+    after = [moved[name] for name in start]
     # That of the last step will do: where nothing stays open, it was as short as its square.
     arrived = reduce(least, turns, least(before[_MODE], contraction(before)))
     return RecordedClosure(
@@ -292,76 +323,20 @@ def steps_from_home(
         step=Program.of(record, [*after, *handed_on(before, step.size), mode]),
         arrival=Program.of(record, [*q.values(), step.gap, arrived]),
         joints=tuple(q),
+        angles=tuple(angles),
     )
 
 
-@dataclass(frozen=True)
-class _Guess:
-    """A robot at a guess of its posture, on the entries of a new record."""
+def _turned(record: Record, angle: str, step: Any) -> dict[str, Any]:
+    """Cosine and sine of an angle after a step.
 
-    record: Record
-    inputs: tuple[str, ...]
-    start: dict[str, float]
-    legs: tuple[LegAtGuess, ...]
-    pose: FormulaPose
-    r: np.ndarray
-    open: dict[int, str]
-
-    @property
-    def q(self) -> list[Any]:
-        """Coordinates of all legs."""
-        return [x for own in self.legs for x in own.q]
-
-    @classmethod
-    def of(cls, robot: Robot, finder: PostureFinder, joints: Sequence[str]) -> _Guess | None:
-        """None where a parameter turns the platform at home: only closed forms take that."""
-        poses, each_leg = closed_samples(robot, finder)
-        chosen = robot.coordinate_places
-        names = [coordinate.value for coordinate in ALL_COORDINATES]
-        decided = () if finder.open_stay_at_home else robot.space.rows
-        open_ = {k: names[k] for k in decided if k not in chosen}
-        # The last sample is home: a pivot that vanishes there is none.
-        q = np.concatenate(each_leg, axis=1)
-        q_home = np.concatenate([solver.home for solver in finder.solvers])
-        pose = np.concatenate([poses, finder.home_pose[None]])
-        q = np.concatenate([q, q_home[None]])
-        parameters = with_nominal(robot)
-        inputs = {names[k]: pose[:, k] for k in chosen} | parameters
-        free = np.concatenate([leg.chain.free for leg in robot.legs])
-        state = {name: pose[:, k] for k, name in open_.items()}
-        state |= {joints[i]: q[:, i] for i in np.flatnonzero(free).tolist()}
-        record = Record({**inputs, **state})
-        own = with_inputs(robot, record)
-        if turns_at_home(own):
-            return None
-        six: list[Any] = coordinates_at_home(own, finder)
-        for k in (*chosen, *open_):
-            six[k] = record.input(names[k])
-        legs, first = [], 0
-        for leg in own.legs:
-            each = joints[first : first + leg.chain.size]
-            at = [
-                record.input(name) if moves else home
-                for name, moves, home in zip(each, leg.chain.free, leg.chain.home, strict=True)
-            ]
-            legs.append(LegAtGuess(leg, each, np.array(at, dtype=object)))
-            first += leg.chain.size
-        coordinates = tidied(np.array(six, dtype=object))
-        return cls(
-            record=record,
-            inputs=tuple(inputs),
-            start={name: float(values[-1]) for name, values in state.items()},
-            legs=tuple(legs),
-            pose=FormulaPose.of_coordinates(coordinates),
-            r=coordinates[3:],
-            open=open_,
-        )
-
-
-def with_nominal(robot: Symbolic) -> dict[str, np.ndarray]:
-    """Values of the parameters at the samples, the nominal ones last, as at home."""
-    samples = parameter_samples(robot)
-    return {name: np.append(own, float(robot.nominal[name])) for name, own in samples.items()}
+    It turns by 2 atan(step/2), which is the step up to its third power and needs no sine.
+    """
+    cosine, sine = turn_names(angle)
+    c, s = record.input(cosine), record.input(sine)
+    part = 1 / (1 + step * step * 0.25)
+    c_step, s_step = 2 * part - 1, step * part
+    return {cosine: c * c_step - s * s_step, sine: s * c_step + c * s_step}
 
 
 def _mode(step: NewtonStep) -> Any:
@@ -375,7 +350,7 @@ def _mode(step: NewtonStep) -> Any:
     return reduce(least, parts) - _WATCHED if parts else 1.0
 
 
-def _turns(guess: _Guess) -> Iterator[Any]:
+def _turns(guess: RobotAtGuess) -> Iterator[Any]:
     """Positive where a limited turn is the one that the careful closure reports."""
     for own in guess.legs:
         freedoms, roles = own.leg.chain.freedoms, own.leg.chain.roles
@@ -385,14 +360,10 @@ def _turns(guess: _Guess) -> Iterator[Any]:
             if role.limits is None:
                 continue
             low, high = role.limits
-            centre = middle_of_turn(_nominal(own.leg.chain.home[i]), role.limits)
+            centre = middle_of_turn(nominal(own.leg.chain.home[i]), role.limits)
             q = own.q[i]
             yield math.pi - (q - centre)
             yield math.pi + (q - centre)
             if high >= centre + math.pi or low <= centre - math.pi:
                 yield q - low
                 yield high - q
-
-
-def _nominal(value: Any) -> float:
-    return float(value.sample[-1]) if isinstance(value, Entry) else float(value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
 from typing import Any
@@ -15,7 +15,7 @@ from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.formula.placed import FormulaPose
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.kinematics.turn import rotvec_rate
+from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
 from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_zero, sine, square_root
 from robostiff.recorded.sparse_elimination import Equation, SparseElimination
@@ -37,18 +37,29 @@ class LegAtGuess:
     names : sequence of str
         Of its coordinates, as unknowns.
     q : (size,) array of entries and numbers
-        Coordinates [m, rad], locked ones as numbers.
+        Coordinates [m, rad], locked ones as numbers; 0 of those that follow.
+    following : tuple of int
+        Places of the coordinates of ball joints that close a gap by themselves, three by three.
+    home : (size,) array
+        Coordinates near which these are looked for [rad].
     """
 
     leg: Leg
     names: Sequence[str]
     q: np.ndarray
+    following: tuple[int, ...] = ()
+    home: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def moves(self) -> list[bool]:
+        """Whether each coordinate is unknown."""
+        free = self.leg.chain.free.tolist()
+        return [moves and i not in self.following for i, moves in enumerate(free)]
 
     @property
     def free(self) -> list[str]:
-        """Names of the coordinates that may change."""
-        moving = zip(self.names, self.leg.chain.free, strict=True)
-        return [name for name, moves in moving if moves]
+        """Names of the unknown coordinates."""
+        return [name for name, moves in zip(self.names, self.moves, strict=True) if moves]
 
     @property
     def lengths(self) -> list[Any]:
@@ -78,6 +89,8 @@ class NewtonStep:
         Of each leg, and of what couples them; their signs are those of the assembly mode.
     undetermined : list of str
         Unknowns that may have any value.
+    following : dict of names to entries
+        Coordinates that follow from the others [rad].
     """
 
     steps: dict[str, Any]
@@ -85,6 +98,7 @@ class NewtonStep:
     gap: Any
     determinants: list[Any]
     undetermined: list[str]
+    following: dict[str, Any] = field(default_factory=dict)
 
 
 def newton_step(
@@ -114,28 +128,37 @@ def newton_step(
         Characteristic length [m].
     """
     turning = rotvec_rate(r) if any(k >= 3 for k in open_) else None
-    groups = []
+    groups, following = [], {}
     for own in legs:
         openings = []
         for gap, platform in _gaps(own, pose):
             rates = _rates_of_leg(own, gap, platform.placed, length)
             if platform.is_end:
                 rates |= _rates_of_pose(own.leg, platform.arm, open_, turning, length)
-            openings.append(Opening(gap, rates))
+            ball = gap.own[-3:] if set(gap.own[-3:]) & set(own.following) else ()
+            if ball:
+                turn = vector_of_turn_near(gap.R.T @ gap.R_wanted, own.home[list(ball)])
+                following |= zip([own.names[i] for i in ball], turn, strict=True)
+            openings.append(Opening(gap, rates, turns=not ball))
         groups.append(ClosureGroup(openings, own.free))
 
     def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
         return _in_coordinates(legs, found, open_, length)
 
-    return step_of_groups(groups, list(open_.values()), in_coordinates, length)
+    step = step_of_groups(groups, list(open_.values()), in_coordinates, length)
+    return replace(step, following=following)
 
 
 @dataclass(frozen=True)
 class Opening:
-    """A gap, and the twists by which unknowns close it, in units of the length."""
+    """A gap, and the twists by which unknowns close it, in units of the length.
+
+    Without `turns`, it may turn as it likes: a ball joint stands there.
+    """
 
     gap: Loop
     rates: dict[str, np.ndarray]
+    turns: bool = True
 
 
 @dataclass(frozen=True)
@@ -170,8 +193,8 @@ def step_of_groups(
     for group in groups:
         equations: list[Equation] = []
         for opening in group.openings:
-            squares += _squares(opening.gap, length)
-            equations += _equations(opening.gap, opening.rates, length)
+            squares += _squares(opening, length)
+            equations += _equations(opening, length)
         left += elimination.eliminate(equations, group.unknowns)
     elimination.eliminate(left, shared)
     found = elimination.solution()
@@ -207,23 +230,26 @@ def _gaps(own: LegAtGuess, pose: FormulaPose) -> Iterator[tuple[Loop, _End]]:
         yield gap, _End(placed, number == 0, arm)
 
 
-def _squares(gap: Loop, length: float) -> list[Any]:
+def _squares(opening: Opening, length: float) -> list[Any]:
     """Squares that vanish where a gap is closed, and only there."""
+    gap = opening.gap
     shift = (gap.p_wanted - gap.p) * (1 / length)
-    chord = (gap.R_wanted - gap.R).reshape(-1)
+    chord = (gap.R_wanted - gap.R).reshape(-1) if opening.turns else ()
     return [x * x for x in (*shift, *chord) if not is_zero(x)]
 
 
-def _equations(gap: Loop, rates: dict[str, np.ndarray], length: float) -> list[Equation]:
+def _equations(opening: Opening, length: float) -> list[Equation]:
     """What closes a gap, shifts before turns; rows in which nothing moves are left out."""
-    D = gap.R_wanted @ gap.R.T
-    turn = [(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
-    shift = (gap.p_wanted - gap.p) * (1 / length)
+    gap = opening.gap
+    right = [*((gap.p_wanted - gap.p) * (1 / length))]
+    if opening.turns:
+        D = gap.R_wanted @ gap.R.T
+        right += [(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
     found = []
-    for row, right in enumerate((*shift, *turn)):
-        own = {name: column[row] for name, column in rates.items() if _moves(column[row])}
+    for row, missing in enumerate(right):
+        own = {name: rate[row] for name, rate in opening.rates.items() if _moves(rate[row])}
         if own:
-            found.append(Equation(own, right))
+            found.append(Equation(own, missing))
     return found
 
 
@@ -231,7 +257,7 @@ def _rates_of_leg(
     own: LegAtGuess, gap: Loop, placed: PlacedChain, length: float
 ) -> dict[str, np.ndarray]:
     """Twists by which the free coordinates of a leg close a gap, in units of the length."""
-    freedoms, free = placed.freedoms, own.leg.chain.free
+    freedoms, free = placed.freedoms, own.moves
     rates: dict[str, np.ndarray] = {}
     for places, at, sign in ((gap.own, gap.p, 1), (gap.leading, gap.p_wanted, -1)):
         for i in places:
@@ -278,7 +304,7 @@ def _in_coordinates(
 ) -> dict[str, Any]:
     steps = {}
     for own in legs:
-        freedoms, free = own.leg.chain.freedoms, own.leg.chain.free
+        freedoms, free = own.leg.chain.freedoms, own.moves
         for element, place in own.leg.chain.moving:
             if free[place.start]:
                 names = own.names[place.start : place.stop]

@@ -18,10 +18,11 @@ from robostiff.kinematics.formula import (
     place_leg,
     place_leg_at_joints,
 )
-from robostiff.model import Actuated, Leg, Robot
+from robostiff.model import ALL_COORDINATES, Actuated, Leg, Robot
 from robostiff.record import Entry, Operation, Record, least, usual_size
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
+from robostiff.recorded.guess import pose_on_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
     closed_samples,
@@ -188,6 +189,15 @@ class RobotOnEntries:
             pose = placed[0].platform
         return cls(robot, record, tuple(given), pose, placed, finder.length)
 
+    def with_platform(self, finder: PostureFinder, names: Sequence[str]) -> RobotOnEntries:
+        """The same with the platform at its pose: some of its coordinates become inputs."""
+        places = [k for k, own in enumerate(ALL_COORDINATES) if own.value in names]
+        samples = closed_samples(self.robot, finder)[0]
+        for k in places:
+            self.record.add_input(ALL_COORDINATES[k].value, samples[:, k])
+        six = pose_on_entries(self.robot, finder, self.record, places)
+        return replace(self, pose=FormulaPose.of_coordinates(six))
+
     @property
     def reference(self) -> np.ndarray:
         """Reference point (3,) in the world."""
@@ -223,6 +233,19 @@ def record_at_joints(robot: Robot, finder: PostureFinder) -> RecordedRobot:
     """Record a robot at coordinates of all its legs, a serial arm at those of its joints."""
     own = RobotOnEntries.of(robot, finder, by_pose=False)
     return replace(own.recorded, joints=own.coordinates)
+
+
+def record_with_closure(robot: Robot, finder: PostureFinder) -> RecordedRobot | None:
+    """Record a robot at coordinates of its legs and platform, with the closure that finds them.
+
+    None where a record of the closure does not serve, see `record_closure`.
+    """
+    own = RobotOnEntries.of(robot, finder, by_pose=False)
+    closure = record_closure(robot, finder, own.coordinates)
+    if closure is None:
+        return None
+    placed = own.with_platform(finder, (*closure.inputs, *closure.start))
+    return replace(placed.recorded, joints=own.coordinates, closure=closure)
 
 
 def assembled(
@@ -328,10 +351,8 @@ def record_robot(robot: Robot, finder: PostureFinder) -> RecordedRobot:
         recorded = record_at_pose(robot, finder)
         if not _misses(recorded):
             return recorded
-    recorded = record_at_joints(robot, finder)
-    if by_joints:
-        return recorded
-    return replace(recorded, closure=record_closure(robot, finder, recorded.joints))
+    recorded = None if by_joints else record_with_closure(robot, finder)
+    return record_at_joints(robot, finder) if recorded is None else recorded
 
 
 def _misses(recorded: RecordedRobot) -> bool:

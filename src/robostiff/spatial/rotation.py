@@ -87,6 +87,17 @@ def vector_of_rotation(R: np.ndarray) -> np.ndarray:
             q[here, j] = S[:, i, j] + S[:, j, i]
             q[here, k] = S[:, i, k] + S[:, k, i]
             q[here, 3] = S[:, k, j] - S[:, j, k]
+    return vector_of_quaternion(q)
+
+
+def vector_of_quaternion(q: np.ndarray) -> np.ndarray:
+    """Rotation vectors (..., 3) [rad] of quaternions (..., 4) of any size, scalar last.
+
+    Examples
+    --------
+    >>> vector_of_quaternion(np.array([0.0, -3.0, 0.0, -3.0]))
+    array([0.        , 1.57079633, 0.        ])
+    """
     v, c = q[..., :3], q[..., 3]
     size = np.sqrt(np.einsum("...i,...i->...", v, v))
     half = np.arctan2(size, np.abs(c))

@@ -25,6 +25,8 @@ ROBOTS = [
     ("two-link-arm", "elbow", 0.5),
     ("planar-link", "tip", 0.1),
     ("3-puu", "x", 0.3),
+    ("capaman", "x", 0.02),  # drives in parallel blocks
+    ("h4", "x", 0.05),
 ]
 
 

@@ -189,3 +189,6 @@ def of_signed_symbols():
 
 #: Values of (A, L, x) with a sign that the formula of them excludes.
 WRONG_SIGNS = [(1.0, -0.5, -1.0), (1.0, 0.5, 1.0), (-1e-9, 0.5, -1.0)]
+
+#: Of them where one is no finite number, and K is one.
+INFINITE = [(np.inf, 0.5, -1.0), (np.nan, 0.5, -1.0)]

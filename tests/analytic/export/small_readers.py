@@ -105,7 +105,7 @@ def julia(source):
     body = re.sub(r"^    \w+ = typeof\([^)]*\)\n", "", body, flags=re.MULTILINE)
     body = re.sub(r"^    \w+ = Float64\n", "", body, flags=re.MULTILINE)
     body = re.sub(r"zeros\(\w+, (\d+), \d+\)", r"zeros((\1, \1))", body)
-    body = re.sub(r"all\(isfinite, (\w+)\)", r"all(isfinite(\1))", body)
+    body = re.sub(r"all\(isfinite, (\w+|\([^)]*\))\)", r"all(isfinite(\1))", body)
     body = re.sub(r"^    (\w+) \|\| throw\(", r"    \1 or throw(", body, flags=re.MULTILINE)
     returned = re.search(r"^    return (.*)$", body, flags=re.MULTILINE)
     assert returned is not None, "nothing is returned"

@@ -13,6 +13,7 @@ from robostiff.analytic.export import c_function
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import (
     ALL,
+    INFINITE,
     WRONG_SIGNS,
     equation_4,
     exact,
@@ -63,9 +64,12 @@ def test_compiled_function_gives_the_substituted_formula(name, tmp_path):
 
 
 @needs_compiler
-def test_values_without_the_sign_of_their_symbol_are_refused(tmp_path):
+def test_values_without_the_sign_of_their_symbol_or_infinite_are_refused(tmp_path):
     function = compiled(c_function(of_signed_symbols()), tmp_path)
-    for values, fails in [((0.0, 0.5, -1.0), 0), *((values, 1) for values in WRONG_SIGNS)]:
+    for values, fails in [
+        ((0.0, 0.5, -1.0), 0),
+        *((values, 1) for values in (*WRONG_SIGNS, *INFINITE)),
+    ]:
         K = (ctypes.c_double * 9)(-7.0)
         assert function(K, (ctypes.c_double * 3)(*values)) == fails
         assert K[0] == (-7.0 if fails else 0.5)

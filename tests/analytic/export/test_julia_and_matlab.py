@@ -13,6 +13,7 @@ from robostiff.analytic.export.matlab_code import MATLAB_WORDS
 from tests.analytic.export import small_readers
 from tests.analytic.export.derivations import (
     ALL,
+    INFINITE,
     WRONG_SIGNS,
     equation_4,
     exact,
@@ -95,11 +96,11 @@ def test_functions_refuse_where_the_formula_does_not_hold(language):
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_values_without_the_sign_of_their_symbol_are_refused(language):
+def test_values_without_the_sign_of_their_symbol_or_infinite_are_refused(language):
     write, read = LANGUAGES[language]
     f = read(write(of_signed_symbols()))
     assert f(0.0, 0.5, -1.0)[0, 0] == 0.5
-    for values in WRONG_SIGNS:
+    for values in (*WRONG_SIGNS, *INFINITE):
         with pytest.raises(ValueError, match="does not hold"):
             f(*values)
 

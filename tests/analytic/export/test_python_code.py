@@ -8,6 +8,7 @@ from robostiff.analytic.export import python_function
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import (
     ALL,
+    INFINITE,
     WRONG_SIGNS,
     equation_4,
     exact,
@@ -54,10 +55,10 @@ def test_arrays_broadcast(name):
         assert largest_difference(K[i, j], exact(derivation, values)) < 1e-13
 
 
-def test_values_without_the_sign_of_their_symbol_are_refused():
+def test_values_without_the_sign_of_their_symbol_or_infinite_are_refused():
     K = compiled(of_signed_symbols())
     assert K(0.0, 0.5, -1.0)[0, 0] == 0.5
-    for values in WRONG_SIGNS:
+    for values in (*WRONG_SIGNS, *INFINITE):
         with pytest.raises(ValueError, match="does not hold at 1 of 1"):
             K(*values)
     with pytest.raises(ValueError, match="does not hold at 1 of 2"):

@@ -12,6 +12,7 @@ from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_answer import CheckedResults
 from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
+from robostiff.analysis.deflection_under_load import carried_by
 from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
@@ -38,7 +39,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import find_posture, freedom_twist
 from robostiff.linkage import Linkage
-from robostiff.model import Actuated, Robot
+from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.spatial import move_wrench
 from robostiff.spatial.batch import empty_batch
 
@@ -186,7 +187,7 @@ class BatchedEvaluator:
     def _actuator_forces(
         self, pose: Any, result: RobotStiffness, known: np.ndarray, wrench: np.ndarray
     ) -> np.ndarray:
-        """Load on each actuator (N, actuators) [N or N m]: what its leg carries along it."""
+        """Load on each actuator (N, actuators) [N or N m]: what its chain carries along it."""
         if not isinstance(self.robot, Robot):
             raise TypeError("actuator forces of a linkage are no quantity of maps")
         whole = np.broadcast_to(wrench, (len(known), len(wrench)))
@@ -194,17 +195,19 @@ class BatchedEvaluator:
         loads = leg_loads(result[known], about_origin[known])
         posture = find_posture(self.robot, pose, near=self._near)
         rows = list(self.robot.space.rows)
-        columns = [
-            (i, freedom_twist(freedom, result.origin)[..., rows])
-            for i, leg in enumerate(posture.snapshot.legs)
-            for freedom in leg.freedoms
-            if isinstance(freedom.role, Actuated)
-        ]
-        out = empty_batch((len(known),), (len(columns),))
-        out[...] = np.nan
-        if loads is not None:
-            for k, (i, column) in enumerate(columns):
-                out[known, k] = np.einsum("...i,...i->...", column[known], loads.wrenches[i])
+        forces = []
+        for i, leg in enumerate(posture.snapshot.legs):
+            F = np.zeros((len(known), 6))
+            if loads is not None:
+                F[np.ix_(known, rows)] = loads.wrenches[i]
+            forces += [
+                np.einsum("...i,...i->...", freedom_twist(element, result.origin), carried)
+                for element, carried in carried_by(leg, result.leg_blocks[i], F, rows)
+                if isinstance(element, PlacedFreedom) and isinstance(element.role, Actuated)
+            ]
+        out = empty_batch((len(known),), (len(forces),))
+        held = known if loads is not None else np.zeros_like(known)
+        out[...] = np.where(held[:, None], np.stack(forces, axis=-1), np.nan)
         return out
 
 

@@ -105,7 +105,7 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     <BLANKLINE>
         K[0] = k;
         K[1] = 0.0;
-    >>> lines[-8]
+    >>> lines[-9]
     '    K[8] = (1.0/3.0)*(d*d)*k;'
     """
     refuse_derivative(derivation)
@@ -125,7 +125,7 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
         f"int {name}(double *restrict {out}, const double *restrict {p})",
         "{",
         *_body(compute, names, K, p),
-        *_guard(compute, _CPrinter(names), K, out, identifiers),
+        *_guard(compute, _CPrinter(names), (K, p, out), identifiers),
         "}",
     ]
     return "\n".join(lines) + "\n"
@@ -160,7 +160,7 @@ def _body(compute: FormulaProgram, names: Mapping[sp.Symbol, str], K: str, p: st
         for i, symbol in enumerate(compute.arguments)
         if symbol in used
     ]
-    lines += [] if lines else [f"    (void){p};"]
+    lines += [] if compute.arguments else [f"    (void){p};"]
     for assignment in compute.assignments:
         target = f"const double {names[assignment.symbol]}"
         lines += _assigned(target, printer.write(assignment.expression))
@@ -176,13 +176,20 @@ def _body(compute: FormulaProgram, names: Mapping[sp.Symbol, str], K: str, p: st
 
 
 def _guard(
-    compute: FormulaProgram, printer: _CPrinter, K: str, out: str, identifiers: Identifiers
+    compute: FormulaProgram,
+    printer: _CPrinter,
+    arrays: tuple[str, str, str],
+    identifiers: Identifiers,
 ) -> list[str]:
-    """Lines that return K; 1 where it is not finite, or a denominator or condition fails."""
+    """Lines that return K; 1 where a value is not finite, or a denominator or condition fails."""
+    K, p, out = arrays
     fails, i = identifiers.take("fails"), identifiers.take("i")
     n = compute.entries.rows
     lines = ["", f"    int {fails} = 0;"]
     every = f"    for (int {i} = 0; {i} < {n * n}; ++{i})"
+    if given := len(compute.arguments):
+        each = f"    for (int {i} = 0; {i} < {given}; ++{i})"
+        lines.append(f"{each} {fails} |= !isfinite({p}[{i}]);")
     lines.append(f"{every} {fails} |= !isfinite({K}[{i}]);")
     tests = [guard_test(guard, printer.write, "fabs") for guard in compute.guards]
     tests += [f"{printer.write(expression)} >= 0.0" for _, expression in compute.conditions]

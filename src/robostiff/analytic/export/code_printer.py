@@ -224,7 +224,7 @@ def where_it_holds(compute: FormulaProgram) -> str:
     """The arguments for which a generated function gives no answer, in words."""
     words = (
         "where the formula does not hold: where a denominator vanishes up to rounding, "
-        "a radicand is negative, or K is not finite"
+        "a radicand is negative, or a given value or K is not finite"
     )
     besides = dict.fromkeys(unquoted(own) for own, _ in compute.conditions)
     return words + "".join(f"; unless {own}" for own in besides)
@@ -278,7 +278,7 @@ def tests_after(
 ) -> list[str]:
     """What is assigned to the flag `holds`, one test after the other, in languages with ``&&``.
 
-    The first test, `finite`, is that results are finite; `write` writes an expression.
+    The first test, `finite`, is that arguments and results are; `write` writes an expression.
     """
     guards = [guard_test(guard, write) for guard in compute.guards]
     conditions = [f"{write(expression)} >= 0" for _, expression in compute.conditions]

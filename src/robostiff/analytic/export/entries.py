@@ -13,6 +13,7 @@ import sympy as sp
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.factors import bound_of_terms, factored
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.operation_count import count_of
 from robostiff.errors import InputError
 
 
@@ -66,7 +67,7 @@ def operations(matrix: Any) -> int:
     >>> operations(sp.Matrix([[x + y, x * y + 1]]))
     3
     """
-    return sum(int(entry.count_ops()) for entry in entries(matrix))
+    return sum(count_of(entry) for entry in entries(matrix))
 
 
 @dataclass(frozen=True)
@@ -184,7 +185,7 @@ def readable(expression: Any) -> Any:
     R**2 + r
     """
     expression = in_decimals(expression)
-    before = int(expression.count_ops())
+    before = count_of(expression)
     if not 1 < before <= _MOST_OPERATIONS_OF_AN_ENTRY or not _is_manageable([expression]):
         return expression
     try:
@@ -197,8 +198,8 @@ def readable(expression: Any) -> Any:
         sp.factor_terms(expression),
         factored(field, element.num) / factored(field, element.den),
     ]
-    shorter = min(found, key=lambda e: int(e.count_ops()))
-    return shorter if int(shorter.count_ops()) < before else expression
+    shorter = min(found, key=count_of)
+    return shorter if count_of(shorter) < before else expression
 
 
 def readable_matrix(M: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
@@ -226,7 +227,7 @@ def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]
         factor, rest = _common_factor(K)
     except InputError:
         return sp.Integer(1), whole
-    if operations(rest) + int(factor.count_ops()) < operations(whole):
+    if operations(rest) + count_of(factor) < operations(whole):
         return factor, rest
     return sp.Integer(1), whole
 

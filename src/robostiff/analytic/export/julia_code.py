@@ -76,7 +76,7 @@ def julia_function(derivation: Derivation | FormulaDerivative, name: str = "stif
         K = zeros(T, 3, 3)
         K[1, 1] = k
         K[3, 3] = (1/3)*d^2*k
-        holds = all(isfinite, K)
+        holds = all(isfinite, (d, k)) && all(isfinite, K)
         holds || throw(DomainError((d, k), "the formula does not hold at these values"))
         return K
     end
@@ -102,10 +102,11 @@ def julia_function(derivation: Derivation | FormulaDerivative, name: str = "stif
         entries = filled(matrix, lambda i, j, K=result: f"{K}[{i + 1}, {j + 1}]", printer.write)
         for target, expression in entries:
             lines += assigned(target, expression, _WIDTH)
-    finite = " && ".join(f"all(isfinite, {result})" for result in results)
+    given = f"({', '.join(arguments)}{',' * (len(arguments) == 1)})"
+    of = [given] if arguments else []
+    finite = " && ".join(f"all(isfinite, {x})" for x in (*of, *results))
     for test in tests_after(holds, finite, compute, printer.write):
         lines += assigned(holds, test, _WIDTH)
-    given = f"({', '.join(arguments)}{',' * (len(arguments) == 1)})"
     thrown = f'{given}, "{NO_ANSWER}"))'
     lines += wrapped_formula(thrown, _WIDTH, f"    {holds} || throw(DomainError(", " " * 8)
     return "\n".join([*lines, f"    return {', '.join(results)}", "end"]) + "\n"

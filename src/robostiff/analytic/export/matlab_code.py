@@ -83,7 +83,7 @@ def matlab_function(derivation: Derivation | FormulaDerivative, name: str = "sti
     K(1, 1) = k;
     K(3, 3) = (1/3)*d^2*k;
     <BLANKLINE>
-    holds = all(isfinite(K(:)));
+    holds = all(isfinite([d, k])) && all(isfinite(K(:)));
     if ~holds
         error('robostiff:formula', 'the formula does not hold at these values');
     end
@@ -113,7 +113,8 @@ def matlab_function(derivation: Derivation | FormulaDerivative, name: str = "sti
         for target, expression in entries:
             lines += _assigned(target, expression)
     lines.append("")
-    finite = " && ".join(f"all(isfinite({result}(:)))" for result in results)
+    of = [f"[{arguments}]"] if arguments else []
+    finite = " && ".join(f"all(isfinite({x}))" for x in (*of, *(f"{K}(:)" for K in results)))
     for test in tests_after(holds, finite, compute, printer.write):
         lines += _assigned(holds, test)
     lines += [f"if ~{holds}", f"    error('robostiff:formula', '{NO_ANSWER}');", "end", "end"]

@@ -70,7 +70,7 @@ def python_function(derivation: Derivation | FormulaDerivative, name: str = "sti
     >>> lines = python_function(Derivation("K_C", K, (), K)).splitlines()
     >>> lines[6]
     'def stiffness(k, lambda_):'
-    >>> print("\n".join(lines[-14:]))
+    >>> print("\n".join(lines[-16:]))
         k = np.asarray(k, dtype=float)
         lambda_ = np.asarray(lambda_, dtype=float)
         t1 = k*lambda_
@@ -81,6 +81,8 @@ def python_function(derivation: Derivation | FormulaDerivative, name: str = "sti
         K[..., 2, 0] = K[..., 0, 2]
         K[..., 2, 2] = (1/3)*k*lambda_**2
         holds = np.isfinite(K).all(axis=(-2, -1))
+        for given in (k, lambda_):
+            holds = holds & np.isfinite(given)
         if not np.all(holds):
             bad = np.size(holds) - np.count_nonzero(holds)
             raise ValueError(f"the formula does not hold at {bad} of {np.size(holds)} points")
@@ -98,6 +100,7 @@ def python_function(derivation: Derivation | FormulaDerivative, name: str = "sti
         *_docstring(title, compute, names),
         *(f"    {argument} = np.asarray({argument}, dtype=float)" for argument in arguments),
         *body,
+        *_finite(arguments, holds, identifiers.take("given")),
         *_refusal(holds, identifiers.take("bad")),
         f"    return {', '.join(targets)}",
     ]
@@ -183,6 +186,15 @@ def _guard(
     for _, expression in compute.conditions:
         lines += assigned(holds, f"{holds} & ({printer.write(expression)} >= 0)", _WIDTH)
     return lines
+
+
+def _finite(arguments: list[str], holds: str, given: str) -> list[str]:
+    """Lines that refuse arguments that are not finite where K is, as 1/k of an infinite k."""
+    if not arguments:
+        return []
+    given_values = ", ".join(arguments) + "," * (len(arguments) == 1)
+    every = wrapped_formula(f"{given_values}):", _WIDTH, f"    for {given} in (", " " * 8)
+    return [*every, f"        {holds} = {holds} & np.isfinite({given})"]
 
 
 def _refusal(holds: str, bad: str) -> list[str]:

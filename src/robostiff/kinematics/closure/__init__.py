@@ -1,9 +1,9 @@
 """Closure: leg coordinates for a platform pose.
 
 Closed forms for the usual legs (``strut``: UPS, SPS, UPU, UCU, planar RPR; ``rod``: PUU, PUS, RUU,
-RUS, planar RRR and PRR, PRRR and CRR with parallel axes), recognised from geometry alone, for poses
-in numbers and for records; Newton's method from the home configuration, in its assembly mode, for
-the rest.
+RUS, planar RRR and PRR, PRRR and CRR with parallel axes; ``post``: one joint S, U or R), recognised
+from geometry alone, for poses in numbers and for records; Newton's method from the home
+configuration, in its assembly mode, for the rest.
 """
 
 from robostiff.kinematics.closure.assembly_mode import AssemblyMode

@@ -26,15 +26,12 @@ class LegForm(ABC):
     Attributes
     ----------
     skeleton : Skeleton
-    joints : RodJoints
-        The rod, and the joints at its ends.
     mode : Mode
     name : str, optional
         Of the leg, where steps of a record are to be named.
     """
 
     skeleton: Skeleton
-    joints: RodJoints
     mode: Mode = field(default_factory=Mode, kw_only=True)
     name: str | None = field(default=None, kw_only=True)
 
@@ -48,14 +45,14 @@ class LegForm(ABC):
         """Place of the coordinate that the first sign of a mode decides."""
 
     @property
+    @abstractmethod
     def signs(self) -> tuple[bool, bool, bool]:
         """Which signs of a mode there are."""
-        return (True, *self.joints.two_ways)
 
     @property
+    @abstractmethod
     def turning(self) -> tuple[Cluster, ...]:
-        """Joints whose coordinates are angles."""
-        return (self.joints.A, self.joints.B)
+        """Joints whose coordinates are angles, from base to platform."""
 
     def in_mode(self, mode: Mode) -> Self:
         """The same leg in another assembly mode."""
@@ -71,7 +68,7 @@ class LegForm(ABC):
         q[...] = self.skeleton.home[:, None]
         for place, stretch in closed.slides.items():
             q[place] = stretch.coordinate
-        last = self.joints.B.places[-1]  # which takes what is left
+        last = self.turning[-1].places[-1]  # which takes what is left
         for place, axis, across in self._turns:
             if place == last:
                 q[place] = closed.nearest_angle(place, axis, across)
@@ -113,14 +110,40 @@ class LegForm(ABC):
         for cluster in self.turning:
             if not cluster.is_ball:
                 yield from zip(cluster.places, cluster.axes, strict=True)
-        if self.joints.spin is not None:
-            yield self.joints.spin, self.joints.along
 
     @cached_property
     def _balls(self) -> tuple[tuple[Cluster, np.ndarray], ...]:
         """Spherical joints, and their own axes at zero coordinates as columns."""
         balls = (cluster for cluster in self.turning if cluster.is_ball)
         return tuple((cluster, np.stack(cluster.axes, axis=-1)) for cluster in balls)
+
+
+@dataclass(frozen=True)
+class RodForm(LegForm):
+    """A leg with a rod between two joints.
+
+    Attributes
+    ----------
+    joints : RodJoints
+        The rod, and the joints at its ends.
+    """
+
+    joints: RodJoints
+
+    @property
+    def signs(self) -> tuple[bool, bool, bool]:
+        """Which signs of a mode there are."""
+        return (True, *self.joints.two_ways)
+
+    @property
+    def turning(self) -> tuple[Cluster, ...]:
+        """Joints whose coordinates are angles, from base to platform."""
+        return (self.joints.A, self.joints.B)
+
+    def _single_turns(self) -> Iterator[tuple[int, np.ndarray]]:
+        yield from super()._single_turns()
+        if self.joints.spin is not None:
+            yield self.joints.spin, self.joints.along
 
 
 def joints_of(

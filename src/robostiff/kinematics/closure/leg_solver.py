@@ -27,6 +27,7 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
     pose_of_end,
 )
+from robostiff.kinematics.closure.post import Post, recognise_post
 from robostiff.kinematics.closure.rod import Rod, recognise_rod, recognise_sliding_rod
 from robostiff.kinematics.closure.skeleton import skeleton_of
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
@@ -35,7 +36,7 @@ from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
 
-ClosedForm = Strut | Rod
+ClosedForm = Strut | Rod | Post
 _CLOSED = 1e-7
 _KEPT = "_closed_form"  # attribute of a chain
 _STARTS, _SEED = 32, 5  # of the search for other postures
@@ -49,7 +50,7 @@ class LegSolver:
     Attributes
     ----------
     leg : Leg
-    closed_form : Strut, Rod or None
+    closed_form : Strut, Rod, Post or None
         Of the main path of its chain.
     copies : (size,) array of int
         Places on the main path to which its coordinates are equal, where it has a closed form.
@@ -354,7 +355,7 @@ def _closed_form(path: Chain) -> ClosedForm | None:
     """By given points first, then by meeting axes."""
     for joined in (False, True):
         skeleton = skeleton_of(path, joined_where_axes_meet=joined)
-        for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod):
+        for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post):
             if (found := recognise(skeleton)) is not None:
                 return found
     return None

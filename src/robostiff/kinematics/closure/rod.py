@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.kinematics.closure.body import LegBody, tidied
-from robostiff.kinematics.closure.closed_form import LegForm, joints_of
+from robostiff.kinematics.closure.closed_form import RodForm, joints_of
 from robostiff.kinematics.closure.closed_leg import ClosedLeg, Stretch
 from robostiff.kinematics.closure.drive import Circle, circle_of, driven_by_crank, driven_by_slide
 from robostiff.kinematics.closure.rod_ends import RodEnds, fits, placed_rod
@@ -22,7 +22,7 @@ _PARALLEL = 1e-9
 
 
 @dataclass(frozen=True)
-class Rod(LegForm):
+class Rod(RodForm):
     """A slide or crank that carries joint A, and a rod from A to joint B.
 
     Attributes

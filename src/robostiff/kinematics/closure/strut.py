@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.kinematics.closure.body import LegBody, tidied_point
-from robostiff.kinematics.closure.closed_form import LegForm, joints_of
+from robostiff.kinematics.closure.closed_form import RodForm, joints_of
 from robostiff.kinematics.closure.closed_leg import ClosedLeg, Stretch
 from robostiff.kinematics.closure.rod_ends import RodEnds, fits, placed_rod
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
@@ -15,7 +15,7 @@ from robostiff.kinematics.closure.vectors import dot, quotient, root
 
 
 @dataclass(frozen=True)
-class Strut(LegForm):
+class Strut(RodForm):
     """A slide along the line from joint A to joint B, perhaps with a turn about it.
 
     Its length, the fixed one and the slide's coordinate, has the sign that its mode says.

@@ -21,6 +21,7 @@ from robostiff.kinematics.closure.body import (
 )
 from robostiff.kinematics.closure.closed_leg import ClosedLeg
 from robostiff.kinematics.closure.leg_solver import ClosedForm, LegSolver
+from robostiff.kinematics.closure.post import Post
 from robostiff.kinematics.closure.rod_ends import RodJoints
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
 from robostiff.kinematics.closure.strut import Strut
@@ -35,7 +36,7 @@ _KEPT = "_at_zero"  # attribute of a chain
 
 
 def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
-    """Record a leg at a pose, its coordinates eliminated: struts, and rods on a slide or a crank.
+    """Record a leg at a pose, its coordinates eliminated: a strut, a rod on a drive, or a post.
 
     Points and directions are computed, no angles, in the assembly mode of home. Results are not
     finite where a universal joint points its rod along its own first axis, and where a strut has
@@ -61,7 +62,7 @@ def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
         raise InputError(
             f"leg {leg.name!r}",
             got="a leg without a closed form",
-            expected="a strut, or a rod on a slide or a crank",
+            expected="a strut, a rod on a slide or a crank, or a post with one joint",
             hint="close it by its solver and write place_leg_at_joints(leg, q)",
         )
     site = _Site.of(leg, pose, solver)
@@ -83,6 +84,8 @@ class _Site:
     base, platform : LegBody
     pose : FormulaPose
         Of the platform.
+    length : float
+        Characteristic length [m].
     """
 
     leg: Leg
@@ -93,6 +96,7 @@ class _Site:
     base: LegBody
     platform: LegBody
     pose: FormulaPose
+    length: float
 
     @classmethod
     def of(cls, leg: Leg, pose: FormulaPose, solver: LegSolver) -> _Site:
@@ -105,10 +109,14 @@ class _Site:
         p_platform = zero.p - R_platform @ leg.attachment.p
         rest = Rest(tidied(R_platform), tidied_point(p_platform))
         platform = LegBody(rest, tidied(pose.R), tidied_point(pose.p))
-        return cls(leg, solver.leg, solver.copies.tolist(), whole, zero, base, platform, pose)
+        copies = solver.copies.tolist()
+        return cls(leg, solver.leg, copies, whole, zero, base, platform, pose, solver.length)
 
     def own_form(self, form: ClosedForm) -> ClosedForm:
         """A closed form recognised in floats, with the entries of the leg to be recorded."""
+        if isinstance(form, Post):
+            joint = self._own(form.joint)
+            return replace(form, joint=joint, length=self.length, name=self.leg.name)
         A, B = self._own(form.joints.A), self._own(form.joints.B)
         parts: dict[str, Any] = {}
         if isinstance(form, Strut):

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from robostiff.analysis.compiled_answer import AtGeneralPoses, checked_results
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
@@ -19,6 +18,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose
 from robostiff.model import Robot
 from robostiff.recorded import CLOSED
+from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.beam_bowing import Beams
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.kernels.weights import StandingLoads
@@ -282,5 +282,5 @@ class CompiledLoading:
 
 def displacement_of(place: np.ndarray) -> np.ndarray:
     """Shift and rotation vector (N, 6) of rows of shifts and quaternions (7, N), scalar first."""
-    turn = Rotation.from_quat(place[[4, 5, 6, 3]].T).as_rotvec()
+    turn = vector_of_quaternion(place[[4, 5, 6, 3]].T)
     return np.concatenate([place[:3].T, turn], axis=1)

@@ -1,0 +1,36 @@
+from robostiff.statics.beam_bowing import Bowing, Linear
+from robostiff.statics.critical_load import CriticalLoad, critical_load
+from robostiff.statics.equilibrium import equilibrium
+from robostiff.statics.given_loads import DeadForce, has_masses
+from robostiff.statics.kernels.compile import compile_loaded
+from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
+from robostiff.statics.load_path import load_path
+from robostiff.statics.loaded_parts import BodyPlace, BodyPlaces, LoadedPart
+from robostiff.statics.modes import Mode, Modes, modes
+from robostiff.statics.result import Equilibria, Equilibrium
+from robostiff.statics.small_loads import deflection
+from robostiff.statics.status import EquilibriumStatus
+
+__all__ = [
+    "BodyPlace",
+    "BodyPlaces",
+    "Bowing",
+    "CompiledLoading",
+    "CriticalLoad",
+    "DeadForce",
+    "Equilibria",
+    "Equilibrium",
+    "EquilibriumStatus",
+    "Linear",
+    "LoadedAnswer",
+    "LoadedPart",
+    "Mode",
+    "Modes",
+    "compile_loaded",
+    "critical_load",
+    "deflection",
+    "equilibrium",
+    "has_masses",
+    "load_path",
+    "modes",
+]
