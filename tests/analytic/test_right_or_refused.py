@@ -23,7 +23,7 @@ from robostiff.analytic import (
     robot_formula,
     snapshot_formula,
 )
-from robostiff.analytic.agreement import check_robot
+from robostiff.analytic.agreement import RobotInNumbers
 from robostiff.analytic.chain_agreement import check_chain
 from robostiff.analytic.export import (
     c_function,
@@ -228,10 +228,10 @@ def test_a_derivation_that_differs_from_numbers_is_not_returned(monkeypatch):
 def test_checks_of_robots_chains_and_snapshots_see_a_difference(monkeypatch):
     robot = rs.load("3-rpr", symbols=())
     derivation = rs.derive(robot, pose=rs.AtSymbols())
-    placed = place_robot(robot, rs.AtSymbols())
-    check_robot(derivation, placed)
+    numbers = RobotInNumbers.of(place_robot(robot, rs.AtSymbols()))
+    numbers.check(derivation.K, derivation.definitions)
     with pytest.raises(DisagreementError):
-        check_robot(replace(derivation, K=derivation.K * sp.Rational(100001, 100000)), placed)
+        numbers.check(derivation.K * sp.Rational(100001, 100000), derivation.definitions)
     joints = {"tip": sp.ImmutableMatrix([0, 0, 0, 0, 1, 0])}
     chain = derive_chain(FULL, joints, Steps())
     with pytest.raises(DisagreementError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from robostiff.analytic.closed_posture import AROUND
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.numeric_value import matrix_value
-from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.robot_placement import PlacedRobot, home_values
 from robostiff.analytic.robot_pose import platform_pose
 from robostiff.elastostatics import Status
@@ -32,35 +32,63 @@ _SPREADS = (0.02, 0.005, 0.0)  # of the parameters: some robots close at few val
 _SEED = 74
 
 
-def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> int:
-    """Compare the formula of a robot with its stiffness in numbers, at random values and poses.
+_Place = tuple[dict[str, float], Any, bool]  # values, answer, and whether it is in doubt
 
-    Returns
-    -------
-    int
-        The largest rank in numbers there: that of the formula for general values.
 
-    Raises
-    ------
-    DisagreementError
-        When they differ.
-    InputError
-        When the legs reach none of the poses near home that the formula is for.
+@dataclass(frozen=True)
+class RobotInNumbers:
+    """A robot at random values of its symbols, and at random poses where these have symbols.
+
+    Attributes
+    ----------
+    where : str
+        The robot and its pose, in words.
+    symbols : tuple of sympy.Symbol
+        Those that have values.
+    places : tuple of (values, answer, whether it is in doubt)
+    length : float
+        Characteristic length [m].
     """
-    places = list(closed_places(placed, derivation.where))
-    symbols = derivation.symbols
-    at_all = {s: np.array([values[s.name] for values, _, _ in places]) for s in symbols}
-    where = f"{derivation.name!r} {derivation.where}"
-    named = derivation.named
-    for form in (derivation, *([] if named is None else [named])):
-        found = matrix_value(form.K, at_all, form.definitions)
-        found = np.broadcast_to(found, (len(places), *form.K.shape))
-        for own, (values, result, doubtful) in zip(found, places, strict=True):
+
+    where: str
+    symbols: tuple[sp.Symbol, ...]
+    places: tuple[_Place, ...]
+    length: float
+
+    @classmethod
+    def of(cls, placed: PlacedRobot) -> RobotInNumbers:
+        """A placed robot.
+
+        Raises
+        ------
+        InputError
+            When the legs reach none of the poses near home that the formula is for.
+        """
+        places = tuple(closed_places(placed, placed.where))
+        symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
+        return cls(f"{placed.robot.name!r} {placed.where}", symbols, places, placed.length)
+
+    @property
+    def rank(self) -> int:
+        """The largest rank: that of a formula for general values."""
+        return max(int(result.rank) for _, result, _ in self.places)
+
+    def check(self, K: Any, definitions: tuple[Definition, ...] = ()) -> None:
+        """Compare a formula of the stiffness with that in numbers.
+
+        Raises
+        ------
+        DisagreementError
+            When they differ.
+        """
+        at_all = {s: np.array([at[s.name] for at, _, _ in self.places]) for s in self.symbols}
+        found = matrix_value(K, at_all, definitions)
+        found = np.broadcast_to(found, (len(self.places), *K.shape))
+        for own, (values, result, doubtful) in zip(found, self.places, strict=True):
             limit = _AGREED_IN_DOUBT if doubtful else AGREED
-            if matrix_distance(own, result.K, placed.length) > limit:
-                given = {s: values[s.name] for s in symbols}
-                check_value(form.K, form.definitions, given, result.K, limit, where, placed.length)
-    return max(int(result.rank) for _, result, _ in places)
+            if matrix_distance(own, result.K, self.length) > limit:
+                given = {s: values[s.name] for s in self.symbols}
+                check_value(K, definitions, given, result.K, limit, self.where, self.length)
 
 
 def closed_places(
@@ -112,9 +140,6 @@ def closed_places(
         expected="poses that the legs reach",
         hint="name all coordinates of the pose by AtSymbols(), or derive it at home",
     )
-
-
-_Place = tuple[dict[str, float], Any, bool]  # values, answer, and whether it is in doubt
 
 
 def _places(

@@ -38,6 +38,11 @@ class Unwritten:
 class WrittenField:
     """A field of a frozen dataclass that may be given as `Unwritten`; it is written at first use.
 
+    Parameters
+    ----------
+    default : object, optional
+        Of the field.
+
     Examples
     --------
     >>> @dataclass(frozen=True)
@@ -49,11 +54,16 @@ class WrittenField:
     True
     """
 
+    def __init__(self, *default: Any) -> None:
+        self._default = default
+
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
 
     def __get__(self, instance: Any, owner: type) -> Any:
         if instance is None:
+            if self._default:
+                return self._default[0]
             # So that dataclass() sees a field without a default.
             raise AttributeError(self._name)
         value = instance.__dict__[self._name]
@@ -183,12 +193,12 @@ class Derivation:
     """
 
     name: str
-    K0: sp.ImmutableMatrix
+    K0: WrittenField = WrittenField()
     stages: tuple[Stage, ...]
     K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
     exact: ExactMatrix | None = field(default=None, compare=False, repr=False)
-    conditions: tuple[Condition, ...] = ()
+    conditions: WrittenField = WrittenField(())
 
     def __reduce__(self) -> tuple[Any, ...]:
         # FLINT's polynomials cannot be pickled.

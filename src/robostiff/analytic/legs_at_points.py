@@ -215,6 +215,8 @@ def turned_legs(
                         if _is_image(legs[i], legs[first], way, rows):
                             images[i] = way
                             break
+                    else:
+                        break  # not all
                 if len(images) == N:
                     left = [i for i in left if i not in images]
                     found |= {i: (first, way) for i, way in images.items() if i != first}

@@ -319,5 +319,8 @@ def _in_squares(radicand: Any) -> Any:
     written = [number * field.polynomial_expression(base) ** 2 for base, number in squares]
     other = sp.Add(*written, field.polynomial_expression(rest))
     turning = sorted(radicand.atoms(sp.sin, sp.cos), key=str)
-    apart = sp.collect(radicand, [x**k for x in turning for k in (2, 1)], func=sp.factor)
-    return min(radicand, other, apart, key=count_of)
+    found = [radicand, other]
+    if turning:
+        powers = [x**k for x in turning for k in (2, 1)]
+        found.append(sp.collect(radicand, powers, func=sp.factor))
+    return min(found, key=count_of)

@@ -10,6 +10,7 @@ from itertools import combinations, count
 from typing import Any
 
 import sympy as sp
+from sympy.core.cache import cacheit
 
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
@@ -142,6 +143,7 @@ def with_differences(written: Written, taken: Iterable[str]) -> Written:
     return written
 
 
+@cacheit
 def _by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> Any:
     """An expression with the difference in its sums, where that leaves less of them."""
     if not expression.args or not {a, b} <= symbols_in(expression):
@@ -247,6 +249,9 @@ def _with_squares(written: Written, taken: set[str]) -> Written:
         d = next(d for d in written.definitions if d.symbol == symbol)
         if symbol.name.startswith("L_") or not symbols_in(d.expression) or _is_kept(d):
             continue
+        formulas = (*written.results, *(own.expression for own in written.definitions))
+        if not any(symbol in _squared_in(x) for x in formulas):
+            continue  # its square would be a name more
         used = taken | {own.symbol.name for own in written.definitions}
         number = next(i for i in count() if f"p_{suffix(i)}" not in used)
         square = Definition(sp.Symbol(f"p_{suffix(number)}", positive=True), d.expression**2)
@@ -263,6 +268,13 @@ def _with_squares(written: Written, taken: set[str]) -> Written:
             ordered = tuple(in_order([square, *found.definitions]))
             written = replace(found, definitions=ordered)
     return written
+
+
+@cacheit
+def _squared_in(expression: Any) -> frozenset[Any]:
+    """Symbols of which an expression has a power beyond the first."""
+    powers = expression.atoms(sp.Pow)
+    return frozenset(x.base for x in powers if x.exp.is_Integer and abs(x.exp) > 1)
 
 
 def _in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:

@@ -109,10 +109,12 @@ def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:
     full: dict[Any, Any] = {d.symbol: d.expression for d in written.definitions}
     above, below = new.expression.as_numer_denom()
     squares = [full.get(length, sp.Integer(0)) ** 2 for length in (above, below)]
+    if not (squares[0].is_Add and squares[1].is_Add):
+        return _with_name(written, new)
     rest: Any = sp.factor_terms(sp.expand(squares[1] - squares[0]))
     for turn in rest.atoms(sp.cos):
         rest = rest.xreplace({1 - turn**2: sp.sin(turn.args[0]) ** 2})
-    if not (squares[0].is_Add and squares[1].is_Add) or rest.is_Add:
+    if rest.is_Add:
         return _with_name(written, new)
     left = tuple(d for d in written.definitions if d.symbol != above)
     put = {above: new.symbol * below}

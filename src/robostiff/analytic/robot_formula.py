@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.agreement import check_robot
+from robostiff.analytic.agreement import RobotInNumbers
 from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import closed_sum
@@ -225,7 +225,7 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
     if found.before is not None:
         before = InNames(found.before.K, named, found.before.definitions)
     in_names = InNames(found.K, named, found.definitions, before)
-    return _derivation(placed, found.written_out(found.K), legs, named=in_names)
+    return _derivation(placed, found.K, legs, found.definitions, in_names, found.written_out)
 
 
 def _leg_of(facts: dict[str, Any], leg: SpringLeg, K: Unwritten | None = None) -> LegDerivation:
@@ -304,22 +304,35 @@ def _derivation(
     legs: Sequence[LegDerivation],
     definitions: tuple[Definition, ...] = (),
     named: InNames | None = None,
+    written_out: Callable[[Any], Any] | None = None,
 ) -> RobotDerivation:
-    derivation = RobotDerivation(
+    """What was found, compared with numbers; names may be written out, and compared, later."""
+    numbers = RobotInNumbers.of(placed)
+    numbers.check(K, definitions)
+    whole: Any = K
+    if written_out is not None:
+
+        def write() -> sp.ImmutableMatrix:
+            plain = written_out(K)
+            numbers.check(plain)
+            return plain
+
+        whole, definitions = Unwritten(cache(write)), ()
+    return RobotDerivation(
         name=placed.robot.name,
-        K0=K,
+        K0=whole,
         stages=(),
-        K=K,
+        K=whole,
         definitions=definitions,
         legs=tuple(legs),
         where=placed.where,
         coordinates=placed.coordinates,
         following=placed.following,
-        conditions=conditions_of(placed),
+        conditions=Unwritten(lambda: conditions_of(placed)),
         named=named,
         at_vector_level=VectorLevel(lambda: vector_form(placed) or series_form(placed)),
+        general_rank=numbers.rank,
     )
-    return replace(derivation, general_rank=check_robot(derivation, placed))
 
 
 def _give_names(leg: RecordedLeg, number: int) -> None:

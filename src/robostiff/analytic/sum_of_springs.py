@@ -187,7 +187,10 @@ def sum_of_springs(
     found = SumOfSprings(plain, by_number, used_definitions(definitions, results))
     if not in_short_steps:
         found = _with_components(found, shorter, placed)
-    if operations_of(found.K, found.definitions) > _PRINTED:
+    at_most = sum(
+        map(count_of, (*different_entries(found.K), *(d.expression for d in found.definitions)))
+    )
+    if at_most > _PRINTED and operations_of(found.K, found.definitions) > _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
     return found
 

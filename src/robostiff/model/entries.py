@@ -46,7 +46,30 @@ def with_entries(robot: OfSymbols, convert: Callable[[Any], Any]) -> OfSymbols:
     >>> with_entries(load("planar-link"), exact_number).legs[0].chain.elements[0].to
     array([1/2, 0, 0], dtype=object)
     """
-    return _converted(robot, convert)
+    return _converted(robot, convert, {})
+
+
+def are_equal(one: Any, other: Any) -> bool:
+    """Whether two models, or parts of them, have equal values throughout; lengths exactly.
+
+    Examples
+    --------
+    >>> from robostiff.robots import load
+    >>> first, second, *_ = load("hexapod").legs
+    >>> are_equal(first.chain, second.chain), are_equal(first.base, second.base)
+    (True, False)
+    """
+    if one is other:
+        return True
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return np.array_equal(one, other)
+    if is_dataclass(one):
+        return all(are_equal(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(are_equal, one, other))
+    return bool(one == other)
 
 
 def formulas(part: Any) -> Iterator[Any]:
@@ -65,21 +88,24 @@ def formulas(part: Any) -> Iterator[Any]:
                 yield from formulas(getattr(part, field.name))
 
 
-def _converted(part: Any, convert: Callable[[Any], Any]) -> Any:
+def _converted(part: Any, convert: Callable[[Any], Any], known: dict[int, Any]) -> Any:
+    """A part with other entries; what is one part in several places stays one."""
     if is_formula(part) or _is_number(part):
         return _entry(part, convert)
     if isinstance(part, np.ndarray):
         return _array(part, convert)
     if isinstance(part, tuple):
-        return tuple(_converted(member, convert) for member in part)
+        return tuple(_converted(member, convert, known) for member in part)
     if is_dataclass(part):
-        values = {
-            field.name: getattr(part, field.name)
-            if field.name in _NO_ENTRIES
-            else _converted(getattr(part, field.name), convert)
-            for field in fields(part)
-        }
-        return type(part)(**values)  # pyright: ignore[reportCallIssue]
+        if id(part) not in known:
+            values = {
+                field.name: getattr(part, field.name)
+                if field.name in _NO_ENTRIES
+                else _converted(getattr(part, field.name), convert, known)
+                for field in fields(part)
+            }
+            known[id(part)] = type(part)(**values)  # pyright: ignore[reportCallIssue]
+        return known[id(part)]
     return part
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
@@ -15,7 +15,7 @@ from robostiff.markup import InNotebooks
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
 from robostiff.model.checks import check_distinct, vector3
-from robostiff.model.entries import Symbolic
+from robostiff.model.entries import Symbolic, are_equal
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.in_words import robot_html
 from robostiff.model.mass import Mass, gravity_vector, masses_of
@@ -88,6 +88,16 @@ class Leg:
             )
 
 
+def _sharing_chains(legs: Iterable[Leg]) -> tuple[Leg, ...]:
+    """Legs of which those with equal chains have one: what is asked of it is found once."""
+    found: list[Leg] = []
+    for leg in legs:
+        equal = (own.chain for own in found if are_equal(own.chain, leg.chain))
+        chain = next(equal, leg.chain)
+        found.append(leg if chain is leg.chain else replace(leg, chain=chain))
+    return tuple(found)
+
+
 @dataclass(frozen=True, repr=False)
 class Robot(InNotebooks, Symbolic):
     """A serial or parallel robot.
@@ -154,6 +164,7 @@ class Robot(InNotebooks, Symbolic):
         if not self.legs:
             raise InputError(f"robot {self.name!r}", got="no leg", expected="at least one leg")
         check_distinct("names of the legs", [leg.name for leg in self.legs])
+        object.__setattr__(self, "legs", _sharing_chains(self.legs))
         object.__setattr__(self, "springs", tuple(self.springs))
         object.__setattr__(self, "laws", dict(self.laws))
         check_distinct("names of the springs", [spring.name for spring in self.springs])

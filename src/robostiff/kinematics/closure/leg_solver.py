@@ -27,16 +27,14 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
     pose_of_end,
 )
-from robostiff.kinematics.closure.post import Post, recognise_post
-from robostiff.kinematics.closure.rod import Rod, recognise_rod, recognise_sliding_rod
-from robostiff.kinematics.closure.skeleton import skeleton_of
-from robostiff.kinematics.closure.strut import Strut, recognise_strut
+from robostiff.kinematics.closure.recognised import ClosedForm, recognised
+from robostiff.kinematics.closure.rod import Rod
+from robostiff.kinematics.closure.strut import Strut
 from robostiff.kinematics.frames import Loop, place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
 
-ClosedForm = Strut | Rod | Post
 _CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
@@ -319,7 +317,7 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     """
     # No closed form takes joints that follow one another.
     copies = None if leg.chain.is_coupled else copied_places(leg.chain)
-    closed_form = None if copies is None else _recognised(leg.chain.main_path)
+    closed_form = None if copies is None else recognised(leg.chain.main_path)
     if leg.elbow is not Elbow.HOME and not isinstance(closed_form, Rod):
         raise InputError(
             f"elbow of leg {leg.name!r}",
@@ -330,8 +328,8 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     if closed_form is not None and copies is not None:
         solver = LegSolver(leg, closed_form, copies, home_pose, leg.chain.home, length)
         solver = solver.in_mode_of_home()
-        open_by = _gap_at_home(leg, solver.home, home_pose, length)[1:]
-        if not leg.chain.has_blocks or max(open_by) <= _CLOSED:
+        loops = leg.chain.has_blocks
+        if not loops or max(_gap_at_home(leg, solver.home, home_pose, length)[1:]) <= _CLOSED:
             _check_home(leg, solver.home, home_pose, length)
             return solver
     task = NewtonTask((leg,), (), length)
@@ -340,16 +338,6 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     _check_home(leg, closed[0], home_pose, length)
     alone = np.arange(leg.chain.size)
     return LegSolver(leg, None, alone, home_pose, closed[0], length)
-
-
-def _recognised(path: Chain) -> ClosedForm | None:
-    """The closed form of a chain without blocks, by given points first, then by meeting axes."""
-    for joined in (False, True):
-        skeleton = skeleton_of(path, joined_where_axes_meet=joined)
-        for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post):
-            if (found := recognise(skeleton)) is not None:
-                return found
-    return None
 
 
 def _open_by(

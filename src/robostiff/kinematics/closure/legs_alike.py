@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from robostiff.kinematics.closure.leg_equations import gaps
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.model import PlacedLeg
+from robostiff.model.entries import are_equal
 from robostiff.spatial.batch import poses_side_by_side, product, transposed
 
 
@@ -124,27 +124,12 @@ def legs_alike(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
         for group in groups:
             first = solvers[group[0]]
             modes = [own.closed_form and own.closed_form.mode for own in (one, first)]
-            if modes[0] == modes[1] and _are_equal(one.leg.chain, first.leg.chain):
+            if modes[0] == modes[1] and are_equal(one.leg.chain, first.leg.chain):
                 group.append(i)
                 break
         else:
             groups.append([i])
     return tuple(LegsAlike(tuple(group), tuple(solvers[i] for i in group)) for group in groups)
-
-
-def _are_equal(one: Any, other: Any) -> bool:
-    """Whether two models have equal values throughout; lengths in the last digit as well."""
-    if one is other:
-        return True
-    if type(one) is not type(other):
-        return False
-    if isinstance(one, np.ndarray):
-        return np.array_equal(one, other)
-    if is_dataclass(one):
-        return all(_are_equal(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
-    if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(_are_equal, one, other))
-    return bool(one == other)
 
 
 def _rows(values: np.ndarray, own_axes: int) -> np.ndarray:

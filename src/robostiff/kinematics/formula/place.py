@@ -32,6 +32,7 @@ from robostiff.model import Actuated, Chain, Leg, Passive, PlacedBlock, PlacedLe
 from robostiff.record import Entry, is_one, is_zero, square_root
 
 _VANISHES = 1e-20  # a square beside 1
+_KEPT = "_at_zero"  # attribute of a chain
 
 
 def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
@@ -99,7 +100,8 @@ class _Site:
 
     @classmethod
     def of(cls, leg: Leg, pose: FormulaPose, solver: LegSolver) -> _Site:
-        whole, zero = _at_zero(leg.chain), _at_zero(leg.chain.main_path)
+        whole, path = _at_zero(leg.chain), leg.chain.main_path
+        zero = whole if path is leg.chain else _at_zero(path)
         identity = np.eye(3, dtype=int), np.zeros(3, dtype=int)
         base = LegBody(Rest(*identity), tidied(leg.base.R), tidied_point(leg.base.p))
         # the platform frame at zero coordinates, in the leg's base frame
@@ -210,4 +212,9 @@ class _Site:
 
 
 def _at_zero(chain: Chain) -> PlacedChain:
-    return place_chain(chain, chain.zero, np.eye(3, dtype=int), np.zeros(3, dtype=int))
+    """The chain at zero coordinates, kept with it: several legs may have one."""
+    kept = vars(chain)
+    if _KEPT not in kept:
+        identity = np.eye(3, dtype=int), np.zeros(3, dtype=int)
+        kept[_KEPT] = place_chain(chain, chain.zero, *identity)
+    return kept[_KEPT]
