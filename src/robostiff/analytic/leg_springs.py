@@ -27,7 +27,7 @@ from robostiff.recorded.elimination import least_size
 from robostiff.recorded.working_frame import WorkingFrame
 
 _SAME = 1e-10
-_SHORT = 6  # operations of a compliance of one spring that needs no name, such as l/EA
+_SHORT = 12  # operations of the compliance of one spring that needs no name, such as l/EA
 _CANCELLED = 0.6  # of the operations of a sum, for which it becomes one fraction
 
 

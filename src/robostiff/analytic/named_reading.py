@@ -113,7 +113,9 @@ class NamedReading:
         """A length, named where it is more than a symbol or a number."""
         value = self.record.simplified(value)
         expression = self(value)
-        is_plain = expression.as_coeff_Mul()[1].is_Symbol or not expression.free_symbols
+        symbols = expression.free_symbols
+        # A number times a symbol, such as sqrt(2) a, needs no name.
+        is_plain = not symbols or expression.as_independent(*symbols, as_Add=False)[1].is_Symbol
         if not isinstance(value, Entry) or is_plain:
             return expression
         self._raw[value.step] = self.define("L", expression)
@@ -303,10 +305,21 @@ def _fraction(expression: Any) -> Any:
     """A factored fraction of an expression that is short enough."""
     if max(bound_of_terms(part, _WRITTEN) for part in sp.fraction(expression)) > _WRITTEN:
         raise FormulaTooLargeError.beyond(_WRITTEN)
-    fraction = factored_fraction(expression)
+    fraction = _in_sines(factored_fraction(expression))
     if count_of(fraction) > 2 * _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
     return fraction
+
+
+def _in_sines(product: Any) -> Any:
+    """A product with -sin^2 x in place of (cos x - 1) (cos x + 1)."""
+    for turn in product.atoms(sp.cos):
+        powers = product.as_powers_dict()
+        each = [powers.get(turn + x, 0) for x in (-1, 1)]
+        if each[0] * each[1] > 0:
+            k = min(each, key=abs)
+            product *= ((-(sp.sin(turn.args[0]) ** 2)) / ((turn - 1) * (turn + 1))) ** k
+    return product
 
 
 def _in_squares(radicand: Any) -> Any:
@@ -323,4 +336,5 @@ def _in_squares(radicand: Any) -> Any:
     if turning:
         powers = [x**k for x in turning for k in (2, 1)]
         found.append(sp.collect(radicand, powers, func=sp.factor))
-    return min(found, key=count_of)
+    # A product under a root is one of roots.
+    return min(found, key=lambda x: count_of(sp.sqrt(x)))

@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.export.products import printed_product
+from robostiff.analytic.export.products import ordered_terms, printed_product
 from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
 
 _SMALL = 0.7
@@ -146,7 +146,7 @@ def _pieces(expression: Any, language: Breaks, room: float) -> list[_Piece]:
 
 def _sum_pieces(expression: sp.Add, language: Breaks, room: float) -> list[_Piece]:
     pieces: list[_Piece] = []
-    for number, term in enumerate(expression.as_ordered_terms()):
+    for number, term in enumerate(ordered_terms(expression)):
         first, *rest = _pieces(term, language, room)
         if number > 0:
             negative = first.text.startswith("-")

@@ -126,18 +126,20 @@ def displayed(
 
 
 def _named(block: MatrixEquation, measure: Measure, limit: float) -> Displayed:
-    """Names for the entries that are wider than a limit; equal entries share one."""
-    names: dict[Any, sp.Symbol] = {}
+    """Names for entries wider than a limit; those that are equal up to their sign share one."""
+    names: dict[Any, Any] = {}
+    named: dict[Any, sp.Symbol] = {}
     shown: list[Any] = []
     whole = block.whole
     for i, row in enumerate(rows(whole)):
         for j, entry in enumerate(row):
             if not entry.is_Atom and entry not in names and measure(entry) > limit:
-                names[entry] = sp.Symbol(block.entry_name(i, j))
+                names[entry] = named[entry] = sp.Symbol(block.entry_name(i, j))
+                names.setdefault(-entry, -names[entry])
             shown.append(names.get(entry, entry))
     matrix = sp.ImmutableMatrix(whole.rows, whole.cols, shown)
-    named = tuple((symbol.name, entry) for entry, symbol in names.items())
-    return Displayed(sp.Integer(1), matrix, ScalarEquations(named))
+    rows_named = tuple((symbol.name, entry) for entry, symbol in named.items())
+    return Displayed(sp.Integer(1), matrix, ScalarEquations(rows_named))
 
 
 def _columns(matrix: sp.ImmutableMatrix, measure: Measure) -> list[float]:

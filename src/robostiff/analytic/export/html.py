@@ -169,8 +169,10 @@ class _MathMLPrinter(FormulaPrinter):
             written = self.raised.format(written, power)
         return f"{written}{_APPLY}{self.brackets.format(arguments)}"
 
-    def times(self, factor: str) -> str:
-        return "<mo>·</mo>" if factor.startswith("<mn>") else _TIMES
+    def times(self, factor: str, *, apart: bool) -> str:
+        if factor.startswith("<mn>"):
+            return "<mo>·</mo>"
+        return f'{_TIMES}<mspace width="0.17em"/>' if apart else _TIMES
 
 
 MATHML = MathLanguage(

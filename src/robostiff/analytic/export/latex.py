@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import Any
 
 import sympy as sp
+from sympy.printing.latex import LatexPrinter
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
@@ -20,7 +22,13 @@ from robostiff.analytic.export.outline import (
     OutlineText,
     Table,
 )
-from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
+from robostiff.analytic.export.products import ordered_terms
+from robostiff.analytic.export.symbol_names import (
+    differential_parts,
+    is_greek,
+    is_word,
+    name_parts,
+)
 
 _ESCAPED = {
     "\\": r"\textbackslash{}",
@@ -78,7 +86,16 @@ def latex_expression(expression: sp.Expr) -> str:
     """
     symbols = expression.atoms(sp.Symbol)
     names = {s: latex_name(s.name) for s in symbols}
-    return sp.latex(expression, symbol_names=names, full_prec=False)
+    product = r"\," if any(is_word(s.name) for s in symbols) else None
+    settings = {"symbol_names": names, "full_prec": False, "mul_symbol": product}
+    return _LatexPrinter(settings).doprint(expression)
+
+
+class _LatexPrinter(LatexPrinter):
+    """As SymPy writes it, a positive term first, and words apart from what is beside them."""
+
+    def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:
+        return ordered_terms(expr)
 
 
 def _subscripted(name: str, *, bold: bool) -> str:

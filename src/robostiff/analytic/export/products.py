@@ -10,6 +10,7 @@ from typing import Any
 import sympy as sp
 from sympy.printing.printer import Printer
 
+from robostiff.analytic.export.symbol_names import is_word
 from robostiff.analytic.export.vocabulary import function_name
 
 _HALF = sp.Rational(1, 2)
@@ -58,6 +59,21 @@ def printed_product(expression: sp.Expr) -> PrintedProduct:
     )
 
 
+def ordered_terms(expression: Any) -> list[Any]:
+    """Terms of a sum as SymPy orders them, a positive one in front where there is one.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y")
+    >>> ordered_terms(1 - x**2 - y), ordered_terms(-x - y)
+    ([1, -x**2, -y], [-x, -y])
+    """
+    terms = list(expression.as_ordered_terms())
+    plain = (i for i, x in enumerate(terms) if not x.as_coeff_Mul()[0].is_negative)
+    first = next(plain, 0)
+    return [terms[first], *terms[:first], *terms[first + 1 :]]
+
+
 def joined_terms(terms: Iterable[str], minus: str = " - ", plus: str = " + ") -> str:
     """Written terms as a sum.
 
@@ -85,11 +101,11 @@ class FormulaPrinter(Printer):
         """A function with its arguments, and the power to which it is raised."""
 
     @abstractmethod
-    def times(self, factor: str) -> str:
-        """What stands before a factor that is not the first."""
+    def times(self, factor: str, *, apart: bool) -> str:
+        """What stands before a factor that is not the first; `apart` where one is a word."""
 
     def _print_Add(self, expr: sp.Add) -> str:
-        return joined_terms(map(self._print, expr.as_ordered_terms()), self.minus, self.plus)
+        return joined_terms(map(self._print, ordered_terms(expr)), self.minus, self.plus)
 
     def _print_Mul(self, expr: sp.Expr) -> str:
         product = printed_product(expr)
@@ -119,10 +135,16 @@ class FormulaPrinter(Printer):
     def _factors(self, factors: tuple[sp.Expr, ...], *, alone: bool = False) -> str:
         if len(factors) == 1 and not alone:
             return self._print(factors[0])
-        written = ""
+        written, was_word = "", False
         for factor in factors:
-            text = self._print(factor)
+            text, word = self._print(factor), _is_word(factor)
             if factor.is_Add or text.startswith("-"):
                 text = self.brackets.format(text)
-            written += (self.times(text) if written else "") + text
+            written += (self.times(text, apart=word or was_word) if written else "") + text
+            was_word = word
         return written or self._print(sp.Integer(1))
+
+
+def _is_word(factor: Any) -> bool:
+    base = factor.base if factor.is_Pow else factor
+    return bool(base.is_Symbol and is_word(base.name))

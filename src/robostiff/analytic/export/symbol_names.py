@@ -76,6 +76,18 @@ def is_greek(word: str) -> bool:
     return word in GREEK or word in _GREEK_CAPITALS
 
 
+def is_word(name: str) -> bool:
+    """Whether a name begins with a word, which is set apart from what stands beside it.
+
+    Examples
+    --------
+    >>> is_word("top"), is_word("EA_1"), is_word("alpha"), is_word("L_top")
+    (True, True, False, False)
+    """
+    letter = name_parts(name).letter
+    return len(letter) > 1 and not is_greek(letter)
+
+
 def _spelled(word: str) -> str:
     """A Greek character by its English name; other characters unchanged."""
     if len(word) != 1:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy as sp
+from sympy.printing.str import StrPrinter
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
@@ -27,6 +30,7 @@ from robostiff.analytic.export.outline import (
     VectorEquations,
     WrenchSum,
 )
+from robostiff.analytic.export.products import ordered_terms
 from robostiff.errors import InputError
 
 _NARROWEST = 60
@@ -172,7 +176,14 @@ def _aligned(matrix: sp.ImmutableMatrix) -> list[str]:
 
 def plain_text(expression: sp.Basic) -> str:
     """An expression as text, numbers without zeros at their end."""
-    return sp.sstr(expression, full_prec=False)
+    return _TextPrinter({"full_prec": False}).doprint(expression)
+
+
+class _TextPrinter(StrPrinter):
+    """As SymPy writes it, a positive term first."""
+
+    def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:
+        return ordered_terms(expr)
 
 
 def _fraction(above: str, below: str) -> str:

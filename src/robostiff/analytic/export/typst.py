@@ -130,8 +130,10 @@ class _TypstPrinter(FormulaPrinter):
             return f"{written}^{power} ({arguments})"
         return f"{written}{' ' if written.startswith('op(') else ''}({arguments})"
 
-    def times(self, factor: str) -> str:
-        return " dot " if factor[0].isdigit() else " "
+    def times(self, factor: str, *, apart: bool) -> str:
+        if factor[0].isdigit():
+            return " dot "
+        return " thin " if apart else " "
 
 
 TYPST = MathLanguage(
