@@ -105,11 +105,59 @@ def test_picture(tmp_path, ending):
     assert run("3-rrr", "--plot", str(file), "--overwrite").exit_code == 0
 
 
-def test_other_kinds_are_drawn_and_have_no_parts(tmp_path):
+def test_other_kinds_are_drawn(tmp_path):
     assert "ends in .png, .svg, .pdf" in run("3-rrr", "--plot", "robot.jpeg").stderr
     for name in ("cable-8", "double-pantograph"):
         file = tmp_path / f"{name}.png"
         assert facts(name, "--plot", str(file))["picture"] == str(file)
-        outcome = run(name, "--parts")
-        assert outcome.exit_code == 2
-        assert "expected a robot, or a snapshot of legs" in outcome.stderr
+
+
+def test_parts_of_networks():
+    """Beams of a portal, a load alone: EA/L and 3EI/L^3, L = 1 m; a linkage at home."""
+    portal = str(EXAMPLES / "portal.json")
+    beams = facts(portal, "--parts")["parts"]["network"]
+    assert [beam["between"] for beam in beams] == [
+        ["left foot", "top"],
+        ["right foot", "corner"],
+        ["top", "corner"],
+    ]
+    assert [beam["length"] for beam in beams] == pytest.approx([0.8, 0.8, 1])
+    EA, EI = 2.1e11 * 3.49e-4, 2.1e11 * 6e-8
+    assert beams[2]["translation"] == pytest.approx([EA, 3 * EI, 3 * EI])
+    outcome = run(portal, "--parts")
+    assert "3 beams, 0 springs" in outcome.stdout
+    assert "beam: elastic, end between top and corner, at (1, 0, 0.8) m" in outcome.stdout
+    names = [part["name"] for part in facts("double-pantograph", "--parts")["parts"]["network"]]
+    assert "screw" in names
+    assert "screw: slides, actuated, between" in run("double-pantograph", "--parts").stdout
+
+
+def test_cables_at_home():
+    cables = facts("cable-8", "--parts")["parts"]["cables"]
+    robot = rs.load("cable-8")
+    assert [cable["name"] for cable in cables] == list(robot.cable_names)
+    assert cables[0]["length"] == pytest.approx(np.sqrt(1.94**2 + 1.44**2 + 1))
+    assert cables[0]["tension_limits"] == [50, 720]
+    words = "cable1: from (-2, 1.5, 2) m to (-0.06, 0.06, 1) m, length 2.6148 m, guide 1 m"
+    assert words in run("cable-8", "--parts").stdout
+
+
+def test_freedoms_of_one_leg(tmp_path):
+    """A serial arm of three joints whose pose would have six coordinates."""
+    file = tmp_path / "ram.yaml"
+    file.write_text(RAM)
+    assert facts(str(file))["mobility"] == {"freedoms": 3, "coordinates": ["x", "y", "z"]}
+    assert "this platform has 3 freedoms at home: x y z" in run(str(file)).stdout
+
+
+RAM = """
+robostiff: 1
+name: ram
+source: an example
+home: {at: [0, 0, -1.2 m]}
+legs:
+  - name: ram
+    chain:
+      - {type: universal, axes: [x, y], role: passive}
+      - {type: telescope, direction: -z, role: actuated, stiffness: 1e8 N/m, home: 1.2 m}
+"""

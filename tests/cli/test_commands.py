@@ -196,7 +196,8 @@ BAD = {
     ("stiffness", "gough-stewart-b", "--set", "R"): "NAME=VALUE",
     ("stiffness", "gough-stewart-b", "--set", "q=1"): "one of the parameters R, r, h, k",
     ("stiffness", "gugh-stewart-b"): "did you mean gough-stewart-b?",
-    ("stiffness", "missing.yaml"): "expected a file, or the name of a shipped robot",
+    ("stiffness", "missing.yaml"): "robot: got 'missing.yaml', expected a file that exists\n",
+    ("stiffness", "missing"): "expected a file, or the name of a shipped robot",
     ("deflection", "gough-stewart-b", "--wrench", "1 2 3"): "--wrench: got 3 numbers, expected 6",
     ("stiffness", str(CASES / "a01_cantilever_x.json"), "--pose", "0 0 0 0 0 0"): "is frozen at",
 }

@@ -122,6 +122,9 @@ def test_new_replaces_nothing():
     assert Path("arm.yaml").read_text() == "mine"
     assert "in an existing folder" in refused("new", "there/arm")
     assert "did you mean planar?" in refused("new", "robot", "--template", "plannar")
+    message = refused("new", "robot", "--template", "orthog")
+    assert "expected a template or a shipped robot: orthoglide, arm" in message
+    assert "did you mean orthoglide?" in message
     assert sorted(path.name for path in Path().iterdir()) == ["arm.yaml", "link.yaml"]
 
 
@@ -138,6 +141,15 @@ def test_converted_robot_is_as_stiff(form):
     assert json.loads(printed) == json.loads(Path("hexapod.json").read_text())
 
 
+@pytest.mark.parametrize("form", ["snapshot", "graph"])
+def test_the_same_data_as_yaml(form):
+    run("convert", "hexapod", "--pose", POSE, "--to", form, "-o", "hexapod.json")
+    run("convert", "hexapod", "--pose", POSE, "--to", form, "-o", "hexapod.yaml")
+    assert Path("hexapod.yaml").read_text().startswith("name: hexapod\n")
+    found = read_document(Path("hexapod.yaml")).data
+    assert found == json.loads(Path("hexapod.json").read_text())
+
+
 def test_arm_of_a_table_to_snapshot_to_graph():
     arm, q = str(ROOT / "examples/ur5-dh.yaml"), [0.1, -1, 1.2, 0.3, 0.4, 0.5]
     run("convert", arm, "--joints", " ".join(map(str, q)), "-o", "ur5.json")
@@ -152,6 +164,10 @@ def test_what_cannot_be_converted():
     assert "error: no snapshot of '3-puu': " in message
     assert "got a cable robot, expected a robot" in refused("convert", "cable-8")
     assert "write --to graph" in refused("convert", "double-pantograph")
+    flexible = str(ROOT / "docs/star-platform.yaml")
+    assert "got a flexible platform, expected a rigid one; write --to graph" in refused(
+        "convert", flexible
+    )
     assert "did you mean graph?" in refused("convert", "hexapod", "--to", "graf")
     assert run("convert", "double-pantograph", "--to", "graph").exit_code == 0
 

@@ -103,7 +103,11 @@ def test_examples_stay_in_one_line():
 
 @pytest.mark.parametrize(
     ("command", "more"),
-    [("report", ("3-rpr", "-o", "page.html")), ("new", ("page", "--template", "planar"))],
+    [
+        ("report", ("3-rpr", "-o", "page.html")),
+        ("new", ("page", "--template", "planar")),
+        ("schema", ("graph", "-o", "page.json")),
+    ],
 )
 def test_json_of_commands_that_write_files(command, more, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -117,6 +121,11 @@ def test_json_of_commands_that_write_files(command, more, tmp_path, monkeypatch)
 def test_json_names_its_form_and_version(command):
     outcome = run(command, *WITH_JSON[command], "--json")
     assert next(iter(json.loads(outcome.stdout).items())) == ("schema", f"robostiff {command} 1")
+
+
+def test_json_of_a_schema_has_it_inside():
+    inside = json.loads(run("schema", "graph", "--json").stdout)["json_schema"]
+    assert inside == json.loads(run("schema", "graph").stdout)
 
 
 BENT = "robostiff: 1\nname: arm\nsource: an example\nlegs:\n  - name: arm\n    chain:\n"

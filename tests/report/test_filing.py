@@ -118,6 +118,19 @@ def test_paper_has_what_the_page_has(contents, html):
     assert 1 <= len(pages) <= 8
 
 
+def test_letters_of_figures_on_paper_are_not_scaled_down(contents):
+    """A figure is as wide as it is drawn: 85 mm, of 170 mm of text."""
+    typst = report_typst(contents)
+    widths = re.findall(r'<svg [^>]*?width=\\"([0-9.]+)pt\\"', typst)
+    shares = [float(share) for share in re.findall(r'format: "svg", width: (\d+)%', typst)]
+    halves = typst.count("columns: (1fr, 1fr)")
+    assert len(widths) == len(shares) > 2
+    assert halves
+    for width, share in zip(widths, shares, strict=True):
+        room = 170 if share < 100 else 82
+        assert room * share / 100 >= 0.95 * float(width) * 25.4 / 72
+
+
 def test_a_page_is_below_two_megabytes(html):
     assert len(html.encode()) < 2_000_000
 

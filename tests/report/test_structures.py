@@ -1,5 +1,6 @@
 """Reports on cable robots, networks and flexible platforms: what applies, and nothing empty."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import robostiff as rs
 from robostiff.analysis import CableStiffness
 from robostiff.markup import Table
 from robostiff.plot.picture import Scene
-from robostiff.report import described_by, report_contents
+from robostiff.report import described_by, report_contents, report_pdf
 from robostiff.report.section import Folded
 from robostiff.report.sections import report_sections
 
@@ -37,6 +38,25 @@ def test_a_cable_robot():
     assert isinstance(found.stiffness, CableStiffness)
     assert [row[0] for row in tables[1].rows] == list(found.stiffness.cable_names)
     np.testing.assert_array_equal(found.stiffness.K, rs.stiffness(rs.load("cable-8")).K)
+
+
+def test_turns_of_cables_that_are_rounding_are_zero():
+    """Pulled down, a platform that is symmetric does not turn."""
+    robot, pull = rs.load("cable-8"), [0, 0, -200, 0, 0, 0]
+    _, sections = sections_of(robot, pull)
+    moves = next(part for part in sections["load"].parts if isinstance(part, Table)).rows
+    values = [row[3].value for row in moves]
+    found = 1e6 * rs.cable_response(robot, load=pull).displacement
+    assert 0 < np.abs(found[3:]).max() < 1e-9
+    assert values == [0, 0, pytest.approx(found[2]), 0, 0, 0]
+
+
+@pytest.mark.parametrize("name", ["docs/star-platform.yaml", "examples/portal.json"])
+def test_structures_from_files_have_few_pages(name):
+    file = Path(__file__).parents[2] / name
+    found = report_contents(rs.load(file), wrench=SIX, described_by=described_by(str(file)))
+    pages = re.findall(rb"/Type\s*/Page\b", report_pdf(found))
+    assert 3 <= len(pages) <= 8
 
 
 def test_a_load_that_cables_do_not_carry_is_said_so():

@@ -1,5 +1,6 @@
 """The page on its server, without a browser."""
 
+import json
 import socket
 import subprocess
 import sys
@@ -109,18 +110,24 @@ def test_only_this_computer_is_served(page):
         socket.create_connection(("127.0.0.2", port), timeout=10)
 
 
-def test_ctrl_c_ends_the_command_cleanly():
+@pytest.mark.parametrize("as_json", [False, True])
+def test_ctrl_c_ends_the_command_cleanly(as_json):
     command = [sys.executable, "-m", "robostiff.cli.main", "view", "planar-link"]
-    command += ["--no-browser", "--port", "8461"]
+    command += ["--no-browser", "--port", "8461", *["--json"] * as_json]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(command, **pipes) as program:
         assert program.stdout is not None
         assert program.stderr is not None
-        address = program.stdout.readline()
+        if as_json:
+            found = json.loads("".join(program.stdout.readline() for _ in range(4)))
+            assert found["schema"] == "robostiff view 1"
+            address = found["url"]
+        else:
+            address = program.stdout.readline()
         assert address.startswith("http://127.0.0.1:")
         program.send_signal(SIGINT)
         program.wait(timeout=60)
         said, complaints = program.stdout.read(), program.stderr.read()
     assert program.returncode == 0
     assert complaints == ""
-    assert said.strip() == "Ctrl-C ends the view."
+    assert said.strip() == ("" if as_json else "Ctrl-C ends the view.")

@@ -22,10 +22,21 @@ from robostiff.model import (
     Robot,
     Snapshot,
 )
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
 
 
-def parts_at_home(robot: Robot | Snapshot) -> dict[str, list[dict[str, Any]]]:
-    """The joints and elastic parts of each leg, from base to platform, as plain data."""
+def parts_at_home(
+    robot: Robot | Snapshot | Network | CableRobot,
+) -> dict[str, list[dict[str, Any]]]:
+    """The joints and elastic parts of each leg, from base to platform, as plain data.
+
+    Those of a network, and cables, are one list.
+    """
+    if isinstance(robot, CableRobot):
+        return {"cables": list(_cables(robot))}
+    if isinstance(robot, Network):
+        return {"network": list(_of_network(robot))}
     if isinstance(robot, Snapshot):
         return {leg.name: [_part(part, {}, {}) for part in leg.parts] for leg in robot.legs}
     posture = find_posture(robot)
@@ -48,9 +59,55 @@ def mobility_at_home(robot: Robot) -> dict[str, Any]:
     return {"freedoms": len(fitting), "coordinates": [c.value for c in fitting]}
 
 
+def _of_network(network: Network) -> Iterator[dict[str, Any]]:
+    for beam in network.beams:
+        yield {
+            "name": beam.name,
+            "kind": "elastic",
+            "between": [beam.a, beam.b],
+            "point": beam.end.tolist(),
+            "length": beam.length,
+            **_alone(Elasticity(beam.tip_compliance)),
+        }
+    for spring in network.springs:
+        if np.any(spring.elasticity.compliance) or np.any(spring.elasticity.freedoms):
+            yield {
+                "name": spring.name,
+                "kind": "elastic",
+                "between": [spring.a, spring.b],
+                "point": spring.point.tolist(),
+                **_alone(spring.elasticity),
+            }
+    for joint in network.joints:
+        for freedom in joint.freedoms:
+            part = _part(freedom, {}, {})
+            name = part["name"] if part["name"] == joint.name else f"{joint.name}/{part['name']}"
+            yield {**part, "name": name, "between": [joint.a, joint.b]}
+
+
+def _cables(robot: CableRobot) -> Iterator[dict[str, Any]]:
+    for cable in robot.cables:
+        end = robot.home.R @ cable.attachment + robot.home.p
+        greatest = float(cable.greatest_tension)
+        yield {
+            "name": cable.name,
+            "kind": "cable",
+            "exit": cable.exit_point.tolist(),
+            "point": end.tolist(),
+            "length": float(np.linalg.norm(end - cable.exit_point)),
+            "guide_length": float(cable.guide_length),
+            "EA": None if cable.EA is None else float(cable.EA),
+            "winch_stiffness": cable.winch_stiffness,
+            "tension_limits": [float(cable.least_tension), greatest if greatest < np.inf else None],
+        }
+
+
 def part_in_words(part: dict[str, Any]) -> str:
     """One part in a line."""
-    at = f"at ({', '.join(f'{x:.6g}' for x in part['point'])}) m"
+    if part["kind"] == "cable":
+        return _cable_in_words(part)
+    between = f"between {' and '.join(part['between'])}, " if "between" in part else ""
+    at = between + f"at ({', '.join(f'{x:.6g}' for x in part['point'])}) m"
     if part["kind"] == "joint":
         words = [f"{part['name']}: {part['motion']}, {part['role']}, {at}"]
         if "coordinate" in part:
@@ -67,6 +124,23 @@ def part_in_words(part: dict[str, Any]) -> str:
         words.append(f"length {part['length']:.6g} m")
     words.append(f"forces {_stiffnesses(part['translation'])} N/m")
     words.append(f"moments {_stiffnesses(part['rotation'])} N m/rad")
+    return ", ".join(words)
+
+
+def _cable_in_words(cable: dict[str, Any]) -> str:
+    exit_point, end = (", ".join(f"{x:.6g}" for x in cable[key]) for key in ("exit", "point"))
+    least, greatest = cable["tension_limits"]
+    EA, winch = cable["EA"], cable["winch_stiffness"]
+    words = [
+        f"{cable['name']}: from ({exit_point}) m to ({end}) m",
+        f"length {cable['length']:.6g} m",
+        "EA rigid" if EA is None else f"EA {number(EA)} N",
+        "winch rigid" if winch is None else f"winch {number(winch)} N/m",
+        f"tension from {number(least)} N"
+        + ("" if greatest is None else f" to {number(greatest)} N"),
+    ]
+    if cable["guide_length"]:
+        words.insert(2, f"guide {cable['guide_length']:.6g} m")
     return ", ".join(words)
 
 

@@ -26,8 +26,8 @@ class Details:
 
     parts: bool = option(
         "--parts",
-        help="List joints and elastic parts at home: where they are, coordinates, lengths, "
-        "stiffnesses of each direction alone in the part's own axes, limits.",
+        help="List joints, elastic parts and cables at home: where they are, coordinates, "
+        "lengths, stiffnesses of each direction alone in the part's own axes, limits.",
     )
     plot: str | None = plot_option("Draw the robot")
 

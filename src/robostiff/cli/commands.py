@@ -21,7 +21,6 @@ from robostiff.cli.written_arguments import (
 from robostiff.elastostatics import Block, Form, IndexRules, Recursive, SaddlePoint, WrenchBasis
 from robostiff.errors import InputError
 from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
-from robostiff.io.suggest import Words
 from robostiff.model import Robot, Snapshot
 
 METHODS: dict[str, Form] = {
@@ -52,7 +51,7 @@ def check_robot(model: Model, details: Details, replacing: Replacing, answer: An
                 if isinstance(robot, Snapshot)
                 else facts_of.robot_facts(robot)
             )
-        _add_details(facts, robot, model.source, details)
+        _add_details(facts, robot, details)
     if doubts:
         facts["warnings"] = doubts
     if picture is not None:
@@ -64,21 +63,14 @@ def check_robot(model: Model, details: Details, replacing: Replacing, answer: An
     return 0
 
 
-def _add_details(facts: dict[str, Any], robot: Any, source: str, details: Details) -> None:
+def _add_details(facts: dict[str, Any], robot: Any, details: Details) -> None:
     """Freedoms of the platform at home; parts at home, where they are wanted."""
-    if isinstance(robot, Robot | Snapshot):
-        from robostiff.analysis.parts_at_home import mobility_at_home, parts_at_home
+    from robostiff.analysis.parts_at_home import mobility_at_home, parts_at_home
 
-        if isinstance(robot, Robot) and not robot.is_serial:
-            facts["mobility"] = mobility_at_home(robot)
-        if details.parts:
-            facts["parts"] = parts_at_home(robot)
-    elif details.parts:
-        raise InputError(
-            f"--parts of {source!r}",
-            got=Words(facts["kind"]),
-            expected="a robot, or a snapshot of legs",
-        )
+    if isinstance(robot, Robot) and robot.coordinates:
+        facts["mobility"] = mobility_at_home(robot)
+    if details.parts:
+        facts["parts"] = parts_at_home(robot)
 
 
 def print_stiffness(model: Model, place: Place, method: Method, answer: Answer) -> int:

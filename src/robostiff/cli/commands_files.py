@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Sequence
 from importlib import resources
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,8 @@ from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
 
 _YAML = (".yaml", ".yml")
 _SUFFIXES = {
-    "snapshot": (".json",),
-    "graph": (".json",),
+    "snapshot": (".json", *_YAML),
+    "graph": (".json", *_YAML),
     "matlab": (".mat",),
     "opensees": (".tcl", ".py"),
     "calculix": (".inp",),
@@ -28,15 +29,17 @@ _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
 
 
-def print_schema(wanted: WantedSchema, replacing: Replacing) -> int:
+def print_schema(wanted: WantedSchema, replacing: Replacing, answer: Answer) -> int:
     """Print or write the JSON schema of a file format."""
-    schema = _schemas(wanted.form)
+    form = wanted.form
+    schema = _schemas(form)
+    text = json.dumps(schema, indent=2)
     if wanted.output is None:
-        show(json.dumps(schema, indent=2))
+        show({"form": form, "json_schema": schema} if answer.as_json else text)
         return 0
     path = new_file("--output", wanted.output, replacing.overwrite)
-    path.write_text(json.dumps(schema, indent=2) + "\n", encoding="utf-8")
-    show(str(path))
+    path.write_text(text + "\n", encoding="utf-8")
+    show({"files": [str(path)], "form": form} if answer.as_json else str(path))
     return 0
 
 
@@ -46,7 +49,7 @@ def _schemas(form: str) -> dict[str, Any]:
 
     schemas = {"model": model_file_schema, "snapshot": snapshot_schema, "graph": network_schema}
     if form not in schemas:
-        raise _unknown("schema", form, tuple(schemas), "the schema of a")
+        raise _unknown("schema", form, tuple(schemas), "a file format:")
     return schemas[form]()
 
 
@@ -83,7 +86,9 @@ def _text_of(template: str) -> str:
     shipped = (*shipped_robots(), *shipped_cable_robots())
     if template in shipped:
         return robot_file(template).read_text(encoding="utf-8")
-    raise _unknown("--template", template, (*templates(), *shipped), "a template or a")
+    raise _unknown(
+        "--template", template, (*templates(), *shipped), "a template or a shipped robot:"
+    )
 
 
 def convert(
@@ -123,7 +128,7 @@ def convert(
 
             text = calculix_input(frozen)
         else:
-            text = json.dumps(_data(frozen), indent=1, allow_nan=False) + "\n"
+            text = _text_of_data(_data(frozen), path)
         if path is None:
             show(text.removesuffix("\n"))
             return 0
@@ -163,6 +168,13 @@ def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
             raise NoAnswerError(f"no {form} of {source!r}: {'; '.join(found.complaints)}")
         robot = with_masses(found).one(0)
     if isinstance(robot, Snapshot):
+        if form == "snapshot" and robot.platform is not None:
+            raise InputError(
+                f"snapshot of {source!r}",
+                got=Words("a flexible platform"),
+                expected="a rigid one",
+                hint="write --to graph",
+            )
         return robot if form == "snapshot" else network_of_snapshot(robot)
     if isinstance(robot, Network) and form != "snapshot":
         return robot
@@ -202,6 +214,18 @@ def _data(frozen: Any) -> dict[str, Any]:
     from robostiff.network import Network
 
     return network_to_data(frozen) if isinstance(frozen, Network) else snapshot_to_data(frozen)
+
+
+def _text_of_data(data: dict[str, Any], path: Path | None) -> str:
+    """Data as YAML for a file with its ending, otherwise as JSON."""
+    if path is None or path.suffix.lower() not in _YAML:
+        return json.dumps(data, indent=1, allow_nan=False) + "\n"
+    from ruamel.yaml import YAML
+
+    yaml, written = YAML(typ="safe", pure=True), StringIO()
+    yaml.default_flow_style, yaml.width, yaml.sort_base_mapping_type_on_output = None, 120, False
+    yaml.dump(data, written)
+    return written.getvalue()
 
 
 def _unknown(subject: str, got: str, allowed: Sequence[str], words: str) -> InputError:

@@ -75,7 +75,7 @@ def _with_symbols(model: Model) -> Robot | None:
     return None
 
 
-def show_view(model: Model, place: Place, page: Page) -> int:
+def show_view(model: Model, place: Place, page: Page, answer: Answer) -> int:
     """Serve a view until it is interrupted; 0 then."""
     source, given = model.source, model.parameters
 
@@ -88,7 +88,7 @@ def show_view(model: Model, place: Place, page: Page) -> int:
     written = {**parameters_written(source, model.side), **given} if source != "-" else {}
     live = LivePage(machine, parameter_sliders(written), built, wrench, page.port)
     with closing(live), suppress(KeyboardInterrupt):
-        show(f"{live.url}\nCtrl-C ends the view.")
+        show({"url": live.url} if answer.as_json else f"{live.url}\nCtrl-C ends the view.")
         if not page.no_browser:
             webbrowser.open(live.url)
         live.wait()

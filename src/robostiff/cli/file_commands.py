@@ -162,7 +162,7 @@ COMMANDS = {
     ),
     "schema": Command(
         "commands_files:print_schema",
-        (WantedSchema, Replacing),
+        (WantedSchema, Replacing, Answer),
         "Print the JSON schema of a file format, by which editors complete and explain keys.",
         examples=("schema model -o robostiff.schema.json",),
         status="0 for a schema, 2 for bad input.",

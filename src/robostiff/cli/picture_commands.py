@@ -188,7 +188,8 @@ class Drawing:
 
 
 def _line(name: str, more: str = "") -> Any:
-    return option(name, metavar="TEXT", default="", help=f"Line of the title block{more}.")
+    words = f"Line of the title block{more}."
+    return option(name, metavar="TEXT", default="", show_default=False, help=words)
 
 
 @dataclass(frozen=True)
@@ -276,7 +277,7 @@ COMMANDS = {
     ),
     "view": Command(
         "commands_report:show_view",
-        (Model, part(Place, "pose", "joints"), Page),
+        (Model, part(Place, "pose", "joints"), Page, Answer),
         "Show a robot in the browser, with sliders for its pose, its parameters and a load.",
         "Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. "
         "Only this computer can open the page. Ctrl-C ends it.",

@@ -17,6 +17,12 @@ from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network
 
+#: Of the parts of those that have no legs.
+_HEADS = {"network": "parts of the network", "cable robot": "cables at home"}
+
+
+_ONE = {"bodies": "body"}
+
 
 def head_facts(
     robot: Robot | CableRobot | Snapshot | Network, kind: str, legs: list[dict[str, Any]]
@@ -162,7 +168,7 @@ def facts_text(facts: Mapping[str, Any]) -> str:
     """The parts of a robot as lines of text."""
     lines = [f"{facts['name']}: {facts['kind']}, {facts['space']}", *_fact_lines(facts)]
     for leg, parts in facts.get("parts", {}).items():
-        lines.append(f"{leg} at home, from base to platform")
+        lines.append(_HEADS.get(facts["kind"], f"{leg} at home, from base to platform"))
         lines += [f"  {part_in_words(part)}" for part in parts]
     return text_of([*lines, *_home_lines(facts)])
 
@@ -181,12 +187,14 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
         held = ", ".join(f"{leg} at {node}" for leg, node in platform["legs"].items())
         parts = ", ".join(platform["parts"])
         yield f"flexible platform: {parts}; tool at {platform['tool']}, {held}"
-    yield from _mass_lines(facts)
     if facts["kind"] == "cable robot":
         yield f"cables: {', '.join(facts['cables'])}"
-    if facts["kind"] == "network":
+    if facts["kind"] != "network":
+        yield from _mass_lines(facts)
+    else:  # whose springs are counted
         counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
-        yield ", ".join(f"{facts[key]} {key.replace('_', ' ')}" for key in counted)
+        words = [(facts[key], key.replace("_", " ")) for key in counted]
+        yield ", ".join(f"{n} {_ONE.get(own, own[:-1]) if n == 1 else own}" for n, own in words)
 
 
 def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:

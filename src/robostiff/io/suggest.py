@@ -135,6 +135,7 @@ WORDING: Mapping[str, Phrasing] = MappingProxyType(
 
 _LONGEST_WORD = 60
 _MOST_CANDIDATES = 1000
+_SHORTEST_BEGINNING = 3
 
 
 class Words(str):
@@ -161,6 +162,8 @@ def nearest(word: str, allowed: Iterable[str]) -> str | None:
     'prismatic'
     >>> nearest("MM", ["m", "mm"])
     'mm'
+    >>> nearest("gough", ["hexapod", "gough-stewart-a"])
+    'gough-stewart-a'
     """
     candidates = list(islice(allowed, _MOST_CANDIDATES))
     if len(word) > _LONGEST_WORD:
@@ -169,6 +172,9 @@ def nearest(word: str, allowed: Iterable[str]) -> str | None:
         if candidate.casefold() == word.casefold():
             return candidate
     close = difflib.get_close_matches(word, candidates, n=1)
+    if not close and len(word) >= _SHORTEST_BEGINNING:
+        start = word.casefold()
+        close = [own for own in candidates if own.casefold().startswith(start)]
     return close[0] if close else None
 
 

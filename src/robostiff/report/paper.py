@@ -106,9 +106,9 @@ def _parts(parts: Iterable[Part]) -> Iterator[str]:
         if not is_figure:
             yield from map(_part, own)
         elif len(figures) == 1:
-            yield "#" + _figure(figures[0])
+            yield "#" + _figure(figures[0], 54)
         else:
-            yield _beside([_figure(figure, Width.HALF) for figure in figures])
+            yield _beside([_figure(figure) for figure in figures])
 
 
 def _beside(cells: Sequence[str]) -> str:
@@ -142,25 +142,25 @@ def _part(part: Part) -> str:  # noqa: PLR0911
         case SideBySide(blocks):
             return "\n\n".join(map(block_typst, blocks))
         case Figure():
-            return "#" + _figure(part)
+            return "#" + _figure(part, 54)
         case _:
             return block_typst(part)
 
 
-def _figure(figure: Figure, width: Width = Width.FULL) -> str:
-    """The figure that the HTML page shows first: one of two in a row, or smaller than the page."""
+def _figure(figure: Figure, share: int = 100) -> str:
+    """The figure that the HTML page shows first, as wide as a share of its place [%]."""
     level = figure.levels[figure.start]
     caption = figure.caption + (f" Here {level.label}." if level.label else "")
-    share = 54 if width is Width.FULL else 100
-    source = _quoted(_svg(level.picture, width))
+    source = _quoted(_svg(level.picture))
     image = f'image(bytes({source}), format: "svg", width: {share}%)'
     return f"figure({image}, caption: [{typst_text(caption)}])"
 
 
-def _svg(picture: Picture, width: Width) -> str:
+def _svg(picture: Picture) -> str:
+    """Half as wide as a page, so that its letters stay 8 points high."""
     with needs_extra("plots", "plot"):
         import matplotlib as mpl
-    figure: Any = Matplotlib(width=width).draw(picture).figure
+    figure: Any = Matplotlib(width=Width.HALF).draw(picture).figure
     written = StringIO()
     # deterministic names of clips
     with mpl.rc_context({"svg.hashsalt": "robostiff"}):

@@ -26,6 +26,7 @@ __all__ = [
 
 _HERE = Path(__file__).parent
 _FOLDERS = ("", "cables", "linkages")
+_ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".xml", ".mjcf")
 _HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
 
 
@@ -184,7 +185,7 @@ def load(
     name = str(name_or_path)
     shipped = isinstance(name_or_path, str) and name in _all_names()
     if not shipped and name != "-" and not Path(name).exists():
-        raise _unknown(name, "a file, or the name of a shipped robot")
+        raise _not_there(name, isinstance(name_or_path, os.PathLike))
     if not shipped and descriptions.is_description(name):
         if symbols:
             raise descriptions.refuse_symbols(name, symbols)
@@ -253,6 +254,12 @@ def _is_snapshot(document: Document) -> bool:
     from robostiff.io.snapshot import is_snapshot
 
     return is_snapshot(document)
+
+
+def _not_there(name: str, is_path: bool) -> InputError:
+    if is_path or Path(name).suffix.lower() in _ENDINGS:
+        return InputError("robot", got=name, expected="a file that exists")
+    return _unknown(name, "a file, or the name of a shipped robot")
 
 
 def _unknown(name: str, expected: str) -> InputError:

@@ -28,6 +28,7 @@ from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.posture import surroundings
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Figure, Folded, Part, Section, SideBySide, one_figure, section
+from robostiff.statics.result_tables import without_rounding
 
 _TITLE = "Stiffness and compliance"
 
@@ -134,7 +135,7 @@ def _cables_bent(contents: ReportContents, bent: CableResponse) -> Iterator[Part
         yield Bullets(tuple(bent.advice), Tone.WARNING)
         return
     space = before.space
-    yield load_table(space, bent.load, bent.displacement)
+    yield load_table(space, bent.load, without_rounding(bent.displacement, space))
     caption = "The robot where it rests under the load, and without it in dashed lines."
     yield one_figure("deformed", caption, picture_of_posed(contents.posed, bent))
     pairs = zip(before.cable_names, before.tensions, after.tensions, strict=True)
