@@ -63,6 +63,8 @@ def opened(browser: Any, path: Path, *, width: int = 1280, dark: bool = False) -
     """A page once all its plots are drawn."""
     scheme = "dark" if dark else "light"
     page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+    # A processor draws what a graphics card draws elsewhere.
+    page.set_default_timeout(90_000)
     opened = Opened(page)
     page.on("request", lambda request: opened.requests.append(request.url))
     page.on("pageerror", lambda error: opened.complaints.append(str(error)))

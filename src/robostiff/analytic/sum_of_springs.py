@@ -16,12 +16,7 @@ import sympy as sp
 
 from robostiff.analytic.closed_sum import factored_fraction
 from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import (
-    Definition,
-    Unwritten,
-    WrittenField,
-    used_definitions,
-)
+from robostiff.analytic.derivation import Definition, Unwritten, WrittenField, used_definitions
 from robostiff.analytic.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.names_written_out import Written
@@ -87,12 +82,12 @@ class SumOfSprings:
         own = self.legs[first]
         if way is None:
             return own
+        rows = [*_ROWS[self.K.rows]]
 
         def shortest(x: Any) -> Any:
             return min(x, _in_names(factored_fraction(x), self.definitions), key=count_of)
 
         def turned() -> tuple[sp.ImmutableMatrix, ...]:
-            rows = [*_ROWS[self.K.rows]]
             images = (way.matrix.extract(rows, rows) * w for w in own.wrenches)
             return tuple(sp.ImmutableMatrix(w.applyfunc(shortest)) for w in images)
 
