@@ -1,6 +1,7 @@
 """Springs between bodies: closed forms, MuJoCo, an independent minimum of energy, differences."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -152,6 +153,27 @@ def test_stiffness_is_that_of_differences_of_equilibria(which: str):
     # without any of the springs it rests elsewhere
     bare = loaded(two_arms(), wrench=WRENCH, loads=weights)
     assert np.abs(bare.displacement - answer.displacement).max() > 1e-4
+
+
+def test_a_strut_is_stable_where_the_axis_of_a_joint_meets_its_spring():
+    """Its curvature by that joint is rounding; on all motions that close the strut it is more."""
+    ends = rs.BodyPoint("leg2/strut", [0.02, 0, 0]), rs.BodyPoint("base", [0.5, 0.5, 0.3])
+    pull = rs.BodySpring("pull", ends, stiffness=1e5, free_length=0.2)
+    robot = replace(rs.load("hexapod"), springs=(pull,))
+    pose = rs.find_posture(robot).pose[0] + [0.01, -0.02, 0.01, 0.05, -0.03, 0.02]
+    answer: Any = rs.equilibrium(robot, pose)
+    assert answer.status == rs.EquilibriumStatus.OK
+    group, equations = next(
+        own
+        for own in zip(answer.problem.groups, answer.found.known.equations, strict=True)
+        if own[0].springs
+    )
+    m = group.free_size
+    H, C = equations.A[0, :m, :m], equations.A[0, m:, :m]
+    motions = np.linalg.svd(C)[2][len(C) :]
+    least = np.linalg.eigvalsh(motions @ (H + H.T) @ motions.T / 2)[0]
+    assert least > 0.5
+    assert 0.5 < answer.margins["leg2"] < 1
 
 
 def test_energy_has_its_least_there():

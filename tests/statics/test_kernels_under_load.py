@@ -352,11 +352,6 @@ def test_what_has_no_kernel_is_refused_with_the_way_to_go():
         rs.compile_loaded(rs.load("planar-link"))
     with pytest.raises(rs.InputError, match="a Robot"):
         rs.compile_loaded("hexapod")  # type: ignore[arg-type]
-    ends = rs.BodyPoint("base"), rs.BodyPoint("arm/upper arm", [0, 0, 0.1])
-    spring = rs.BodySpring("compensator", ends, stiffness=2000.0, free_length=0.2)
-    arm = replace(rs.load("six-joint-arm"), springs=(spring,))
-    with pytest.raises(rs.InputError, match=r"'compensator'.*equilibrium has springs"):
-        rs.compile_loaded(arm)
     with pytest.raises(rs.InputError, match="arm/nothing"):
         rs.compile_loaded(rs.load("six-joint-arm"), loads={"arm/nothing": [0, 0, -1]})
     with pytest.raises(rs.InputError, match="a robot without masses"):

@@ -95,7 +95,7 @@ def vector_of_quaternion(q: np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> vector_of_quaternion(np.array([0.0, -3.0, 0.0, -3.0]))
+    >>> vector_of_quaternion(np.array([0.0, 3.0, 0.0, 3.0]))
     array([0.        , 1.57079633, 0.        ])
     """
     v, c = q[..., :3], q[..., 3]

@@ -323,8 +323,8 @@ class LegGroup:
         return np.concatenate(found, axis=1), np.concatenate(forces, axis=1)
 
     @cached_property
-    def unloaded_curvature(self) -> np.ndarray:
-        """Curvature of the elastic energy by coordinates and bodies, unloaded (N, m, m)."""
+    def own_curvature(self) -> np.ndarray:
+        """Curvature of the elastic energy of its parts, unloaded (N, m, m)."""
         h = np.zeros((self.count, self.free_size, self.free_size))
         for chain, own in zip(self.chains, self.coordinates, strict=True):
             for element, place in zip(chain.elements, chain.places, strict=True):
@@ -332,12 +332,17 @@ class LegGroup:
                 h[:, here, here] = element.unloaded_curvature
         for own, a in zip(self.couplings, self.sum_rows, strict=True):
             h += (own.drive.stiffness[:, None] * a)[:, :, None] * a[:, None]
-        if self.springs:
-            at_rest = SpringTerms.of(
-                self, self.unloaded(), np.eye(3), self.platform_point, Share(0.0, 0.0)
-            )
-            h[0] += at_rest.stiffness
         return h
+
+    @cached_property
+    def unloaded_curvature(self) -> np.ndarray:
+        """The same by coordinates and bodies, with that of springs between bodies (N, m, m)."""
+        if not self.springs:
+            return self.own_curvature
+        at_rest = SpringTerms.of(
+            self, self.unloaded(), np.eye(3), self.platform_point, Share(0.0, 0.0)
+        )
+        return self.own_curvature + at_rest.stiffness
 
     def sizes(self, length: float) -> np.ndarray:
         """What a unit of each coordinate turns or shifts (N, m), shifts by the robot's length."""

@@ -20,7 +20,7 @@ _STEPS = 40
 # Steps of a path at most, and how far one of them shifts the platform, by the robot's length.
 _LONGEST, _FURTHEST = 250, 0.1
 _REFINEMENTS = 2
-# Part by which equations and steps may differ that are the same, and so many of them in a row.
+# Part by which sizes of equations and steps may differ that are the same; so many of them in a row.
 _REPEATS, _ENDLESS = 1e-9, 4
 # A step above this is no end of an iteration.
 _FREE_RUN = 0.5 * CAP
@@ -101,8 +101,7 @@ def equilibrium_at(
     state, last, cut, done = start, np.inf, False, 0
     wrench = loading.wrench + factor * loading.wrench_rate
     load = float(np.max(np.abs(wrench / problem.scale)))
-    before: tuple[np.ndarray, ...] = ()
-    alike = 0
+    before, alike = np.zeros(3), 0
     for done in range(1, steps + 1):
         refined = _REFINEMENTS if last < _SOON else 0
         known = first if first is not None else problem.linearised(state, loading, factor, refined)
@@ -114,8 +113,8 @@ def equilibrium_at(
         state, size, part = problem.stepped(state, known, twist, 0.0, CAP)
         if not np.isfinite(size):
             break
-        now = (part * twist, known.K_total, known.missing)
-        alike = alike + 1 if before and all(map(_repeats, now, before)) else 0
+        now = _sizes(problem, known, part * twist)
+        alike = alike + 1 if np.all(np.abs(now - before) <= _REPEATS * now) else 0
         before = now
         # It slides or spins on for ever, unless a law of a joint has still to stop it.
         if alike == _ENDLESS and size > _FREE_RUN and not problem.has_laws:
@@ -129,9 +128,11 @@ def equilibrium_at(
     return _ended(problem, loading, factor, start, False, cut, done)
 
 
-def _repeats(now: np.ndarray, before: np.ndarray) -> bool:
-    """Whether two steps, or two systems, are the same but for rounding."""
-    return bool(np.max(np.abs(now - before)) <= _REPEATS * np.max(np.abs(now)))
+def _sizes(problem: EquilibriumProblem, known: Linearised, step: np.ndarray) -> np.ndarray:
+    """Of stiffness, load and step of the platform (3,): the same where a robot has only turned."""
+    K, scale = known.K_total, problem.scale
+    scaled = K / np.outer(scale, scale), known.missing / scale, step * scale
+    return np.array([np.sqrt(np.sum(own * own)) for own in scaled])
 
 
 def _ended(

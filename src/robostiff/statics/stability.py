@@ -146,8 +146,9 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
 def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | None]:
     """Of legs built alike; None for one that the platform holds."""
     Q0 = group.unloaded_curvature
-    stiff = np.diagonal(Q0, axis1=-2, axis2=-1)
-    # Unit energy where there is any, unit motion elsewhere.
+    # Unit energy where a part has any, unit motion elsewhere: what springs between bodies add to a
+    # passive joint may be rounding, of one whose axis meets them.
+    stiff = np.diagonal(group.own_curvature, axis1=-2, axis2=-1)
     scale = np.where(stiff > 0, 1.0 / np.sqrt(np.where(stiff > 0, stiff, 1.0)), 1.0)
     norms = np.linalg.norm(C * scale[:, None], axis=1)
     for own, elastic, passive, size in zip(

@@ -23,6 +23,7 @@ from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.loading import RecordedLoading, record_loading
+from robostiff.statics.kernels.springs import has_symbols
 from robostiff.statics.kernels.weights import StandingLoads
 from robostiff.statics.loaded_posture import LoadedPosture, Postures, postures_of
 from robostiff.statics.problem import EquilibriumProblem
@@ -78,8 +79,8 @@ def compile_loaded(
     Raises
     ------
     InputError
-        When the robot has a flexible platform, springs between bodies or laws of force, or when a
-        parameter is no symbol of it or a load does not fit.
+        When the robot has a flexible platform, springs between bodies of two legs or laws of force,
+        or when a parameter is no symbol of it or a load does not fit.
     NoAnswerError
         When the platform has free motions at every pose, or a leg is rigid in some direction.
     DisagreementError
@@ -119,12 +120,12 @@ def compile_loaded(
             expected="joints that move by themselves",
             hint="equilibrium takes couplings, pose by pose",
         )
-    if robot.springs:
+    if parameters and any(map(has_symbols, robot.springs)):
         raise InputError(
             f"kernel under load of {robot.name!r}",
-            got=f"springs between bodies, such as {robot.springs[0].name!r}",
-            expected="weights, dead forces, and preloads of drives",
-            hint="equilibrium has springs between bodies, pose by pose",
+            got="springs between bodies with symbols, beside parameters",
+            expected="springs in numbers",
+            hint="equilibrium takes them, pose by pose",
         )
     if robot.laws or any(
         isinstance(getattr(role, "stiffness", None), StiffnessLaw)

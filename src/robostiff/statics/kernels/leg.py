@@ -26,9 +26,10 @@ from robostiff.statics.kernels.motion import (
     Body,
     ChainTerms,
     RecordedLoad,
-    chain_terms,
     identity,
+    passed,
 )
+from robostiff.statics.kernels.springs import RecordedBodySpring, SpringEnds
 from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
 
 
@@ -136,6 +137,8 @@ class RecordedLoadedLeg:
     space : Space
     length : float
         Of the robot [m].
+    springs : tuple of RecordedBodySpring
+        That its bodies hold.
     """
 
     name: str
@@ -143,6 +146,7 @@ class RecordedLoadedLeg:
     bodies: tuple[Turned, ...]
     space: Space
     length: float
+    springs: tuple[RecordedBodySpring, ...] = ()
 
     @property
     def start(self) -> dict[str, float]:
@@ -191,22 +195,29 @@ class RecordedLoadedLeg:
                 elimination.unknown(name, L if row < 3 else 1.0)
         elastic, free, multipliers, carried = [], [], [], []
         left = set(range(len(bodies)))
-        moments = np.zeros(3, dtype=int).astype(object)
         turns: list[Any] = []
+        moving = []
         for chain in self.chains:
             x = np.array([values[name] for name in chain.coordinates], dtype=object)
+            begin = _BASE if chain.start is None else bodies[chain.start]
+            moving.append(passed(chain.elements, x, begin, () if chain.start is None else rows))
+            for name in chain.coordinates:
+                elimination.unknown(name, 1.0)
+        names = [
+            [*(() if chain.start is None else motions[chain.start]), *chain.coordinates]
+            for chain in self.chains
+        ]
+        ends_on = SpringEnds(platform, twist, rows, moving, names)
+        pulls, moments = ends_on.add(self.springs, elimination)
+        for c, chain in enumerate(self.chains):
             W = np.zeros(6, dtype=int).astype(object)
             W[rows] = [values[name] for name in chain.wrench(len(rows))]
             end = platform if chain.end is None else bodies[chain.end]
-            begin, first = _BASE, []
-            if chain.start is not None:
-                begin, first = bodies[chain.start], motions[chain.start]
-            moving = rows if first else ()
-            terms = chain_terms(chain.elements, x, begin, moving, end.origin, W, chain.loads)
+            terms = moving[c].terms(end.origin, W, (*chain.loads, *pulls[c]))
             turns += terms.turns
             wrench = chain.wrench(len(rows))
             ends = twist if chain.end is None else motions[chain.end]
-            self._add_chain(elimination, chain, (first, ends), terms, _gap(terms, end), W)
+            self._add_chain(elimination, chain, (names[c], ends), terms, _gap(terms, end), W)
             held = zip(chain.coordinates, chain.springs, strict=True)
             for name, k in held:
                 (free if is_zero(k) else elastic).append(name)
@@ -223,16 +234,13 @@ class RecordedLoadedLeg:
         self,
         elimination: SymmetricElimination,
         chain: RecordedChain,
-        bodies: tuple[Sequence[str], Sequence[str]],
+        unknowns: tuple[Sequence[str], Sequence[str]],
         terms: ChainTerms,
         gap: np.ndarray,
         W: np.ndarray,
     ) -> None:
-        """Add the equations of a chain between the motions of two bodies."""
-        first, ends = bodies
-        names, rows = [*first, *chain.coordinates], self.space.rows
-        for name in chain.coordinates:
-            elimination.unknown(name, 1.0)
+        """Add the equations of a chain, by the unknowns that move it and those of its end."""
+        (names, ends), rows = unknowns, self.space.rows
         for name, row, end in zip(chain.wrench(len(rows)), rows, ends, strict=True):
             elimination.unknown(name, 1.0 if row >= 3 else self.length)
             for own, column in zip(names, terms.J, strict=True):
@@ -293,6 +301,7 @@ def recorded_legs(
     unloaded: RecordedRobot,
     loads: Sequence[Mapping[int, Sequence[RecordedLoad]]],
     preload: Mapping[str, float],
+    springs: Sequence[RecordedBodySpring],
 ) -> list[RecordedLoadedLeg | RecordedStrut]:
     """Legs on entries, of the same elements as those in numbers.
 
@@ -308,9 +317,13 @@ def recorded_legs(
         On the bodies of each leg, by chain.
     preload : mapping of str to float
         By ``leg/part``.
+    springs : sequence of RecordedBodySpring
     """
     legs = zip(walks, placed, unloaded.legs, loads, strict=True)
-    return [_leg(*own, preload, unloaded) for own in legs]
+    return [
+        _leg(*own, preload, unloaded, tuple(spring for spring in springs if spring.leg == k))
+        for k, own in enumerate(legs)
+    ]
 
 
 def _leg(
@@ -320,6 +333,7 @@ def _leg(
     loads: Mapping[int, Sequence[RecordedLoad]],
     preload: Mapping[str, float],
     robot: RecordedRobot,
+    springs: tuple[RecordedBodySpring, ...],
 ) -> RecordedLoadedLeg | RecordedStrut:
     space, length = robot.space, robot.length
     parts = {part.name: part for part in placed.parts}
@@ -339,13 +353,13 @@ def _leg(
         if end is not None and elements:
             origins.setdefault(end, elements[-1].point)
     pushed = any(e.preload for own in chains for e in own.elements if isinstance(e, RecordedJoint))
-    alone = len(chains) == 1 and not chains[0].loads and not pushed
+    alone = len(chains) == 1 and not (chains[0].loads or pushed or springs)
     if alone and space is Space.SPATIAL:
         strut = recorded_strut(chains[0].elements, own, length)
         if strut is not None:
             return strut
     bodies = tuple(Turned(f"{placed.name}.b{b}", origins[b]) for b in range(len(walk.points)))
-    return RecordedLoadedLeg(placed.name, tuple(chains), bodies, space, length)
+    return RecordedLoadedLeg(placed.name, tuple(chains), bodies, space, length, springs)
 
 
 def _gap(terms: ChainTerms, end: Body) -> np.ndarray:

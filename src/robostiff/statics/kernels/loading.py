@@ -12,7 +12,7 @@ import numpy as np
 
 from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
-from robostiff.model import Leg, Robot
+from robostiff.model import Robot
 from robostiff.record import Entry, Program, is_zero, least
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.closure import BEFORE_FIRST, RecordedSteps, contraction, handed_on
@@ -25,6 +25,13 @@ from robostiff.statics.kernels.elements import RecordedJoint
 from robostiff.statics.kernels.elimination import SymmetricElimination, solved_with
 from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_legs
 from robostiff.statics.kernels.motion import FURTHEST_TURN, identity
+from robostiff.statics.kernels.springs import (
+    RecordedBodySpring,
+    SpringEnds,
+    recorded_body_springs,
+    with_anchors,
+    without_anchors,
+)
 from robostiff.statics.kernels.strut import RecordedStrut, StrutTerms, strut_terms
 from robostiff.statics.kernels.weights import (
     StandingLoads,
@@ -107,6 +114,8 @@ class LoadedRobot:
     wrench : list of entries
     dead : list of pairs of (3,) arrays
         Arms from the point of the platform at the unloaded posture [m], and forces [N].
+    springs : list of RecordedBodySpring
+        Between bodies.
     """
 
     unloaded: RecordedRobot
@@ -118,6 +127,7 @@ class LoadedRobot:
     force: float
     wrench: list[Any]
     dead: list[tuple[np.ndarray, np.ndarray]]
+    springs: list[RecordedBodySpring]
 
     @property
     def start(self) -> dict[str, float]:
@@ -136,7 +146,7 @@ class LoadedRobot:
     @property
     def stands(self) -> bool:
         """Whether anything acts beside the wrench."""
-        if self.dead:
+        if self.dead or self.springs:
             return True
         chains = [c for leg in self.legs if isinstance(leg, RecordedLoadedLeg) for c in leg.chains]
         joints = [e for c in chains for e in c.elements if isinstance(e, RecordedJoint)]
@@ -156,6 +166,8 @@ class LoadedRobot:
         body = self.platform.moved(values)
         moment = np.zeros(3, dtype=int).astype(object)
         turns, buckling = [], []
+        alone = [own for own in self.springs if own.leg is None]
+        moment = moment + SpringEnds(body, twist, rows).add(alone, elimination)[1]
         for leg in self.legs:
             if isinstance(leg, RecordedLoadedLeg):
                 added = leg.add_to(elimination, values, body, twist, self.force)
@@ -298,10 +310,14 @@ def record_loading(
     by_pose : bool
         Whether its inputs are pose coordinates; otherwise the coordinates of all legs.
     """
-    gravity = gravity_on(robot.numeric, standing)
+    gravity, springs = gravity_on(robot.numeric, standing), finder.robot.springs
     here = RobotOnEntries.of(
-        robot, finder, by_pose=by_pose, changed=framed if np.any(gravity) else _as_it_is
+        robot,
+        finder,
+        by_pose=by_pose,
+        changed=lambda leg: with_anchors(framed(leg) if np.any(gravity) else leg, springs),
     )
+    here, frames = without_anchors(here)
     if np.any(gravity):
         here = with_recorded_masses(here)
     record, unloaded = here.record, here.recorded
@@ -321,7 +337,9 @@ def record_loading(
     walks = [] if snapshot is None else walks_of(snapshot, beams)
     on_legs = [own.leg for own in here.placed]
     loads = loads_on_legs(walks, on_legs, forces, gravity)
-    legs = recorded_legs(walks, on_legs, unloaded, loads, standing.preload or {})
+    placed = () if snapshot is None else snapshot.springs
+    held = recorded_body_springs(springs, placed, here, frames, walks)
+    legs = recorded_legs(walks, on_legs, unloaded, loads, standing.preload or {}, held)
     struts = [k for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)]
     loaded = LoadedRobot(
         unloaded,
@@ -333,6 +351,7 @@ def record_loading(
         force,
         wrench,
         dead,
+        held,
     )
     start = loaded.start
     lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)
@@ -359,7 +378,3 @@ def record_loading(
         status=unloaded.status,
         rank=unloaded.factors.rank,
     )
-
-
-def _as_it_is(leg: Leg) -> Leg:
-    return leg

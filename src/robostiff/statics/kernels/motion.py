@@ -108,20 +108,10 @@ class ChainTerms:
     turns: list[Any]
 
 
-def chain_terms(
-    elements: Sequence[RecordedElement],
-    x: np.ndarray,
-    start: Body,
-    body_rows: Sequence[int],
-    end_point: np.ndarray,
-    W: np.ndarray,
-    loads: Sequence[RecordedLoad] = (),
-) -> ChainTerms:
-    """A chain at its coordinates, under the wrench that the body at its end exerts on it.
-
-    With a nearer the base than b the second derivative is ``w_a . h_b``, symmetric part,
-    ``h_b = v_b x f + s (f . w_b) - (s . f) w_b + w_b x m / 2``, where the wrench (f, m) acts at s
-    from the point of b; dead forces on bodies beyond add ``sum(s (f . w_b) - (s . f) w_b)`` alike.
+def passed(
+    elements: Sequence[RecordedElement], x: np.ndarray, start: Body, body_rows: Sequence[int]
+) -> MovingChain:
+    """A chain at its coordinates.
 
     Parameters
     ----------
@@ -130,22 +120,17 @@ def chain_terms(
     start : Body
     body_rows : sequence of int
         Coordinates of the body at the start, where that moves.
-    end_point : (3,) array of entries and numbers
-        At the unloaded posture [m].
-    W : (6,) array of entries and numbers
-        About the end point, where the chain has it.
-    loads : sequence of RecordedLoad
     """
-    own = _Moving(start, body_rows)
+    own = MovingChain(start, body_rows)
     i = 0
     for k, element in enumerate(elements):
         y = x[i : i + element.size]
         i += element.size
         own.pass_(k, element, y)
-    return own.terms(end_point, W, loads)
+    return own
 
 
-class _Moving:
+class MovingChain:
     """A chain as it is passed from base to platform."""
 
     def __init__(self, start: Body, body_rows: Sequence[int]) -> None:
@@ -161,6 +146,7 @@ class _Moving:
             self.stored.append(0)
 
     def pass_(self, k: int, element: RecordedElement, y: np.ndarray) -> None:
+        """Go over element k at its coordinates."""
         if isinstance(element, RecordedJoint):
             self._joint(k, element, y[0])
         else:
@@ -214,9 +200,32 @@ class _Moving:
             self.springs.append((spring, first, r, Q))
         self.body = Body(R, spring.point, at)
 
+    def velocities(self, after: int, at: np.ndarray) -> list[np.ndarray]:
+        """Of a point on the body behind so many elements, by the coordinates (3,) each."""
+        still = np.zeros(3, dtype=int).astype(object)
+        return [
+            own.v + cross(own.w, at - own.at) if own.element < after else still
+            for own in self.columns
+        ]
+
     def terms(
         self, end_point: np.ndarray, W: np.ndarray, loads: Sequence[RecordedLoad]
     ) -> ChainTerms:
+        """Under the wrench that the body at its end exerts on it, and dead forces.
+
+        With a nearer the base than b the second derivative is ``w_a . h_b``, symmetric part,
+        ``h_b = v_b x f + s (f . w_b) - (s . f) w_b + w_b x m / 2``, where the wrench (f, m) acts at
+        s from the point of b; dead forces on bodies beyond add ``sum(s (f . w_b) - (s . f) w_b)``
+        alike.
+
+        Parameters
+        ----------
+        end_point : (3,) array of entries and numbers
+            At the unloaded posture [m].
+        W : (6,) array of entries and numbers
+            About the end point, where the chain has it.
+        loads : sequence of RecordedLoad
+        """
         P = self.body.of(end_point)
         f, m = W[:3], W[3:]
         acting = [(own.after, self.bodies[own.after].of(own.point), own.force) for own in loads]
