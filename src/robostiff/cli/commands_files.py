@@ -113,7 +113,7 @@ def convert(
         )
     robot = model.load()
     if form == "matlab" and path is not None:
-        from robostiff.io.results import write_matlab
+        from robostiff.io.results.matlab import write_matlab
 
         write_matlab(path, _results(source, robot, place))
     else:
@@ -222,8 +222,8 @@ def _text_of_data(data: dict[str, Any], path: Path | None) -> str:
         return json.dumps(data, indent=1, allow_nan=False) + "\n"
     from ruamel.yaml import YAML
 
-    yaml, written = YAML(typ="safe", pure=True), StringIO()
-    yaml.default_flow_style, yaml.width, yaml.sort_base_mapping_type_on_output = None, 120, False
+    yaml, written = YAML(), StringIO()  # which keeps the order
+    yaml.default_flow_style, yaml.width = None, 120
     yaml.dump(data, written)
     return written.getvalue()
 

@@ -9,7 +9,8 @@ from robostiff.cli.command import BAD_STATUS
 from robostiff.cli.options import Answer, Model, Place
 from robostiff.cli.output import show
 from robostiff.cli.written_arguments import near_from, pose_from
-from robostiff.io.results import about, picked, plain
+from robostiff.io.results.plain_data import picked, plain
+from robostiff.io.results.text import about
 from robostiff.markup import text_of
 from robostiff.version import __version__
 

@@ -19,7 +19,8 @@ from robostiff.analysis.indices import (
     StiffnessIndices,
 )
 from robostiff.elastostatics import Status
-from robostiff.io.results import about, head, order, plain
+from robostiff.io.results.plain_data import head, order, plain
+from robostiff.io.results.text import about
 from robostiff.markup import number, row, text_of
 from robostiff.version import __version__
 

@@ -1,0 +1,116 @@
+"""Models as MuJoCo compiles them: names and arrays."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import FileError, InputError, Location
+from robostiff.io.child_process import COMPILE_MJCF, answer_of
+from robostiff.io.mjcf.kinematic_part import kinematic_part
+from robostiff.io.suggest import Words
+
+_LINE = re.compile(r",? line (\d+)")
+_REAL = frozenset(
+    (
+        *("body_pos", "body_quat", "site_pos", "site_quat", "jnt_pos", "jnt_axis", "jnt_range"),
+        *("jnt_stiffness", "qpos0", "eq_data"),
+    )
+)
+
+
+@dataclass(frozen=True)
+class CompiledModel:
+    """The compiled model of a file."""
+
+    name: str
+    # their names, empty where they have none
+    bodies: tuple[str, ...]
+    joints: tuple[str, ...]
+    sites: tuple[str, ...]
+    equalities: tuple[str, ...]
+    driven: frozenset[str]  # joints that actuators drive
+    arrays: dict[str, np.ndarray]  # those of MuJoCo's own model, by the same names
+
+    def __getattr__(self, key: str) -> np.ndarray:
+        """An array of MuJoCo's model."""
+        try:
+            return self.__dict__["arrays"][key]
+        except KeyError:
+            raise AttributeError(key) from None
+
+
+def compiled_model(source: Path | str) -> CompiledModel:
+    """The MuJoCo model of a file without its shapes."""
+    part = kinematic_part(source)
+    if find_spec("mujoco") is None:
+        raise InputError(
+            "MJCF",
+            got=Words("no package mujoco"),
+            expected="the extra mjcf",
+            hint="pip install 'robostiff[mjcf]'",
+        )
+    try:
+        return _compiled(part.text, str(source))
+    except FileError as error:
+        raise _in_its_line(error, part.places) from None
+
+
+@lru_cache(maxsize=64)
+def _compiled(text: str, file: str) -> CompiledModel:
+    place = Location(file)
+    return _from_data(answer_of(COMPILE_MJCF, {"text": text}, place, "MJCF", "MuJoCo"), place)
+
+
+def read_model(model: Any) -> CompiledModel:
+    """Names and arrays of an ``mujoco.MjModel``."""
+    from robostiff.io.child_process.compile_mjcf import mujoco, names_and_arrays
+
+    on_joints = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+    driven = [
+        model.joint(int(model.actuator_trnid[i, 0])).name
+        for i in range(model.nu)
+        if model.actuator_trntype[i] in on_joints
+    ]
+    data = names_and_arrays(model, sorted(set(driven)))
+    return _from_data(data, Location(f"model of MuJoCo {data['name']!r}"))
+
+
+def _from_data(data: dict[str, Any], place: Location) -> CompiledModel:
+    names = {key: data.pop(key) for key in ("bodies", "joints", "sites", "equalities")}
+    name, driven = data.pop("name"), frozenset(data.pop("driven"))
+    arrays = {key: _array(key, values, place) for key, values in data.items()}
+    return CompiledModel(
+        name,
+        **{key: tuple(map(str, listed)) for key, listed in names.items()},
+        driven=driven,
+        arrays=arrays,
+    )
+
+
+def _array(key: str, values: Any, place: Location) -> np.ndarray:
+    array = np.array(values, dtype=float if key in _REAL else np.int64)
+    if not np.isfinite(array).all():
+        raise FileError(
+            place,
+            "MJCF",
+            got=Words(f"a model with a {key} that is no number"),
+            expected="finite places, axes and coordinates",
+        )
+    array.setflags(write=False)
+    return array
+
+
+def _in_its_line(error: FileError, places: tuple[Location, ...]) -> FileError:
+    """The error at the location of the file to which MuJoCo's line number belongs."""
+    found = _LINE.search(str(error.got))
+    if error.location.line is not None or not found or not 0 < int(found[1]) <= len(places):
+        return error
+    words = Words(_LINE.sub("", str(error.got)).strip())
+    return FileError(places[int(found[1]) - 1], error.subject, got=words, expected=error.expected)
