@@ -194,7 +194,7 @@ class Derivation:
 
     name: str
     K0: WrittenField = WrittenField()
-    stages: tuple[Stage, ...]
+    stages: tuple[Stage, ...]  # pyright: ignore[reportGeneralTypeIssues]
     K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
     exact: ExactMatrix | None = field(default=None, compare=False, repr=False)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.averaged_sum import PRINTED, matrix_of
 from robostiff.analytic.closed_sum import factored_fraction
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Unwritten, WrittenField, used_definitions
@@ -22,23 +23,18 @@ from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.names_written_out import Written
 from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.operation_count import count_of, different_entries, operations_of
-from robostiff.analytic.orbits import COMPONENTS, Image, Products, averages
+from robostiff.analytic.orbits import COMPONENTS, Image
 from robostiff.analytic.products import FormulaTooLargeError
-from robostiff.analytic.record_reading import written_size
 from robostiff.analytic.recurring_products import as_printed
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.analytic.unit_wrenches import WrenchSearch
 from robostiff.analytic.wrenches_alike import WrenchesAlike, WrenchOfLeg
-from robostiff.record import Entry, is_zero
+from robostiff.record import is_zero
 from robostiff.recorded.working_frame import cross
 
 _SAME = 1e-10
-_PRINTED = 600  # operations of all of K, beyond which nobody reads it at a glance
-_FEW = 6  # products that are also written one by one
 _ROWS = {6: range(6), 3: (0, 1, 5)}  # of a wrench in space and in the plane
-_MOST = 5000  # operations of a sum that is written out to see whether it becomes shorter
-_SHORT = 6  # operations of an entry that is not tried in another way
 
 
 @dataclass(frozen=True)
@@ -144,7 +140,7 @@ def sum_of_springs(
     entry: Callable[[Any], Any] = read
     if placed.follows.at_joints:
         entry = lambda x: shortest_trigonometry(read(x))  # noqa: E731
-    K = _matrix(groups, search, entry, squares)
+    K = matrix_of(groups, search, entry, squares)
     if K is None:
         return None
     taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
@@ -185,8 +181,8 @@ def sum_of_springs(
     at_most = sum(
         map(count_of, (*different_entries(found.K), *(d.expression for d in found.definitions)))
     )
-    if at_most > _PRINTED and operations_of(found.K, found.definitions) > _PRINTED:
-        raise FormulaTooLargeError.beyond(_PRINTED)
+    if at_most > PRINTED and operations_of(found.K, found.definitions) > PRINTED:
+        raise FormulaTooLargeError.beyond(PRINTED)
     return found
 
 
@@ -273,90 +269,6 @@ def _with_components(
     others = [x for one in written.others for x in one]
     used = used_definitions(written.definitions, [matrix, *others])
     return SumOfSprings(matrix, legs, used, before=found)
-
-
-def _matrix(
-    groups: list[WrenchesAlike],
-    search: WrenchSearch,
-    read: Callable[[Any], Any],
-    squares: dict[Any, tuple[Any, Any]],
-) -> sp.ImmutableMatrix | None:
-    """The sum of all groups; None where that is long, as of many legs that are all different.
-
-    An average of squares that is shorter by the unit length has a symbol: `squares` has both.
-    """
-    rows = list(search.space.rows)
-    n = len(rows)
-    total: dict[tuple[int, int], list[Any]] = {}
-    operations = 0
-    for group in groups:
-        entries = averages(group.needed, group.orbits)
-        others = _by_unit_length(group)
-        known: dict[Any, Any] = {}
-        for i in range(n):
-            for j in range(i, n):
-                place = rows[i], rows[j]
-                term = _written(entries[place], place, search, read)
-                if place in others:
-                    other = sp.Add(*(n * (1 - read(x) ** 2) for n, x in others[place]))
-                    if count_of(other) < count_of(term):
-                        symbol = sp.Symbol(f"average {other}", positive=True)
-                        squares[symbol] = term, other
-                        term = symbol
-                if term not in known:
-                    known[term] = term / group.compliance
-                    operations += count_of(known[term])
-                    if operations > _PRINTED:
-                        return None
-                total.setdefault((i, j), []).append(known[term])
-    return sp.ImmutableMatrix(n, n, lambda i, j: sp.Add(*total.get((min(i, j), max(i, j)), ())))
-
-
-def _written(
-    products: Products, place: tuple[int, int], search: WrenchSearch, read: Callable[[Any], Any]
-) -> Any:
-    """A sum of products, simplified as a whole or product by product, whichever is shorter."""
-    scale = search.length ** sum(i > 2 for i in place)
-    total = _total(products, search, scale)
-    if not isinstance(total, Entry):
-        return read(total)
-    apart = sp.Add(*(number * (read(a) * read(b)) for number, a, b in products))
-    if count_of(apart) <= _SHORT or (
-        len(products) > _FEW and written_size(search.record, [total]) > _MOST
-    ):
-        return apart
-    try:
-        return min(apart, read(total), key=count_of)
-    except FormulaTooLargeError:
-        return apart
-
-
-def _total(products: Products, search: WrenchSearch, scale: float) -> Any:
-    """A sum of products; what two orbits have in common counts twice."""
-    simplified = search.record.simplified
-    total: Any = sp.Integer(0)
-    by_number: dict[Any, Any] = {}
-    for number, a, b in products:
-        by_number[number] = by_number.get(number, sp.Integer(0)) + a * b
-    for number, part in by_number.items():
-        total = total + number * simplified(part, scale)
-    return simplified(total, scale)
-
-
-def _by_unit_length(group: WrenchesAlike) -> dict[tuple[int, int], list[tuple[Any, Any]]]:
-    """Numbers n and entries x by which averages of two squares are n (1 - x^2): of unit couples.
-
-    Squares of a force have its length below them, as other entries of K: they stay as they are.
-    """
-    found: dict[tuple[int, int], list[tuple[Any, Any]]] = {}
-    needed = group.needed
-    if group.shifted or not all(is_zero(f) for w in needed.values() for f in w[:3]):
-        return found
-    for orbit in group.orbits or ():
-        one = sp.Rational(len(orbit.images), 2), needed[orbit.first][5]
-        for row in (3, 4):
-            found.setdefault((row, row), []).append(one)
-    return found
 
 
 def _always_one_at(placed: PlacedRobot) -> Callable[[Written, Any], bool]:
