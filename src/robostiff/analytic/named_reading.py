@@ -162,9 +162,8 @@ class NamedReading:
 
     def written_out(self, expression: Any) -> Any:
         """One fraction without names of compliances and shifts; itself where that would be long."""
-        full = self.without_shifts(expression, ("c_", "k_", "e_"))
         try:
-            return expression if full == expression else _fraction(full)
+            return _fraction(self.without_shifts(expression, ("c_", "k_", "e_")))
         except FormulaTooLargeError:
             return expression
 

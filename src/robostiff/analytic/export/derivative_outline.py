@@ -235,8 +235,7 @@ def _summary(derivation: RobotDerivation) -> str:
     return (
         f"Stiffness about the reference point in world axes, {derivation.where}, {form}. Passive "
         f"joints leave each chain the wrenches w that they transmit, made conjugate to one "
-        f"another; each has a compliance c. The stiffness is the sum of w w^T / c over {legs}, "
-        "eq. (12)."
+        f"another; each has a compliance c. The stiffness is a sum over {legs}, eq. (12)."
     )
 
 
