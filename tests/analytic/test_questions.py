@@ -144,3 +144,17 @@ def test_a_rank_that_does_not_end_is_refused():
     steps = rs.derive("hexapod", pose=rs.AtSymbols())
     with pytest.raises(FormulaTooLargeError, match=r"rank of a formula: got .*within 0.5 s"):
         rank_formula(steps.K, budget=0.5)
+
+
+def test_a_length_that_vanishes_in_all_sums_of_names():
+    """Rods of an H4 that lie flat, l = R + a, hold no height; their length in names is in sums."""
+    names = ("R", "a", "d", "k", "l", "w")
+    derivation = rs.derive("h4", symbols=names)
+    R, a, l = (sp.Symbol(name, positive=True) for name in ("R", "a", "l"))
+    found = rank_formula(derivation)
+    assert found.allowed == (R + a - l,)
+    assert R + a - l in decoupling_conditions(derivation)
+    K = derivation.lambdify(*names)([0.2, 0.3], 0.2, 0.06, 2e4, 0.5, 0.08)
+    rounding = 1e-9 * np.abs(K).max()
+    assert [np.linalg.matrix_rank(own, tol=rounding) for own in K] == [6, 3]
+    assert np.abs(K[0, :3, 3:]).max() > rounding > np.abs(K[1, :3, 3:]).max()

@@ -221,14 +221,15 @@ def _rank_in_names(names: MatrixInNames) -> RankFormula | None:
     found = [_rank(names.with_numbers(seed)) for seed in (1, 2)]
     if any(one.rank != names.rank for one in found):
         return None
-    powers = [one.common_minor.as_powers_dict() for one in found]
-    shared = {x: min(powers[0][x], powers[1][x]) for x in found[0].exceptions}
+    # Lengths in names depend on one another: what two minors share is seen in given symbols.
+    first, second = (names.powers_of_zeros(one.common_minor) for one in found)
+    common: dict[Any, Any] = {
+        zero: min(exponent, second[zero]) for zero, exponent in first.items() if zero in second
+    }
     for stiffness in names.stiffnesses:
-        shared[stiffness] = names.rank - names.rank_without(stiffness)
-    common: dict[Any, Any] = {}
-    for factor, exponent in shared.items():
-        for own in names.zeros_of(factor) if exponent else ():
-            common[own] = common.get(own, 0) + exponent
+        lost = names.rank - names.rank_without(stiffness)
+        for own in names.zeros_of(stiffness) if lost else ():
+            common[own] = common.get(own, 0) + lost
     for symbol in names.springs:
         lost = names.rank - names.rank_near_zero(symbol)
         if lost:
@@ -388,7 +389,9 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
             raise _in_steps(K, "decoupling") from None
     matrix, names = closed_matrix(K, "decoupling"), _in_names(K)
     if names is not None:
-        found = shared_zeros(coupling_of(names.matrix))
-        zeros = {own for factor in found for own in names.zeros_of(factor)}
-        return tuple(sorted(zeros, key=sp.default_sort_key))
+        always = (sp.Integer(0),)
+        each = {shared_zeros([entry]) for entry in dict.fromkeys(coupling_of(names.matrix))}
+        own = [set(names.powers_of_zeros(sp.Mul(*found))) for found in each - {always}]
+        shared = set.intersection(*own) if own else always
+        return tuple(sorted(shared, key=sp.default_sort_key))
     return shared_zeros(coupling_of(matrix))

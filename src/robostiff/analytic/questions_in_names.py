@@ -147,6 +147,14 @@ class MatrixInNames:
         above = sp.fraction(sp.together(expression))[0]
         return self._unique(_irreducible(above**2 if above.is_Pow else above))
 
+    def powers_of_zeros(self, product: Any) -> dict[Any, Any]:
+        """Of a product in names: how often it vanishes with each factor in given symbols."""
+        powers: dict[Any, Any] = {}
+        for factor, exponent in product.as_powers_dict().items():
+            for own in self.zeros_of(factor) if factor.free_symbols else ():
+                powers[own] = powers.get(own, 0) + exponent
+        return powers
+
     def _unique(self, factors: Iterable[Any]) -> tuple[Any, ...]:
         """Factors in given symbols: those in names are looked at in turn."""
         names = {d.symbol for d in self.definitions}

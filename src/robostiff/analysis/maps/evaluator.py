@@ -199,7 +199,7 @@ class BatchedEvaluator:
         for i, leg in enumerate(posture.snapshot.legs):
             F = np.zeros((len(known), 6))
             if loads is not None:
-                F[np.ix_(known, rows)] = loads.wrenches[i]
+                F[np.ix_(known, np.array(rows))] = loads.wrenches[i]
             forces += [
                 np.einsum("...i,...i->...", freedom_twist(element, result.origin), carried)
                 for element, carried in carried_by(leg, result.leg_blocks[i], F, rows)
