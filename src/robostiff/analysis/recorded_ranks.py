@@ -18,6 +18,8 @@ from robostiff.spatial.batch import empty_batch
 # length of another posture, and by wrenches of a record, which are rounded otherwise.
 _CLEARLY = 10.0
 _ROUNDED = 1e-2
+# Part of the largest diagonal entry of K below which rounding shows in the others of its row.
+_SMALL = 1e-8
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,10 @@ class RecordedRanks:
         clear &= np.all(kept | (values < _ROUNDED * tolerance.rounding), axis=-1)
         K = empty_batch((count,), (n, n))
         unpack(upper, K)
-        smallest = smallest_held_stiffness(K * np.outer(s, s), rank)
+        K = K * np.outer(s, s)
+        diagonal = np.einsum("nii->ni", K)
+        clear &= np.min(diagonal, axis=-1) > _SMALL * np.max(diagonal, axis=-1)
+        smallest = smallest_held_stiffness(K, rank)
         return rank, clear & (smallest > _CLEARLY * tolerance.near_rigidity)
 
     def _unit(self, wrenches: np.ndarray) -> np.ndarray:

@@ -30,13 +30,16 @@ def test_rank_and_status_are_those_of_the_wrench_basis_form(name: str):
     compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
     answer, careful = compiled.attempt(at), careful_stiffness(robot, at)
     own = ~answer.guarded
-    assert set(answer.rank[own].tolist()) == {3, 5}
+    assert np.all(answer.rank[own] == 5)
+    assert np.all(careful.rank[:EACH] == 3)
     np.testing.assert_array_equal(answer.rank[own], careful.rank[own])
     np.testing.assert_array_equal(answer.status_codes[own], careful.status_codes[own])
     K, expected = answer.values["K"], careful.about_reference.matrix
     np.testing.assert_allclose(K[own], expected[own], atol=1e-14 * np.max(expected))
     share = answer.guarded.reshape(len(SPREADS), EACH).mean(axis=1)
-    assert np.all(share[[0, 6, 7]] == 0)
+    assert np.all(share[[6, 7]] == 0)
+    assert share[5] < 0.5
+    assert np.all(share[:4] == 1)
     # What the tolerances leave in doubt is left to the wrench basis form.
     ill = (careful.status_codes & int(rs.Status.ILL_CONDITIONED)) != 0
     assert ill.sum() > EACH
@@ -50,8 +53,8 @@ def test_kernels_of_more_than_K_leave_these_poses_to_the_wrench_basis_form():
     outputs = [rs.StiffnessMatrix(), rs.PrincipalStiffness()]
     assert rs.compile(robot, outputs, backend=rs.Backend.ARRAYS).ranks is None
     again = pickle.loads(pickle.dumps(rs.compile(robot, backend=rs.Backend.ARRAYS)))  # noqa: S301
-    at = poses(robot)[:EACH]
-    np.testing.assert_array_equal(again.attempt(at).rank, 3)
+    at = poses(robot)[-EACH:]
+    assert not np.any(again.attempt(at).guarded)
 
 
 def test_a_far_reference_point_is_left_to_the_wrench_basis_form():
