@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.kernel_inputs import InputRows, ParameterValues
 from robostiff.analysis.measures import values_of
+from robostiff.analysis.recorded_ranks import RecordedRanks
 from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import Derivative, Kernel, Output, rows_of, unpack, whole_threads
-from robostiff.compiled.kernel import POSES_A_CHUNK, chunks_of, in_shares
+from robostiff.compiled.arrays import POSES_A_CHUNK, chunks_of, in_shares
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.recorded import CLOSED, SHORT
@@ -41,11 +42,14 @@ class AtGeneralPoses:
     status : Status
     verified : bool
         Whether the record is trusted at all.
+    ranks : RecordedRanks or None
+        Decides the rank near singular poses, of kernels of K alone.
     """
 
     rank: int
     status: Status
     verified: bool
+    ranks: RecordedRanks | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,7 @@ def checked_results(
     missed: np.ndarray,
     loose: np.ndarray,
     general: AtGeneralPoses,
+    inputs: np.ndarray | None = None,
 ) -> CheckedResults:
     """Rows by output, with status, rank and guard at each pose.
 
@@ -88,6 +93,8 @@ def checked_results(
     loose : (N,) array of bool
         Poses whose inputs are not to be trusted.
     general : AtGeneralPoses
+    inputs : (inputs, N) array, optional
+        Of the kernel, where ranks may be decided by them.
     """
     rows, start = {}, 0
     for output in kernel.outputs:
@@ -103,6 +110,15 @@ def checked_results(
             status[beyond] |= np.uint8(Status.BEYOND_LIMITS)
     closed = closes(kernel, results)
     guarded = _unsafe(checks, results.shape[1], general) | loose | ~closed
+    doubtful = ~guarded & ~(checks["rank"] < _SAFE) if "rank" in checks else np.zeros(1, dtype=bool)
+    if doubtful.any():
+        where = np.flatnonzero(doubtful)
+        guarded[where] = True
+        if general.ranks is not None and inputs is not None:
+            rank[where], clear = general.ranks.decided(inputs[:, where], results[:start, where])
+            guarded[where] = ~clear
+            free = np.uint8(Status.FREE_MOTIONS)
+            status[where] = (status[where] & ~free) | (rank[where] < kernel.space.size) * free
     out_of_reach = missed
     if "reach" in checks:
         out_of_reach = out_of_reach | (closed & (checks["reach"] < _OUT_OF_REACH))
@@ -136,12 +152,12 @@ def _checks(kernel: Kernel, results: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _unsafe(checks: Mapping[str, np.ndarray], count: int, general: AtGeneralPoses) -> np.ndarray:
-    """Where an assumption is close to failing (N,)."""
+    """Where an assumption is close to failing (N,), that of the rank left out."""
     if not general.verified:
         return np.ones(count, dtype=bool)
     safe = np.isfinite(checks["trace"])
-    for name in {"loss", "rank"} & checks.keys():
-        safe &= checks[name] < _SAFE
+    if "loss" in checks:
+        safe &= checks["loss"] < _SAFE
     if "reach" in checks:
         safe &= checks["reach"] > SHORT
     if "limits" in checks:
@@ -216,9 +232,9 @@ def checked_chunks(
     for where in chunks_of(part):
         count = where.stop - where.start
         room = buffer if count == buffer.shape[1] else np.empty((len(buffer), count))
-        results = kernel.evaluate(inputs.rows[:, where], room)
-        missed, loose = inputs.missed[where], inputs.loose[where]
-        yield where, checked_results(kernel, results, missed, loose, general)
+        rows, missed, loose = inputs.rows[:, where], inputs.missed[where], inputs.loose[where]
+        results = kernel.evaluate(rows, room)
+        yield where, checked_results(kernel, results, missed, loose, general, rows)
 
 
 def put_careful(

@@ -25,6 +25,7 @@ from robostiff.analysis.kernel_inputs import (
     with_parameters,
 )
 from robostiff.analysis.measures import differences
+from robostiff.analysis.recorded_ranks import RecordedRanks
 from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import (
     Backend,
@@ -211,7 +212,17 @@ def compile_robot(
     inputs = _inputs_of(robot, kernel, joint_kernel)
     verified = is_trusted(recorded, inputs, finder)
     rank, status = recorded.factors.rank, recorded.status
-    return CompiledRobot(rank, status, verified, kernel, robot, joint_kernel)
+    ranks = None
+    if outputs == (StiffnessMatrix(),) and recorded.closure is None and _is_about_itself(finder):
+        ranks = RecordedRanks.of(recorded)
+    return CompiledRobot(rank, status, verified, kernel, robot, joint_kernel, ranks=ranks)
+
+
+def _is_about_itself(finder: PostureFinder) -> bool:
+    """Whether the reference point is so near that ranks are decided about it."""
+    at = sample_postures(finder.robot, finder).snapshot
+    away = np.linalg.norm(at.reference_point - at.centre, axis=-1)
+    return bool(np.all(away < _NEAR * at.characteristic_length))
 
 
 def _check_derivative(output: Output, robot: Robot, recorded: RecordedRobot) -> None:
@@ -235,6 +246,7 @@ def _inputs_of(robot: Robot, kernel: Kernel, joint_kernel: Kernel | None) -> Ker
 # Generic poses must keep away from the tolerances that decide, by what poses may differ.
 _STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
 _OTHER_SEED = 47
+_NEAR = 5.0  # lengths
 _NEARER = 4  # how often poses are drawn nearer to home
 _SPUN = 0.2  # what coordinates that nothing determines are changed by [m, rad]
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,39 @@ from robostiff.record import NUMPY_FUNCTIONS, OPERATORS, Operation, Program
 
 # Poses at once: the arrays in use at a time should stay in the second-level cache.
 _CHUNK = 8192
+#: Poses at once: their rows of results stay in the cache until they are written to their places. A
+#: multiple of all widths of vectors, so that no bit depends on it; no power of two, at which all
+#: rows would share a few lines of the cache.
+POSES_A_CHUNK = 8184
+
+
+def in_shares(
+    work: Callable[[slice], None], count: int, threads: int, chunk: int = POSES_A_CHUNK
+) -> None:
+    """Do work at some poses, whole chunks of them in each thread.
+
+    Parameters
+    ----------
+    work : callable
+        Of the poses that are its share.
+    count : int
+        Number of poses.
+    threads, chunk : int
+    """
+    share = max(1, -(-count // (chunk * threads))) * chunk
+    shares = [slice(start, min(start + share, count)) for start in range(0, count, share)]
+    if len(shares) <= 1:
+        work(slice(0, count))
+        return
+    with ThreadPoolExecutor(len(shares)) as pool:
+        list(pool.map(work, shares))
+
+
+def chunks_of(part: slice, chunk: int = POSES_A_CHUNK) -> Iterator[slice]:
+    """A share of the poses chunk by chunk."""
+    for start in range(part.start, part.stop, chunk):
+        yield slice(start, min(start + chunk, part.stop))
+
 
 # On floats, which are some ten times faster than arrays of one number. What has no value raises.
 _FLOAT_FUNCTIONS: dict[Operation, Callable[..., float]] = {
@@ -60,23 +93,14 @@ class ArrayCode:
     def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
         n = inputs.shape[1]
-        if n == 1 and self._fill_one(inputs, outputs):
-            return
-        if threads <= 1 or n <= _CHUNK:
-            self._fill(inputs, outputs, slice(0, n))
-            return
-        share = -(-n // threads)
-        parts = [slice(start, min(start + share, n)) for start in range(0, n, share)]
-        with ThreadPoolExecutor(threads) as pool:
-            for done in [pool.submit(self._fill, inputs, outputs, part) for part in parts]:
-                done.result()
+        if not (n == 1 and self._fill_one(inputs, outputs)):
+            in_shares(partial(self._fill, inputs, outputs), n, threads, _CHUNK)
 
     def _fill(self, inputs: np.ndarray, outputs: np.ndarray, part: slice) -> None:
         rows = np.empty((self._rows, min(_CHUNK, part.stop - part.start)))
         with np.errstate(all="ignore"):  # out of reach, roots are nan, which the guard detects
-            for start in range(part.start, part.stop, _CHUNK):
-                stop = min(start + _CHUNK, part.stop)
-                self._run(inputs[:, start:stop], outputs[:, start:stop], rows[:, : stop - start])
+            for own in chunks_of(part, _CHUNK):
+                self._run(inputs[:, own], outputs[:, own], rows[:, : own.stop - own.start])
 
     def _fill_one(self, inputs: np.ndarray, outputs: np.ndarray) -> bool:
         """Fill the results of one pose; False where some number has no value, as out of reach."""

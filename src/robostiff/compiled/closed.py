@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.compiled.arrays import ArrayCode
+from robostiff.compiled.arrays import ArrayCode, chunks_of, in_shares
 from robostiff.compiled.machine import MachineCode
 from robostiff.record import Program
 from robostiff.recorded import CLOSED, RecordedClosure
@@ -18,9 +17,8 @@ Code = MachineCode | ArrayCode
 
 # Operations up to which all steps are written out; beyond, compilers take their time.
 _LONGEST = 8000
-# Poses at once: their inputs and unknowns should stay in the second-level cache. A multiple of all
-# widths of vectors, so that no bit depends on it; no power of two, at which all rows would share a
-# few lines of the cache.
+# Poses at once: their inputs and unknowns should stay in the second-level cache. Chosen as
+# `POSES_A_CHUNK`.
 _CHUNK = 1016
 # Poses that need more steps: so many are worth machine code of their own.
 _MANY = 500
@@ -173,22 +171,12 @@ class ClosedCode:
         threads: int,
     ) -> None:
         """Take steps from home, as many as most poses of a chunk need, then fill the results."""
-        count = inputs.shape[1]
 
         def fill(part: slice) -> None:
-            for start in range(part.start, part.stop, _CHUNK):
-                where = slice(start, min(start + _CHUNK, part.stop))
+            for where in chunks_of(part, _CHUNK):
                 outputs[:, where] = self._stepped(codes, inputs[:, where])
 
-        # Whole chunks for each thread, so that no bit depends on their number.
-        share = max(1, -(-count // (_CHUNK * threads))) * _CHUNK
-        parts = [slice(one, min(one + share, count)) for one in range(0, count, share)]
-        if len(parts) <= 1:
-            fill(slice(0, count))
-            return
-        with ThreadPoolExecutor(len(parts)) as pool:
-            for _ in pool.map(fill, parts):
-                pass
+        in_shares(fill, inputs.shape[1], threads, _CHUNK)
 
     def _stepped(self, codes: tuple[Code, Code, Code], inputs: np.ndarray) -> np.ndarray:
         """Results (results, N) after as many steps as most poses need, of others after all."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import reduce
@@ -19,10 +18,6 @@ from robostiff.errors import InputError
 from robostiff.record import Entry, Program, least
 from robostiff.recorded import RecordedRobot
 from robostiff.spatial import Space
-
-#: Poses at once: their rows of results stay in the cache until they are written to their places. A
-#: multiple of all widths of vectors, so that no bit depends on it, and no power of two, as there.
-POSES_A_CHUNK = 8184
 
 
 class Backend(Enum):
@@ -152,33 +147,6 @@ def whole_threads(threads: int) -> int:
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
         raise InputError("threads", got=threads, expected="a whole number from 1")
     return threads
-
-
-def in_shares(work: Callable[[slice], None], count: int, threads: int) -> None:
-    """Do work at some poses, whole chunks of them in each thread.
-
-    Parameters
-    ----------
-    work : callable
-        Of the poses that are its share.
-    count : int
-        Number of poses.
-    threads : int
-    """
-    chunks = -(-count // POSES_A_CHUNK)
-    share = max(1, -(-chunks // threads)) * POSES_A_CHUNK
-    shares = [slice(start, min(start + share, count)) for start in range(0, count, share)]
-    if len(shares) <= 1:
-        work(slice(0, count))
-        return
-    with ThreadPoolExecutor(len(shares)) as pool:
-        list(pool.map(work, shares))
-
-
-def chunks_of(part: slice) -> Iterator[slice]:
-    """A share of the poses chunk by chunk."""
-    for start in range(part.start, part.stop, POSES_A_CHUNK):
-        yield slice(start, min(start + POSES_A_CHUNK, part.stop))
 
 
 def kernel_of(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
@@ -131,10 +131,11 @@ def newton_step(
     groups, following = [], {}
     for own in legs:
         openings = []
-        for gap, platform in _gaps(own, pose):
-            rates = _rates_of_leg(own, gap, platform.placed, length)
-            if platform.is_end:
-                rates |= _rates_of_pose(own.leg, platform.arm, open_, turning, length)
+        placed, arm, gaps_of_leg = _gaps(own, pose)
+        for number, gap in enumerate(gaps_of_leg):
+            rates = _rates_of_leg(own, gap, placed, length)
+            if number == 0:  # that at the platform
+                rates |= _rates_of_pose(own.leg, arm, open_, turning, length)
             ball = gap.own[-3:] if set(gap.own[-3:]) & set(own.following) else ()
             if ball:
                 turn = vector_of_turn_near(gap.R.T @ gap.R_wanted, own.home[list(ball)])
@@ -208,17 +209,8 @@ def step_of_groups(
     )
 
 
-@dataclass(frozen=True)
-class _End:
-    """Where a gap is: at the platform, or inside a leg."""
-
-    placed: PlacedChain
-    is_end: bool
-    arm: np.ndarray
-
-
-def _gaps(own: LegAtGuess, pose: FormulaPose) -> Iterator[tuple[Loop, _End]]:
-    """What is open in a leg, in its base frame."""
+def _gaps(own: LegAtGuess, pose: FormulaPose) -> tuple[PlacedChain, np.ndarray, list[Loop]]:
+    """A leg in its base frame, the arm of its end on the platform, and what is open in it."""
     leg = own.leg
     R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
     arm = R_base.T @ (pose.R @ tidied_point(leg.attachment.p))
@@ -226,8 +218,7 @@ def _gaps(own: LegAtGuess, pose: FormulaPose) -> Iterator[tuple[Loop, _End]]:
     p_wanted = R_base.T @ (pose.p - p_base) + arm
     here = np.eye(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object)
     placed = place_chain(leg.chain, own.q, *here)
-    for number, gap in enumerate(gaps(leg, placed, R_wanted, p_wanted)):
-        yield gap, _End(placed, number == 0, arm)
+    return placed, arm, list(gaps(leg, placed, R_wanted, p_wanted))
 
 
 def _squares(opening: Opening, length: float) -> list[Any]:

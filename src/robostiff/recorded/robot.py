@@ -189,12 +189,16 @@ class RobotOnEntries:
             pose = placed[0].platform
         return cls(robot, record, tuple(given), pose, placed, finder.length)
 
-    def with_platform(self, finder: PostureFinder, names: Sequence[str]) -> RobotOnEntries:
-        """The same with the platform at its pose: some of its coordinates become inputs."""
+    def with_platform(
+        self, finder: PostureFinder, names: Sequence[str], poses: np.ndarray
+    ) -> RobotOnEntries:
+        """The same with the platform at its pose: some of its coordinates become inputs.
+
+        Poses (samples, 6) are those of the sample postures.
+        """
         places = [k for k, own in enumerate(ALL_COORDINATES) if own.value in names]
-        samples = closed_samples(self.robot, finder)[0]
         for k in places:
-            self.record.add_input(ALL_COORDINATES[k].value, samples[:, k])
+            self.record.add_input(ALL_COORDINATES[k].value, poses[:, k])
         six = pose_on_entries(self.robot, finder, self.record, places)
         return replace(self, pose=FormulaPose.of_coordinates(six))
 
@@ -244,7 +248,8 @@ def record_with_closure(robot: Robot, finder: PostureFinder) -> RecordedRobot | 
     closure = record_closure(robot, finder, own.coordinates)
     if closure is None:
         return None
-    placed = own.with_platform(finder, (*closure.inputs, *closure.start))
+    poses = closed_samples(robot, finder)[0]
+    placed = own.with_platform(finder, (*closure.inputs, *closure.start), poses)
     return replace(placed.recorded, joints=own.coordinates, closure=closure)
 
 

@@ -39,7 +39,7 @@ def redundant_joint(recorded: RecordedRobot) -> RecordedRobot:
     return replace(recorded, legs=(leg, *recorded.legs[1:]))
 
 
-@pytest.fixture(params=["record_at_pose", "record_at_joints"])
+@pytest.fixture(params=["record_at_pose", "record_with_closure"])
 def plant(request, monkeypatch) -> Callable[[Callable[[RecordedRobot], RecordedRobot]], str]:
     """Makes every record wrong in some way; returns a robot that has such records."""
 

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.compiled_answer import AtGeneralPoses, checked_results
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.compiled import Kernel, unpack
+from robostiff.compiled.arrays import chunks_of, in_shares
 from robostiff.compiled.closed import ClosedCode
-from robostiff.compiled.kernel import chunks_of, in_shares, whole_threads
+from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose
