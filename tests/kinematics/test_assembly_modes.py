@@ -151,7 +151,7 @@ def test_recorded_steps_know_the_assembly_mode() -> None:
     home = np.array([[0, 0, CRANK * np.cos(np.radians(20)) + BAR, 0, 0, 0]])
     sign = np.linalg.det(rates_of_circles(six)) / np.linalg.det(rates_of_circles(home))
     assert sign[arrived].min() > 0
-    down = (swings(six)[..., 1] < 0).any(axis=1)
+    down = np.any(swings(six)[..., 1] < 0, axis=1)
     assert np.any(down[closed])
 
 

@@ -137,8 +137,8 @@ class Converted:
         "--to",
         metavar="snapshot|graph|matlab|opensees|calculix",
         default="snapshot",
-        help="By legs, or as bodies and joints (.json or .yaml); the results at the pose for MATLAB "
-        "(.mat); or a model of OpenSees (.tcl or .py) or CalculiX (.inp).",
+        help="By legs, or as bodies and joints (.json or .yaml); the results at the pose for "
+        "MATLAB (.mat); or a model of OpenSees (.tcl or .py) or CalculiX (.inp).",
     )
     output: str | None = output_option(_OUTPUT, None)
 
