@@ -41,6 +41,16 @@ def test_a_load_at_a_singular_home_comes_to_rest_in_few_steps(name, along):
         assert more.energy - less.energy == pytest.approx(work, rel=1e-4)
 
 
+@pytest.mark.parametrize("pull", [1000.0, -1000.0])
+def test_what_nothing_holds_has_no_critical_load(pull):
+    """Neither in tension nor in compression: without any load it is not stable, either."""
+    found = rs.critical_load(rs.load("planar-link"), wrench=[pull, 0, 0])
+    assert found.status is EquilibriumStatus.FREE_MOTIONS
+    assert not found.is_found
+    with pytest.raises(rs.NoAnswerError, match="move without meeting stiffness"):
+        found.factor  # noqa: B018
+
+
 def test_what_spins_for_ever_is_seen_early(monkeypatch):
     stepped = EquilibriumProblem.stepped
     steps = []

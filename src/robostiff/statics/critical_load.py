@@ -21,6 +21,7 @@ from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_posture import one_loaded_posture
 from robostiff.statics.problem import LoadCase
+from robostiff.statics.stability import meets_stiffness
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
@@ -36,7 +37,8 @@ class CriticalLoad:
     wrench : (r,) array
         At factor 1 [N, N m].
     status : EquilibriumStatus
-        Bad where the path of equilibria could not be followed.
+        Bad where the path of equilibria could not be followed. With free motions, there may be no
+        stable equilibrium to start from.
     searched_to : float
         Factor up to which equilibria were followed.
     point : CriticalPoint or None
@@ -171,6 +173,11 @@ def critical_load(
         status |= EquilibriumStatus.RIGID_DIRECTION
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     _, point, searched_to = first_critical(problem, loading, unloaded, up_to)
-    if point is None and searched_to < up_to:
+    is_free = not meets_stiffness(problem, unloaded)
+    if is_free:
+        status |= EquilibriumStatus.FREE_MOTIONS
+    if is_free and point is not None and point.factor <= 0:
+        point = None  # what nothing holds is not stable without the load, either
+    elif point is None and searched_to < up_to:
         status |= EquilibriumStatus.NO_EQUILIBRIUM
     return CriticalLoad(loaded.name, F, status, searched_to, point)

@@ -23,14 +23,12 @@ from robostiff.statics.loaded_posture import LoadedPosture, postures_of, wrenche
 from robostiff.statics.newton import FREE, FoundEquilibrium, Target, equilibrium_at
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.result import Equilibria, Equilibrium
-from robostiff.statics.stability import leg_margins, platform_margin
+from robostiff.statics.stability import leg_margins, meets_stiffness, platform_margin
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
 # A margin above which Newton's method has not passed a critical load, if no step of it was cut.
 _SAFE = 0.3
-# Of the largest entry of a scaled matrix: an eigenvalue below it resists nothing.
-_FREE = 1e-9
 # Of the length of the robot: what is no rounding between legs and platform.
 _OPEN = 1e-9
 
@@ -170,7 +168,7 @@ def solved(
         status |= EquilibriumStatus.BEYOND_CRITICAL_LOAD
     if not found.converged:
         status |= EquilibriumStatus.NO_EQUILIBRIUM
-        if displacement is None and not _holds(problem, unloaded):
+        if displacement is None and not meets_stiffness(problem, unloaded):
             status |= EquilibriumStatus.FREE_MOTIONS
         return Equilibrium(loaded.name, loaded.space, status, critical)
     return _answer(loaded, loading, margins, found, status, critical, displacement is not None)
@@ -180,7 +178,7 @@ def _confirmed(
     problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, found: FoundEquilibrium
 ) -> tuple[FoundEquilibrium, CriticalPoint | None]:
     """The equilibrium on the path from the unloaded posture, and the critical load before it."""
-    if not _holds(problem, unloaded):
+    if not meets_stiffness(problem, unloaded):
         return found, None  # what nothing elastic holds leaves the unloaded posture at once
     ended, critical, searched_to = first_critical(problem, loading, unloaded, 1.0)
     if critical is not None:
@@ -204,13 +202,6 @@ def _is_against_rigid_parts(problem: EquilibriumProblem, known: Linearised) -> b
     return known.held is not None and bool(np.linalg.norm(known.held.gap) > _OPEN * problem.length)
 
 
-def _holds(problem: EquilibriumProblem, known: Linearised) -> bool:
-    """Whether every motion of the platform meets stiffness."""
-    scaled = known.K_total / np.outer(problem.scale, problem.scale)
-    values = np.abs(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
-    return bool(values.min() > _FREE * max(values.max(), 0.0))
-
-
 def _answer(
     loaded: LoadedPosture,
     loading: LoadCase,
@@ -221,7 +212,7 @@ def _answer(
     held: bool,
 ) -> Equilibrium:
     problem, known = loaded.problem, found.known
-    if not held and not _holds(problem, known):
+    if not held and not meets_stiffness(problem, known):
         status |= EquilibriumStatus.FREE_MOTIONS
     if not known.regular:
         status |= EquilibriumStatus.REDUNDANT_JOINTS

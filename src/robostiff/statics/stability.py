@@ -12,6 +12,8 @@ from robostiff.statics.problem import EquilibriumProblem, Linearised
 
 # Of the largest eigenvalue: below this there is no stiffness.
 _NONE = 1e-10
+# Of the largest entry of a scaled matrix: an eigenvalue below it resists nothing.
+_FREE = 1e-9
 # Of the largest curvature: what rounding leaves of none.
 _ROUNDING = 1e-8
 # Condition of a root of the elastic energy up to which it is positive definite beyond doubt.
@@ -119,6 +121,13 @@ def _ratios(Q: np.ndarray, T: np.ndarray) -> list[Margin]:
 def _norm(A: np.ndarray) -> np.ndarray:
     """Frobenius norms of matrices (N, n, n)."""
     return np.sqrt(np.sum(A * A, axis=(-1, -2)))
+
+
+def meets_stiffness(problem: EquilibriumProblem, known: Linearised) -> bool:
+    """Whether every motion of the platform does."""
+    scaled = known.K_total / np.outer(problem.scale, problem.scale)
+    values = np.abs(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
+    return bool(values.min() > _FREE * max(values.max(), 0.0))
 
 
 def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Linearised) -> Margin:

@@ -61,6 +61,8 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
 
 
 def _critical_lines(critical: CriticalLoad) -> list[str]:
+    if not critical.is_found and critical.searched_to == 0:
+        return ["no critical load: there is no stable equilibrium to start from"]
     if not critical.is_found:
         return [f"no critical load up to {critical.searched_to:g} times the wrench"]
     return [f"critical load: {critical.factor:.6g} times the wrench", f"there {critical.mode}"]
