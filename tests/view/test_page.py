@@ -13,6 +13,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
+from tests.interrupts import interrupts_heard
 from tests.view.test_machines import numbers
 
 pytest.importorskip("viser", reason="no viser here")
@@ -115,7 +116,9 @@ def test_ctrl_c_ends_the_command_cleanly(as_json):
     command = [sys.executable, "-m", "robostiff.cli.main", "view", "planar-link"]
     command += ["--no-browser", "--port", "8461", *["--json"] * as_json]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, **pipes) as program:
+    with interrupts_heard():
+        program = subprocess.Popen(command, **pipes)
+    with program:
         assert program.stdout is not None
         assert program.stderr is not None
         if as_json:
