@@ -11,6 +11,7 @@ import pytest
 import robostiff as rs
 from robostiff.robots import robot_file, shipped_cable_robots, shipped_linkages, shipped_robots
 from tests.cli.running import Running
+from tests.io.test_springs_and_laws import ARM
 
 CASES = Path(__file__).parent.parent / "cases" / "data"
 
@@ -147,6 +148,16 @@ def test_deflection_under_gravity_is_that_of_the_library():
         "Fz -150 N; forces or weights at bodies" in run("deflection", "six-joint-arm", *both).stdout
     )
     assert "got 'none'" in run("deflection", "six-joint-arm").stderr
+
+
+def test_springs_between_bodies_share_a_wrench(tmp_path):
+    path = tmp_path / "arm.yaml"
+    path.write_text(ARM, encoding="utf-8")
+    found = answer("deflection", str(path), "--wrench", "0 0 -100 N 0 0 0")["deflection"]
+    arm = rs.load(path)
+    np.testing.assert_allclose(found, rs.deflection(arm, wrench=[0, 0, -100, 0, 0, 0]).twist)
+    alone = rs.deflection(arm.with_springs(), wrench=[0, 0, -100, 0, 0, 0]).twist
+    assert found[2] / alone[2] < 0.99
 
 
 def test_deflection_tells_who_bends():

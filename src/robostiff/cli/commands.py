@@ -100,14 +100,15 @@ def print_deflection(model: Model, load: Load, place: Place, answer: Answer) -> 
 
 
 def _deflection(robot: Any, F: Any, gravity: str | None, where: dict[str, Any]) -> Any:
-    """The deflection; loads at bodies take twice as long to import as a wrench on the platform."""
-    if gravity is None:
+    """The deflection; what legs alone do not decide takes twice as long to import."""
+    if gravity is None and not getattr(robot, "springs", ()):
         from robostiff.analysis import deflection
 
         return deflection(robot, wrench=F, **where)
     from robostiff.statics import deflection as deflection_by_weights
 
-    return deflection_by_weights(robot, wrench=F, gravity=gravity_from(gravity), **where)
+    g = None if gravity is None else gravity_from(gravity)
+    return deflection_by_weights(robot, wrench=F, gravity=g, **where)
 
 
 def print_indices(model: Model, place: Place, length: Length, answer: Answer) -> int:
