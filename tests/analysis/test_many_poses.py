@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -81,7 +82,11 @@ def assert_same(one: Any, other: Any) -> None:
     elif isinstance(one, np.ndarray):
         np.testing.assert_array_equal(one, other)
     else:
-        assert str(one) == str(other)
+        # What rounding leaves of a dropped value differs between arrays of two lengths.
+        one, other = (
+            re.sub(r"(?<=largest dropped )\S+e-1[5-9]", "0", str(x)) for x in (one, other)
+        )
+        assert one == other
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -31,11 +31,15 @@ def test_robots_are_compared_with_numbers():
         text=True,
         check=True,
     )
-    rows = {line.split()[0]: line.split()[1:] for line in run.stdout.splitlines()}
-    assert rows["gsb-drive"][0] == rows["3-rpr"][0] == "springs"
-    assert int(rows["gsb-drive"][2]) <= 60
-    assert int(rows["gsb-drive"][3]) <= 10
-    assert float(rows["gsb-drive"][-1]) < 1e-12
+    lines = [line.split() for line in run.stdout.splitlines()]
+    rows = {(line[0], line[1]): line[2:] for line in lines if len(line) > 2}
+    home = rows["gsb-drive", "home"]
+    assert home[0] == "springs"
+    assert rows["3-rpr", "home"][0] == "closed"
+    assert rows["gsb-drive", "symbolic"][0] == rows["3-rpr", "symbolic"][0] == "steps"
+    assert int(home[2]) <= 60
+    assert int(home[3]) <= 10
+    assert float(home[-1]) < 1e-12
     assert "  c_a = 1/k + L_a/EA_1" in run.stdout
     assert "K15 = -K24" in run.stdout
 

@@ -193,13 +193,11 @@ def test_a_beam_as_stiff_as_its_drive_is_no_special_case(derived):
     derivation = derivation_from_data(derivation_data(derived["gsb-drive"]))
     robot = rs.load(path_of("gsb-drive"), symbols=rs.ALL_PARAMETERS)
     function = function_of(derivation)
-    numbers = {d.symbol.name: d.expression for d in derivation.named.definitions}
     nominal = robot.nominal
     values = {s: nominal[s.name] for s in derivation.symbols}
     known = dict(values)
-    for name in ("L_a", "EA_1"):
-        symbol = sp.Symbol(name, positive=True)
-        known[symbol] = float(numbers[name].evalf(20, subs=known))
+    for d in derivation.named.definitions:
+        known[d.symbol] = float(d.expression.evalf(20, subs=known))
     equal = known[sp.Symbol("EA_1", positive=True)] / known[sp.Symbol("L_a", positive=True)]
     for factor in (1, 1 + 1e-12, 1 - 1e-9, 1 + 1e-6, 0.5, 2):
         own = {**nominal, "k": equal * factor}

@@ -26,7 +26,7 @@ from robostiff.errors import InputError
 # Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
 _CHECKED = 50
 # Most terms above and below of a fraction that is freed of sines: its norm has their square.
-_FREED = 1000
+_FREED = 2000
 
 
 @dataclass(frozen=True)
