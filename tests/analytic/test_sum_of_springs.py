@@ -49,7 +49,8 @@ LONGEST = {
     "h4": 115,
 }
 # Lines in which it is printed; a long one is dearer than a further name.
-LINES = dict.fromkeys(LONGEST, 10) | {"h4": 19}  # of which 11 are entries of K
+# Of those of h4, 11 are entries of K; tripteron has 54 operations in 12 lines, 62 in 10.
+LINES = dict.fromkeys(LONGEST, 10) | {"h4": 19, "tripteron": 12}
 
 
 def path_of(name):
