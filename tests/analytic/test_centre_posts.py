@@ -86,6 +86,7 @@ def test_the_wrist_in_symbols_is_what_is_written_by_hand():
 
 def test_the_wrist_at_home_needs_no_names_for_its_closure():
     found = rs.derive(str(WRIST))
+    assert found.named is not None
     length = next(d for d in found.named.definitions if str(d.symbol) == "L_a")
     assert {str(s) for s in length.expression.free_symbols} <= {"R", "r", "h", "t", "tau", "d_a"}
     assert sum(entry == 0 for entry in found.K) == 20
