@@ -6,7 +6,6 @@ import json
 import re
 from collections.abc import Sequence
 from importlib import resources
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -128,7 +127,7 @@ def convert(
 
             text = calculix_input(frozen)
         else:
-            text = _text_of_data(_data(frozen), path)
+            text = _text_of_frozen(frozen, path)
         if path is None:
             show(text.removesuffix("\n"))
             return 0
@@ -209,23 +208,17 @@ def _warn_of_laws(robot: Any, form: str) -> None:
         )
 
 
-def _data(frozen: Any) -> dict[str, Any]:
+def _text_of_frozen(frozen: Any, path: Path | None) -> str:
+    """A snapshot or a graph as YAML for a file with its ending, otherwise as JSON."""
+    from robostiff.io.document.yaml_text import yaml_of
     from robostiff.io.snapshot import network_to_data, snapshot_to_data
     from robostiff.network import Network
 
-    return network_to_data(frozen) if isinstance(frozen, Network) else snapshot_to_data(frozen)
-
-
-def _text_of_data(data: dict[str, Any], path: Path | None) -> str:
-    """Data as YAML for a file with its ending, otherwise as JSON."""
-    if path is None or path.suffix.lower() not in _YAML:
-        return json.dumps(data, indent=1, allow_nan=False) + "\n"
-    from ruamel.yaml import YAML
-
-    yaml, written = YAML(), StringIO()  # which keeps the order
-    yaml.default_flow_style, yaml.width = None, 120
-    yaml.dump(data, written)
-    return written.getvalue()
+    is_network = isinstance(frozen, Network)
+    data = network_to_data(frozen) if is_network else snapshot_to_data(frozen)
+    if path is not None and path.suffix.lower() in _YAML:
+        return yaml_of(data)
+    return json.dumps(data, indent=1, allow_nan=False) + "\n"
 
 
 def _unknown(subject: str, got: str, allowed: Sequence[str], words: str) -> InputError:

@@ -19,8 +19,7 @@ from robostiff.network import Network
 
 #: Of the parts of those that have no legs.
 _HEADS = {"network": "parts of the network", "cable robot": "cables at home"}
-
-
+#: Words whose singular is not their plural without an s.
 _ONE = {"bodies": "body"}
 
 

@@ -1,9 +1,10 @@
-"""YAML by its parse events: no constructors, tags, anchors or recursion; errors in plain words."""
+"""YAML read by its parse events: no constructors, tags, anchors or recursion; and written."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from io import StringIO
 from types import MappingProxyType
 from typing import Any
 
@@ -139,6 +140,23 @@ def resolve_plain(text: str) -> Any:
     if found := _SPECIAL.fullmatch(text):
         return float(found[0].replace(".", "", 1))
     return text
+
+
+def yaml_of(data: Mapping[str, Any]) -> str:
+    """Plain data as YAML, in their order, short lists and mappings on one line.
+
+    Examples
+    --------
+    >>> print(yaml_of({"name": "jack", "end": [0.0, 0.0, 1.0]}), end="")
+    name: jack
+    end: [0.0, 0.0, 1.0]
+    """
+    from ruamel.yaml import YAML
+
+    yaml, text = YAML(), StringIO()
+    yaml.default_flow_style, yaml.width = None, 120
+    yaml.dump(data, text)
+    return text.getvalue()
 
 
 def integer(digits: str) -> int | float:
