@@ -90,6 +90,21 @@ def test_a_plane_robot_has_its_points_and_drives_in_the_table():
     assert np.allclose(form.stiffness({}), K, rtol=1e-12)
 
 
+def test_legs_of_two_kinds_have_their_compliances_in_the_table():
+    robot = rs.load("us-ups", symbols=rs.ALL_PARAMETERS)
+    form = rs.derive(robot).vectors
+    assert form is not None
+    L, EA, k = (sp.Symbol(name, positive=True) for name in ("L_i", "EA_1", "k"))
+    assert "theta_i" not in form.columns, "no leg has a wrench across its joint"
+    assert [str(c) for c in form.columns["c_i"]] == [str(L / EA)] * 4 + [str(1 / k)] * 3
+    values = {"R": 0.32, "h": 0.3, "Q": 0.4, "r": 0.12, "top": 0.08, "k": 2.2e7}
+    found = form.stiffness(values)
+    given = {
+        name: f"{value} N/m" if name == "k" else f"{value} m" for name, value in values.items()
+    }
+    assert np.allclose(found, rs.stiffness(rs.load("us-ups", given)).K, rtol=1e-11, atol=1e-3)
+
+
 @pytest.mark.parametrize("name", ["two-link-arm", "agile-eye"])
 def test_other_robots_have_none(name):
     assert rs.derive(name, symbols=(), form=Steps()).vectors is None

@@ -192,10 +192,13 @@ class VectorForm:
             known[equation.name] = vector_value(equation.expression, known)
         for number in range(len(self.legs)):
             own = dict(known)
-            for name, column in self.columns.items():
-                own[name] = vector_value(column[number], known)
+            compliances = {c for _, c in self.wrenches}
+            for name in self.columns.keys() - compliances:
+                own[name] = vector_value(self.columns[name][number], known)
             for equation in self.leg:
                 own[equation.name] = vector_value(equation.expression, own)
+            for name in self.columns.keys() & compliances:  # of the length of the leg
+                own[name] = vector_value(self.columns[name][number], own)
             yield (
                 np.array([own[w] for w, _ in self.wrenches]),
                 np.array([own[c] for _, c in self.wrenches]),

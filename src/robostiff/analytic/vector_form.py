@@ -201,14 +201,14 @@ class _Recognition:
         used = _vectors_of(first.wrenches)
         all_met = [c for leg in legs for c in (*leg.compliances, leg.shared) if c is not None]
         scalars = set().union(*(c.free_symbols for c in all_met))
-        axes = of_all("e", "theta", [rod.axis for rod in rods])
         equations = [a, b]
-        if carrier is not Carrier.NOTHING:
-            equations.append(axes)
+        is_rod = carrier is not Carrier.NOTHING
+        if is_rod:
+            equations.append(of_all("e", "theta", [rod.axis for rod in rods]))
         equations += [Equation("d_i", Sum(away)), *closure_of(rods, self.table, plain)]
         joint = self._joint(rods[0])
-        if carrier is Carrier.NOTHING and used & {_E, _G, _N}:
-            equations.append(axes)
+        if not is_rod and used & {_E, _G, _N}:
+            equations.append(of_all("e", "theta", [rod.axis for rod in rods]))
         if joint == _J and used & {_J, _G, _N}:
             equations.append(of_all("j", "chi", [rod.joint for rod in rods]))
         if used & {_G, _N}:
@@ -252,9 +252,9 @@ class _Recognition:
             own = f"_{k + 1}" if len(first.wrenches) > 1 else ""
             name = f"c_i{own}"
             met = self.table.scalar(name, [leg.compliances[k] for leg in legs])
-            if any(x.free_symbols & _SCALARS for x in self.table.columns.get(name, ())):
-                return None
             if first.shared is not None and k == 0:
+                if name in self.table.columns:
+                    return None
                 moved = Sum(((1, w), (-1, Times(_SHIFT, Vector("w_i_2")))))
                 met -= _SHIFT**2 * sp.Symbol("c_i_2", real=True)
                 found.append([Equation(f"w_i{own}", moved)])

@@ -27,6 +27,9 @@ class NameParts:
     primes: int = 0  # how many primes follow the letter
 
 
+_COORDINATE = re.compile("i[xyz]")
+
+
 def name_parts(name: str) -> NameParts:
     """Take a name apart at underscores, commas and trailing digits.
 
@@ -36,6 +39,8 @@ def name_parts(name: str) -> NameParts:
     NameParts(letter='K', subscripts=('1', '13'), primes=0)
     >>> name_parts("K_C,1").subscripts
     ('C', '1')
+    >>> name_parts("a_ix").subscripts
+    ('i', 'x')
     >>> name_parts("φ12")
     NameParts(letter='phi', subscripts=('12',), primes=0)
     >>> name_parts("x'_E").primes
@@ -50,6 +55,8 @@ def name_parts(name: str) -> NameParts:
     matched = re.fullmatch(r"(\D+?)(\d+)", stripped)
     if matched:
         stripped, subscripts = matched[1], [matched[2], *subscripts]
+    # Of a coordinate of leg i.
+    subscripts = [part for s in subscripts for part in (s if _COORDINATE.fullmatch(s) else (s,))]
     return NameParts(_spelled(stripped or head), tuple(map(_spelled, subscripts)), primes)
 
 
