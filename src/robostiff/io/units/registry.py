@@ -143,8 +143,8 @@ def make_quantity(magnitude: Any, unit: Unit | None = None) -> Quantity:
 
     Examples
     --------
-    >>> make_quantity(29.0, make_unit({"mm": 1})).magnitude  # right to the last bit
-    0.029
+    >>> make_quantity(109.15, make_unit({"mm": 1})).magnitude  # right to the last bit
+    0.10915
     """
     unit = unit or _ONE
     if unit.pi:
@@ -152,10 +152,13 @@ def make_quantity(magnitude: Any, unit: Unit | None = None) -> Quantity:
         factor = math.pi**unit.pi
         above, below = unit.ratio.numerator, unit.ratio.denominator
         return Quantity(magnitude * (factor * above / below), unit.base)
-    if unit.ratio.numerator == 1:
-        below = unit.ratio.denominator
-        return Quantity(magnitude if below == 1 else magnitude / below, unit.base)
-    return Quantity(magnitude * float(unit.ratio), unit.base)
+    if unit.ratio == 1 or not math.isfinite(magnitude):
+        return Quantity(magnitude, unit.base)
+    decimals = Fraction(repr(float(magnitude)))
+    try:
+        return Quantity(float(decimals * unit.ratio), unit.base)
+    except OverflowError:
+        return Quantity(math.copysign(math.inf, magnitude), unit.base)
 
 
 def exact_quantity(magnitude: Any, unit: Unit | None = None) -> Quantity:
