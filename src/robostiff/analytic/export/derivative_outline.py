@@ -142,7 +142,11 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         blocks += section
         definitions = [d for d in definitions if d.symbol not in defined]
     if _is_vectors_alone(derivation):
-        return (*blocks, *_in_words_of_all(derivation), _nomenclature(derivation, names))
+        return (
+            *blocks,
+            *_in_words_of_all(derivation, kinds=True),
+            _nomenclature(derivation, names),
+        )
     if derivation.in_series is not None:
         # K as the inverse of C is the whole formula: wrenches of an arm say no more.
         blocks += series_blocks(derivation.in_series, names, (), taken)
@@ -156,7 +160,7 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         ]
     if form is not None and derivation.is_closed:
         # One leg and the table have said what all legs transmit.
-        blocks += _in_words_of_all(derivation)
+        blocks += _in_words_of_all(derivation, kinds=True)
         used = used_definitions(definitions, named.K.flat())
         blocks += [OutlineHeading("All legs together"), *([equations(used)] if used else [])]
         blocks.append(stiffness_equation(named.K, names.result, names))
@@ -186,15 +190,17 @@ def _is_vectors_alone(derivation: RobotDerivation) -> bool:
     return at_home and derivation.vectors is not None
 
 
-def _in_words_of_all(derivation: RobotDerivation) -> list[Block]:
-    """What is elastic and passive in each leg, where all are alike."""
-    words = [_in_words(leg) for leg in derivation.legs]
-    if len(words) == 1 or len(set(words)) > 1:
+def _in_words_of_all(derivation: RobotDerivation, *, kinds: bool = False) -> list[Block]:
+    """What is elastic and passive in each leg, where all are alike or `kinds` are asked for."""
+    alike: dict[str, list[str]] = {}
+    for leg in derivation.legs:
+        alike.setdefault(_in_words(leg), []).append(leg.name)
+    count = len(derivation.legs)
+    if count == 1 or (len(alike) > 1 and not kinds):
         return []
-    return [
-        OutlineHeading("The legs"),
-        OutlineText(f"Each of the {len(words)} legs: {words[0]}"),
-    ]
+    of = [f"Each of the {count} legs"] if len(alike) == 1 else map(", ".join, alike.values())
+    texts = [OutlineText(f"{legs}: {words}") for legs, words in zip(of, alike, strict=True)]
+    return [OutlineHeading("The legs"), *texts]
 
 
 def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
