@@ -31,6 +31,7 @@ from robostiff.kinematics.formula import (
     place_leg_at_joints,
 )
 from robostiff.model import Leg, Robot, with_entries
+from robostiff.model.entries import without_rounding
 from robostiff.record import Entry, Record
 from robostiff.recorded import entry_reader
 from robostiff.spatial import exact_number
@@ -115,6 +116,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     InputError
         When a symbol has no nominal value, or a leg has no closed form away from home.
     """
+    robot = robot if robot.has_formulas else without_rounding(robot)
     finder = posture_finder(robot.numeric)
     given = coordinate_expressions(robot, pose)
     rotation = ABOUT_WORLD_AXES if isinstance(pose, AtHome) else pose.rotation
@@ -156,6 +158,11 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         legs = tuple(placed)
         if follows.at_joints:
             platform = legs[0].platform
+
+    def as_step(value: Any) -> Any:
+        return value if isinstance(value, Entry) else read(value)
+
+    legs = tuple(with_entries(leg, as_step) for leg in legs)
     return PlacedRobot(
         robot=robot,
         entries=entries,

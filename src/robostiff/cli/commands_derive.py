@@ -55,12 +55,13 @@ from robostiff.cli.output import new_file
 from robostiff.cli.watched import go_on_in_child
 from robostiff.cli.written_arguments import chosen, wrench_from
 from robostiff.errors import InputError
-from robostiff.io.model_file import ALL_PARAMETERS
+from robostiff.io.model_file import ParameterChoice
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.io.whole_file import whole_file
 from robostiff.markup import text_of
 from robostiff.model import Robot
+from robostiff.robots import robot_of_legs
 from robostiff.spatial import Space
 
 
@@ -310,15 +311,9 @@ def _progress(
 
 def _robot_and_pose(model: Model, asked: FormulaRequest) -> tuple[Robot, Any]:
     names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
-    symbols = {"all": ALL_PARAMETERS, "none": ()}.get(asked.symbols.strip(), tuple(names))
-    robot = model.load(symbols=symbols)
-    if not isinstance(robot, Robot):
-        raise InputError(
-            "robot of a formula",
-            got=model.source,
-            expected="a model, whose parameters can be symbols",
-            hint="a snapshot holds the numbers of one pose",
-        )
+    chosen = {"all": ParameterChoice.ALL, "none": ParameterChoice.NONE}
+    loaded = model.load(symbols=chosen.get(asked.symbols.strip(), tuple(names)))
+    robot = robot_of_legs(loaded, model.source)
     return robot, pose_from(asked.pose, robot, asked.angles)
 
 

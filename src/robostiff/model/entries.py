@@ -46,7 +46,43 @@ def with_entries(robot: OfSymbols, convert: Callable[[Any], Any]) -> OfSymbols:
     >>> with_entries(load("planar-link"), exact_number).legs[0].chain.elements[0].to
     array([1/2, 0, 0], dtype=object)
     """
-    return _converted(robot, convert, {})
+    return _converted(robot, convert, {}, lambda array: array)
+
+
+def without_rounding(robot: OfSymbols) -> OfSymbols:
+    """The same robot, or linkage, with the numbers that were meant in place of rounded ones.
+
+    A component of a vector or rotation that is rounding beside the largest one is 0, and a number
+    that rounding separates from a short decimal is this one. So no rounding enters a formula.
+
+    Examples
+    --------
+    >>> from robostiff.model import Chain, Rigid
+    >>> from robostiff.spatial import Frame
+    >>> turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]) + np.pi * np.eye(3) * 2e-17
+    >>> link = Rigid(Frame(turn, np.array([0.1 + 0.2, 1e-17, 0])))
+    >>> (meant,) = without_rounding(Chain((link,))).elements
+    >>> meant.transform.p, bool(meant.transform.R[0, 0] == 0)
+    (array([0.3, 0. , 0. ]), True)
+    """
+    return _converted(robot, _meant, {}, _without_remainders)
+
+
+_ROUNDING = 4 * float(np.finfo(float).eps)
+_SHORT = 12  # digits of a number that somebody wrote
+
+
+def _meant(value: Any) -> Any:
+    if is_formula(value):
+        return value
+    short = float(f"{value:.{_SHORT}g}")
+    return short if abs(value - short) <= _ROUNDING * abs(short) else value
+
+
+def _without_remainders(values: np.ndarray) -> np.ndarray:
+    if values.dtype == object or values.shape not in ((3,), (3, 3)):
+        return values
+    return np.where(np.abs(values) <= _ROUNDING * np.linalg.norm(values, axis=0), 0.0, values)
 
 
 def are_equal(one: Any, other: Any) -> bool:
@@ -88,20 +124,25 @@ def formulas(part: Any) -> Iterator[Any]:
                 yield from formulas(getattr(part, field.name))
 
 
-def _converted(part: Any, convert: Callable[[Any], Any], known: dict[int, Any]) -> Any:
+def _converted(
+    part: Any,
+    convert: Callable[[Any], Any],
+    known: dict[int, Any],
+    prepared: Callable[[np.ndarray], np.ndarray],
+) -> Any:
     """A part with other entries; what is one part in several places stays one."""
     if is_formula(part) or _is_number(part):
         return _entry(part, convert)
     if isinstance(part, np.ndarray):
-        return _array(part, convert)
+        return _array(prepared(part), convert)
     if isinstance(part, tuple):
-        return tuple(_converted(member, convert, known) for member in part)
+        return tuple(_converted(member, convert, known, prepared) for member in part)
     if is_dataclass(part):
         if id(part) not in known:
             values = {
                 field.name: getattr(part, field.name)
                 if field.name in _NO_ENTRIES
-                else _converted(getattr(part, field.name), convert, known)
+                else _converted(getattr(part, field.name), convert, known, prepared)
                 for field in fields(part)
             }
             known[id(part)] = type(part)(**values)  # pyright: ignore[reportCallIssue]

@@ -59,7 +59,11 @@ def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
 
     def _read(expression: Any) -> Any:
         if expression.is_number:
-            return expression if exact else float(expression)
+            if not exact:
+                return float(expression)
+            # Sums and products of roots would grow term by term: they are steps.
+            is_rational = expression.is_Rational
+            return expression if is_rational else Entry(record, record.number(expression))
         if expression.is_Symbol:
             return _input(record, expression.name)
         arguments = [read(argument) for argument in expression.args]

@@ -13,6 +13,7 @@ from robostiff.errors import InputError
 if TYPE_CHECKING:
     from robostiff.io.document import Document
     from robostiff.io.model_file.symbols import Symbols
+    from robostiff.model import Robot
 
 __all__ = [
     "RobotInfo",
@@ -178,8 +179,7 @@ def load(
 
     kind = descriptions.kind_of(name_or_path)
     if kind is not None:
-        if symbols:
-            raise descriptions.refuse_symbols(kind, symbols)
+        descriptions.refuse_symbols(kind, symbols, descriptions.DECIMALS)
         return descriptions.load_object(name_or_path, parameters, side=side)
     _refuse_what_is_no_name(name_or_path)
     name = str(name_or_path)
@@ -187,8 +187,7 @@ def load(
     if not shipped and name != "-" and not Path(name).exists():
         raise _not_there(name, isinstance(name_or_path, os.PathLike))
     if not shipped and descriptions.is_description(name):
-        if symbols:
-            raise descriptions.refuse_symbols(name, symbols)
+        descriptions.refuse_symbols(name, symbols, descriptions.DECIMALS)
         return descriptions.load_description(name, parameters, side=side)
     if side is not None:
         raise InputError(
@@ -198,27 +197,22 @@ def load(
         )
     document = read_document(robot_file(name) if shipped else name_or_path)
     if descriptions.names_description(document):
-        if symbols:
-            raise descriptions.refuse_symbols(name, symbols)
+        descriptions.refuse_symbols(name, symbols, descriptions.DECIMALS)
         return descriptions.load_from_side(document, parameters, allow_xacro=allow_xacro)
     if not _is_snapshot(document):
         if isinstance(document.data, dict) and "cables" in document.data:
             from robostiff.io.model_file.build_cables import cable_robot_from_document
 
-            if symbols:
-                raise InputError(
-                    f"symbols of {name!r}",
-                    expected="none: a cable robot is computed with numbers, not formulas",
-                )
+            descriptions.refuse_symbols(name, symbols, "a cable robot is computed with numbers")
             return cable_robot_from_document(document, parameters)
         from robostiff.io.model_file import model_from_document
 
         return model_from_document(document, parameters, symbols=symbols, shipped=_shipped_model)
-    if parameters or symbols:
+    frozen = "this is a snapshot, frozen at one pose, and not a model"
+    descriptions.refuse_symbols(name, symbols, frozen)
+    if parameters:
         raise InputError(
-            f"{'parameters' if parameters else 'symbols'} of {name!r}",
-            got=dict(parameters) if parameters else symbols,
-            expected="none: this is a snapshot, frozen at one pose, and not a model",
+            f"parameters of {name!r}", got=dict(parameters), expected=f"none: {frozen}"
         )
     from robostiff.io.snapshot import is_graph, network_from_document, snapshot_from_document
 
@@ -229,6 +223,20 @@ def load(
 
 def _shipped_model(name: str) -> Path | None:
     return robot_file(name) if name in shipped_robots() else None
+
+
+def robot_of_legs(loaded: Any, name: str) -> Robot:
+    """What was loaded, where formulas can be derived of it; an InputError otherwise."""
+    from robostiff import model
+
+    if isinstance(loaded, model.Robot):
+        return loaded
+    raise InputError(
+        "robot of a formula",
+        got=name,
+        expected="a robot of legs: a model file, or the description of an arm",
+        hint="snapshots, networks, linkages and cable robots have numbers alone",
+    )
 
 
 def _refuse_what_is_no_name(value: Any) -> None:

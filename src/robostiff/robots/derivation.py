@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -19,9 +20,9 @@ from robostiff.analytic import (
 from robostiff.analytic.budget import BUDGET
 from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad, stiffness_under_load
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.io.model_file import ALL_PARAMETERS
+from robostiff.io.model_file import ParameterChoice
 from robostiff.model import Robot
-from robostiff.robots import load
+from robostiff.robots import load, robot_of_legs
 from robostiff.statics import Bowing, Linear, equilibrium
 from robostiff.statics.beam_bowing import uniform_beam
 
@@ -144,15 +145,10 @@ def symbolic_robot(robot: Robot | str | Path, symbols: Symbols | None) -> Robot:
             expected="a Robot, the name of a shipped robot, or a model file",
             hint="a snapshot of formulas is derived by robostiff.analytic.snapshot_formula",
         )
-    loaded = load(robot, symbols=ALL_PARAMETERS if symbols is None else symbols)
-    if not isinstance(loaded, Robot):
-        raise InputError(
-            "robot of a formula",
-            got=str(robot),
-            expected="a model, whose parameters can be symbols",
-            hint="a snapshot holds the numbers of one pose; describe the robot in a model file",
-        )
-    return loaded
+    if not isinstance(symbols, ParameterChoice | NoneType) and not isinstance(symbols, str):
+        symbols = tuple(symbols) or ParameterChoice.NONE
+    loaded = load(robot, symbols=ParameterChoice.ALL if symbols is None else symbols)
+    return robot_of_legs(loaded, str(robot))
 
 
 _ONE = Bowing(1)

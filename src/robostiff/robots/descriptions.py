@@ -182,14 +182,20 @@ def _begins_as_urdf(path: str | Path) -> bool:
     return parse_xml(read_bytes(path), str(path)).tag == "robot"
 
 
-def refuse_symbols(path: str, symbols: object) -> InputError:
-    """The error for symbols of a robot whose dimensions are decimals."""
-    return InputError(
-        f"symbols of {path!r}",
-        got=list(symbols) if isinstance(symbols, list | tuple) else Words("all parameters"),
-        expected="none: the dimensions of a robot description are decimals",
-        hint="write symbols=(), --symbols none on the command line",
-    )
+def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:
+    """Raise an InputError where parameters are named that cannot be symbols."""
+    from robostiff.io.model_file.symbols import ParameterChoice
+
+    if symbols and not isinstance(symbols, ParameterChoice):
+        raise InputError(
+            f"symbols of {name!r}",
+            got=symbols if isinstance(symbols, str) else list(symbols),
+            expected=f"none: {expected}",
+            hint="write symbols=(), --symbols none on the command line",
+        )
+
+
+DECIMALS = "the dimensions of a robot description are decimals"
 
 
 _KINDS = {

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
@@ -167,6 +168,25 @@ def in_decimals(expression: Any) -> Any:
         others = [in_decimals(part) for part in expression.args if not part.is_number]
         return expression.func(in_decimals(expression.func(*numbers)), *others)
     return expression.func(*map(in_decimals, expression.args))
+
+
+def without_rounding(K: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
+    """A stiffness matrix in decimals, with 0 for what its digits do not hold beside the diagonal.
+
+    Examples
+    --------
+    >>> tiny = sp.Rational(1, 3**40)
+    >>> without_rounding(sp.ImmutableMatrix([[2, tiny], [tiny, 3]]))
+    Matrix([
+    [2, 0],
+    [0, 3]])
+    """
+    if not all(x.is_number for x in entries(K)) or not any(map(_is_long, K.atoms(sp.Rational))):
+        return K
+    values = np.array(K.evalf(DIGITS + 3), dtype=float)
+    size = np.sqrt(np.abs(np.diagonal(values)))
+    lost = np.abs(values) <= 10.0**-DIGITS * np.outer(size, size)
+    return sp.ImmutableMatrix(K.rows, K.cols, lambda i, j: 0 if lost[i, j] else K[i, j])
 
 
 def _is_long(number: Any) -> bool:

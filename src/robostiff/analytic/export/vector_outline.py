@@ -9,7 +9,12 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.export.entries import EntryNames, MatrixName, readable_matrix
+from robostiff.analytic.export.entries import (
+    EntryNames,
+    MatrixName,
+    in_decimals,
+    readable_matrix,
+)
 from robostiff.analytic.export.outline import (
     Block,
     Inverse,
@@ -138,7 +143,7 @@ def series_blocks(
         *([equations(own)] if own else []),
         matrix_equation(axes, readable_matrix(written(found.axes)), names.entries_of(axes)),
         matrix_equation(arm, readable_matrix(written(found.arm)).T, lambda _, j: f"v_0_{j + 1}"),
-        matrix_equation(C, written(found.C), names.entries_of(C)),
+        matrix_equation(C, written(found.C).applyfunc(in_decimals), names.entries_of(C)),
         Inverse(in_axes, C),
         Transport(names.result, in_axes, axes, arm),
     ]

@@ -27,6 +27,7 @@ from robostiff.io.model_file.joints import WrittenOneAxisJoint, build_joint, wit
 from robostiff.io.model_file.place import Place, point, top_place, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.symbols import (
+    ParameterChoice,
     Symbols,
     chosen_parameters,
     completed,
@@ -128,7 +129,7 @@ def build_robot(
     files = ModuleFiles(shipped, _verified, _opened(document))
     robot = _verified(top, written, files)
     names = chosen_parameters(symbols, written.parameters, overrides)
-    if not names:
+    if not names and not isinstance(symbols, ParameterChoice):
         return robot
     exact = exact_mathematics()
     quantities, nominal = symbolic_values(names, top.names)

@@ -12,6 +12,7 @@ from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.units import Quantity, make_quantity
 from robostiff.model import Actuated, Chain, ParallelBlock, Robot, with_entries
 from robostiff.model.chain import Element
+from robostiff.model.entries import formulas
 from robostiff.spatial import exact_number
 
 
@@ -19,9 +20,12 @@ class ParameterChoice(Enum):
     """Parameters that are chosen without naming them.
 
     ``ALL`` are those that are not computed from others: what is computed follows as a formula.
+    With ``NONE`` the robot has no symbols, and exact dimensions where these are single roots: those
+    of 120 deg, not of 20 deg.
     """
 
     ALL = "all parameters"
+    NONE = "no parameter"
 
 
 ALL_PARAMETERS = ParameterChoice.ALL
@@ -37,6 +41,8 @@ def chosen_parameters(
     if symbols is ParameterChoice.ALL:
         given = {**definitions, **overrides}
         return tuple(name for name in definitions if not _is_computed(given[name]))
+    if symbols is ParameterChoice.NONE:
+        return ()
     if isinstance(symbols, str) or not isinstance(symbols, Iterable):
         raise InputError(
             "symbols",
@@ -77,6 +83,8 @@ def symbolic_values(
 
 def completed(symbolic: Robot, numeric: Robot, nominal: Mapping[str, float]) -> Robot:
     """The robot of formulas, all exact, with what was found out about the robot of numbers."""
+    import sympy as sp
+
     legs = tuple(
         replace(leg, chain=_with_limits(leg.chain, known.chain))
         for leg, known in zip(symbolic.legs, numeric.legs, strict=True)
@@ -88,7 +96,10 @@ def completed(symbolic: Robot, numeric: Robot, nominal: Mapping[str, float]) -> 
         nominal=nominal,
         laws=numeric.laws,
     )
-    return with_entries(robot, exact_number)
+    exact = with_entries(robot, exact_number)
+    # Without symbols, sines and sums of roots are longer than decimals.
+    is_long = not nominal and any(x.has(sp.sin, sp.cos, sp.Add) for x in formulas(exact))
+    return numeric if is_long else exact
 
 
 def _with_limits(chain: Chain, known: Chain) -> Chain:
