@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain, combinations, count
+from itertools import combinations, count
 from typing import Any
 
 import sympy as sp
@@ -106,15 +106,16 @@ def in_few_lines(
     units += [(b, a) for a, b in units]
     states, best = [written], written
     while states and states[0].lines > LINES:
+        found: dict[Any, Written] = {}
+        for own in states:
+            for d in own.definitions:
+                for one in (*_without(own, d, units), *_by_ratios(own, d)):
+                    shorter = _with_needed_names(one)
+                    key = frozenset(x.symbol for x in shorter.definitions)
+                    found.setdefault((key, shorter.operations), shorter)
         after: dict[Any, Written] = {}
-        fewer = (
-            (*_without(own, d, units), *_by_ratios(own, d))
-            for own in states
-            for d in own.definitions
-        )
-        for one in chain.from_iterable(fewer):
-            shorter = _with_needed_names(one)
-            shorter = _with_squares(shorter, {*taken}) if may_fit else shorter
+        for one in found.values():
+            shorter = _with_squares(one, {*taken}) if may_fit else one
             key = frozenset(d.symbol for d in shorter.definitions)
             if key not in after or shorter.operations < after[key].operations:
                 after[key] = shorter
@@ -143,7 +144,7 @@ def with_differences(written: Written, taken: Iterable[str]) -> Written:
         pairs.update((a, b) for a in plain for b in minus)
     used = {*taken, *(x.name for x in names)}
     for (a, b), times in pairs.most_common():
-        if times < pairs[b, a] or written.lines >= LINES:
+        if times < max(2, pairs[b, a]) or written.lines >= LINES:
             continue
         number = next(i for i in count() if f"d_{suffix(i)}" not in used)
         own = Definition(sp.Symbol(f"d_{suffix(number)}", real=True), a - b)
@@ -241,9 +242,10 @@ def _by_ratios(written: Written, definition: Definition) -> Iterator[Written]:
     """The same with a length as a ratio times what it is divided by there: L = u l."""
     length = definition.symbol
     for ratio in written.definitions:
-        above, below = ratio.expression.as_numer_denom()
-        used = [needed_for(x, written.definitions) for x in symbols_in(below)]
-        if above != length or any(length in x for x in used):
+        if not (ratio.expression.is_Mul and length in ratio.expression.args):
+            continue
+        below = length / ratio.expression
+        if any(length in needed_for(x, written.definitions) for x in symbols_in(below)):
             continue
         own = Definition(ratio.symbol, definition.expression / below)
         left = tuple(x for x in written.definitions if x not in (definition, ratio))
