@@ -38,23 +38,12 @@ _Place = tuple[dict[str, float], Any, bool]  # values, answer, and whether it is
 
 @dataclass(frozen=True)
 class RobotInNumbers:
-    """A robot at random values of its symbols, and at random poses where these have symbols.
+    """A robot at random values of its symbols, and at random poses where these have symbols."""
 
-    Attributes
-    ----------
-    where : str
-        The robot and its pose, in words.
-    symbols : tuple of sympy.Symbol
-        Those that have values.
-    places : tuple of (values, answer, whether it is in doubt)
-    length : float
-        Characteristic length [m].
-    """
-
-    where: str
-    symbols: tuple[sp.Symbol, ...]
-    places: tuple[_Place, ...]
-    length: float
+    where: str  # the robot and its pose, in words
+    symbols: tuple[sp.Symbol, ...]  # those that have values
+    places: tuple[_Place, ...]  # (values, answer, whether it is in doubt)
+    length: float  # characteristic length [m]
 
     @classmethod
     def of(cls, placed: PlacedRobot) -> RobotInNumbers:

@@ -16,24 +16,12 @@ from robostiff.errors import InputError
 
 @dataclass(frozen=True)
 class ClosedStage:
-    """One step of the recursion (15) in exact arithmetic.
+    """One step of the recursion (15) in exact arithmetic."""
 
-    Attributes
-    ----------
-    u : tuple of polynomials
-        K J up to a common factor.
-    mu : polynomial
-        J^T K J up to the square of this factor; zero for a redundant joint.
-    below : tuple of two polynomials
-        What u and mu stand over.
-    after : ExactMatrix
-        Stiffness after the joint.
-    """
-
-    u: tuple[Any, ...]
-    mu: Any
-    below: tuple[Any, Any]
-    after: ExactMatrix
+    u: tuple[Any, ...]  # K J up to a common factor
+    mu: Any  # J^T K J up to the square of this factor; zero for a redundant joint
+    below: tuple[Any, Any]  # what u and mu stand over
+    after: ExactMatrix  # stiffness after the joint
 
     @property
     def is_redundant(self) -> bool:

@@ -24,15 +24,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Unwritten:
-    """A formula in exact arithmetic, and a function that writes it.
+    """A formula in exact arithmetic, and a function that writes it."""
 
-    Attributes
-    ----------
-    write : callable
-        Returns the SymPy expression or matrix.
-    """
-
-    write: Callable[[], Any]
+    write: Callable[[], Any]  # returns the SymPy expression or matrix
 
 
 class WrittenField:

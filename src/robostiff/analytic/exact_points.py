@@ -37,18 +37,10 @@ _FUNCTIONS: dict[Operation, Any] = {
 
 @dataclass(frozen=True)
 class Same:
-    """What a step equals at all points.
+    """What a step equals at all points."""
 
-    Attributes
-    ----------
-    step : int or None
-        The first step with the same value up to a sign; None for a number.
-    factor : sympy.Expr
-        The sign, or the number.
-    """
-
-    step: int | None
-    factor: Any
+    step: int | None  # the first step with the same value up to a sign; None for a number
+    factor: Any  # the sign, or the number
 
 
 class ExactPoints:

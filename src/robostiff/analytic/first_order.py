@@ -30,19 +30,11 @@ _SAME = 1e-9  # of K: what free motions may change of it
 
 @dataclass(frozen=True)
 class LoadedTerms:
-    """Stiffness without load, and its rate by the components of a wrench.
+    """Stiffness without load, and its rate by the components of a wrench."""
 
-    Attributes
-    ----------
-    K : (n, n) array of entries and numbers
-    K_by : (n, n, m) array of entries and numbers
-        Derivative of K by each component of the wrench.
-    stages : tuple of entries and numbers
-        What it was computed from, in order: fractions that are worth bringing to lowest terms.
-    """
-
-    K: np.ndarray
-    K_by: np.ndarray
+    K: np.ndarray  # (n, n)
+    K_by: np.ndarray  # (n, n, m): derivative of K by each component of the wrench
+    # what it was computed from, in order: fractions that are worth bringing to lowest terms
     stages: tuple[Any, ...]
 
 

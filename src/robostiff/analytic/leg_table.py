@@ -28,14 +28,10 @@ class LegTable:
     ----------
     nominal : dict of names to float
         Of the symbols, to distinguish angles from their cosines.
-
-    Attributes
-    ----------
-    columns : dict of names to lists of SymPy expressions
     """
 
     nominal: dict[str, float]
-    columns: dict[str, list[Any]] = field(default_factory=dict)
+    columns: dict[str, list[Any]] = field(default_factory=dict)  # by name
     angles: list[str] = field(default_factory=list)
 
     def vectors(self, letter: str, angle: str, each: Sequence[Sequence[Any]]) -> tuple[Any, ...]:

@@ -26,20 +26,11 @@ _LONGEST_SUM = 60  # operations of a sum in which two symbols may stand as their
 
 @dataclass(frozen=True)
 class Written:
-    """Expressions in names, and what the names stand for.
+    """Expressions in names, and what the names stand for."""
 
-    Attributes
-    ----------
-    results : tuple of sympy.Expr
-        What is counted, and printed one a line.
-    definitions : tuple of Definition
-    others : tuple of tuples of sympy.Expr
-        What is written in the same names, and not counted.
-    """
-
-    results: tuple[Any, ...]
+    results: tuple[Any, ...]  # what is counted, and printed one a line
     definitions: tuple[Definition, ...]
-    others: tuple[tuple[Any, ...], ...] = ()
+    others: tuple[tuple[Any, ...], ...] = ()  # what is written in the same names, and not counted
 
     @cached_property
     def operations(self) -> int:

@@ -279,23 +279,12 @@ class StepReading:
 
 @dataclass(frozen=True)
 class _Products:
-    """Finds steps that are the product of two inputs, sines, cosines or roots.
-
-    Attributes
-    ----------
-    record : Record
-    points : ExactPoints
-        Which confirm what the samples suggest.
-    steps : (n,) array
-        Possible factors, by the size of their first sample.
-    values : (n, count) array
-        Of them at the samples.
-    """
+    """Finds steps that are the product of two inputs, sines, cosines or roots."""
 
     record: Record
-    points: ExactPoints
-    steps: np.ndarray
-    values: np.ndarray
+    points: ExactPoints  # which confirm what the samples suggest
+    steps: np.ndarray  # (n,): possible factors, by the size of their first sample
+    values: np.ndarray  # (n, count): of them at the samples
 
     @classmethod
     def of(cls, record: Record, points: ExactPoints, steps: Iterable[int]) -> _Products:
