@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -221,6 +221,23 @@ def _platform(placed: PlacedRobot, finder: PostureFinder, values: Mapping[str, f
 
 def _number(expression: Any, values: Mapping[str, float]) -> float:
     return float(expression.evalf(30, subs={s: values[s.name] for s in expression.free_symbols}))
+
+
+def check_form(
+    what: str, stiffness: Callable[[dict[str, float]], Any], placed: PlacedRobot
+) -> None:
+    """Compare K of another form, given values by name, with the numerical one at random places.
+
+    Raises
+    ------
+    DisagreementError
+    """
+    for values, result, _ in closed_places(placed, placed.where):
+        distance = matrix_distance(stiffness(values), result.K, placed.length)
+        if distance > AGREED:
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+            where = f"{placed.robot.name!r} {placed.where}, at {at}"
+            raise DisagreementError(f"{what} and the numerical form of K", distance, where)
 
 
 def check_value(

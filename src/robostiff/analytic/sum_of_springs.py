@@ -39,17 +39,11 @@ _ROWS = {6: range(6), 3: (0, 1, 5)}  # of a wrench in space and in the plane
 
 @dataclass(frozen=True)
 class SpringLeg:
-    """How a leg holds the platform, by its springs.
+    """How a leg holds the platform, by its springs."""
 
-    Attributes
-    ----------
-    wrenches : tuple of sympy.ImmutableMatrix
-        Unit wrenches about the reference point, in names.
-    compliances : tuple of sympy.Expr
-        What each meets: a name, or a short formula.
-    """
-
+    # unit wrenches about the reference point, in names
     wrenches: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
+    # what each meets: a name, or a short formula
     compliances: WrittenField = WrittenField()  # noqa: RUF009
 
 
