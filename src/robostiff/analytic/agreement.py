@@ -86,15 +86,8 @@ def closed_places(
 ) -> Iterator[_Place]:
     """Random values of the symbols and poses at which the legs close, with the numerical answer.
 
-    Parameters
-    ----------
-    placed : PlacedRobot
-    where : str
-        The pose, in words.
-    sets : int
-        Sets of parameters; one for a robot without symbols.
-    poses : int
-        For each of them, where the pose has symbols.
+    `where`: the pose, in words; `sets`: sets of parameters; one for a robot without symbols;
+    `poses`: for each of them, where the pose has symbols.
 
     Raises
     ------

@@ -176,11 +176,7 @@ class Roots:
     into roots of irreducible factors, as far as these are known to be positive: sqrt(6) beside
     sqrt(2) becomes sqrt(2) sqrt(3).
 
-    Parameters
-    ----------
-    roots : iterable of SymPy expressions
-    taken_apart : callable
-        Gives the `Radicand` of a root.
+    `taken_apart`: gives the `Radicand` of a root.
 
     Raises
     ------

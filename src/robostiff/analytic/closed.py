@@ -48,14 +48,8 @@ def eliminate_exactly(K: ExactMatrix, J: Any, limit: int) -> ClosedStage:
     no fractions pile up; where square roots or sines hide the factor, it is left in. A joint that
     moves one coordinate only, of those that are left, is eliminated by the index rule (19), (20).
 
-    Parameters
-    ----------
-    K : ExactMatrix
-        Before.
-    J : (n, 1) SymPy matrix
-        Twist of the joint.
-    limit : int
-        Most terms that an entry may have.
+    `K`: before; `J`: (n, 1) SymPy matrix: twist of the joint; `limit`: most terms that an entry
+    may have.
 
     Raises
     ------

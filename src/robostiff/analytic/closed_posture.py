@@ -165,15 +165,8 @@ def leg_coordinates(
 ) -> tuple[np.ndarray, tuple[str, ...]]:
     """Coordinates of a closed leg: those of the model, numbers, or inputs.
 
-    Parameters
-    ----------
-    leg : Leg
-        On entries of the record.
-    names : tuple of str
-        The inputs of its coordinates, with their values at the samples.
-    record : Record
-    length : float
-        Size of the robot [m].
+    `leg`: on entries of the record; `names`: the inputs of its coordinates, with their values
+    at the samples; `length`: size of the robot [m].
 
     Returns
     -------

@@ -44,14 +44,8 @@ def exact_leg(
     before the end. Sines below a fraction bar would be multiplied by their conjugates at every
     step, which squares its length each time.
 
-    Parameters
-    ----------
-    field : ExactField
-    W : list of m wrenches of n elements
-    A : (m, m) list of elements
-        W^T C W.
-    n, limit : int
-        Size of a wrench; most terms that an entry may have on the way.
+    `A`: (m, m) list of elements: W^T C W; `n`, `limit`: size of a wrench; most terms that an
+    entry may have on the way.
 
     Raises
     ------

@@ -32,10 +32,7 @@ class Unwritten:
 class WrittenField:
     """A field of a frozen dataclass that may be given as `Unwritten`; it is written at first use.
 
-    Parameters
-    ----------
-    default : object, optional
-        Of the field.
+    `default`: of the field.
 
     Examples
     --------

@@ -46,10 +46,6 @@ class Same:
 class ExactPoints:
     """Values of the steps of a record at the first of its samples, which are taken as exact.
 
-    Parameters
-    ----------
-    record : Record
-
     Examples
     --------
     >>> from robostiff.record import cosine, sine
@@ -176,10 +172,7 @@ def exact(number: Any) -> sp.Expr:
 def writes_the_same(K: Any, stiffness: Iterable[Any]) -> bool:
     """Whether a matrix is zero or equal, at all points, where a symmetric formula writes so.
 
-    Parameters
-    ----------
-    K : (n, n) sympy.Matrix
-    stiffness : iterable of (n, n) flint.arb_mat
+    `K` (n, n); `stiffness`: iterable of (n, n) flint.arb_mat.
     """
     n = K.rows
     with flint.ctx.workprec(BITS):

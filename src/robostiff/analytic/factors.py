@@ -195,12 +195,7 @@ def _next_symbol(polynomial: Any) -> int | None:
 def quadratic_roots(field: ExactField, polynomial: Any, unknown: sp.Symbol) -> list[sp.Expr]:
     """Zeros of a polynomial of degree 1 or 2 in an unknown, as short products.
 
-    Parameters
-    ----------
-    field : ExactField
-    polynomial : polynomial of the field
-    unknown : sympy.Symbol
-        One of its generators.
+    `polynomial`: polynomial of the field; `unknown`: one of its generators.
 
     Returns
     -------

@@ -46,15 +46,8 @@ def loaded_terms(
 ) -> LoadedTerms:
     """Record how K changes with a wrench on the platform at the reference point.
 
-    Parameters
-    ----------
-    placed : PlacedRobot
-    recorded : RecordedRobot
-        Its elimination.
-    components : sequence of int
-        Which components of the wrench there are, among the n of K.
-    is_beam : callable
-        Whether a compliance (6, 6) is that of a beam which bending shortens.
+    `recorded`: its elimination; `components`: which components of the wrench there are, among
+    the n of K; `is_beam`: whether a compliance (6, 6) is that of a beam which bending shortens.
 
     Raises
     ------

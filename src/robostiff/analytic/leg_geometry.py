@@ -137,16 +137,7 @@ class LegGeometry:
 
 
 class LegInSteps:
-    """Reads the entries of a leg in named steps, which are never long.
-
-    Parameters
-    ----------
-    geometry : LegGeometry
-
-    Attributes
-    ----------
-    definitions : list of Definition
-    """
+    """Reads the entries of a leg in named steps, which are never long."""
 
     def __init__(self, geometry: LegGeometry) -> None:
         placed = geometry.placed

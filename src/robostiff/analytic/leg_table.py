@@ -24,10 +24,7 @@ _STEP = 0.01  # of an angle, to see which points turn with it
 class LegTable:
     """Columns of what differs, one row a leg.
 
-    Parameters
-    ----------
-    nominal : dict of names to float
-        Of the symbols, to distinguish angles from their cosines.
+    `nominal`: of the symbols, to distinguish angles from their cosines.
     """
 
     nominal: dict[str, float]

@@ -173,13 +173,7 @@ def turned_legs(
 
     Only images by all equal parts of a turn, of three or more: their average is a short formula.
 
-    Parameters
-    ----------
-    legs : sequence of LegAtPoints
-    rows : sequence of int
-        Which of six directions there are.
-    length : float
-        Characteristic length [m].
+    `rows`: which of six directions there are; `length`: characteristic length [m].
 
     Returns
     -------

@@ -71,11 +71,7 @@ class Locus:
 def rank_locus(derivation: RobotDerivation, rank: int) -> Locus:
     """Common factors of all minors of K of its rank, for a derivation in steps.
 
-    Parameters
-    ----------
-    derivation : RobotDerivation
-    rank : int
-        Of K in general.
+    `rank`: of K in general.
 
     Raises
     ------

@@ -70,13 +70,8 @@ def in_few_lines(
     Where x^2 + y^2 = 1, even powers of x become those of y; a root that occurs in even powers
     alone is replaced by its square.
 
-    Parameters
-    ----------
-    written : Written
-    taken : iterable of str
-        Names that stand for something else.
-    are_one : callable
-        Of these formulas and an expression in their names: whether it is one, always.
+    `taken`: names that stand for something else; `are_one`: of these formulas and an expression
+    in their names: whether it is one, always.
 
     Examples
     --------

@@ -41,14 +41,9 @@ def values_of(
 ) -> list[Any]:
     """Values of expressions, of definitions one after the other; not a number where there is none.
 
-    Parameters
-    ----------
-    expressions : iterable of SymPy expressions
-    values : mapping of symbols to floats, or to arrays of them
-    definitions : iterable of Definition
-        Steps that the expressions need, in order.
-    careful : bool
-        With `DIGITS` digits, for numbers only; this avoids cancellation in floats.
+    `values`: mapping of symbols to floats, or to arrays of them; `definitions`: steps that the
+    expressions need, in order; `careful`: with `DIGITS` digits, for numbers only; this avoids
+    cancellation in floats.
 
     Examples
     --------

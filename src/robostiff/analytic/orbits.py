@@ -70,10 +70,7 @@ class Orbit:
 def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
     """Orbits that wrenches form together, of three turns or more; None where they do not.
 
-    Parameters
-    ----------
-    wrenches : (count, m, 6) array
-        At several samples, moments over a length.
+    `wrenches` (count, m, 6): at several samples, moments over a length.
 
     Examples
     --------

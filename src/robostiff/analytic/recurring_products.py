@@ -65,13 +65,8 @@ def with_components(
 ) -> Written:
     """The same with names for ratios that recur and their moments, while that makes it shorter.
 
-    Parameters
-    ----------
-    written : Written
-    taken : iterable of str
-        Names that stand for something else.
-    components : sequence of str
-        Names for what is an entry of a matrix among the others, a name a row.
+    `taken`: names that stand for something else; `components`: names for what is an entry of a
+    matrix among the others, a name a row.
 
     Examples
     --------
@@ -134,11 +129,7 @@ def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:
 def by_unit_length(written: Written, are_one: Callable[[Written, Any], bool]) -> Written:
     """The same with x^2 in place of 1 - y^2 where x and y have names and x^2 + y^2 = 1.
 
-    Parameters
-    ----------
-    written : Written
-    are_one : callable
-        Of these formulas and an expression in their names: whether it is one, always.
+    `are_one`: of these formulas and an expression in their names: whether it is one, always.
     """
     lengths = [d.symbol for d in written.definitions if d.symbol.is_positive is None]
     for a, b in permutations(lengths, 2):

@@ -76,10 +76,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     Symbols are entries of a record whose samples lie around the nominal values; the working modes
     of the legs are those of home.
 
-    Parameters
-    ----------
-    robot : Robot
-    pose : AtHome, AtSymbols or AtCoordinates
+    `pose`: AtHome, AtSymbols or AtCoordinates.
 
     Raises
     ------

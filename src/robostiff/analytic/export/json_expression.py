@@ -100,10 +100,7 @@ def _leaf(expression: sp.Basic) -> list[Any]:
 class TreeReader:
     """Reads trees back into expressions, all of them together within one limit of size.
 
-    Parameters
-    ----------
-    symbols : mapping of str to sympy.Symbol
-        The symbols that may occur.
+    `symbols`: the symbols that may occur.
 
     Examples
     --------
