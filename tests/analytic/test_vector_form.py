@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps
-from robostiff.analytic.agreement import matrix_distance
+from robostiff.analytic.agreement import check_form, matrix_distance
 from robostiff.analytic.export import (
     derivation_html,
     derivation_latex,
@@ -23,7 +23,7 @@ from robostiff.analytic.export.text import TEXT
 from robostiff.analytic.leg_table import LegTable
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.analytic.vector_expressions import Cross, Stacked, Turned, Vector
-from robostiff.analytic.vector_form import check_vector_form, vector_form
+from robostiff.analytic.vector_form import vector_form
 from robostiff.errors import DisagreementError
 
 
@@ -64,13 +64,13 @@ def test_it_is_the_stiffness_far_from_the_poses_of_its_check(platform):
 
 
 def test_a_wrong_form_is_found(placed, platform):
-    check_vector_form(platform, placed)
+    check_form("the vector form", platform.stiffness, placed)
     psi = platform.columns["psi_i"]
     wrong = replace(
         platform, columns=platform.columns | {"psi_i": (psi[0] + sp.pi / 180, *psi[1:])}
     )
     with pytest.raises(DisagreementError, match="vector form"):
-        check_vector_form(wrong, placed)
+        check_form("the vector form", wrong.stiffness, placed)
 
 
 def test_a_leg_with_a_couple_names_the_directions_of_both():

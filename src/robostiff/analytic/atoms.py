@@ -19,21 +19,11 @@ _LARGEST_PRIME = 100_000
 
 @dataclass(frozen=True)
 class Atoms:
-    """Roots, angles and symbols of some expressions, each list in a fixed order.
+    """Roots, angles and symbols of some expressions, each list in a fixed order."""
 
-    Attributes
-    ----------
-    roots : tuple of SymPy expressions
-        Square roots, outer before inner; roots of them, such as a**(1/4), too.
-    angles : tuple of SymPy expressions
-        Arguments of sines and cosines.
-    symbols : tuple of sympy.Symbol
-        Those that occur outside of angles, and pi.
-    """
-
-    roots: tuple[Any, ...]
-    angles: tuple[Any, ...]
-    symbols: tuple[Any, ...]
+    roots: tuple[Any, ...]  # square roots, outer before inner; roots of them, such as a**(1/4), too
+    angles: tuple[Any, ...]  # arguments of sines and cosines
+    symbols: tuple[Any, ...]  # those that occur outside of angles, and pi
 
 
 @cacheit
@@ -109,18 +99,11 @@ def _outer_first(root: Any) -> tuple[int, int, str]:
 
 @dataclass(frozen=True)
 class Angles:
-    """Angles whose sines and cosines are generators.
+    """Angles whose sines and cosines are generators."""
 
-    Attributes
-    ----------
-    independent : tuple of SymPy expressions
-        None is a rational multiple of another.
-    shares : dict
-        For directions with several multiples, the one of which all are whole multiples:
-        ``{phi: 1/2}`` for phi and phi / 2.
-    """
-
-    independent: tuple[Any, ...]
+    independent: tuple[Any, ...]  # none is a rational multiple of another
+    # for directions with several multiples, the one of which all are whole multiples: ``{phi:
+    # 1/2}`` for phi and phi / 2
     shares: dict[Any, Any]
 
     @classmethod
@@ -163,24 +146,13 @@ class Angles:
 
 @dataclass(frozen=True)
 class Radicand:
-    """A radicand, a fraction n / d, in factors.
+    """A radicand, a fraction n / d, in factors."""
 
-    Attributes
-    ----------
-    root : SymPy expression
-        As it was given.
-    product : SymPy expression
-        n d, a polynomial.
-    below : SymPy expression
-        d. The root is sqrt(n d) / |d|.
-    factors : dict
-        Powers of the irreducible factors of n d, -1 and primes among them; empty for a root over
-        other roots or over sines, which is left as it is.
-    """
-
-    root: Any
-    product: Any
-    below: Any
+    root: Any  # as it was given
+    product: Any  # n d, a polynomial
+    below: Any  # d. The root is sqrt(n d) / |d|.
+    # powers of the irreducible factors of n d, -1 and primes among them; empty for a root over
+    # other roots or over sines, which is left as it is
     factors: dict[Any, int]
 
     @property
@@ -204,11 +176,7 @@ class Roots:
     into roots of irreducible factors, as far as these are known to be positive: sqrt(6) beside
     sqrt(2) becomes sqrt(2) sqrt(3).
 
-    Parameters
-    ----------
-    roots : iterable of SymPy expressions
-    taken_apart : callable
-        Gives the `Radicand` of a root.
+    `taken_apart`: gives the `Radicand` of a root.
 
     Raises
     ------

@@ -43,13 +43,8 @@ def within(budget: float | None, work: Callable[[], Found], subject: str = "clos
     The time is that of the thread that computes, so that a busy machine gives the same answer. A
     single call into FLINT cannot be stopped; the computation ends after it.
 
-    Parameters
-    ----------
-    budget : float or None
-        Seconds of computing; without a limit for None.
-    work : callable
-    subject : str
-        What is computed, in words.
+    `budget`: seconds of computing; without a limit for None; `subject`: what is computed, in
+    words.
 
     Raises
     ------

@@ -74,14 +74,8 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> NamedStage:
 
     A joint along one coordinate takes the index rule (19), (20): its row and column vanish.
 
-    Parameters
-    ----------
-    K : (n, n) SymPy matrix
-        Before, in given symbols and names defined before.
-    J : (n, 1) SymPy matrix
-        Twist of the joint.
-    stage : int
-        Number i of the joint, from 1.
+    `K`: (n, n) SymPy matrix: before, in given symbols and names defined before; `J`: (n, 1)
+    SymPy matrix: twist of the joint; `stage`: number i of the joint, from 1.
 
     Examples
     --------

@@ -16,24 +16,12 @@ from robostiff.errors import InputError
 
 @dataclass(frozen=True)
 class ClosedStage:
-    """One step of the recursion (15) in exact arithmetic.
+    """One step of the recursion (15) in exact arithmetic."""
 
-    Attributes
-    ----------
-    u : tuple of polynomials
-        K J up to a common factor.
-    mu : polynomial
-        J^T K J up to the square of this factor; zero for a redundant joint.
-    below : tuple of two polynomials
-        What u and mu stand over.
-    after : ExactMatrix
-        Stiffness after the joint.
-    """
-
-    u: tuple[Any, ...]
-    mu: Any
-    below: tuple[Any, Any]
-    after: ExactMatrix
+    u: tuple[Any, ...]  # K J up to a common factor
+    mu: Any  # J^T K J up to the square of this factor; zero for a redundant joint
+    below: tuple[Any, Any]  # what u and mu stand over
+    after: ExactMatrix  # stiffness after the joint
 
     @property
     def is_redundant(self) -> bool:
@@ -60,14 +48,8 @@ def eliminate_exactly(K: ExactMatrix, J: Any, limit: int) -> ClosedStage:
     no fractions pile up; where square roots or sines hide the factor, it is left in. A joint that
     moves one coordinate only, of those that are left, is eliminated by the index rule (19), (20).
 
-    Parameters
-    ----------
-    K : ExactMatrix
-        Before.
-    J : (n, 1) SymPy matrix
-        Twist of the joint.
-    limit : int
-        Most terms that an entry may have.
+    `K`: before; `J`: (n, 1) SymPy matrix: twist of the joint; `limit`: most terms that an entry
+    may have.
 
     Raises
     ------

@@ -39,50 +39,31 @@ _KNOWN = 1e-10  # of the length, and rad: a coordinate equals that of the model,
 
 @dataclass(frozen=True)
 class Sample:
-    """A robot in numbers, closed at a pose near home.
+    """A robot in numbers, closed at a pose near home."""
 
-    Attributes
-    ----------
-    values : dict of names to float
-        Of the robot's symbols.
-    finder : PostureFinder
-    coordinates : dict of names to float
-        Those that the legs decide, by the names of their inputs; also, for a general pose, all
-        that define it.
-    pose : (6,) array or None
-        Of the platform, with a rotation vector [m, rad], where joint coordinates are the symbols.
-    """
-
-    values: dict[str, float]
+    values: dict[str, float]  # by name: of the robot's symbols
     finder: PostureFinder
+    # by name: those that the legs decide, by the names of their inputs; also, for a general pose,
+    # all that define it
     coordinates: dict[str, float]
+    # (6,): of the platform, with a rotation vector [m, rad], where joint coordinates are the
+    # symbols
     pose: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
 class Following:
-    """Which coordinates follow from the legs.
-
-    Attributes
-    ----------
-    robot : Robot
-    legs : dict of leg numbers to tuples of names
-        Legs that close by iteration, and an input for each of their coordinates.
-    pose : dict of coordinate names to names
-        Inputs of all six coordinates of the platform, where some of them follow; empty otherwise.
-    following : tuple of str
-        Names of those that do.
-    rotation : EulerAngles or UnitQuaternion
-        What the coordinates of the platform's rotation are.
-    at_joints : bool
-        Whether the posture is a general one, given by the coordinates of all legs.
-    """
+    """Which coordinates follow from the legs."""
 
     robot: Robot
+    # by leg number: legs that close by iteration, and an input for each of their coordinates
     legs: dict[int, tuple[str, ...]]
+    # by coordinate: inputs of all six coordinates of the platform, where some of them follow; empty
+    # otherwise
     pose: dict[str, str]
-    following: tuple[str, ...]
-    rotation: PoseRotation = ABOUT_WORLD_AXES
+    following: tuple[str, ...]  # names of those that do
+    rotation: PoseRotation = ABOUT_WORLD_AXES  # what the coordinates of the platform's rotation are
+    # whether the posture is a general one, given by the coordinates of all legs
     at_joints: bool = False
 
     @classmethod
@@ -184,15 +165,8 @@ def leg_coordinates(
 ) -> tuple[np.ndarray, tuple[str, ...]]:
     """Coordinates of a closed leg: those of the model, numbers, or inputs.
 
-    Parameters
-    ----------
-    leg : Leg
-        On entries of the record.
-    names : tuple of str
-        The inputs of its coordinates, with their values at the samples.
-    record : Record
-    length : float
-        Size of the robot [m].
+    `leg`: on entries of the record; `names`: the inputs of its coordinates, with their values
+    at the samples; `length`: size of the robot [m].
 
     Returns
     -------

@@ -27,20 +27,11 @@ Upper = dict[tuple[int, int], Element]
 
 @dataclass(frozen=True)
 class ExactLeg:
-    """K = sum of w w^T / c over wrenches made conjugate to one another.
+    """K = sum of w w^T / c over wrenches made conjugate to one another."""
 
-    Attributes
-    ----------
-    K : dict
-        Canonical fractions of the upper part, by row and column.
-    wrenches : list of lists of Element
-        Of any length.
-    met : list of tuples of Element
-        The compliance of each wrench, as factors that are not multiplied out where that is long.
-    """
-
-    K: Upper
-    wrenches: list[list[Element]]
+    K: Upper  # canonical fractions of the upper part, by row and column
+    wrenches: list[list[Element]]  # of any length
+    # the compliance of each wrench, as factors that are not multiplied out where that is long
     met: list[tuple[Element, ...]]
 
 
@@ -53,14 +44,8 @@ def exact_leg(
     before the end. Sines below a fraction bar would be multiplied by their conjugates at every
     step, which squares its length each time.
 
-    Parameters
-    ----------
-    field : ExactField
-    W : list of m wrenches of n elements
-    A : (m, m) list of elements
-        W^T C W.
-    n, limit : int
-        Size of a wrench; most terms that an entry may have on the way.
+    `A`: (m, m) list of elements: W^T C W; `n`, `limit`: size of a wrench; most terms that an
+    entry may have on the way.
 
     Raises
     ------
@@ -147,25 +132,15 @@ _FACTORED = 100
 
 @dataclass(frozen=True)
 class ClosedSum:
-    """K = sum of w w^T / c over the wrenches of all legs, every fraction canonical.
+    """K = sum of w w^T / c over the wrenches of all legs, every fraction canonical."""
 
-    Attributes
-    ----------
-    K : sympy.ImmutableMatrix
-        (n x n). Fractions over one denominator are added; others stay apart, as their sum would be
-        long.
-    legs : tuple of sympy.ImmutableMatrix
-        The part of each leg.
-    wrenches : tuple of tuples of sympy.ImmutableMatrix
-        Wrenches of each leg (n x 1), scaled so that their entries are simple.
-    compliances : tuple of tuples of sympy.Expr
-        The compliance of each wrench.
-    """
-
+    # (n x n). Fractions over one denominator are added; others stay apart, as their sum would be
+    # long.
     K: sp.ImmutableMatrix
-    legs: tuple[sp.ImmutableMatrix, ...]
+    legs: tuple[sp.ImmutableMatrix, ...]  # the part of each leg
+    # wrenches of each leg (n x 1), scaled so that their entries are simple
     wrenches: tuple[tuple[sp.ImmutableMatrix, ...], ...]
-    compliances: tuple[tuple[sp.Expr, ...], ...]
+    compliances: tuple[tuple[sp.Expr, ...], ...]  # the compliance of each wrench
 
 
 def closed_sum(

@@ -27,16 +27,7 @@ from robostiff.errors import InputError
 class CombinationNames:
     """Gives names to polynomials and writes others through them.
 
-    Parameters
-    ----------
-    field : ExactField
-    taken : set of str
-        Names that are not to be given.
-
-    Attributes
-    ----------
-    definitions : list of Definition
-        The names so far.
+    `taken`: names that are not to be given; `definitions`: the names so far.
 
     Examples
     --------

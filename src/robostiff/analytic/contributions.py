@@ -26,21 +26,11 @@ _SHORT = 1  # operations of a stiffness that needs no name, such as E*A
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one way of giving way adds to a compliance.
+    """What one way of giving way adds to a compliance."""
 
-    Attributes
-    ----------
-    spring : str
-        Name of the part.
-    felt : sympy.Expr
-        Square of what the spring feels of the wrench; of two wrenches the product.
-    compliance : sympy.Expr
-        Of the spring, with the lengths of the part, over a named stiffness.
-    """
-
-    spring: str
-    felt: Any
-    compliance: Any
+    spring: str  # name of the part
+    felt: Any  # square of what the spring feels of the wrench; of two wrenches the product
+    compliance: Any  # of the spring, with the lengths of the part, over a named stiffness
 
 
 def summed(contributions: Sequence[Contribution]) -> Any:
@@ -105,23 +95,13 @@ class BlockOfSprings(Protocol):
 
 @dataclass(frozen=True)
 class ContributionReader:
-    """Writes the contributions of legs in one set of names.
-
-    Attributes
-    ----------
-    record : Record
-    length : float
-        Characteristic length [m].
-    read : NamedReading
-    products : BeamProducts
-    of_block : callable or None
-        A parallel block as a spring; None where there are none.
-    """
+    """Writes the contributions of legs in one set of names."""
 
     record: Record
-    length: float
+    length: float  # characteristic length [m]
     read: NamedReading
     products: BeamProducts
+    # a parallel block as a spring; None where there are none
     of_block: Callable[[PlacedBlock], BlockOfSprings] | None = None
 
     def of(self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench) -> tuple[Contribution, ...]:

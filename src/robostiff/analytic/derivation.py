@@ -24,24 +24,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Unwritten:
-    """A formula in exact arithmetic, and a function that writes it.
+    """A formula in exact arithmetic, and a function that writes it."""
 
-    Attributes
-    ----------
-    write : callable
-        Returns the SymPy expression or matrix.
-    """
-
-    write: Callable[[], Any]
+    write: Callable[[], Any]  # returns the SymPy expression or matrix
 
 
 class WrittenField:
     """A field of a frozen dataclass that may be given as `Unwritten`; it is written at first use.
 
-    Parameters
-    ----------
-    default : object, optional
-        Of the field.
+    `default`: of the field.
 
     Examples
     --------

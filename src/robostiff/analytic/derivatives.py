@@ -151,14 +151,7 @@ def series_formula(
     K(x) = sum of K^(i)(x0) (x - x0)^i / i! for i < n, the derivatives being exact: those of a
     closed form canonical fractions, those of steps in forward mode.
 
-    Parameters
-    ----------
-    derivation : Derivation
-    symbol : sympy.Symbol
-    x0 : number, quantity or formula
-        Where it begins: a pose, a length.
-    n : int
-        Number of terms.
+    `x0`: number, quantity or formula: where it begins: a pose, a length; `n`: number of terms.
 
     Returns
     -------

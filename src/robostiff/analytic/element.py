@@ -113,10 +113,7 @@ class PolynomialWriter:
     the result is the same expression, arguments in the same order. Roots are left to SymPy, as
     they may merge with each other and with what they are roots of.
 
-    Parameters
-    ----------
-    generators : sequence of SymPy expressions
-        Symbols, sines, cosines and roots.
+    `generators`: symbols, sines, cosines and roots.
 
     Examples
     --------

@@ -17,18 +17,10 @@ from robostiff.analytic.field import ExactField
 
 @dataclass(frozen=True)
 class ExactMatrix:
-    """A symmetric matrix of polynomials over one common denominator.
-
-    Attributes
-    ----------
-    field : ExactField
-    entries : tuple of tuples
-        Polynomials of the field, upper and lower part.
-    denominator : polynomial
-    """
+    """A symmetric matrix of polynomials over one common denominator."""
 
     field: ExactField
-    entries: tuple[tuple[Any, ...], ...]
+    entries: tuple[tuple[Any, ...], ...]  # polynomials of the field, upper and lower part
     denominator: Any
 
     @classmethod

@@ -37,26 +37,14 @@ _FUNCTIONS: dict[Operation, Any] = {
 
 @dataclass(frozen=True)
 class Same:
-    """What a step equals at all points.
+    """What a step equals at all points."""
 
-    Attributes
-    ----------
-    step : int or None
-        The first step with the same value up to a sign; None for a number.
-    factor : sympy.Expr
-        The sign, or the number.
-    """
-
-    step: int | None
-    factor: Any
+    step: int | None  # the first step with the same value up to a sign; None for a number
+    factor: Any  # the sign, or the number
 
 
 class ExactPoints:
     """Values of the steps of a record at the first of its samples, which are taken as exact.
-
-    Parameters
-    ----------
-    record : Record
 
     Examples
     --------
@@ -184,10 +172,7 @@ def exact(number: Any) -> sp.Expr:
 def writes_the_same(K: Any, stiffness: Iterable[Any]) -> bool:
     """Whether a matrix is zero or equal, at all points, where a symmetric formula writes so.
 
-    Parameters
-    ----------
-    K : (n, n) sympy.Matrix
-    stiffness : iterable of (n, n) flint.arb_mat
+    `K` (n, n); `stiffness`: iterable of (n, n) flint.arb_mat.
     """
     n = K.rows
     with flint.ctx.workprec(BITS):

@@ -15,17 +15,11 @@ from robostiff.analytic.operation_count import count_of
 
 @dataclass(frozen=True)
 class Product:
-    """A fraction as ``number * base_1^exponent_1 * ...``.
+    """A fraction as ``number * base_1^exponent_1 * ...``."""
 
-    Attributes
-    ----------
-    number : sympy.Rational
-        0 for the fraction 0, which has no powers.
-    powers : tuple of (polynomial, int)
-        Irreducible polynomials of the field; exponents are negative below the fraction bar.
-    """
-
-    number: sp.Rational
+    number: sp.Rational  # 0 for the fraction 0, which has no powers
+    # (polynomial, int): irreducible polynomials of the field; exponents are negative below the
+    # fraction bar
     powers: tuple[tuple[Any, int], ...]
 
 
@@ -201,12 +195,7 @@ def _next_symbol(polynomial: Any) -> int | None:
 def quadratic_roots(field: ExactField, polynomial: Any, unknown: sp.Symbol) -> list[sp.Expr]:
     """Zeros of a polynomial of degree 1 or 2 in an unknown, as short products.
 
-    Parameters
-    ----------
-    field : ExactField
-    polynomial : polynomial of the field
-    unknown : sympy.Symbol
-        One of its generators.
+    `polynomial`: polynomial of the field; `unknown`: one of its generators.
 
     Returns
     -------

@@ -30,19 +30,11 @@ _SAME = 1e-9  # of K: what free motions may change of it
 
 @dataclass(frozen=True)
 class LoadedTerms:
-    """Stiffness without load, and its rate by the components of a wrench.
+    """Stiffness without load, and its rate by the components of a wrench."""
 
-    Attributes
-    ----------
-    K : (n, n) array of entries and numbers
-    K_by : (n, n, m) array of entries and numbers
-        Derivative of K by each component of the wrench.
-    stages : tuple of entries and numbers
-        What it was computed from, in order: fractions that are worth bringing to lowest terms.
-    """
-
-    K: np.ndarray
-    K_by: np.ndarray
+    K: np.ndarray  # (n, n)
+    K_by: np.ndarray  # (n, n, m): derivative of K by each component of the wrench
+    # what it was computed from, in order: fractions that are worth bringing to lowest terms
     stages: tuple[Any, ...]
 
 
@@ -54,15 +46,8 @@ def loaded_terms(
 ) -> LoadedTerms:
     """Record how K changes with a wrench on the platform at the reference point.
 
-    Parameters
-    ----------
-    placed : PlacedRobot
-    recorded : RecordedRobot
-        Its elimination.
-    components : sequence of int
-        Which components of the wrench there are, among the n of K.
-    is_beam : callable
-        Whether a compliance (6, 6) is that of a beam which bending shortens.
+    `recorded`: its elimination; `components`: which components of the wrench there are, among
+    the n of K; `is_beam`: whether a compliance (6, 6) is that of a beam which bending shortens.
 
     Raises
     ------

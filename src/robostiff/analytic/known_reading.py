@@ -17,9 +17,7 @@ _SAME = 1e-9
 class KnownReading(NamedReading):
     """Reads entries with names for scalars of the leg, recognised at the samples.
 
-    Attributes
-    ----------
-    known : list of (values at the samples, symbol)
+    `known`: list of (values at the samples, symbol).
     """
 
     def __init__(self, record: Record, symbols: dict[str, sp.Symbol]) -> None:

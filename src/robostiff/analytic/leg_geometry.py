@@ -38,25 +38,14 @@ _RANK = 1e-9  # of the largest compliance, rotations at the characteristic lengt
 
 @dataclass(frozen=True)
 class LegGeometry:
-    """A leg in its own axes, as entries of the record.
-
-    Attributes
-    ----------
-    placed : PlacedRobot
-    own : PlacedLeg
-    frame : WorkingFrame
-    local : LocalLeg
-    felt : list of lists of columns
-        What each spring feels of a unit wrench along each row.
-    beams : list
-        Length and products of each spring that is a beam; None otherwise.
-    """
+    """A leg in its own axes, as entries of the record."""
 
     placed: PlacedRobot
     own: PlacedLeg
     frame: WorkingFrame
     local: LocalLeg
-    felt: list[list[list[Any]]]
+    felt: list[list[list[Any]]]  # what each spring feels of a unit wrench along each row
+    # length and products of each spring that is a beam; None otherwise
     beams: list[tuple[Any, dict[str, Any]] | None]
 
     @classmethod
@@ -148,16 +137,7 @@ class LegGeometry:
 
 
 class LegInSteps:
-    """Reads the entries of a leg in named steps, which are never long.
-
-    Parameters
-    ----------
-    geometry : LegGeometry
-
-    Attributes
-    ----------
-    definitions : list of Definition
-    """
+    """Reads the entries of a leg in named steps, which are never long."""
 
     def __init__(self, geometry: LegGeometry) -> None:
         placed = geometry.placed

@@ -51,24 +51,14 @@ class BeamInLeg:
 
 @dataclass(frozen=True)
 class _Moved:
-    """What one element does by unit twists of the end of its leg.
+    """What one element does by unit twists of the end of its leg."""
 
-    Attributes
-    ----------
-    v, w : (3, n) arrays
-        Velocity of the reference point, rate of turn.
-    v_turned : (3, n) array
-        The part of v that is due to turning.
-    spring : PlacedSpring or None
-    own : (6, n) array or None
-        Deflection of a spring in its own axes.
-    """
-
+    # v, w: (3, n): velocity of the reference point, rate of turn
     v: np.ndarray
     w: np.ndarray
-    v_turned: np.ndarray
+    v_turned: np.ndarray  # (3, n): the part of v that is due to turning
     spring: PlacedSpring | None = None
-    own: np.ndarray | None = None
+    own: np.ndarray | None = None  # (6, n): deflection of a spring in its own axes
 
 
 @dataclass(frozen=True)

@@ -37,21 +37,11 @@ class NotHeldByUnitWrenchesError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class HeldWrench:
-    """A wrench of a leg, conjugate to its others.
+    """A wrench of a leg, conjugate to its others."""
 
-    Attributes
-    ----------
-    parts : tuple of (factor, UnitWrench)
-        Whose sum it is.
-    compliance : sympy.Expr
-        A name, or a short formula.
-    met : (count,) array
-        Its values at the samples.
-    """
-
-    parts: tuple[tuple[Any, UnitWrench], ...]
-    compliance: Any
-    met: np.ndarray
+    parts: tuple[tuple[Any, UnitWrench], ...]  # (factor, UnitWrench): whose sum it is
+    compliance: Any  # a name, or a short formula
+    met: np.ndarray  # (count,): its values at the samples
 
     @property
     def is_force(self) -> bool:
@@ -71,20 +61,10 @@ class HeldWrench:
 
 @dataclass(frozen=True, eq=False)
 class BlockSprings:
-    """Parallel branches as a spring.
+    """Parallel branches as a spring."""
 
-    Attributes
-    ----------
-    frame : WorkingFrame
-        In which wrenches are compared.
-    columns : tuple of lists of six
-        Its wrenches there.
-    compliances : tuple of sympy.Expr
-    search : WrenchSearch
-    """
-
-    frame: WorkingFrame
-    columns: tuple[list[Any], ...]
+    frame: WorkingFrame  # in which wrenches are compared
+    columns: tuple[list[Any], ...]  # its wrenches there
     compliances: tuple[Any, ...]
     search: WrenchSearch
 
@@ -96,19 +76,11 @@ class BlockSprings:
 
 @dataclass
 class LegReader:
-    """Reads legs as sums of springs, in one set of names.
-
-    Attributes
-    ----------
-    search : WrenchSearch
-    read : NamedReading
-    kind : type
-        How contributions are written.
-    """
+    """Reads legs as sums of springs, in one set of names."""
 
     search: WrenchSearch
     read: NamedReading
-    kind: type[ContributionReader] = ContributionReader
+    kind: type[ContributionReader] = ContributionReader  # how contributions are written
     _named: list[tuple[np.ndarray, Any]] = field(default_factory=list)
     _shifts: list[tuple[np.ndarray, Any]] = field(default_factory=list)
     _blocks: dict[int, BlockSprings] = field(default_factory=dict)

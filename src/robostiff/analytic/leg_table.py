@@ -24,18 +24,11 @@ _STEP = 0.01  # of an angle, to see which points turn with it
 class LegTable:
     """Columns of what differs, one row a leg.
 
-    Parameters
-    ----------
-    nominal : dict of names to float
-        Of the symbols, to distinguish angles from their cosines.
-
-    Attributes
-    ----------
-    columns : dict of names to lists of SymPy expressions
+    `nominal`: of the symbols, to distinguish angles from their cosines.
     """
 
     nominal: dict[str, float]
-    columns: dict[str, list[Any]] = field(default_factory=dict)
+    columns: dict[str, list[Any]] = field(default_factory=dict)  # by name
     angles: list[str] = field(default_factory=list)
 
     def vectors(self, letter: str, angle: str, each: Sequence[Sequence[Any]]) -> tuple[Any, ...]:

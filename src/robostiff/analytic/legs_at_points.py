@@ -28,18 +28,10 @@ _NOTHING = 1e-40  # of the largest entry, in balls
 
 @dataclass(frozen=True)
 class LegAtPoints:
-    """A leg in numbers that enclose the exact ones.
+    """A leg in numbers that enclose the exact ones."""
 
-    Attributes
-    ----------
-    stiffness : tuple of (n, n) flint.arb_mat
-        About the reference point, world axes; one a point.
-    redundant : tuple of bool
-        Which passive joints add no freedom to those before.
-    """
-
-    stiffness: tuple[Any, ...]
-    redundant: tuple[bool, ...]
+    stiffness: tuple[Any, ...]  # (n, n): about the reference point, world axes; one a point
+    redundant: tuple[bool, ...]  # which passive joints add no freedom to those before
 
     @classmethod
     def of(
@@ -181,13 +173,7 @@ def turned_legs(
 
     Only images by all equal parts of a turn, of three or more: their average is a short formula.
 
-    Parameters
-    ----------
-    legs : sequence of LegAtPoints
-    rows : sequence of int
-        Which of six directions there are.
-    length : float
-        Characteristic length [m].
+    `rows`: which of six directions there are; `length`: characteristic length [m].
 
     Returns
     -------

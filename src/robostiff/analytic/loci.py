@@ -35,17 +35,10 @@ _SEED = 11
 
 @dataclass(frozen=True)
 class WrittenSteps:
-    """Steps of a derivation written out, except roots, and what is too long, which keep a name.
-
-    Attributes
-    ----------
-    derivation : Derivation
-    longest : int
-        Terms of a step that is written out.
-    """
+    """Steps of a derivation written out, except roots, and what is too long, which keep a name."""
 
     derivation: Derivation
-    longest: int = _LONGEST[0]
+    longest: int = _LONGEST[0]  # terms of a step that is written out
 
     @cached_property
     def _full(self) -> dict[Any, Any]:
@@ -69,28 +62,16 @@ def _has_root(expression: Any) -> bool:
 
 @dataclass(frozen=True)
 class Locus:
-    """Where a stiffness loses rank.
+    """Where a stiffness loses rank."""
 
-    Attributes
-    ----------
-    factors : dict of SymPy expressions to int
-        Irreducible factors with their exponents in the minors of K.
-    remark : str
-        Why they were not looked for; empty otherwise.
-    """
-
-    factors: dict[Any, int]
-    remark: str = ""
+    factors: dict[Any, int]  # irreducible factors with their exponents in the minors of K
+    remark: str = ""  # why they were not looked for; empty otherwise
 
 
 def rank_locus(derivation: RobotDerivation, rank: int) -> Locus:
     """Common factors of all minors of K of its rank, for a derivation in steps.
 
-    Parameters
-    ----------
-    derivation : RobotDerivation
-    rank : int
-        Of K in general.
+    `rank`: of K in general.
 
     Raises
     ------

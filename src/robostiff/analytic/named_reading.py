@@ -42,18 +42,8 @@ class NamedReading:
 
     Roots that have the same values at the samples have one name.
 
-    Parameters
-    ----------
-    record : Record
-    symbols : dict of names to SymPy symbols
-        One for each input.
-    in_short_steps : bool
-        Whether every intermediate of some length has a name.
-
-    Attributes
-    ----------
-    definitions : list of Definition
-        The names, in the order in which they can be computed.
+    `symbols`: one for each input; `in_short_steps`: whether every intermediate of some length
+    has a name; `definitions`: the names, in the order in which they can be computed.
 
     Examples
     --------

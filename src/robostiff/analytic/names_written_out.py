@@ -17,28 +17,20 @@ from robostiff.analytic.derivation import Definition
 from robostiff.analytic.operation_count import count_of, operations_in, symbols_in
 
 LINES = 10  # lines that are read at a glance
-_GROWN = 1.1  # operations by which these may grow for fewer lines
+_A_LINE = 4  # operations that a line beyond these costs: its name, and a look back at it
 _WIDTH = 4  # ways of as many lines that are followed
 _A_NAME = 1  # operations that a name for a difference saves at least, besides its own
+_LETTERS = ("c", "d", "e", "k", "p", "s")  # of names that count
 _LONGEST_SUM = 60  # operations of a sum in which two symbols may stand as their difference
 
 
 @dataclass(frozen=True)
 class Written:
-    """Expressions in names, and what the names stand for.
+    """Expressions in names, and what the names stand for."""
 
-    Attributes
-    ----------
-    results : tuple of sympy.Expr
-        What is counted, and printed one a line.
-    definitions : tuple of Definition
-    others : tuple of tuples of sympy.Expr
-        What is written in the same names, and not counted.
-    """
-
-    results: tuple[Any, ...]
+    results: tuple[Any, ...]  # what is counted, and printed one a line
     definitions: tuple[Definition, ...]
-    others: tuple[tuple[Any, ...], ...] = ()
+    others: tuple[tuple[Any, ...], ...] = ()  # what is written in the same names, and not counted
 
     @cached_property
     def operations(self) -> int:
@@ -49,6 +41,10 @@ class Written:
     def lines(self) -> int:
         """Results, and names that are formulas."""
         return len(self.results) + sum(bool(symbols_in(d.expression)) for d in self.definitions)
+
+    def length(self, a_line: int) -> int:
+        """Operations, and those that each line beyond ten is worth."""
+        return self.operations + a_line * max(0, self.lines - LINES)
 
 
 def without_idle_names(written: Written) -> Written:
@@ -69,18 +65,13 @@ def without_idle_names(written: Written) -> Written:
 def in_few_lines(
     written: Written, taken: Iterable[str], are_one: Callable[[Written, Any], bool]
 ) -> Written:
-    """The same in ten lines, where names can be written out and little is lost.
+    """The same in fewer lines, down to ten, where a name written out costs less than a line.
 
     Where x^2 + y^2 = 1, even powers of x become those of y; a root that occurs in even powers
     alone is replaced by its square.
 
-    Parameters
-    ----------
-    written : Written
-    taken : iterable of str
-        Names that stand for something else.
-    are_one : callable
-        Of these formulas and an expression in their names: whether it is one, always.
+    `taken`: names that stand for something else; `are_one`: of these formulas and an expression
+    in their names: whether it is one, always.
 
     Examples
     --------
@@ -92,23 +83,31 @@ def in_few_lines(
     >>> [(str(d.symbol), d.expression) for d in found.definitions]
     [('d_a', R - r), ('u_x', d_a/sqrt(d_a**2 + h**2))]
     """
-    kept = sum(bool(d.expression.free_symbols) for d in written.definitions if _is_kept(d))
-    if written.lines <= LINES or len(written.results) + kept > LINES:
+    if written.lines <= LINES:
         return written
+    kept = sum(bool(symbols_in(d.expression)) for d in written.definitions if _is_kept(d))
+    may_fit = len(written.results) + kept <= LINES  # only then squares are worth their names
     names = [d.symbol for d in written.definitions if d.symbol.is_positive is None]
     units = [(a, b) for a, b in combinations(names, 2) if are_one(written, a**2 + b**2)]
     units += [(b, a) for a, b in units]
-    states = [written]
+    states, best = [written], written
     while states and states[0].lines > LINES:
+        found: dict[Any, Written] = {}
+        for own in states:
+            for d in own.definitions:
+                for one in (*_without(own, d, units), *_by_ratios(own, d)):
+                    shorter = _with_needed_names(one)
+                    key = frozenset(x.symbol for x in shorter.definitions)
+                    found.setdefault((key, shorter.operations), shorter)
         after: dict[Any, Written] = {}
-        for one in (x for own in states for d in own.definitions for x in _without(own, d, units)):
-            shorter = _with_squares(_with_needed_names(one), {*taken})
+        for one in found.values():
+            shorter = _with_squares(one, {*taken}) if may_fit else one
             key = frozenset(d.symbol for d in shorter.definitions)
             if key not in after or shorter.operations < after[key].operations:
                 after[key] = shorter
         states = sorted(after.values(), key=lambda own: own.operations)[:_WIDTH]
-    few = (x for x in states if x.lines <= LINES and x.operations <= _GROWN * written.operations)
-    return next(few, written)
+        best = min([*states, best], key=lambda own: own.length(_A_LINE))
+    return best
 
 
 def with_differences(written: Written, taken: Iterable[str]) -> Written:
@@ -131,7 +130,7 @@ def with_differences(written: Written, taken: Iterable[str]) -> Written:
         pairs.update((a, b) for a in plain for b in minus)
     used = {*taken, *(x.name for x in names)}
     for (a, b), times in pairs.most_common():
-        if times < pairs[b, a] or written.lines >= LINES:
+        if times < max(2, pairs[b, a]) or written.lines >= LINES:
             continue
         number = next(i for i in count() if f"d_{suffix(i)}" not in used)
         own = Definition(sp.Symbol(f"d_{suffix(number)}", real=True), a - b)
@@ -160,7 +159,7 @@ def _by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> A
 
 
 def with_shared_sums(written: Written) -> Written:
-    """The same with squares of named roots in place of their radicands in other sums.
+    """The same with named sums, and squares of named roots, in other sums.
 
     Examples
     --------
@@ -171,29 +170,31 @@ def with_shared_sums(written: Written) -> Written:
     ['sqrt(R**2 - R*r + r**2)', 'sqrt(L_b**2 + h**2)']
     """
     for root in written.definitions:
-        radicand = root.expression**2
-        if not (radicand.is_Add and symbols_in(radicand)):
+        total, name = root.expression, root.symbol
+        if not total.is_Add:
+            total, name = total**2, name**2
+        if not (total.is_Add and symbols_in(total)):
             continue
         needed = needed_for(root.symbol, written.definitions)
         own = [d for d in written.definitions if d.symbol in needed]
         others = tuple(d for d in written.definitions if d.symbol not in needed)
 
-        def put(x: Any, terms: Any = frozenset(radicand.args), square: Any = root.symbol**2) -> Any:
-            return _with_sum(x, terms, square)
+        def put(x: Any, terms: Any = frozenset(total.args), name: Any = name) -> Any:
+            return _with_sum(x, terms, name)
 
-        some = min(symbols_in(radicand), key=str)
+        some = min(symbols_in(total), key=str)
         found = changed(replace(written, definitions=others), put, some)
         ordered = replace(found, definitions=tuple(in_order([*own, *found.definitions])))
         written = min(written, ordered, key=lambda x: x.operations)
     return written
 
 
-def _with_sum(expression: Any, terms: frozenset[Any], square: Any) -> Any:
-    parts = tuple(_with_sum(part, terms, square) for part in expression.args)
+def _with_sum(expression: Any, terms: frozenset[Any], name: Any) -> Any:
+    parts = tuple(_with_sum(part, terms, name) for part in expression.args)
     if parts != expression.args:
         expression = expression.func(*parts)
     if expression.is_Add and terms <= {*expression.args}:
-        return square + sp.Add(*(x for x in expression.args if x not in terms))
+        return name + sp.Add(*(x for x in expression.args if x not in terms))
     return expression
 
 
@@ -221,6 +222,26 @@ def _without(
         found = changed(left, lambda x, rest=rest: _in_squares(x, symbol, rest, expression), symbol)
         ordered = tuple(in_order(found.definitions))
         yield replace(found, definitions=ordered)
+
+
+def _by_ratios(written: Written, definition: Definition) -> Iterator[Written]:
+    """The same with a length as a ratio times what it is divided by there: L = u l."""
+    length = definition.symbol
+    for ratio in written.definitions:
+        if not (ratio.expression.is_Mul and length in ratio.expression.args):
+            continue
+        below = length / ratio.expression
+        if any(length in needed_for(x, written.definitions) for x in symbols_in(below)):
+            continue
+        own = Definition(ratio.symbol, definition.expression / below)
+        left = tuple(x for x in written.definitions if x not in (definition, ratio))
+        put = {length: ratio.symbol * below}
+        found = changed(
+            replace(written, definitions=left),
+            lambda x, put=put: sp.factor_terms(x.xreplace(put)),
+            length,
+        )
+        yield replace(found, definitions=tuple(in_order([own, *found.definitions])))
 
 
 def needed_for(symbol: Any, definitions: Sequence[Definition]) -> set[Any]:
@@ -285,6 +306,30 @@ def _in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
             half, odd = divmod(int(power.exp), 2)
             powers[power] = square**half * once**odd
     return expression.xreplace(powers)
+
+
+def in_letters(written: Written, taken: Iterable[str]) -> Written:
+    """The same with letters in the order of the definitions: e_a before e_b; lengths keep theirs.
+
+    Examples
+    --------
+    >>> R, h, first, last = sp.symbols("R h c_b c_d")
+    >>> names = Definition(last, 1 / R), Definition(first, h * last)
+    >>> [(str(d.symbol), d.expression) for d in in_letters(Written((), names), {"c_a"}).definitions]
+    [('c_b', 1/R), ('c_c', c_b*h)]
+    """
+    given = {*taken} - {d.symbol.name for d in written.definitions}
+    put: dict[Any, Any] = {}
+    letters: dict[str, Iterator[str]] = {}
+    for symbol in (d.symbol for d in written.definitions):
+        letter, _, own = symbol.name.partition("_")
+        if letter in _LETTERS and own:
+            free = (x for i in count() if (x := f"{letter}_{suffix(i)}") not in given)
+            name = next(letters.setdefault(letter, free))
+            put[symbol] = sp.Symbol(name, **symbol.assumptions0)
+    found = changed(written, lambda x: x.xreplace(put))
+    names = (Definition(put.get(d.symbol, d.symbol), d.expression) for d in found.definitions)
+    return replace(found, definitions=tuple(names))
 
 
 def changed(written: Written, change: Callable[[Any], Any], symbol: Any = None) -> Written:

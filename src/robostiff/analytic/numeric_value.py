@@ -41,14 +41,9 @@ def values_of(
 ) -> list[Any]:
     """Values of expressions, of definitions one after the other; not a number where there is none.
 
-    Parameters
-    ----------
-    expressions : iterable of SymPy expressions
-    values : mapping of symbols to floats, or to arrays of them
-    definitions : iterable of Definition
-        Steps that the expressions need, in order.
-    careful : bool
-        With `DIGITS` digits, for numbers only; this avoids cancellation in floats.
+    `values`: mapping of symbols to floats, or to arrays of them; `definitions`: steps that the
+    expressions need, in order; `careful`: with `DIGITS` digits, for numbers only; this avoids
+    cancellation in floats.
 
     Examples
     --------
@@ -63,9 +58,7 @@ def values_of(
         for symbol, value in values.items()
     }
     with np.errstate(all="ignore"):
-        for definition in definitions:
-            known[definition.symbol] = _value(definition.expression, known, float, _in_floats)
-        return [_value(expression, known, float, _in_floats) for expression in expressions]
+        return _values(expressions, known, definitions, float, _in_floats)
 
 
 def many_digits_of(
@@ -74,10 +67,8 @@ def many_digits_of(
     definitions: Iterable[Definition] = (),
 ) -> list[Any]:
     """The same as numbers of mpmath, with `DIGITS` digits."""
-    known: dict[Any, Any] = {symbol: _many_digits(value) for symbol, value in values.items()}
-    for definition in definitions:
-        known[definition.symbol] = _value(definition.expression, known, _many_digits, _careful)
-    return [_value(expression, known, _many_digits, _careful) for expression in expressions]
+    known = {symbol: _many_digits(value) for symbol, value in values.items()}
+    return _values(expressions, known, definitions, _many_digits, _careful)
 
 
 def balls_of(
@@ -93,10 +84,8 @@ def balls_of(
     >>> bool(balls_of([sp.sqrt(x) ** 2 - 2], {x: sp.Integer(2)})[0].contains(0))
     True
     """
-    known: dict[Any, Any] = {symbol: _ball(value) for symbol, value in values.items()}
-    for definition in definitions:
-        known[definition.symbol] = _value(definition.expression, known, _ball, _in_balls)
-    return [_value(expression, known, _ball, _in_balls) for expression in expressions]
+    known = {symbol: _ball(value) for symbol, value in values.items()}
+    return _values(expressions, known, definitions, _ball, _in_balls)
 
 
 def matrix_value(
@@ -110,6 +99,18 @@ def matrix_value(
     for (i, j), value in zip(places, found, strict=True):
         matrix[..., i, j] = matrix[..., j, i] = value
     return matrix
+
+
+def _values(
+    expressions: Iterable[Any],
+    known: dict[Any, Any],
+    definitions: Iterable[Definition],
+    number: Callable[[Any], Any],
+    compute: Callable[[Any, list[Any]], Any],
+) -> list[Any]:
+    for definition in definitions:
+        known[definition.symbol] = _value(definition.expression, known, number, compute)
+    return [_value(expression, known, number, compute) for expression in expressions]
 
 
 def _value(

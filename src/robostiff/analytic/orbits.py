@@ -21,19 +21,10 @@ Products = list[tuple[Any, Any, Any]]  # number, and two entries
 
 @dataclass(frozen=True)
 class Image:
-    """How a wrench is made from another: by a mirror, a turn about the vertical, and a sign.
+    """How a wrench is made from another: by a mirror, a turn about the vertical, and a sign."""
 
-    Attributes
-    ----------
-    part : Fraction
-        Of a full turn.
-    mirror : tuple of int or None
-        Signs of its six entries; None without a mirror.
-    sign : int
-    """
-
-    part: Fraction
-    mirror: tuple[int, ...] | None = None
+    part: Fraction  # of a full turn
+    mirror: tuple[int, ...] | None = None  # signs of its six entries; None without a mirror
     sign: int = 1
 
     @property
@@ -69,30 +60,17 @@ class Image:
 
 @dataclass(frozen=True)
 class Orbit:
-    """All images of a wrench under turns by equal parts, and perhaps under a mirror.
+    """All images of a wrench under turns by equal parts, and perhaps under a mirror."""
 
-    Attributes
-    ----------
-    first : int
-        Of the wrenches.
-    images : dict of int to Image
-        For each wrench of the orbit how it is made from the first.
-    is_mirrored : bool
-        Whether half of them are mirror images.
-    """
-
-    first: int
-    images: dict[int, Image]
-    is_mirrored: bool
+    first: int  # of the wrenches
+    images: dict[int, Image]  # for each wrench of the orbit how it is made from the first
+    is_mirrored: bool  # whether half of them are mirror images
 
 
 def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
     """Orbits that wrenches form together, of three turns or more; None where they do not.
 
-    Parameters
-    ----------
-    wrenches : (count, m, 6) array
-        At several samples, moments over a length.
+    `wrenches` (count, m, 6): at several samples, moments over a length.
 
     Examples
     --------

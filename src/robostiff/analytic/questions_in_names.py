@@ -31,18 +31,10 @@ _LONGEST = 300  # operations of a condition that is factored
 
 @dataclass(frozen=True)
 class MatrixInNames:
-    """A matrix in names of which compliances c stand for 1/c, so that it has no poles there.
+    """A matrix in names of which compliances c stand for 1/c, so that it has no poles there."""
 
-    Attributes
-    ----------
-    matrix : sympy.Matrix
-        In given symbols, and in names of lengths, products of beams and stiffnesses 1/c.
-    definitions : tuple of Definition
-        In the order in which they can be computed.
-    """
-
-    matrix: Any
-    definitions: tuple[Definition, ...]
+    matrix: Any  # in given symbols, and in names of lengths, products of beams and stiffnesses 1/c
+    definitions: tuple[Definition, ...]  # in the order in which they can be computed
 
     @classmethod
     def of(cls, K: Any, definitions: Sequence[Definition]) -> MatrixInNames:

@@ -39,11 +39,7 @@ class ClosedReading:
 
     Where the record chooses between two entries, the choice of its samples is taken.
 
-    Parameters
-    ----------
-    record : Record
-    symbols : dict of names to SymPy symbols
-        One for each input.
+    `symbols`: one for each input.
 
     Examples
     --------
@@ -98,21 +94,10 @@ class StepReading:
     What is zero or another number at random points in exact arithmetic is that number, and what is
     equal up to a sign has one name.
 
-    Parameters
-    ----------
-    record : Record
-    symbols : dict of names to SymPy symbols
-        One for each input.
-    results : iterable of entries and numbers
-        Everything that will be read.
-    at_closed_postures : bool
-        Whether inputs follow from the closure of legs: then a sum that vanishes at all samples is
-        zero where the legs close, and nowhere else, so that no exact point can decide it.
-
-    Attributes
-    ----------
-    definitions : tuple of Definition
-        In the order in which they can be computed.
+    `symbols`: one for each input; `results`: everything that will be read;
+    `at_closed_postures`: whether inputs follow from the closure of legs: then a sum that
+    vanishes at all samples is zero where the legs close, and nowhere else, so that no exact
+    point can decide it; `definitions`: in the order in which they can be computed.
 
     Examples
     --------
@@ -279,23 +264,12 @@ class StepReading:
 
 @dataclass(frozen=True)
 class _Products:
-    """Finds steps that are the product of two inputs, sines, cosines or roots.
-
-    Attributes
-    ----------
-    record : Record
-    points : ExactPoints
-        Which confirm what the samples suggest.
-    steps : (n,) array
-        Possible factors, by the size of their first sample.
-    values : (n, count) array
-        Of them at the samples.
-    """
+    """Finds steps that are the product of two inputs, sines, cosines or roots."""
 
     record: Record
-    points: ExactPoints
-    steps: np.ndarray
-    values: np.ndarray
+    points: ExactPoints  # which confirm what the samples suggest
+    steps: np.ndarray  # (n,): possible factors, by the size of their first sample
+    values: np.ndarray  # (n, count): of them at the samples
 
     @classmethod
     def of(cls, record: Record, points: ExactPoints, steps: Iterable[int]) -> _Products:

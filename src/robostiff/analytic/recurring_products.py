@@ -17,10 +17,10 @@ from sympy.core.cache import cacheit
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.names_written_out import (
-    LINES,
     Written,
     changed,
     in_few_lines,
+    in_letters,
     in_order,
     needed_for,
     with_differences,
@@ -30,7 +30,7 @@ from robostiff.analytic.names_written_out import (
 from robostiff.analytic.operation_count import operations_in, symbols_in
 
 _NAMES = 6  # that are given at most
-_A_LINE = 3  # operations for which a further line is worth it, beyond those read at a glance
+_A_LINE = 3  # operations that a line for a component costs: its name says what it is
 _WORTH = 0.95  # of the length before, for which names are exchanged
 
 
@@ -52,9 +52,12 @@ def as_printed(
     """
     found = by_unit_length(with_components(written, taken, components), are_one)
     found = without_idle_names(found)
-    found = found if _length(found) <= _WORTH * _length(written) else written
+    found = found if found.length(_A_LINE) <= _WORTH * written.length(_A_LINE) else written
     found = in_few_lines(found, taken, are_one)
-    return with_shared_sums(with_differences(found, taken))
+    found = with_shared_sums(with_differences(found, taken))
+    rooted = _with_roots(found, are_one)
+    found = found if rooted is found else without_idle_names(rooted)
+    return in_letters(found, taken)
 
 
 def with_components(
@@ -62,13 +65,8 @@ def with_components(
 ) -> Written:
     """The same with names for ratios that recur and their moments, while that makes it shorter.
 
-    Parameters
-    ----------
-    written : Written
-    taken : iterable of str
-        Names that stand for something else.
-    components : sequence of str
-        Names for what is an entry of a matrix among the others, a name a row.
+    `taken`: names that stand for something else; `components`: names for what is an entry of a
+    matrix among the others, a name a row.
 
     Examples
     --------
@@ -97,7 +95,7 @@ def with_components(
         symbol = sp.Symbol(name, real=True)
         ours.add(symbol)
         written = _with_cosine(written, Definition(symbol, product), ours)
-        best = min(best, written, key=_length)
+        best = min(best, written, key=lambda own: own.length(_A_LINE))
     return best
 
 
@@ -128,18 +126,10 @@ def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:
     return _with_name(written, Definition(new.symbol, sp.sqrt(1 - sine)))
 
 
-def _length(written: Written) -> int:
-    return written.operations + _A_LINE * max(0, written.lines - LINES)
-
-
 def by_unit_length(written: Written, are_one: Callable[[Written, Any], bool]) -> Written:
     """The same with x^2 in place of 1 - y^2 where x and y have names and x^2 + y^2 = 1.
 
-    Parameters
-    ----------
-    written : Written
-    are_one : callable
-        Of these formulas and an expression in their names: whether it is one, always.
+    `are_one`: of these formulas and an expression in their names: whether it is one, always.
     """
     lengths = [d.symbol for d in written.definitions if d.symbol.is_positive is None]
     for a, b in permutations(lengths, 2):
@@ -151,6 +141,21 @@ def by_unit_length(written: Written, are_one: Callable[[Written, Any], bool]) ->
         found = changed(later, lambda x, put=put: x.xreplace(put))
         if found != later and are_one(written, a**2 + b**2):
             written = replace(found, definitions=tuple(in_order([*first, *found.definitions])))
+    return written
+
+
+def _with_roots(written: Written, are_one: Callable[[Written, Any], bool]) -> Written:
+    """The same with x = sqrt(1 - y^2) where that is so, and shorter than how x is defined."""
+    named = [d for d in written.definitions if d.symbol.is_positive is None]
+    for a, b in permutations(named, 2):
+        root = Definition(a.symbol, sp.sqrt(1 - b.symbol**2))
+        if (
+            operations_in(root.expression) < operations_in(a.expression)
+            and a.symbol not in needed_for(b.symbol, written.definitions)
+            and are_one(written, a.symbol / root.expression)
+        ):
+            names = (root if d == a else d for d in written.definitions)
+            written = replace(written, definitions=tuple(in_order([*names])))
     return written
 
 

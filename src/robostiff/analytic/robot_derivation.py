@@ -80,10 +80,7 @@ _Form = VectorForm | InSeries | ArmOfSprings
 class VectorLevel:
     """A vector form, or springs in series, found when it is first looked at.
 
-    Parameters
-    ----------
-    find : callable or None
-        Returns the form; None where there is none.
+    `find`: returns the form; None where there is none.
     """
 
     def __init__(self, find: Callable[[], _Form | None] | None) -> None:

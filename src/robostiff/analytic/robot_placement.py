@@ -43,55 +43,26 @@ _SEED = 2011
 
 @dataclass(frozen=True)
 class PlacedRobot:
-    """A robot on recorded entries, placed at its pose.
+    """A robot on recorded entries, placed at its pose."""
 
-    Attributes
-    ----------
-    robot : Robot
-        As it was given.
-    entries : Robot
-        The same on entries of the record.
-    where : str
-        The pose, in words.
-    coordinates : tuple of str
-        Names of the symbols of the pose.
-    following : tuple of str
-        Names of the symbols, some coordinates among them, whose values the closure of the legs
-        decides.
-    follows : Following
-        How to find them in numbers.
-    given : dict of names to SymPy expressions, or None
-        Coordinates of the platform, or of a serial arm; None at home.
-    rotation : EulerAngles or UnitQuaternion
-        What the coordinates of its rotation are.
-    closed : dict of leg numbers to arrays of entries and numbers
-        Coordinates of the legs that close by iteration.
-    record : Record
-    symbols : dict of names to SymPy symbols
-        One for each input of the record.
-    platform : FormulaPose
-    legs : tuple of PlacedFormula
-    solvers : tuple of LegSolver
-        Of the legs at nominal values.
-    length : float
-        Characteristic length [m].
-    """
-
-    robot: Robot
-    entries: Robot
-    where: str
-    coordinates: tuple[str, ...]
+    robot: Robot  # as it was given
+    entries: Robot  # the same on entries of the record
+    where: str  # the pose, in words
+    coordinates: tuple[str, ...]  # names of the symbols of the pose
+    # names of the symbols, some coordinates among them, whose values the closure of the legs
+    # decides
     following: tuple[str, ...]
-    follows: Following
+    follows: Following  # how to find them in numbers
+    # by name: coordinates of the platform, or of a serial arm; None at home
     given: dict[str, Any] | None
-    rotation: PoseRotation
-    closed: dict[int, np.ndarray]
+    rotation: PoseRotation  # what the coordinates of its rotation are
+    closed: dict[int, np.ndarray]  # by leg number: coordinates of the legs that close by iteration
     record: Record
-    symbols: dict[str, sp.Symbol]
+    symbols: dict[str, sp.Symbol]  # by name: one for each input of the record
     platform: FormulaPose
     legs: tuple[PlacedFormula, ...]
-    solvers: tuple[LegSolver, ...]
-    length: float
+    solvers: tuple[LegSolver, ...]  # of the legs at nominal values
+    length: float  # characteristic length [m]
 
     @property
     def reference(self) -> np.ndarray:
@@ -106,10 +77,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     Symbols are entries of a record whose samples lie around the nominal values; the working modes
     of the legs are those of home.
 
-    Parameters
-    ----------
-    robot : Robot
-    pose : AtHome, AtSymbols or AtCoordinates
+    `pose`: AtHome, AtSymbols or AtCoordinates.
 
     Raises
     ------

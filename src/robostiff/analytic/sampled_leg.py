@@ -54,22 +54,12 @@ class Seen:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """About which point a leg is looked at, and with which sizes.
-
-    Attributes
-    ----------
-    record : Record
-    reference : (3,) array
-        Reference point, entries or numbers.
-    space : Space
-    length : float
-        Characteristic length [m].
-    """
+    """About which point a leg is looked at, and with which sizes."""
 
     record: Record
-    reference: np.ndarray
+    reference: np.ndarray  # (3,): reference point, entries or numbers
     space: Space
-    length: float
+    length: float  # characteristic length [m]
 
     @property
     def scale(self) -> np.ndarray:
@@ -84,19 +74,11 @@ class SampledLeg:
     Rotations count by the length, and so do moments, so that all entries compare. A parallel block
     inside the leg leaves free what no branch holds; its compliance is the inverse of the sum of
     its branches, where they hold anything.
-
-    Attributes
-    ----------
-    J : (count, n, p) array
-        Unit twists that meet no resistance.
-    C : (count, n, n) array
-        Compliance under the wrenches that do no work on them.
-    transmitted : int or None
-        Number of independent such wrenches; None where it differs from sample to sample.
     """
 
-    J: np.ndarray
-    C: np.ndarray
+    J: np.ndarray  # (count, n, p): unit twists that meet no resistance
+    C: np.ndarray  # (count, n, n): compliance under the wrenches that do no work on them
+    # number of independent such wrenches; None where it differs from sample to sample
     transmitted: int | None
 
     @classmethod

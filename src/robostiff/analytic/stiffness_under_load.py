@@ -230,21 +230,11 @@ def stiffness_under_load(
 
 @dataclass(frozen=True)
 class _Loaded:
-    """A robot on recorded entries, with what a load adds.
-
-    Attributes
-    ----------
-    placed : PlacedRobot
-    load : list of sympy.Expr
-        Components of the wrench.
-    components : list of int
-        Those that there are.
-    terms : LoadedTerms
-    """
+    """A robot on recorded entries, with what a load adds."""
 
     placed: PlacedRobot
-    load: list[Any]
-    components: list[int]
+    load: list[Any]  # components of the wrench
+    components: list[int]  # those that there are
     terms: LoadedTerms
 
     @classmethod

@@ -24,14 +24,10 @@ def values_of_symbols(
 ) -> dict[sp.Symbol, sp.Expr]:
     """Values by symbol, from values by name or by symbol.
 
-    Parameters
-    ----------
-    symbols : iterable of sympy.Symbol
-        Those of the formula. A key stands for the symbols of its name, whatever their assumptions.
-    values : mapping of str or Symbol to numbers, quantities or formulas
-        Numbers are in SI units; quantities of pint are converted. Floats stay floats.
-    subject : str
-        What the symbols are those of, in words.
+    `symbols`: those of the formula. A key stands for the symbols of its name, whatever their
+    assumptions. `values`: mapping of str or Symbol to numbers, quantities or formulas: numbers
+    are in SI units; quantities of pint are converted. Floats stay floats. `subject`: what the
+    symbols are those of, in words.
 
     Raises
     ------
@@ -113,10 +109,6 @@ class Substitution:
     Every number on the way becomes one float as soon as a float takes part in it. SymPy's own
     ``subs`` keeps products such as 0.3 sqrt(3) as they are, and its tests for signs then evaluate
     ever larger expressions again and again. Floats are computed with more digits than they have.
-
-    Parameters
-    ----------
-    values : mapping of sympy.Symbol to sympy.Expr
 
     Examples
     --------

@@ -39,39 +39,23 @@ _ROWS = {6: range(6), 3: (0, 1, 5)}  # of a wrench in space and in the plane
 
 @dataclass(frozen=True)
 class SpringLeg:
-    """How a leg holds the platform, by its springs.
+    """How a leg holds the platform, by its springs."""
 
-    Attributes
-    ----------
-    wrenches : tuple of sympy.ImmutableMatrix
-        Unit wrenches about the reference point, in names.
-    compliances : tuple of sympy.Expr
-        What each meets: a name, or a short formula.
-    """
-
+    # unit wrenches about the reference point, in names
     wrenches: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
+    # what each meets: a name, or a short formula
     compliances: WrittenField = WrittenField()  # noqa: RUF009
 
 
 @dataclass(frozen=True)
 class SumOfSprings:
-    """Stiffness of a robot in names, and what the names stand for.
-
-    Attributes
-    ----------
-    K : sympy.ImmutableMatrix
-    legs : dict of leg numbers to SpringLeg
-        Those that are no images of others.
-    definitions : tuple of Definition
-        Lengths L, products EA of beams, compliances c; in the order in which they can be computed.
-    before : SumOfSprings or None
-        The same without names for components of unit vectors.
-    """
+    """Stiffness of a robot in names, and what the names stand for."""
 
     K: sp.ImmutableMatrix
-    legs: Mapping[int, SpringLeg]
+    legs: Mapping[int, SpringLeg]  # by leg number: those that are no images of others
+    # lengths L, products EA of beams, compliances c; in the order in which they can be computed
     definitions: tuple[Definition, ...]
-    before: SumOfSprings | None = None
+    before: SumOfSprings | None = None  # the same without names for components of unit vectors
 
     def leg(self, first: int, way: Image | None = None) -> SpringLeg:
         """One of these legs, or its image."""

@@ -25,10 +25,6 @@ def shortest_trigonometry(expression: Any) -> Any:
     ``a sin x + b cos x = sqrt(a^2 + b^2) sin(x + phi)``, where the phase is a multiple of 15
     degrees; ``cos a cos b - sin a sin b`` becomes ``cos(a + b)``. What would be longer stays.
 
-    Parameters
-    ----------
-    expression : sympy.Expr or Matrix
-
     Examples
     --------
     >>> a, r, R = sp.symbols("alpha r R")

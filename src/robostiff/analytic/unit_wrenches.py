@@ -31,18 +31,10 @@ _MOST = 1000  # bases that are compared
 
 @dataclass(frozen=True, eq=False)
 class UnitWrench:
-    """A unit force along a line, or a unit couple.
+    """A unit force along a line, or a unit couple."""
 
-    Attributes
-    ----------
-    direction : (3,) array
-        Unit vector, world axes.
-    point : (3,) array or None
-        A point of the line of a force [m]; None for a couple.
-    """
-
-    direction: np.ndarray
-    point: np.ndarray | None
+    direction: np.ndarray  # (3,): unit vector, world axes
+    point: np.ndarray | None  # (3,): a point of the line of a force [m]; None for a couple
 
     def about(self, reference: np.ndarray, record: Record, length: float) -> list[Any]:
         """Its six entries about a point, world axes."""
@@ -74,18 +66,10 @@ class UnitWrench:
 
 @dataclass(frozen=True)
 class Basis:
-    """Unit wrenches of a leg and how they share energy.
+    """Unit wrenches of a leg and how they share energy."""
 
-    Attributes
-    ----------
-    wrenches : tuple of UnitWrench
-        Couples before forces, the least coupled first.
-    compliance : (count, m, m) array
-        W^T C W at the samples.
-    """
-
-    wrenches: tuple[UnitWrench, ...]
-    compliance: np.ndarray
+    wrenches: tuple[UnitWrench, ...]  # couples before forces, the least coupled first
+    compliance: np.ndarray  # (count, m, m): W^T C W at the samples
 
     @property
     def couplings(self) -> int:

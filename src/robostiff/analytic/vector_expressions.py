@@ -208,10 +208,7 @@ class VectorForm:
 def vector_value(expression: Any, known: Mapping[str, Any]) -> Any:
     """An expression in numbers.
 
-    Parameters
-    ----------
-    expression : VectorExpression
-    known : mapping of names to floats and (3,) or (3, 3) arrays
+    `known`: mapping of names to floats and (3,) or (3, 3) arrays.
 
     Examples
     --------

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.agreement import AGREED, closed_places, matrix_distance
+from robostiff.analytic.agreement import check_form
 from robostiff.analytic.contributions import summed
 from robostiff.analytic.derivation import used_definitions
 from robostiff.analytic.known_reading import KnownContributions, KnownReading
@@ -53,7 +53,6 @@ from robostiff.analytic.vector_rods import (
     rod_of,
     varies,
 )
-from robostiff.errors import DisagreementError
 from robostiff.model import PlacedLeg
 from robostiff.spatial import Space
 
@@ -77,7 +76,7 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
         return None
     if found is None:
         return None
-    check_vector_form(found, placed)
+    check_form("the vector form", found.stiffness, placed)
     return replace(found, average=_average(found, placed))
 
 
@@ -110,21 +109,6 @@ def _average(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | Non
         return sp.factor_terms(sp.Add(*(n * a * b for n, a, b in terms)) / c_of_all)
 
     return sp.ImmutableMatrix(6, 6, entry)
-
-
-def check_vector_form(found: VectorForm, placed: PlacedRobot) -> None:
-    """Compare it with the numerical form at random parameters and poses.
-
-    Raises
-    ------
-    DisagreementError
-    """
-    for values, result, _ in closed_places(placed, placed.where):
-        distance = matrix_distance(found.stiffness(values), result.K, placed.length)
-        if distance > AGREED:
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
-            where = f"{placed.robot.name!r} {placed.where}, at {at}"
-            raise DisagreementError("the vector form and the numerical form of K", distance, where)
 
 
 @dataclass(frozen=True)

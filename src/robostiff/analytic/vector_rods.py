@@ -52,40 +52,23 @@ class Carrier(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Rod:
-    """The straight part of a leg between its outer joints.
-
-    Attributes
-    ----------
-    carrier : Carrier
-    base : (3,) array of entries
-        The joint of a strut, or a point of the slide or of the axis of the crank.
-    axis : (3,) array of entries
-        Of the slide or crank; of a strut that of its first joint.
-    joint : (3,) array of entries or None
-        Axis of the first passive joint of a rod, where it does not turn.
-    start, end : (count, 3) arrays
-        Its joints, at the samples.
-    arm : (count, 3) array
-        The crank, at the samples; zero without.
-    crank, length : entries or numbers
-        Of the crank and of the rod [m]; of a strut both are zero.
-    side : int
-        In which of its two ways it closes.
-    width : entry or number
-        Between two parallel rods [m], along the axis of their joints; zero of one rod.
-    """
+    """The straight part of a leg between its outer joints."""
 
     carrier: Carrier
+    # (3,): the joint of a strut, or a point of the slide or of the axis of the crank
     base: np.ndarray
-    axis: np.ndarray
+    axis: np.ndarray  # (3,): of the slide or crank; of a strut that of its first joint
+    # (3,): axis of the first passive joint of a rod, where it does not turn
     joint: np.ndarray | None
+    # start, end: (count, 3): its joints, at the samples
     start: np.ndarray
     end: np.ndarray
-    arm: np.ndarray
+    arm: np.ndarray  # (count, 3): the crank, at the samples; zero without
+    # crank, length: of the crank and of the rod [m]; of a strut both are zero
     crank: Any
     length: Any
-    side: int
-    width: Any = 0
+    side: int  # in which of its two ways it closes
+    width: Any = 0  # between two parallel rods [m], along the axis of their joints; zero of one rod
 
     @property
     def unit(self) -> np.ndarray:

@@ -24,18 +24,10 @@ _SHORT = 6  # operations of an entry that stays
 
 @dataclass(eq=False)
 class WrenchOfLeg:
-    """A wrench of a leg about the reference point, or the image of that of another leg.
+    """A wrench of a leg about the reference point, or the image of that of another leg."""
 
-    Attributes
-    ----------
-    at : (count, 6) array
-        At the samples.
-    write : callable
-        Returns its six entries.
-    """
-
-    at: np.ndarray
-    write: Callable[[], list[Any]]
+    at: np.ndarray  # (count, 6): at the samples
+    write: Callable[[], list[Any]]  # returns its six entries
 
     @classmethod
     def of(cls, entries: list[Any], count: int) -> WrenchOfLeg:

@@ -28,10 +28,7 @@ _NUMBERS = 8  # letters for a number behind an identifier
 class CodePrinter(ABC):
     """Writes expressions of the vocabulary with ``+ - * /``; subclasses add the rest of a language.
 
-    Parameters
-    ----------
-    names : mapping of sympy.Symbol to str
-        Identifiers of the symbols.
+    `names`: identifiers of the symbols.
     """
 
     def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
@@ -122,12 +119,8 @@ class CodePrinter(ABC):
 class Identifiers:
     """Unique identifiers that are not reserved in the language.
 
-    Parameters
-    ----------
-    reserved : iterable of str
-        Keywords and names that are not to be hidden.
-    longest : int, optional
-        Most letters of an identifier.
+    `reserved`: keywords and names that are not to be hidden; `longest`: most letters of an
+    identifier.
 
     Examples
     --------

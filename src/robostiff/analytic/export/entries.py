@@ -81,15 +81,7 @@ class MatrixName:
 class EntryNames:
     """Names for matrices, vectors and their entries that differ from all given symbols.
 
-    Parameters
-    ----------
-    derivation : Derivation
-
-    Attributes
-    ----------
-    given : tuple of str
-        The given symbols, those of the joints included, in alphabetical order.
-    result : MatrixName
+    `given`: the given symbols, those of the joints included, in alphabetical order.
 
     Examples
     --------

@@ -100,10 +100,7 @@ def _leaf(expression: sp.Basic) -> list[Any]:
 class TreeReader:
     """Reads trees back into expressions, all of them together within one limit of size.
 
-    Parameters
-    ----------
-    symbols : mapping of str to sympy.Symbol
-        The symbols that may occur.
+    `symbols`: the symbols that may occur.
 
     Examples
     --------
@@ -207,38 +204,14 @@ def _too_deep() -> InputError:
     return InputError("expression", expected=f"at most {DEEPEST} operations inside one another")
 
 
-# Assumptions, the most specific first.
-_ASSUMPTIONS = (
-    "positive",
-    "negative",
-    "nonnegative",
-    "nonpositive",
-    "zero",
-    "nonzero",
-    "even",
-    "odd",
-    "prime",
-    "composite",
-    "integer",
-    "noninteger",
-    "rational",
-    "irrational",
-    "algebraic",
-    "transcendental",
-    "extended_positive",
-    "extended_negative",
-    "extended_nonnegative",
-    "extended_nonpositive",
-    "extended_nonzero",
-    "real",
-    "imaginary",
-    "complex",
-    "extended_real",
-    "hermitian",
-    "antihermitian",
-    "finite",
-    "infinite",
-)
+# Of symbols, the most specific first.
+_KNOWN = """
+    positive negative nonnegative nonpositive zero nonzero even odd prime composite integer
+    noninteger rational irrational algebraic transcendental extended_positive extended_negative
+    extended_nonnegative extended_nonpositive extended_nonzero real imaginary complex
+    extended_real hermitian antihermitian finite infinite
+"""
+_ASSUMPTIONS = _KNOWN.split()
 _MOST_CHARACTERS = 200
 _MOST_SYMBOLS = 20_000
 

@@ -1,8 +1,12 @@
-"""A derivation and its legs as JSON data, and back without loss."""
+"""A derivation and its legs as JSON data, and back without loss.
+
+What each object is made of stands once: a table of its parts, each with how it is written and read.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
@@ -21,73 +25,165 @@ from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDer
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
-LEG_KEYS = (
-    "name",
-    "joints",
-    "redundant",
-    "elastic",
-    "wrenches",
-    "compliances",
-    "K",
-    "definitions",
-)
-
-
 _VERSION = 1
-_ROBOT_KEYS = ("legs", "where", "coordinates", "following", "remark", "conditions", "named")
-_CONDITION_KEYS = ("words", "expression", "equations")
-_NAMED_KEYS = ("K", "legs", "definitions")
 _MOST_CHARACTERS = 10_000
 _MOST_PARTS = 100_000
 
 
-def leg_data(leg: LegDerivation) -> dict[str, Any]:
-    """A leg as plain data."""
-    return {
-        "name": leg.name,
-        "joints": list(leg.joints),
-        "redundant": list(leg.redundant),
-        "elastic": list(leg.elastic),
-        "wrenches": [_column_data(w) for w in leg.wrenches],
-        "compliances": [expression_tree(c) for c in leg.compliances],
-        "K": None if leg.K is None else _matrix_data(leg.K),
-        "definitions": _definitions_data(leg.definitions),
-    }
+@dataclass(frozen=True)
+class _Reader:
+    """Reads expressions, and knows the size of all matrices."""
+
+    symbols: Mapping[str, sp.Symbol]
+    trees: TreeReader
+    size: int
+
+    def row(self, data: Any) -> list[sp.Expr]:
+        return [self.trees.expression(tree) for tree in _list(data, "row", self.size)]
+
+    def matrix(self, data: Any) -> sp.ImmutableMatrix:
+        return sp.ImmutableMatrix([self.row(row) for row in _list(data, "matrix", self.size)])
+
+    def symbol(self, data: Any) -> sp.Symbol:
+        name = _text(data, "symbol")
+        if name not in self.symbols:
+            raise InputError("symbol", got=shown(name), expected="one of those that are listed")
+        return self.symbols[name]
 
 
-def leg_from_data(data: dict[str, Any], reader: _DerivationReader) -> LegDerivation:
-    """Read a leg, its keys checked before.
+@dataclass(frozen=True)
+class _Kind:
+    """How a part is written, and read by a reader from data under a name."""
 
-    Raises
-    ------
-    InputError
-        When something in it is not what `leg_data` writes.
-    """
-    wrenches = tuple(reader.column(w) for w in _list(data["wrenches"], "wrenches"))
-    compliances = tuple(reader.expression(c) for c in _list(data["compliances"], "compliances"))
+    write: Callable[[Any], Any]
+    read: Callable[[_Reader, Any, str], Any]
+
+
+_TEXT = _Kind(str, lambda _, data, what: _text(data, what))
+_SYMBOL = _Kind(lambda symbol: symbol.name, lambda reader, data, _: reader.symbol(data))
+_EXPRESSION = _Kind(expression_tree, lambda reader, data, _: reader.trees.expression(data))
+_COLUMN = _Kind(
+    lambda column: [expression_tree(entry) for entry in entries(column)],
+    lambda reader, data, _: sp.ImmutableMatrix(reader.size, 1, reader.row(data)),
+)
+_MATRIX = _Kind(
+    lambda M: [[expression_tree(entry) for entry in row] for row in rows(M)],
+    lambda reader, data, _: reader.matrix(data),
+)
+
+
+def _many(kind: _Kind) -> _Kind:
+    return _Kind(
+        lambda parts: [kind.write(part) for part in parts],
+        lambda reader, data, what: tuple(kind.read(reader, x, what) for x in _list(data, what)),
+    )
+
+
+def _perhaps(kind: _Kind) -> _Kind:
+    return _Kind(
+        lambda part: None if part is None else kind.write(part),
+        lambda reader, data, what: None if data is None else kind.read(reader, data, what),
+    )
+
+
+def _written(whole: Any, parts: Mapping[str, _Kind]) -> dict[str, Any]:
+    return {name: kind.write(getattr(whole, name)) for name, kind in parts.items()}
+
+
+def _read(reader: _Reader, fields: Mapping[str, Any], parts: Mapping[str, _Kind]) -> dict[str, Any]:
+    return {name: kind.read(reader, fields[name], name) for name, kind in parts.items()}
+
+
+def _object(of: Callable[..., Any], what: str, /, **parts: _Kind) -> _Kind:
+    def read(reader: _Reader, data: Any, _: str) -> Any:
+        return of(**_read(reader, _fields(data, what, tuple(parts)), parts))
+
+    return _Kind(lambda whole: _written(whole, parts), read)
+
+
+def _leg(**parts: Any) -> LegDerivation:
+    wrenches, compliances = parts["wrenches"], parts["compliances"]
     if len(wrenches) != len(compliances):
         raise InputError(
             "compliances of a leg", got=len(compliances), expected=f"one a wrench: {len(wrenches)}"
         )
-    return LegDerivation(
-        name=texts([data["name"]], "name of a leg")[0],
-        joints=texts(data["joints"], "joints"),
-        redundant=texts(data["redundant"], "redundant joints"),
-        elastic=texts(data["elastic"], "elastic parts"),
-        wrenches=wrenches,
-        compliances=compliances,
-        K=None if data["K"] is None else reader.matrix(data["K"]),
-        definitions=reader.definitions(data["definitions"]),
+    return LegDerivation(**parts)
+
+
+def _in_order(definitions: tuple[Definition, ...]) -> tuple[Definition, ...]:
+    """Definitions of which each uses given symbols and those before it."""
+    later = {d.symbol for d in definitions}
+    if len(later) != len(definitions):
+        raise InputError("definitions", got="a name twice", expected="one of each name")
+    for definition in definitions:
+        early = sorted(str(s) for s in definition.expression.free_symbols & later)
+        if early:
+            raise InputError(
+                f"definition of {definition.symbol.name!r}",
+                got=", ".join(early),
+                expected="symbols that are given or defined before",
+            )
+        later.discard(definition.symbol)
+    return definitions
+
+
+_DEFINITIONS = _many(_object(Definition, "definition", symbol=_SYMBOL, expression=_EXPRESSION))
+_ALL_DEFINITIONS = _Kind(_DEFINITIONS.write, lambda *given: _in_order(_DEFINITIONS.read(*given)))
+_STAGE = _object(
+    Stage,
+    "stage",
+    joint=_TEXT,
+    rule=_TEXT,
+    J=_COLUMN,
+    u=_COLUMN,
+    mu=_EXPRESSION,
+    K=_MATRIX,
+    definitions=_DEFINITIONS,
+)
+_LEGS = _many(
+    _object(
+        _leg,
+        "leg",
+        name=_TEXT,
+        joints=_many(_TEXT),
+        redundant=_many(_TEXT),
+        elastic=_many(_TEXT),
+        wrenches=_many(_COLUMN),
+        compliances=_many(_EXPRESSION),
+        K=_perhaps(_MATRIX),
+        definitions=_DEFINITIONS,
     )
-
-
-def texts(data: Any, what: str) -> tuple[str, ...]:
-    """A list of short texts."""
-    found = _list(data, what)
-    for text in found:
-        if not isinstance(text, str) or len(text) > _MOST_CHARACTERS:
-            raise InputError(what, got=shown(text), expected="texts")
-    return tuple(found)
+)
+_CONDITION = _object(
+    Condition, "condition", words=_TEXT, expression=_EXPRESSION, equations=_many(_EXPRESSION)
+)
+# Equations are left out where there are none.
+_CONDITIONS = _many(
+    _Kind(
+        lambda condition: {k: x for k, x in _CONDITION.write(condition).items() if x != []},
+        lambda reader, data, what: _CONDITION.read(
+            reader, {"equations": [], **data} if isinstance(data, dict) else data, what
+        ),
+    )
+)
+_PARTS = {
+    "name": _TEXT,
+    "K0": _MATRIX,
+    "stages": _many(_STAGE),
+    "K": _MATRIX,
+    "definitions": _ALL_DEFINITIONS,
+}
+_ROBOT_PARTS = {
+    "legs": _LEGS,
+    "where": _TEXT,
+    "coordinates": _many(_TEXT),
+    "following": _many(_TEXT),
+    "remark": _TEXT,
+    "conditions": _CONDITIONS,
+    "named": _perhaps(
+        _object(InNames, "form in names", K=_MATRIX, legs=_LEGS, definitions=_ALL_DEFINITIONS)
+    ),
+}
 
 
 def derivation_data(derivation: Derivation) -> dict[str, Any]:
@@ -116,53 +212,13 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
     True
     """
     refuse_derivative(derivation)
-    data = {
-        "robostiff_derivation": _VERSION,
-        "name": derivation.name,
-        "symbols": [symbol_data(symbol) for symbol in _symbols_by_name(derivation)],
-        "K0": _matrix_data(derivation.K0),
-        "stages": [
-            {
-                "joint": stage.joint,
-                "rule": stage.rule,
-                "J": _column_data(stage.J),
-                "u": _column_data(stage.u),
-                "mu": expression_tree(stage.mu),
-                "K": _matrix_data(stage.K),
-                "definitions": _definitions_data(stage.definitions),
-            }
-            for stage in derivation.stages
-        ],
-        "K": _matrix_data(derivation.K),
-        "definitions": _definitions_data(derivation.definitions),
-    }
-    if isinstance(derivation, RobotDerivation):
-        data["legs"] = [leg_data(leg) for leg in derivation.legs]
-        data["where"] = derivation.where
-        data["coordinates"] = list(derivation.coordinates)
-        data["following"] = list(derivation.following)
-        data["remark"] = derivation.remark
-        data["conditions"] = [
-            {
-                "words": condition.words,
-                "expression": expression_tree(condition.expression),
-                **(
-                    {"equations": list(map(expression_tree, condition.equations))}
-                    if condition.equations
-                    else {}
-                ),
-            }
-            for condition in derivation.conditions
-        ]
-        data["named"] = None if derivation.named is None else _named_data(derivation.named)
-    return data
-
-
-def _named_data(named: InNames) -> dict[str, Any]:
+    name, *rest = _PARTS
     return {
-        "K": _matrix_data(named.K),
-        "legs": [leg_data(leg) for leg in named.legs],
-        "definitions": _definitions_data(named.definitions),
+        "robostiff_derivation": _VERSION,
+        name: derivation.name,
+        "symbols": [symbol_data(symbol) for symbol in _symbols_by_name(derivation)],
+        **_written(derivation, {key: _PARTS[key] for key in rest}),
+        **(_written(derivation, _ROBOT_PARTS) if isinstance(derivation, RobotDerivation) else {}),
     }
 
 
@@ -181,69 +237,18 @@ def derivation_from_data(data: Any) -> Derivation:
     InputError
         When it is anything else than a derivation.
     """
-    keys = ("robostiff_derivation", "name", "symbols", "K0", "stages", "K", "definitions")
     is_robot = isinstance(data, dict) and "legs" in data
+    parts = {**_PARTS, **_ROBOT_PARTS} if is_robot else _PARTS
     if is_robot:  # absent in older files
         data = {"following": [], "conditions": [], "remark": "", "named": None, **data}
-    fields = _fields(data, "derivation", (*keys, *_ROBOT_KEYS) if is_robot else keys)
-    if fields["robostiff_derivation"] != _VERSION or fields["robostiff_derivation"] is True:
-        raise InputError(
-            "version of the derivation", got=shown(fields["robostiff_derivation"]), expected="1"
-        )
+    fields = _fields(data, "derivation", ("robostiff_derivation", "symbols", *parts))
+    version = fields["robostiff_derivation"]
+    if version != _VERSION or version is True:
+        raise InputError("version of the derivation", got=shown(version), expected="1")
     symbols = read_symbols(_list(fields["symbols"], "symbols"))
-    reader = _DerivationReader(symbols, _size(fields["K"]))
-    definitions = reader.definitions(fields["definitions"])
-    _check_order(definitions)
-    derivation = Derivation(
-        name=_text(fields["name"], "name"),
-        K0=reader.matrix(fields["K0"]),
-        stages=tuple(reader.stage(stage) for stage in _list(fields["stages"], "stages")),
-        K=reader.matrix(fields["K"]),
-        definitions=definitions,
-    )
-    return _of_robot(derivation, fields, reader) if is_robot else derivation
-
-
-def _of_robot(
-    derivation: Derivation, fields: dict[str, Any], reader: _DerivationReader
-) -> RobotDerivation:
-    """The derivation with its legs."""
-    return RobotDerivation(
-        name=derivation.name,
-        K0=derivation.K0,
-        stages=derivation.stages,
-        K=derivation.K,
-        definitions=derivation.definitions,
-        legs=_legs(fields["legs"], reader),
-        where=_text(fields["where"], "where"),
-        coordinates=texts(fields["coordinates"], "coordinates"),
-        following=texts(fields["following"], "following"),
-        remark=_text(fields["remark"], "remark"),
-        conditions=tuple(
-            Condition(
-                _text(condition["words"], "words"),
-                reader.expression(condition["expression"]),
-                tuple(map(reader.expression, _list(condition["equations"], "equations"))),
-            )
-            for condition in (
-                _fields({"equations": [], **data}, "condition", _CONDITION_KEYS)
-                for data in _list(fields["conditions"], "conditions")
-            )
-        ),
-        named=None if fields["named"] is None else _in_names(fields["named"], reader),
-    )
-
-
-def _legs(data: Any, reader: _DerivationReader) -> tuple[LegDerivation, ...]:
-    legs = [_fields(leg, "leg", LEG_KEYS) for leg in _list(data, "legs")]
-    return tuple(leg_from_data(leg, reader) for leg in legs)
-
-
-def _in_names(data: Any, reader: _DerivationReader) -> InNames:
-    fields = _fields(data, "form in names", _NAMED_KEYS)
-    definitions = reader.definitions(fields["definitions"])
-    _check_order(definitions)
-    return InNames(reader.matrix(fields["K"]), _legs(fields["legs"], reader), definitions)
+    size = Space.of_size(len(_list(fields["K"], "K"))).size
+    read = _read(_Reader(symbols, TreeReader(symbols), size), fields, parts)
+    return RobotDerivation(**read) if is_robot else Derivation(**read)
 
 
 def _symbols_by_name(derivation: Derivation) -> list[sp.Symbol]:
@@ -272,86 +277,6 @@ def _symbols_by_name(derivation: Derivation) -> list[sp.Symbol]:
             )
         by_name[symbol.name] = symbol
     return [by_name[name] for name in sorted(by_name)]
-
-
-def _matrix_data(M: sp.ImmutableMatrix) -> list[list[Any]]:
-    return [[expression_tree(entry) for entry in row] for row in rows(M)]
-
-
-def _column_data(column: sp.ImmutableMatrix) -> list[Any]:
-    return [expression_tree(entry) for entry in entries(column)]
-
-
-def _definitions_data(definitions: Iterable[Definition]) -> list[dict[str, Any]]:
-    return [
-        {"symbol": d.symbol.name, "expression": expression_tree(d.expression)} for d in definitions
-    ]
-
-
-class _DerivationReader:
-    """Reads the parts of a derivation of one size."""
-
-    def __init__(self, symbols: Mapping[str, sp.Symbol], size: int) -> None:
-        self._symbols = symbols
-        self._size = size
-        self._trees = TreeReader(symbols)
-
-    def stage(self, data: Any) -> Stage:
-        keys = ("joint", "rule", "J", "u", "mu", "K", "definitions")
-        fields = _fields(data, "stage", keys)
-        return Stage(
-            joint=_text(fields["joint"], "joint"),
-            J=self.column(fields["J"]),
-            rule=_text(fields["rule"], "rule"),
-            u=self.column(fields["u"]),
-            mu=self.expression(fields["mu"]),
-            K=self.matrix(fields["K"]),
-            definitions=self.definitions(fields["definitions"]),
-        )
-
-    def expression(self, data: Any) -> Any:
-        return self._trees.expression(data)
-
-    def matrix(self, data: Any) -> sp.ImmutableMatrix:
-        rows = [self._entries(row) for row in _list(data, "matrix", self._size)]
-        return sp.ImmutableMatrix(rows)
-
-    def column(self, data: Any) -> sp.ImmutableMatrix:
-        return sp.ImmutableMatrix(self._size, 1, self._entries(data))
-
-    def definitions(self, data: Any) -> tuple[Definition, ...]:
-        return tuple(self._definition(entry) for entry in _list(data, "definitions"))
-
-    def _definition(self, data: Any) -> Definition:
-        fields = _fields(data, "definition", ("symbol", "expression"))
-        name = _text(fields["symbol"], "symbol")
-        if name not in self._symbols:
-            raise InputError("symbol", got=shown(name), expected="one of those that are listed")
-        return Definition(self._symbols[name], self._trees.expression(fields["expression"]))
-
-    def _entries(self, data: Any) -> list[sp.Expr]:
-        return [self._trees.expression(tree) for tree in _list(data, "row", self._size)]
-
-
-def _check_order(definitions: tuple[Definition, ...]) -> None:
-    """Each definition uses given symbols and those defined before it."""
-    later = {d.symbol for d in definitions}
-    if len(later) != len(definitions):
-        raise InputError("definitions", got="a name twice", expected="one of each name")
-    for definition in definitions:
-        early = sorted(str(s) for s in definition.expression.free_symbols & later)
-        if early:
-            raise InputError(
-                f"definition of {definition.symbol.name!r}",
-                got=", ".join(early),
-                expected="symbols that are given or defined before",
-            )
-        later.discard(definition.symbol)
-
-
-def _size(K: Any) -> int:
-    size = len(_list(K, "K"))
-    return Space.of_size(size).size
 
 
 def _fields(data: Any, what: str, keys: tuple[str, ...]) -> dict[str, Any]:

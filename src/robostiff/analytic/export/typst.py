@@ -227,11 +227,7 @@ def derivation_in_typst(
 ) -> str:
     """A derivation as a fragment of a Typst document that begins with `TYPST_DERIVATIONS`.
 
-    Parameters
-    ----------
-    derivation : Derivation or FormulaDerivative
-    first_heading : int
-        Level of its title.
+    `first_heading`: level of its title.
     """
     room = _ROOM_ON_ITS_SIDE if wants_wide_page(derivation) else _ROOM_UPRIGHT
     blocks = outline_of(derivation)

@@ -75,15 +75,8 @@ def vector_blocks(
 
     Also the known names that it defines.
 
-    Parameters
-    ----------
-    found : VectorForm
-    result : MatrixName
-        Name of the stiffness.
-    known : sequence of Definition
-        Names that the rest of the derivation has.
-    taken : set of str
-        Names that stand for something else.
+    `result`: name of the stiffness; `known`: names that the rest of the derivation has;
+    `taken`: names that stand for something else.
     """
     renamed, names = _in_known_names(found.names, known, taken)
     leg = [_renamed(e, renamed) for e in found.leg]
