@@ -110,9 +110,8 @@ def checked_results(
             status[beyond] |= np.uint8(Status.BEYOND_LIMITS)
     closed = closes(kernel, results)
     guarded = _unsafe(checks, results.shape[1], general) | loose | ~closed
-    doubtful = ~guarded & ~(checks["rank"] < _SAFE) if "rank" in checks else np.zeros(1, dtype=bool)
-    if doubtful.any():
-        where = np.flatnonzero(doubtful)
+    where = np.flatnonzero(~guarded & ~(checks["rank"] < _SAFE)) if "rank" in checks else ()
+    if len(where):
         guarded[where] = True
         if general.ranks is not None and inputs is not None:
             rank[where], clear = general.ranks.decided(inputs[:, where], results[:start, where])
