@@ -153,9 +153,6 @@ class AskedPoses:
         Of the robot.
     request : PoseRequest or (..., size) array
         The latter are joint coordinates.
-    method : Form
-    near : joint coordinates or None
-    tolerance : Tolerance
     """
 
     finder: PostureFinder

@@ -38,8 +38,6 @@ class AtGeneralPoses:
 
     Attributes
     ----------
-    rank : int
-    status : Status
     verified : bool
         Whether the record is trusted at all.
     ranks : RecordedRanks or None
@@ -85,14 +83,12 @@ def checked_results(
 
     Parameters
     ----------
-    kernel : Kernel
     results : (rows, N) array
         Of the kernel; changed where there is no answer.
     missed : (N,) array of bool
         Poses that are known to be out of reach.
     loose : (N,) array of bool
         Poses whose inputs are not to be trusted.
-    general : AtGeneralPoses
     inputs : (inputs, N) array, optional
         Of the kernel, where ranks may be decided by them.
     """
@@ -300,7 +296,6 @@ class CompiledStiffness(AtGeneralPoses, ABC):
         Whether the record was found to agree at generic poses with the form that recomputes unsafe
         ones; False where those are ill-conditioned, or recorded steps reach none of them, and
         every pose is then computed by that form.
-    kernel : Kernel
     """
 
     kernel: Kernel

@@ -24,7 +24,7 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.network import HeldUnderLoads, Network, loads_under
-from robostiff.spatial import Space, move_twist, move_wrench
+from robostiff.spatial import move_twist, move_wrench
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,6 @@ def deflection_at(
 
     Parameters
     ----------
-    answer : RobotStiffness
     wrench : (n,) array
         About the reference point of the answer [N, N m].
     posed : Snapshot, Network or callable
@@ -188,9 +187,7 @@ def deflection_at(
     F = wrench
     if Status.UNREACHABLE in answer.status:
         return Deflection(F, answer, answer.status, None)
-    to_origin = answer.origin - answer.reference_point
-    to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
-    F_origin = move_wrench(F, to_origin)
+    F_origin = move_wrench(F, -answer.offset)
     if held is not None:
         if held.status:
             return Deflection(F, answer, answer.status | held.status, None)
@@ -233,7 +230,7 @@ def deflection_at(
         wrench=F,
         stiffness=answer,
         status=answer.status,
-        moved=move_twist(t_origin, -to_origin),
+        moved=move_twist(t_origin, answer.offset),
         # Shares that differ only by rounding stay in the order of the legs.
         parts=tuple(sorted(shares, key=lambda share: -round(share.share, 9))),
         reactions=tuple(reactions),
@@ -250,7 +247,6 @@ def carried_by(
 
     Parameters
     ----------
-    leg : PlacedLeg
     solved : sequence of BlockCompliance
         Its blocks.
     F_leg : (..., 6) array

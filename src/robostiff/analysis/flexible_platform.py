@@ -31,7 +31,6 @@ def legs_on_platform(
 
     Parameters
     ----------
-    placed : PlacedPlatform
     legs : tuple of CartesianStiffness
         By themselves, about `origin`.
     compliances : sequence of (..., n, n) arrays
@@ -100,7 +99,6 @@ def platform_energies(
     leg_wrenches : sequence of (n,) arrays
         What each leg carries, about `origin`, world axes.
     origin : (3,) array
-    tolerance : Tolerance
     """
     placed = snapshot.platform
     if placed is None:

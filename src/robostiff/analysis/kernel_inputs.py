@@ -88,8 +88,6 @@ def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]
 
     Parameters
     ----------
-    robot : Robot
-    names : sequence of str
     taken : sequence of str
         Names that parameters may not have.
 

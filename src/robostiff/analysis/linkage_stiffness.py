@@ -113,10 +113,8 @@ class AskedConfigurations:
 
     Attributes
     ----------
-    kept : DrivenBy
     given : (..., n) array
         Coordinates of the drives [m, rad].
-    tolerance : Tolerance
     """
 
     kept: DrivenBy

@@ -21,7 +21,7 @@ from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.spatial import Space, as_floats, move_twist, move_wrench
+from robostiff.spatial import as_floats, move_twist, move_wrench
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,8 +45,7 @@ class DeflectionsOfPoses:
     def _loads(self) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
         """Status (...), twists about the origin (..., n), and wrenches of the legs (..., n)."""
         answer, shape = self.stiffness, self.wrench.shape
-        v = self._to_origin
-        F = move_wrench(self.wrench, v)
+        F = move_wrench(self.wrench, -answer.offset)
         codes = np.array(answer.status_codes)
         twist = np.full(shape, np.nan)
         of_legs = tuple(np.full(shape, np.nan) for _ in answer.legs)
@@ -82,11 +81,6 @@ class DeflectionsOfPoses:
                 yield one
 
     @property
-    def _to_origin(self) -> np.ndarray:
-        v = self.stiffness.origin - self.stiffness.reference_point
-        return v if self.stiffness.space is Space.SPATIAL else v[..., :2]
-
-    @property
     def status_codes(self) -> np.ndarray:
         """Status of every pose (...) as uint8; ``UNBALANCED`` where a load drives a free motion."""
         return self._loads[0]
@@ -108,7 +102,7 @@ class DeflectionsOfPoses:
         Masked where there is none, which the status explains. Where free motions remain, the least
         displacement.
         """
-        return self._masked(move_twist(self._loads[1], -self._to_origin))
+        return self._masked(move_twist(self._loads[1], self.stiffness.offset))
 
     @property
     def energy(self) -> np.ma.MaskedArray:

@@ -19,7 +19,7 @@ from robostiff.compiled import (
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
-from robostiff.spatial import Space, move_stiffness, move_twist, move_wrench
+from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.spatial.batch import empty_batch
 
 _SWEEPS = 12
@@ -181,18 +181,10 @@ def stiffness_indices(K: np.ndarray, rank: np.ndarray, length: float) -> dict[st
     }
 
 
-def origin_to_reference(result: RobotStiffness) -> np.ndarray:
-    """From the origin of a result to its reference point (N, 3) or (N, 2) [m]."""
-    v = result.reference_point - result.origin
-    return v if result.space is Space.SPATIAL else v[:, :2]
-
-
 def stiffness_where_answered(result: RobotStiffness) -> np.ndarray:
     """Stiffness matrices (N, n, n); NaN where there is none."""
-    v = origin_to_reference(result)
-    K = result.about_reference.matrix
-    K = move_stiffness(K, v) if np.any(v) else K
-    return _only(result.answered, K)
+    K, where = result.matrix, result.answered
+    return K if np.all(where) else np.where(where[:, None, None], K, np.nan)
 
 
 def compliance_where_answered(result: RobotStiffness) -> np.ndarray:
@@ -203,13 +195,6 @@ def compliance_where_answered(result: RobotStiffness) -> np.ndarray:
     if np.any(known):
         C[known] = result[known].compliance
     return C
-
-
-def _only(where: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values with NaN elsewhere."""
-    if np.all(where):
-        return values
-    return np.where(where.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)
 
 
 def values_of(output: Output, result: RobotStiffness) -> tuple[np.ndarray, np.ndarray]:
@@ -256,12 +241,12 @@ def twists_under(result: RobotStiffness, wrench: np.ndarray) -> tuple[np.ndarray
     unbalanced = np.zeros(len(twist), dtype=bool)
     rows = np.flatnonzero(loads_known(result) & np.isnan(twist[:, 0]))
     if len(rows):
-        to_origin = -origin_to_reference(result)[rows]
-        F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), to_origin)
+        v = result.offset[rows]
+        F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), -v)
         loads = leg_loads(result[rows], F)
         if loads is not None:
             t = np.where(loads.balanced[:, None], loads.twist, np.nan)
-            twist[rows], unbalanced[rows] = move_twist(t, -to_origin), ~loads.balanced
+            twist[rows], unbalanced[rows] = move_twist(t, v), ~loads.balanced
     return twist, unbalanced
 
 

@@ -41,7 +41,6 @@ class Details:
 
     Parameters
     ----------
-    asked : AskedPoses or AskedConfigurations
     recorded : RecordedAnswer or None
         With which it must agree.
     """
@@ -90,7 +89,6 @@ class PosedStiffness(RobotStiffness):
 
     Parameters
     ----------
-    details : Details
     recorded : RecordedAnswer or None
         At the rows; without one the careful form answers.
     rows : array of int

@@ -35,7 +35,6 @@ class RecordedRanks:
         Its results are the wrenches that the legs transmit, one after the other.
     counts : tuple of int
         How many each leg has.
-    space : Space
     length : float
         Characteristic length [m].
     """

@@ -95,7 +95,6 @@ class KeptRecord:
     ----------
     make : callable
         Compiles it on NumPy.
-    costs : Costs
     """
 
     def __init__(

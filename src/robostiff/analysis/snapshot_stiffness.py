@@ -68,10 +68,8 @@ class LegMatrices:
 
     Attributes
     ----------
-    placed : PlacedLeg
     at : (..., 3) array
         The point [m].
-    space : Space
     length : (...) array
         Characteristic length [m].
     J_q : (..., n, q) array
@@ -194,14 +192,12 @@ def leg_matrices(
 
     Parameters
     ----------
-    leg : PlacedLeg
     at : (..., 3) array
         Point whose twist is given [m].
     space : Space
         Its rows alone are kept.
     length : (...) array
         Characteristic length [m], by which blocks decide what is free.
-    tolerance : Tolerance
 
     Raises
     ------
@@ -263,8 +259,6 @@ class SnapshotStiffness:
 
     Attributes
     ----------
-    whole : CartesianStiffness
-    legs : tuple of CartesianStiffness
     passive_joint_names : tuple of str
         ``leg/joint`` of every column of `whole.redundant`.
     compliance : (..., n, n) array or None

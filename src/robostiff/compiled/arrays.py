@@ -32,7 +32,6 @@ def in_shares(
         Of the poses that are its share.
     count : int
         Number of poses.
-    threads, chunk : int
     """
     share = max(1, -(-count // (chunk * threads))) * chunk
     shares = [slice(start, min(start + share, count)) for start in range(0, count, share)]

@@ -32,7 +32,6 @@ class ChainProblem:
         Passive joints that add no freedom to those before them.
     margins : (..., q) array
         How far each unit twist lies from the span of those before it.
-    tolerance : Tolerance
     """
 
     C: np.ndarray
@@ -129,7 +128,6 @@ class FormAnswer:
     K : (..., n, n) array
         Without meaning where refused.
     refused : (...) array of bool or None
-    reason : str
     doubtful : (...) array of bool or None
         Where the form by its nature keeps few digits.
     """

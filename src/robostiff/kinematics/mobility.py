@@ -22,7 +22,6 @@ def platform_mobility(
 
     Parameters
     ----------
-    robot : Robot
     pose : (6,) array
         x, y, z and rotation vector of the platform.
     q : sequence of (size,) arrays

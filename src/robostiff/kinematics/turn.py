@@ -20,12 +20,7 @@ _EYE = np.eye(3)
 
 @dataclass(frozen=True)
 class Turn:
-    """A rotation by an angle that is given by cosine and sine.
-
-    Attributes
-    ----------
-    cosine, sine : Entry or number
-    """
+    """A rotation by an angle that is given by cosine and sine."""
 
     cosine: Any
     sine: Any

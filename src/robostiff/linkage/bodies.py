@@ -42,7 +42,6 @@ class Bodies:
 
     Attributes
     ----------
-    tree : SpanningTree
     q : mapping of str to arrays
         Coordinates of every connection (..., size) [m, rad]; (size,) where they are entries.
     frames : mapping of str to BodyFrame
@@ -110,7 +109,6 @@ class SpanningTree:
 
     Attributes
     ----------
-    base : str
     ways : mapping of str to Way
         For every body that is connected with the base, in an order that walks outwards.
     cuts : tuple of Connection

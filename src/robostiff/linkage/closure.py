@@ -262,8 +262,6 @@ class _Loops:
 
     Attributes
     ----------
-    tree : SpanningTree
-    connections : sequence of Connection
     guess : (size,) array
         Coordinates to start from.
     unknowns : sequence of Connection

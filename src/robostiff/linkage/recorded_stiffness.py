@@ -83,7 +83,6 @@ def record_linkage(
 
     Parameters
     ----------
-    driven : DrivenLinkage
     samples : sequence of Configuration
         Closed, in general position.
 

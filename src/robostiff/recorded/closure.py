@@ -54,7 +54,6 @@ class RecordedSteps:
 
     Attributes
     ----------
-    inputs : tuple of str
     start : dict of names to floats
         The unknowns there.
     step : Program
@@ -312,10 +311,8 @@ def steps_from_home(
     ----------
     record : Record
         Its inputs are those of the closure, then the unknowns; its last sample is home.
-    inputs : tuple of str
     start : dict of names to floats
         The unknowns at home.
-    step : NewtonStep
     q : mapping of names to entries or numbers
         The coordinates that follow.
     turns : iterable of entries

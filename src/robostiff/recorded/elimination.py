@@ -43,7 +43,6 @@ class Conjugate:
 
     Attributes
     ----------
-    wrenches : list of Column
     mu : list of entries or numbers
         Compliance under each.
     losses : list of entries or numbers
@@ -127,7 +126,6 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
 
     Parameters
     ----------
-    wrenches : sequence of Column
     energy : (m, m) nested list
         W^T C W, the compliance under these wrenches.
     leg : str
@@ -248,7 +246,6 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
 
     Parameters
     ----------
-    leg : LocalLeg
     rows : sequence of int
         Which rows of six a wrench has: all, or those of the plane.
     length : float
@@ -314,9 +311,7 @@ def _energy(
         given = [times(branch.energy, share) for share in shares]
         for i in range(m):
             for j in range(i, m):
-                for x, y in zip(given[i], shares[j], strict=True):
-                    if not (is_zero(x) or is_zero(y)):
-                        energy[i][j] = energy[i][j] + x * y
+                energy[i][j] = energy[i][j] + dot(given[i], shares[j])
                 energy[j][i] = energy[i][j]
         start = stop
     return energy
@@ -324,14 +319,7 @@ def _energy(
 
 def times(matrix: list[list[Any]], column: Column) -> Column:
     """A matrix times a column; zeros leave no trace."""
-    product = []
-    for row in matrix:
-        total: Any = 0
-        for a, x in zip(row, column, strict=True):
-            if not (is_zero(a) or is_zero(x)):
-                total = total + a * x
-        product.append(total)
-    return product
+    return [dot(row, column) for row in matrix]
 
 
 def wrench_size(wrench: Column, scale: Sequence[float]) -> float:

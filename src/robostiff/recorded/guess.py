@@ -55,7 +55,6 @@ class RobotAtGuess:
         The unknowns at home: a turn is there by its cosine and sine.
     angles : tuple of str
         Coordinates that are unknown by their cosine and sine.
-    legs : tuple of LegAtGuess
     pose : FormulaPose
         Of the platform.
     r : (3,) array

@@ -190,7 +190,6 @@ def step_of_groups(
 
     Parameters
     ----------
-    groups : sequence of ClosureGroup
     shared : sequence of str
         Names of the unknowns that stand in several groups.
     in_coordinates : callable

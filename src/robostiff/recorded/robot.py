@@ -131,7 +131,6 @@ class RobotOnEntries:
         ``q0``, ``q1`` of a serial arm.
     pose : FormulaPose
         Of the platform.
-    placed : tuple of PlacedFormula
     length : float
         Characteristic length [m].
     """

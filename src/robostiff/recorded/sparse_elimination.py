@@ -26,7 +26,6 @@ class Equation:
     ----------
     rates : dict of names of unknowns to entries or numbers
         Without zeros.
-    right : entry or number
     """
 
     rates: dict[str, Any]

@@ -50,7 +50,6 @@ class LocalLeg:
     ----------
     twists : list of Column
         J_q, one column a passive freedom, about the frame's origin.
-    springs : list of LocalSpring
     drives : list of (Column, stiffness)
         Twists of the elastic joints.
     blocks : list of tuples of LocalLeg

@@ -47,20 +47,10 @@ def principal_stiffness(result: RobotStiffness) -> PrincipalStiffnesses:
     `collinear_stiffness` is that of a platform that is free to deflect. ``K_tt`` is the same
     about every point, ``K_rr`` is not.
 
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-
     Returns
     -------
     PrincipalStiffnesses
         Zeros, exactly, along free motions.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
 
     References
     ----------
@@ -114,16 +104,6 @@ def collinear_stiffness(result: RobotStiffness) -> CollinearStiffness:
     ``C_rr``. Where K is singular, ``(C_tt)^-1`` is ``K_tt - K_tr K_rr^-1 K_rt``, and exactly zero
     along forces that drive a free motion.
 
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
-
     References
     ----------
     The name is that of V. Portman: Stiffness evaluation of machines and robots: minimum collinear
@@ -168,16 +148,6 @@ def anisotropy(result: RobotStiffness) -> Anisotropy:
     """Ratio of the largest to the smallest eigenvalue of C_tt, and of C_rr.
 
     Both are numbers without units, and need no characteristic length.
-
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
 
     Examples
     --------
@@ -229,16 +199,13 @@ def directional_stiffness(result: RobotStiffness, direction: ArrayLike) -> Direc
     Parameters
     ----------
     result : RobotStiffness
-        Of a single pose.
     direction : (3,) array-like
         Of any length but zero; (2,) will do in the plane.
 
     Raises
     ------
     InputError
-        For a direction of zero length or out of the plane of a planar robot, or a batch.
-    NoAnswerError
-        For a pose without a matrix.
+        For a direction of zero length or out of the plane of a planar robot.
 
     Examples
     --------
@@ -261,16 +228,13 @@ def stiffness_about_axis(result: RobotStiffness, axis: ArrayLike) -> Directional
     Parameters
     ----------
     result : RobotStiffness
-        Of a single pose.
     axis : (3,) array-like
         Of any length but zero; along z for a planar robot.
 
     Raises
     ------
     InputError
-        For an axis of zero length, or not along z for a planar robot, or a batch.
-    NoAnswerError
-        For a pose without a matrix.
+        For an axis of zero length, or not along z for a planar robot.
 
     Examples
     --------
@@ -361,17 +325,8 @@ def worst_deflection(result: RobotStiffness) -> WorstDeflections:
     """Largest eigenvalues of C_tt and C_rr: the most that unit vectors u make of ``|C_tt u|``.
 
     The force acts through the reference point and the platform may turn; displacement and force
-    are parallel at the worst, so that this is one over the least collinear stiffness.
-
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose; maps have `Quantity.WORST_DEFLECTION`.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
+    are parallel at the worst, so that this is one over the least collinear stiffness. Maps have it
+    as `Quantity.WORST_DEFLECTION`.
 
     Examples
     --------

@@ -212,7 +212,6 @@ class PoseBlock:
     ----------
     arrays : mapping of str to (..., N) arrays
         Poses along the last axis, side by side.
-    summary : MapSummary
     """
 
     arrays: Mapping[str, np.ndarray]

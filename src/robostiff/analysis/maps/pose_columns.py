@@ -98,7 +98,6 @@ def check_units(source: PoseSource, units: Mapping[str, str]) -> None:
 
     Parameters
     ----------
-    source : PoseSource
     units : mapping of str to str
         SI unit of each coordinate of the robot.
     """
@@ -118,7 +117,6 @@ class PoseColumns:
 
     Attributes
     ----------
-    names : tuple of str
     units : tuple of str
         ``m`` or ``rad``.
     home : tuple of float

@@ -127,7 +127,6 @@ class MapRequest:
 
     Attributes
     ----------
-    job : MapJob
     attributes : mapping
         Of the map.
     settings : mapping

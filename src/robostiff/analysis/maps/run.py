@@ -235,7 +235,6 @@ def followed(
         What an earlier run has done.
     total : int
         Poses.
-    progress : callable or None
     """
     started = time.monotonic()
     summary = before

@@ -62,10 +62,8 @@ class StoredMap:
 
     Attributes
     ----------
-    path : Path
     identity : mapping
         Attributes of the map: ``parts``, ``variables``, ``complete``, ``summary``.
-    arrays : mapping of str to StoredArray
     """
 
     path: Path
@@ -210,7 +208,6 @@ class CheckedChunks(LocalStore):
 
     Parameters
     ----------
-    stored : StoredMap
     read_only : bool
         Always; Zarr asks.
     """

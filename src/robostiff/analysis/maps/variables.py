@@ -28,13 +28,10 @@ class Variable:
 
     Attributes
     ----------
-    name : str
     dims : tuple of str
         After those of the poses.
-    shape : tuple of int
     units : str
         Empty where the entries of a pose have several: the coordinate ``NAME_units`` has them.
-    long_name : str
     dtype : str
         Of NumPy.
     labels : tuple of str

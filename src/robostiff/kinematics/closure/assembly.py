@@ -143,7 +143,6 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
 
     Parameters
     ----------
-    chain : Chain
     q : (N, size) array
         Coordinates [m, rad]; changed in place.
     near : (size,) array

@@ -25,8 +25,6 @@ class LegForm(ABC):
 
     Attributes
     ----------
-    skeleton : Skeleton
-    mode : Mode
     name : str, optional
         Of the leg, where steps of a record are to be named.
     """

@@ -67,7 +67,6 @@ class ClosedLeg:
 
         Parameters
         ----------
-        place : int
         axis, ahead, across : (3,) arrays
             At zero coordinates: of the joint, of the body before it, and of the body after it.
         """

@@ -163,7 +163,6 @@ def driven_by_slide(
     ----------
     base : LegBody
         What carries the drive.
-    slide : Slide
     A : (3,) array
         Near end of the rod at zero coordinates [m].
     B_now : (3,) array

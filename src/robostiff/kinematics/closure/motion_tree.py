@@ -40,7 +40,6 @@ class LoopEnd:
 
     Attributes
     ----------
-    own, wanted : Fixed
     moving : tuple of int
         Coordinates of all legs that move the one.
     leading : tuple of int
@@ -79,7 +78,6 @@ class MotionTree:
 
     Attributes
     ----------
-    legs : sequence of Leg
     ends : list of LoopEnd
         Of each leg its end on the platform, then those of the loops inside it.
     ends_of_legs : list of int

@@ -29,7 +29,6 @@ class Post(LegForm):
 
     Attributes
     ----------
-    joint : Cluster
     length : float
         Against which the distance of the two places counts [m].
     """

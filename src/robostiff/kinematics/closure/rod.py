@@ -27,7 +27,6 @@ class Rod(RodForm):
 
     Attributes
     ----------
-    drive : Slide or Cluster
     across : Slide or None
         A slide along the axis of the crank that carries all this; it decouples from the rest, which
         moves in a plane.

@@ -47,7 +47,6 @@ class RodJoints:
 
     Attributes
     ----------
-    A, B : Cluster
     along : (3,) array
         Unit vector from A to B.
     spin : int or None
@@ -124,7 +123,6 @@ class RodEnds:
 
     Attributes
     ----------
-    joints : RodJoints
     near, platform : LegBody
         What carries the joints.
     d : (3,) or (3, N) array

@@ -25,7 +25,6 @@ class Cluster:
     axes : tuple of (3,) arrays
     places : tuple of int
         Of their coordinates in the coordinate vector.
-    is_ball : bool
     drawn_at : int
         Place of the joint that is drawn at the point.
     """

@@ -118,7 +118,6 @@ class Layout:
 
         Parameters
         ----------
-        chain : Chain
         copies : sequence of int
             For each of its coordinates the place on the main path.
         """

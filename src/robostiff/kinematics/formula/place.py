@@ -81,7 +81,6 @@ class _Site:
         For each coordinate of the leg its place on the main path.
     whole, zero : PlacedChain
         The leg and its main path at zero coordinates in its own base frame, locked joints at home.
-    base, platform : LegBody
     pose : FormulaPose
         Of the platform.
     length : float
