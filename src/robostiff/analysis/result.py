@@ -314,6 +314,31 @@ def about_point(result: Answer, at: ArrayLike | None) -> Answer:
     return result.about(point)
 
 
+def given_wrenches(
+    wrench: ArrayLike | None,
+    space: Space,
+    batch: tuple[int, ...] = (),
+    subject: str = "wrench",
+    hint: str | None = None,
+) -> np.ndarray:
+    """A wrench as a user gave it, or one for each pose (..., n) [N, N m].
+
+    Raises
+    ------
+    InputError
+        When the numbers are not finite, or do not fit the space and the batch.
+    """
+    expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
+    if wrench is None:
+        raise InputError(subject, expected=expected, hint=hint)
+    F = as_floats(subject, wrench, expected, space.wrench_units)
+    if F.shape in {(space.size,), (*batch, space.size)}:
+        return np.broadcast_to(F, (*batch, space.size))
+    if F.ndim > 1 and batch:
+        expected += f", or as many wrenches as poses: {(*batch, space.size)}"
+    raise InputError(subject, got=wrench, expected=expected, hint=None if F.size else hint)
+
+
 def require_one_pose(subject: str, batch: tuple[int, ...], hint: str | None = None) -> None:
     """Raise for a batch of poses (``batch`` is its shape) of ``subject``.
 

@@ -115,9 +115,11 @@ class KeptRecord:
         compiled = self._compiled
         if compiled is None:
             return None
+        from robostiff.compiled import machine_code_is_available
+
         self._served += count
         pays = self._served > self._costs.machine_code_pays
-        if pays and not self._is_machine_code and _has_machine_code():
+        if pays and not self._is_machine_code and machine_code_is_available():
             self._is_machine_code = True
             kernel = compiled.kernel.in_machine_code()
             compiled = self._compiled = replace(compiled, kernel=kernel)
@@ -184,9 +186,3 @@ def _answered(make: Callable[[], Any]) -> Any:
     except (InputError, NoAnswerError):
         return None
     return compiled if compiled is not None and compiled.verified else None
-
-
-def _has_machine_code() -> bool:
-    from robostiff.compiled import machine_code_is_available
-
-    return machine_code_is_available()

@@ -10,8 +10,8 @@ import numpy as np
 
 from robostiff.record import arc_tangent, cosine, is_number, is_one, is_zero, sine, square_root
 from robostiff.spatial import skew
-from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.spatial.shapes import Float, Shaped
+from robostiff.spatial.rotation import matrix_of_rotation
+from robostiff.spatial.shapes import Shaped
 
 #: Keeps the root of a vanishing angle regular.
 _TINY = 1e-300
@@ -139,17 +139,6 @@ def turn_by_vector(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*ba
     if r.dtype == object:
         return turn_by_vector_of_entries(r)
     return matrix_of_rotation(np.asarray(r, dtype=float))
-
-
-def vector_of_turn(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3"]:
-    """Rotation vectors [rad] of rotation matrices, angles up to pi.
-
-    Examples
-    --------
-    >>> vector_of_turn(turn_by_vector(np.array([0.1, 0.2, 0.3])))
-    array([0.1, 0.2, 0.3])
-    """
-    return vector_of_rotation(np.asarray(R, dtype=float))
 
 
 def vector_of_turn_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:

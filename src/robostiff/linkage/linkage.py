@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
-from robostiff.model import Joint, Link
+from robostiff.model import Joint, Link, Locked, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
@@ -60,6 +60,16 @@ class Connection:
     def freedoms(self) -> tuple[Screw, ...]:
         """Those of a joint."""
         return self.element.freedoms if isinstance(self.element, Joint) else ()
+
+    @property
+    def may_move(self) -> bool:
+        """Whether it is a joint that is not locked."""
+        return isinstance(self.element, Joint) and not isinstance(self.element.role, Locked)
+
+    @property
+    def is_passive(self) -> bool:
+        """Whether it is a passive joint."""
+        return isinstance(self.element, Joint) and isinstance(self.element.role, Passive)
 
     @property
     def is_screw(self) -> bool:

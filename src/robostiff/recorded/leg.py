@@ -192,9 +192,8 @@ class LegRecorder:
         return frames
 
     def _cost(self, leg: RecordedLeg) -> int:
-        return self.record.cost(
-            x.step for x in _flat(stiffness_entries([leg], len(self.space.rows)), leg.losses)
-        )
+        K = stiffness_entries([leg], len(self.space.rows)).values()
+        return self.record.cost(x.step for x in (*K, *leg.losses) if isinstance(x, Entry))
 
 
 def stiffness_entries(legs: Sequence[RecordedLeg], size: int) -> dict[tuple[int, int], Any]:
@@ -206,10 +205,6 @@ def stiffness_entries(legs: Sequence[RecordedLeg], size: int) -> dict[tuple[int,
             for (i, j), so_far in K.items():
                 K[i, j] = so_far + scaled[i] * w[j]
     return K
-
-
-def _flat(K: dict[tuple[int, int], Any], losses: Sequence[Any]) -> list[Entry]:
-    return [x for x in (*K.values(), *losses) if isinstance(x, Entry)]
 
 
 def _keeps_the_plane(frame: WorkingFrame, record: Record) -> bool:

@@ -354,12 +354,8 @@ def record_robot(robot: Robot, finder: PostureFinder) -> RecordedRobot:
     by_joints = robot.is_posed_by_joints
     if not by_joints and all(s.closed_form is not None for s in finder.solvers):
         recorded = record_at_pose(robot, finder)
-        if not _misses(recorded):
+        # Where a leg misses the platform at generic poses, the other coordinates must follow.
+        if all(np.all(part.sample >= 0) for part in recorded.reach if isinstance(part, Entry)):
             return recorded
     recorded = None if by_joints else record_with_closure(robot, finder)
     return record_at_joints(robot, finder) if recorded is None else recorded
-
-
-def _misses(recorded: RecordedRobot) -> bool:
-    """Whether a leg misses the platform at generic poses: the other coordinates must follow."""
-    return any(np.any(part.sample < 0) for part in recorded.reach if isinstance(part, Entry))

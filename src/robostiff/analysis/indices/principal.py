@@ -22,18 +22,9 @@ from robostiff.spatial import Space, as_floats
 
 @dataclass(frozen=True)
 class PrincipalStiffnesses(StationaryStiffness):
-    """Eigenvalues of K_tt and of K_rr, ascending, with their directions as rows.
+    """Eigenvalues of K_tt, the rotations held, and of K_rr, the reference point held; ascending.
 
-    Attributes
-    ----------
-    translational : (d,) array
-        Force per displacement with the rotations held [N/m]; independent of the reference point.
-    translational_directions : (d, d) array
-    rotational : (r,) array
-        Moment per rotation with the reference point held [N m/rad].
-    rotational_directions : (r, r) array
-        In the plane the one rotation is about z, and the row is ``[1]``.
-    status : Status
+    The first do not depend on the reference point.
     """
 
     about: ClassVar[str] = "the other displacements and rotations held"
@@ -74,17 +65,8 @@ def principal_stiffness(result: RobotStiffness) -> PrincipalStiffnesses:
 class CollinearStiffness(StationaryStiffness):
     """Stationary stiffness of forces through the reference point, and of moments, ascending.
 
-    Attributes
-    ----------
-    translational : (d,) array
-        Force per displacement along the force, the platform free to turn [N/m].
-    translational_directions : (d, d) array
-        Unit vectors, rows.
-    rotational : (r,) array
-        Moment per rotation about the moment, the platform free to shift [N m/rad]; independent of
-        the reference point.
-    rotational_directions : (r, r) array
-    status : Status
+    The platform is free to turn under the first, and to shift under the others, which do not depend
+    on the reference point.
     """
 
     about: ClassVar[str] = "the other displacements and rotations free"

@@ -65,7 +65,16 @@ class EigenPart:
 
 @dataclass(frozen=True)
 class StationaryStiffness:
-    """Stiffnesses of forces and of moments, ascending, with their directions as rows."""
+    """Stiffnesses of forces and of moments, ascending, with their directions as rows.
+
+    Attributes
+    ----------
+    translational, rotational : (d,) and (r,) arrays
+        Force per displacement along it [N/m], and moment per rotation about it [N m/rad].
+    translational_directions, rotational_directions : (d, d) and (r, r) arrays
+        Unit vectors, rows; in the plane the one rotation is about z, and its row is ``[1]``.
+    status : Status
+    """
 
     units: ClassVar[tuple[str, str]] = ("N/m", "N m/rad")
 

@@ -15,8 +15,8 @@ from robostiff.kinematics.closure.body import LegBody, Rest, direction_across
 from robostiff.kinematics.closure.closed_leg import ClosedLeg
 from robostiff.kinematics.closure.rod_ends import RodJoints
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton
-from robostiff.kinematics.turn import vector_of_turn
 from robostiff.record import Entry
+from robostiff.spatial.rotation import vector_of_rotation
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class LegForm(ABC):
         for cluster, own in self._balls:
             near, far = closed.after(cluster.places[0]), closed.after(cluster.places[-1] + 1)
             turn = near.turn_to(far, own).transpose(2, 0, 1)
-            q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_turn(turn).T
+            q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_rotation(turn).T
         return q.T
 
     def platform_at(self, R: np.ndarray, p: np.ndarray) -> LegBody:

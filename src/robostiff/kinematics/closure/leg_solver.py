@@ -31,9 +31,10 @@ from robostiff.kinematics.closure.recognised import ClosedForm, recognised
 from robostiff.kinematics.closure.rod import Rod
 from robostiff.kinematics.closure.strut import Strut
 from robostiff.kinematics.frames import Loop, place_chain
-from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
+from robostiff.spatial.rotation import vector_of_rotation
 
 _CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
@@ -383,6 +384,6 @@ def _gap_at_home(
     found = []
     for gap in gaps(leg, place_chain(leg.chain, q, leg.base.R, leg.base.p), *frame):
         shift = float(np.linalg.norm(gap.p_wanted - gap.p)) / length
-        turn = float(np.linalg.norm(vector_of_turn(gap.R_wanted @ gap.R.T)))
+        turn = float(np.linalg.norm(vector_of_rotation(gap.R_wanted @ gap.R.T)))
         found.append((gap.name, shift, turn))
     return max(found, key=lambda one: max(one[1:]))

@@ -13,10 +13,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Joint, JointKind, Leg, ParallelBlock, Rigid, Telescope
 from robostiff.spatial import Screw, cross, skew
 from robostiff.spatial.batch import product
+from robostiff.spatial.rotation import vector_of_rotation
 
 WORLD, PLATFORM = 0, 1
 
@@ -319,5 +320,5 @@ def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
     moved = q + delta
     if balls.size:
         turn = turn_by_vector(delta[..., balls])
-        moved[..., balls] = vector_of_turn(product(turn, turn_by_vector(q[..., balls])))
+        moved[..., balls] = vector_of_rotation(product(turn, turn_by_vector(q[..., balls])))
     return moved
