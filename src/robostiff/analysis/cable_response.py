@@ -144,10 +144,6 @@ def cable_response(
         Tensions before the load, as for `cable_tensions`.
     tolerance : Tolerance
 
-    Returns
-    -------
-    CableResponse
-
     Raises
     ------
     InputError

@@ -139,10 +139,6 @@ def cable_tensions(
         ``NearestTensions(level)``, ``ClosedFormTensions(level)`` or ``GivenTensions(values)``.
         When left out, those that the robot gives, else the nearest to the robot's level.
 
-    Returns
-    -------
-    CableTensions
-
     Raises
     ------
     InputError

@@ -166,10 +166,6 @@ def verify(
         Distance up to which matrices agree, in units of the largest entry of each block.
     tolerance : Tolerance
 
-    Returns
-    -------
-    Verification
-
     Raises
     ------
     InputError

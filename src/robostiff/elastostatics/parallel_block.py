@@ -111,10 +111,6 @@ def block_compliance(
     present : sequence of (..., q) arrays of bool, or None
         Which columns of each J_q are there at all; None for all.
 
-    Returns
-    -------
-    BlockCompliance
-
     Examples
     --------
     Two rods side by side that pull along x, 1 m apart, each with a compliance of 2 m/N:

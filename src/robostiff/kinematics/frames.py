@@ -121,10 +121,6 @@ def place_chain(
     theta : sequence of (..., 6) arrays, optional
         Deflection of each elastic link or telescope beam in its own axes [m, rad]; none when left
         out. (The deflection of an elastic joint adds to its coordinate.)
-
-    Returns
-    -------
-    PlacedChain
     """
     walk = ChainWalk(R_base, p_base, Way.of(chain, q, None if theta is None else list(theta)))
     walk.along(chain)

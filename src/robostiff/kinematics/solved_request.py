@@ -243,12 +243,7 @@ def _shortest_turn(finder: PostureFinder, axis: np.ndarray, tool_axis: np.ndarra
 
 
 def _check_determined(finder: PostureFinder, homes: Sequence[np.ndarray]) -> None:
-    """Raise unless the platform stands still at home while all drives are held.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise unless the platform stands still at home while all drives are held."""
     robot = finder.robot
     if _DETERMINED in finder.known:
         return

@@ -175,12 +175,7 @@ class Linkage(Symbolic):
         return tuple(c.element for c in self.connections if isinstance(c.element, Joint))
 
     def check_names(self, joints: Iterable[str]) -> None:
-        """Raise for a name that is no joint's.
-
-        Raises
-        ------
-        InputError
-        """
+        """Raise for a name that is no joint's."""
         known = [joint.name for joint in self.joints]
         for name in joints:
             if name not in known:
@@ -216,10 +211,6 @@ class Linkage(Symbolic):
         values : mapping of str to float or sequence of float, optional
             Coordinates of joints by name [m, rad], which these joints keep. The others start at
             home and follow as the loops need. The home configuration when left out.
-
-        Returns
-        -------
-        Network
 
         Raises
         ------
