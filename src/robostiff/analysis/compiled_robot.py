@@ -254,19 +254,10 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
 
     Once at the poses at which it was recorded, and once at others: what a record takes for zero or
     for the same at its own samples must be so elsewhere. Both forms decide for themselves where
-    they hold; where both do, they must give the same K, rank and status. Where the recorded closure
-    arrives at none of the poses, it is asked at nearer ones.
+    they hold; where both do, they must give the same K, rank and status, else a `DisagreementError`
+    is raised. Where the recorded closure arrives at none of the poses, it is asked at nearer ones.
 
-    Returns
-    -------
-    bool
-        False where generic poses are ill-conditioned, the recorded closure arrives at none, or the
-        record gives something else where it is unsafe. Then no pose of the robot is left to it.
-
-    Raises
-    ------
-    DisagreementError
-        When they give different results at a pose where both are well conditioned.
+    Without trust no pose of the robot is left to its record.
     """
     general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
     kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)

@@ -173,16 +173,10 @@ def deflection_at(
     posed: Snapshot | Network | Callable[[], Snapshot | Network],
     held: HeldUnderLoads | None = None,
 ) -> Deflection:
-    """How a robot deflects at the single pose of an answer.
+    """How a robot deflects at the single pose of an answer, under a wrench about its point.
 
-    Parameters
-    ----------
-    wrench : (n,) array
-        About the reference point of the answer [N, N m].
-    posed : Snapshot, Network or callable
-        The robot at the pose, or what places it there.
-    held : HeldUnderLoads, optional
-        A network under forces at its bodies, which act too.
+    `posed` is the robot there, or what places it there; a network may be held under forces at its
+    bodies, which act too.
     """
     F = wrench
     if Status.UNREACHABLE in answer.status:
@@ -243,16 +237,9 @@ def deflection_at(
 def carried_by(
     leg: PlacedLeg, solved: Sequence[BlockCompliance], F_leg: np.ndarray, rows: list[int]
 ) -> Iterator[tuple[PlacedFreedom | PlacedSpring, np.ndarray]]:
-    """The elements of a leg, with the wrench that each carries: in a block, what its branch does.
+    """Elements of a leg, and the wrench (..., 6) of each: in a block, what its branch carries.
 
-    Parameters
-    ----------
-    solved : sequence of BlockCompliance
-        Its blocks.
-    F_leg : (..., 6) array
-        What the leg carries [N, N m].
-    rows : list of int
-        Of the space of the robot, among the six.
+    `rows` are those of the space of the robot, among the six.
     """
     blocks = iter(solved)
     for element in leg.elements:

@@ -86,15 +86,8 @@ class ParameterValues(Generic[OfSymbols]):
 def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]) -> OfSymbols:
     """The robot or linkage with symbols for some parameters, and nominal values for the others.
 
-    Parameters
-    ----------
-    taken : sequence of str
-        Names that parameters may not have.
-
-    Raises
-    ------
-    InputError
-        When the robot has no such symbol, or a symbol has no nominal value.
+    An `InputError` says where there is no such symbol, it has no nominal value, or its name is
+    taken.
     """
     symbols = [str(symbol) for symbol in robot.symbols]
     if isinstance(names, str):

@@ -32,22 +32,11 @@ class LegLoads:
 
 
 def leg_loads(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
-    """Loads of the legs under a wrench about the origin of a result.
+    """Loads of the legs under a wrench (..., n) about the origin of a result, all within reach.
 
     They share it with the least energy, the primary result of linear statics: that needs a
-    stiffness matrix neither of a leg nor of the robot, and holds where a direction is rigid.
-
-    Parameters
-    ----------
-    answer : RobotStiffness
-        At one pose or a batch, all within reach.
-    wrench : (..., n) array
-        [N, N m].
-
-    Returns
-    -------
-    LegLoads or None
-        None where the matrices alone are known, and cannot be solved at some pose.
+    stiffness matrix neither of a leg nor of the robot, and holds where a direction is rigid. None
+    where the matrices alone are known, and cannot be solved at some pose.
     """
     if answer.serial_compliance is not None and not np.isnan(answer.serial_compliance).any():
         twist = np.einsum("...ij,...j->...i", answer.serial_compliance, wrench)

@@ -220,22 +220,10 @@ def values_of(output: Output, result: RobotStiffness) -> tuple[np.ndarray, np.nd
 
 
 def twists_under(result: RobotStiffness, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Twists of the reference point under a wrench, and where the load drives a free motion.
+    """Twists (N, n) of the reference point under a wrench (n,), and where it is unbalanced (N,).
 
-    The least displacement, where free motions remain that the load does not feel.
-
-    Parameters
-    ----------
-    result : RobotStiffness
-        At N poses.
-    wrench : (n,) array
-        About the reference point [N, N m].
-
-    Returns
-    -------
-    twist : (N, n) array
-        [m, rad]; NaN where there is none.
-    unbalanced : (N,) array of bool
+    The least displacement where free motions remain that the load does not feel; NaN where there is
+    none.
     """
     twist = np.einsum("...ij,j->...i", compliance_where_answered(result), wrench)
     unbalanced = np.zeros(len(twist), dtype=bool)
@@ -258,24 +246,12 @@ def differences(
     *,
     free: float,
 ) -> Iterator[tuple[int, float | str]]:
-    """Numbers of the poses at which a record differs from the careful form, and by how much.
+    """Numbers of poses at which a record differs from the careful form, and by how much.
 
-    Parameters
-    ----------
-    K : (N, n, n) array
-        Of the record, about the reference point.
-    rank, status_codes : (N,) arrays
-        Of the record.
-    careful : RobotStiffness
-        At the same poses, of any batch shape.
-    free : float
-        Of the largest size: what rounding leaves of zero.
-
-    Yields
-    ------
-    tuple of int and (float or str)
-        Differences of the status first, then of the rank, then of K, the largest first; none within
-        rounding.
+    K (N, n, n) about the reference point, rank and status (N,) are of the record; the careful form
+    is at the same poses, of any batch shape. `free` is what rounding leaves of zero, as a part of
+    the largest size. Differences of the status come first, then of the rank, then of K, the largest
+    first; none within rounding.
     """
     codes, ranks = careful.status_codes.reshape(-1), careful.rank.reshape(-1)
     alike = status_codes == codes

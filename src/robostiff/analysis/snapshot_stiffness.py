@@ -188,21 +188,10 @@ class SolvedBlock:
 def leg_matrices(
     leg: PlacedLeg, at: np.ndarray, space: Space, length: np.ndarray, tolerance: Tolerance
 ) -> LegMatrices:
-    """Compliance and passive twists of a leg about the point `at`.
+    """Compliance and passive twists of a leg about a point (..., 3), in the rows of a space.
 
-    Parameters
-    ----------
-    at : (..., 3) array
-        Point whose twist is given [m].
-    space : Space
-        Its rows alone are kept.
-    length : (...) array
-        Characteristic length [m], by which blocks decide what is free.
-
-    Raises
-    ------
-    InputError
-        When a leg of a planar robot leaves the plane.
+    By the characteristic length (...) [m] blocks decide what is free. A leg of a planar robot that
+    leaves the plane is an `InputError`.
     """
     J_q, names = passive_jacobian(leg.without_blocks, at)
     if space is Space.PLANAR:

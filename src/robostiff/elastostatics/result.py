@@ -20,19 +20,7 @@ _ARRAYS = ("matrix", "status_codes", "rank", "held", "redundant", "length", "rig
 
 
 def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """Symmetric inverse of K, taken where translations and rotations are both lengths.
-
-    Parameters
-    ----------
-    K : (..., n, n) array
-        Regular [N/m, N, N m].
-    length : (...) array
-        Characteristic length [m].
-
-    Returns
-    -------
-    (..., n, n) array
-        [m/N, 1/N, rad/(N m)].
+    """Symmetric inverse of a regular K, taken where translations and rotations are both lengths.
 
     Examples
     --------

@@ -291,16 +291,8 @@ def coupled(
 ) -> list[_Placed]:
     """Elements of a chain, its joints with the motions of the coordinates that move them.
 
-    Parameters
-    ----------
-    placed : sequence of PlacedFreedom, PlacedSpring or PlacedBlock
-        With joints as if each moved alone.
-    own : Transmission
-        Of these joints, in the order in which they are placed.
-    given : (..., n) array, optional
-        Its coordinates, for drives whose stiffness depends on them.
-    prefix : str
-        Before the names of couplings.
+    They are placed as if each joint moved alone. Coordinates (..., n) are needed for drives whose
+    stiffness depends on them; the prefix comes before the names of couplings.
     """
     found = list(placed)
     joints = {k: e for k, e in enumerate(placed) if isinstance(e, PlacedFreedom)}

@@ -141,16 +141,8 @@ class DrivenLinkage:
     def rows(self, values: DriveValues) -> np.ndarray:
         """Coordinates of the drives (..., n) in the order of `inputs` [m, rad].
 
-        Parameters
-        ----------
-        values : (..., n) array, or mapping of str to (...) arrays
-            In the order of `inputs`; or by the names of the joints, (..., size) for a joint with
-            several; those left out stay at home.
-
-        Raises
-        ------
-        InputError
-            When a name is no drive's, or numbers are not finite or too many or few.
+        Given in that order, or by the names of the joints, (..., size) for a joint with several;
+        those left out stay at home. What does not fit is an `InputError`.
         """
         subject, n = f"driven joints of {self.part.name!r}", len(self.inputs)
         if not isinstance(values, Mapping):

@@ -81,22 +81,9 @@ def record_linkage(
 ) -> tuple[RecordedRobot | None, tuple[str, ...]]:
     """Record the stiffness of a linkage; inputs are the coordinates of its drives, then symbols.
 
-    Parameters
-    ----------
-    samples : sequence of Configuration
-        Closed, in general position.
-
-    Returns
-    -------
-    recorded : RecordedRobot or None
-        All ways to hold the platform are those of one leg. None where the closure has no record.
-    undetermined : tuple of str
-        Coordinates that no loop determines.
-
-    Raises
-    ------
-    InputError
-        When a transmitted wrench meets no compliance.
+    All ways to hold the platform are those of one leg. None where the closure has no record; the
+    second result are coordinates that no loop determines. A transmitted wrench that meets no
+    compliance is an `InputError`.
 
     Examples
     --------

@@ -305,27 +305,11 @@ def steps_from_home(
     angles: Sequence[str] = (),
     determinants: Sequence[Entry] = (),
 ) -> RecordedClosure | None:
-    """The closure that takes one recorded step after the other.
+    """The closure that takes one recorded step after the other; None where home is singular.
 
-    Parameters
-    ----------
-    record : Record
-        Its inputs are those of the closure, then the unknowns; its last sample is home.
-    start : dict of names to floats
-        The unknowns at home.
-    q : mapping of names to entries or numbers
-        The coordinates that follow.
-    turns : iterable of entries
-        Positive in the posture that is meant.
-    angles : sequence of str
-        Coordinates that are unknown by their cosine and sine.
-    determinants : sequence of entries
-        More of them, looked at on arrival.
-
-    Returns
-    -------
-    RecordedClosure or None
-        None where home is singular.
+    Inputs of the record are those of the closure, then the unknowns, and its last sample is home.
+    `q` are the coordinates that follow; `turns` are positive in the posture that is meant; `angles`
+    are unknown by their cosine and sine; more determinants are looked at on arrival.
     """
     mode, last = _mode(step.determinants), _mode(determinants)
     if mode is None or last is None:

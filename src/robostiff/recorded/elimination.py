@@ -59,18 +59,10 @@ def transmitted_by(
 ) -> Transmitted:
     """Basis of the wrenches that do no work on passive twists, by elimination.
 
-    All of a start are transmitted to begin with; each joint removes the one that drives it, a
-    trivial joint by deletion as in (19).
-
-    Parameters
-    ----------
-    twists : sequence of Column
-        J_q column by column.
-    start : sequence of Column
-        Unit wrenches, or others, perhaps with further entries that come along.
-    scale : sequence of float
-        By which entries of twists are multiplied, and those of wrenches divided, to be compared:
-        1 for a shift or force, the characteristic length [m] for a turn or moment.
+    All of a start are transmitted to begin with, perhaps with further entries that come along; each
+    joint removes the one that drives it, a trivial joint by deletion as in (19). To be compared,
+    entries of twists are multiplied by a scale, and those of wrenches divided: 1 for a shift or
+    force, the characteristic length [m] for a turn or moment.
     """
     wrenches = [list(w) for w in start]
     losses: list[Any] = []
@@ -122,19 +114,10 @@ def transmitted_by(
 
 
 def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str) -> Conjugate:
-    """Gram-Schmidt of wrenches in the energy of a compliance, the safest pivot first.
+    """Gram-Schmidt of wrenches in the energy W^T C W, the safest pivot first.
 
-    Parameters
-    ----------
-    energy : (m, m) nested list
-        W^T C W, the compliance under these wrenches.
-    leg : str
-        Whose wrenches they are, for messages.
-
-    Raises
-    ------
-    InputError
-        When a wrench meets no compliance. (One that holds nothing may: it is left out.)
+    A wrench that meets no compliance is an `InputError` that names the leg. (One that holds nothing
+    may: it is left out.)
     """
     left = [list(w) for w in wrenches]
     n = len(left)
@@ -239,17 +222,10 @@ class Carried:
 
 
 def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
-    """Ways in which a leg can carry load, in its working frame.
+    """Ways in which a leg can carry load, in its working frame: in all rows of six, or in some.
 
-    The branches of a block add their ways to one another, and the joints of the leg take ways
-    away. Of several blocks each must carry what the first does.
-
-    Parameters
-    ----------
-    rows : sequence of int
-        Which rows of six a wrench has: all, or those of the plane.
-    length : float
-        Characteristic length [m].
+    The branches of a block add their ways to one another, and the joints of the leg take ways away.
+    Of several blocks each must carry what the first does.
     """
     n = len(rows)
     twists = [[twist[row] for row in rows] for twist in leg.twists]

@@ -219,17 +219,6 @@ def compliance_ratio(
 
     Turns are weighed by the characteristic length. It is right within a factor of the number of
     wrenches; 1 where nothing is transmitted.
-
-    Parameters
-    ----------
-    conjugate : Conjugate
-        Wrenches that the leg transmits, in the same frame.
-    rows : sequence of int
-        Which rows of six they have.
-    length : float
-        Characteristic length [m].
-    count : int
-        Number of samples.
     """
     if not conjugate.mu:
         return 1.0

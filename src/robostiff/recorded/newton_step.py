@@ -117,21 +117,10 @@ def newton_step(
     """One step towards postures in which all legs meet the platform, and branches one another.
 
     What stays open is seen from the base of each leg: a shift as a part of the length, and a turn D
-    as vee(D - D^T)/2. Rates are those of closed postures, so that steps converge quadratically. The
-    coordinates of each leg are eliminated first, then what couples the legs.
-
-    Parameters
-    ----------
-    legs : sequence of LegAtGuess
-        Samples must be closed postures: what vanishes at all of them is left out of the rates.
-    pose : FormulaPose
-        Of the platform, at the guess.
-    r : (3,) array of entries and numbers
-        Its rotation vector [rad].
-    open_ : dict of int to str
-        Pose coordinates (x, y, z, rx, ry, rz by number) that the legs decide, and their names.
-    length : float
-        Characteristic length [m].
+    as vee(D - D^T)/2. Rates are those of closed postures, so that steps converge quadratically:
+    what vanishes at all samples is left out of them. The coordinates of each leg are eliminated
+    first, then what couples the legs: pose coordinates that are open, by number and name. `r` is
+    the rotation vector of the platform [rad].
     """
     turning = rotvec_rate(r) if any(k >= 3 for k in open_) else None
     groups, following = [], {}
@@ -188,14 +177,8 @@ def step_of_groups(
 ) -> NewtonStep:
     """One step that closes all gaps, group by group, then by the unknowns that they share.
 
-    Parameters
-    ----------
-    shared : sequence of str
-        Names of the unknowns that stand in several groups.
-    in_coordinates : callable
-        From solved unknowns, in units of the length and radians, to steps of coordinates.
-    length : float
-        Characteristic length [m].
+    `in_coordinates` leads from solved unknowns, in units of the length and radians, to steps of
+    coordinates.
     """
     elimination = SparseElimination()
     left: list[Equation] = []

@@ -69,14 +69,7 @@ def read_coordinate(
 ) -> tuple[np.ndarray, str | None]:
     """Values of a coordinate in SI units, and their unit if they came with one.
 
-    Parameters
-    ----------
-    subject, expected : str
-        Words for messages.
-    values : array-like
-        Numbers [m, rad] or quantities.
-    name : str
-        Of the coordinate; of a joint lengths and angles are taken, and the robot decides.
+    Of a joint lengths and angles are taken, and the robot decides.
 
     Examples
     --------

@@ -19,17 +19,9 @@ _ALONG = 1e-15
 
 
 def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
-    """The same entries, those that are 0 or +-1 up to rounding as integers.
+    """The same entries as objects; those that are 0 or +-1 up to rounding as integers.
 
-    Parameters
-    ----------
-    values : array of entries or numbers
-    scale : float
-        Size against which a number counts as zero.
-
-    Returns
-    -------
-    array of objects
+    Numbers count as zero against a scale.
 
     Examples
     --------
@@ -192,18 +184,10 @@ def body_turned(
 ) -> LegBody:
     """The body after a joint that brings a direction nearest to another, at poses.
 
-    Parameters
-    ----------
-    before : LegBody
-        What carries the joint; the turn is zero where neither of the directions leaves its axis.
-    rest : Rest
-        Frame of the body: axis, then the part of the direction across it.
-    p : (3, N) array
-        Origin of the frame [m].
-    axis, target : (3,) arrays
-        Axis, and direction of the body, at zero coordinates.
-    end : (3, N) array
-        Where the direction is wanted.
+    The joint is carried by `before`, about an axis that is given at zero coordinates as its
+    direction `target` is, which is wanted at `end` (3, N). `rest` is the frame of the body: axis,
+    then the part of the direction across it; p is its origin. The turn is zero where neither of the
+    directions leaves its axis.
     """
     e = before.direction(axis)
     across = end - e * dot(e, end)

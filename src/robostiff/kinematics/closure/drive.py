@@ -87,14 +87,8 @@ def shortest_turn_of(
 ) -> list[np.ndarray]:
     """What directions across `start` become when the shortest turn brings it to `end`.
 
-    ``m - (m.end) / (1 + start.end) (start + end)`` for each; regular unless the two are opposite.
-
-    Parameters
-    ----------
-    start, end : (3,) arrays
-        Unit vectors.
-    sides : (3,) arrays
-        Perpendicular to `start`.
+    ``m - (m.end) / (1 + start.end) (start + end)`` for each; regular unless the two unit vectors
+    are opposite.
     """
     both = start + end
     if both.ndim == 2:
@@ -159,18 +153,8 @@ def driven_by_slide(
 ) -> Driven:
     """Slide with |B - A - s e| = l: s = e.(B - A) +- sqrt(l^2 - |across|^2).
 
-    Parameters
-    ----------
-    base : LegBody
-        What carries the drive.
-    A : (3,) array
-        Near end of the rod at zero coordinates [m].
-    B_now : (3,) array
-        Its far end in the world [m].
-    square : Entry or number
-        l^2 [m^2].
-    sign : int
-        Which root.
+    The near end A of the rod is given at zero coordinates, the far end B in the world, and l^2
+    [m^2].
     """
     e, start = base.direction(slide.axis), base.point(A)
     to_B = B_now - start
@@ -218,17 +202,8 @@ def driven_by_crank(
 ) -> Driven:
     """Crank with |B - A(s)| = l, from x cos s + y sin s = c, given by cosine and sine.
 
-    x and y are the components of B along the arm at zero and across it, r the radius of A, and
-    ``c = (|B|^2 + r^2 - l^2) / 2 r``, all seen from the centre of the circle of A.
-
-    Parameters
-    ----------
-    base : LegBody
-        What carries the drive.
-    circle : Circle
-        Of the near end of the rod.
-    B_now, square, sign
-        As for a slide.
+    x and y are the components of B along the arm at zero and across it, r the radius of A, and ``c
+    = (|B|^2 + r^2 - l^2) / 2 r``, all seen from the centre of the circle of A.
     """
     rest, radius = circle.rest, circle.radius
     m, n, e = (base.direction(axis) for axis in rest.R.T)

@@ -64,16 +64,9 @@ class NewtonTask:
     length: float
 
     def follow(self, start: np.ndarray, q: list[np.ndarray], goal: np.ndarray) -> Followed:
-        """Postures at the goals, in the assembly mode of one closed posture.
+        """Postures at poses (N, 6), in the assembly mode of one closed posture, a pose (6,) and q.
 
-        Parameters
-        ----------
-        start : (6,) array
-            Pose coordinates (x, y, z, rotation vector) of the closed posture.
-        q : list of (size,) arrays
-            Leg coordinates of the closed posture.
-        goal : (N, 6) array
-            Wanted pose coordinates; the open ones are found.
+        Coordinates of the goal that are open are found.
         """
         home = np.concatenate([start, *q])
         key = home.tobytes()

@@ -70,22 +70,11 @@ class LegSolver:
     def solve(
         self, pose: np.ndarray, R_platform: np.ndarray, *, from_afar: bool = True
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Leg coordinates at platform poses, the nearest where out of reach.
+        """Leg coordinates (N, size) at platform poses, the nearest where out of reach.
 
-        Parameters
-        ----------
-        pose : (N, 6) array
-            Pose coordinates: x, y, z and rotation vector.
-        R_platform : (N, 3, 3) array
-            The same rotation as a matrix, which the legs share.
-        from_afar : bool
-            Whether to look for poses far from home in many small steps, where that is the way.
-
-        Returns
-        -------
-        q : (N, size) array
-        elsewhere : (N,) array of bool
-            Where the leg closes, but in another assembly mode than at home.
+        The second result is where the leg closes, but in another assembly mode than at home (N,).
+        Poses (N, 6) come with their rotation matrices, which the legs share. With `from_afar`,
+        poses far from home are looked for in many small steps.
         """
         elsewhere = np.zeros(len(pose), dtype=bool)
         if self.closed_form is None:
@@ -110,13 +99,6 @@ class LegSolver:
 
         In closed form that is the nearest of all assembly modes. Otherwise the leg is followed from
         the given coordinates, and from the pose to which they bring its end.
-
-        Parameters
-        ----------
-        near : (size,) array
-            Coordinates of the leg [m, rad].
-        pose, R_platform
-            As for `solve`.
         """
         near = np.where(self.leg.chain.free, near, self.leg.chain.home)
         q, left = np.tile(near, (len(pose), 1)), np.arange(len(pose))
