@@ -34,41 +34,25 @@ _APART = 1e-7
 
 @dataclass(frozen=True)
 class AtGeneralPoses:
-    """Assumptions of a record.
-
-    Attributes
-    ----------
-    verified : bool
-        Whether the record is trusted at all.
-    ranks : RecordedRanks or None
-        Decides the rank near singular poses, of kernels of K alone.
-    """
+    """Assumptions of a record."""
 
     rank: int
     status: Status
-    verified: bool
+    verified: bool  # whether the record is trusted at all
+    # Decides the rank near singular poses, of kernels of K alone
     ranks: RecordedRanks | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
 class CheckedResults:
-    """Results of a kernel at some poses.
+    """Results of a kernel at some poses."""
 
-    Attributes
-    ----------
-    rows : dict of names to (rows, N) arrays
-        Those of each output, not a number where the status says that there is no answer; views of
-        the results.
-    status_codes : (N,) array of uint8
-    rank : (N,) array of int8
-    guarded : (N,) array of bool
-        Where nothing of this is to be used.
-    """
-
+    # dict of names to (rows, N): those of each output, not a number where the status says that
+    # there is no answer; views of the results
     rows: dict[str, np.ndarray]
-    status_codes: np.ndarray
-    rank: np.ndarray
-    guarded: np.ndarray
+    status_codes: np.ndarray  # (N,) of uint8
+    rank: np.ndarray  # (N,) of int8
+    guarded: np.ndarray  # (N,) of bool: where nothing of this is to be used
 
 
 def checked_results(

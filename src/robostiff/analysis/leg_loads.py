@@ -14,21 +14,12 @@ _BALANCED = 1e-9  # part of a load that may do work on a free motion
 
 @dataclass(frozen=True)
 class LegLoads:
-    """Loads of the legs of a robot, about the origin of its result, in world axes.
+    """Loads of the legs of a robot, about the origin of its result, in world axes."""
 
-    Attributes
-    ----------
-    twist : (..., n) array
-        The least displacement, where free motions remain [m, rad].
-    balanced : (...) array of bool
-        Where the load does no work on free motions; nothing else holds elsewhere.
-    wrenches : tuple of (..., n) arrays
-        On each leg; none for a network.
-    """
-
-    twist: np.ndarray
+    twist: np.ndarray  # (..., n): the least displacement, where free motions remain [m, rad]
+    # (...) of bool: where the load does no work on free motions; nothing else holds elsewhere
     balanced: np.ndarray
-    wrenches: tuple[np.ndarray, ...]
+    wrenches: tuple[np.ndarray, ...]  # tuple of (..., n): on each leg; none for a network
 
 
 def leg_loads(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:

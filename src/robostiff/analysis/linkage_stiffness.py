@@ -109,16 +109,10 @@ class DrivenBy:
 
 @dataclass(frozen=True)
 class AskedConfigurations:
-    """Configurations of a linkage, and the tolerance with which its stiffness is wanted.
-
-    Attributes
-    ----------
-    given : (..., n) array
-        Coordinates of the drives [m, rad].
-    """
+    """Configurations of a linkage, and the tolerance with which its stiffness is wanted."""
 
     kept: DrivenBy
-    given: np.ndarray
+    given: np.ndarray  # (..., n): coordinates of the drives [m, rad]
     tolerance: Tolerance = DEFAULT_TOLERANCE
     method: ClassVar = StructuralAnalysis()
     space: ClassVar = Space.SPATIAL

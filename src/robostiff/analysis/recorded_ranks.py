@@ -28,21 +28,12 @@ class RecordedRanks:
 
     Pivots of K fall with the square of the singular values of these: where they alone are unsafe,
     most poses are near a singular one, but not so near that anything is in doubt.
-
-    Attributes
-    ----------
-    kernel : Kernel
-        Its results are the wrenches that the legs transmit, one after the other.
-    counts : tuple of int
-        How many each leg has.
-    length : float
-        Characteristic length [m].
     """
 
-    kernel: Kernel
-    counts: tuple[int, ...]
+    kernel: Kernel  # its results are the wrenches that the legs transmit, one after the other
+    counts: tuple[int, ...]  # how many each leg has
     space: Space
-    length: float
+    length: float  # characteristic length [m]
 
     @classmethod
     def of(cls, recorded: RecordedRobot) -> RecordedRanks:

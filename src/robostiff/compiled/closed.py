@@ -31,20 +31,13 @@ _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
 
 @dataclass(frozen=True)
 class StepCodes:
-    """Steps one by one: the first ones from the inputs, one from what the last handed on, the end.
-
-    Attributes
-    ----------
-    last : MachineCode or ArrayCode
-        The program behind the steps.
-    arrival : MachineCode, ArrayCode or None
-        Whether the steps of a closure arrive; with it, what is too far from home for all steps at
-        once is reached in parts of the straight way.
-    """
+    """Steps one by one: the first ones, one from what the last handed on, and what follows them."""
 
     first: Code
     step: Code
-    last: Code
+    last: Code  # the program behind the steps
+    # Whether the steps of a closure arrive; with it, what is too far from home for all steps at
+    # once is reached in parts of the straight way
     arrival: Code | None = None
 
     def by(self, code: Callable[[Program], Code]) -> StepCodes:
@@ -55,18 +48,12 @@ class StepCodes:
 
 @dataclass(frozen=True)
 class ClosedCode:
-    """Runs a program of leg coordinates at poses, each closed by four to six steps; picklable.
-
-    Attributes
-    ----------
-    whole : MachineCode, ArrayCode or None
-        The usual number of steps and the program in one; None where that is too long.
-    many, few : StepCodes
-        One by one, for many poses and for so few that they are not worth compiling.
-    """
+    """Runs a program of leg coordinates at poses, each closed by four to six steps; picklable."""
 
     closure: RecordedSteps
+    # The usual number of steps and the program in one; None where that is too long
     whole: Code | None
+    # One by one, for many poses and for so few that they are not worth compiling
     many: StepCodes
     few: StepCodes
 

@@ -38,25 +38,16 @@ _EYE = np.eye(3)
 
 @dataclass(frozen=True)
 class Loop:
-    """A branch of a parallel block, which must end where the first branch of the block does.
+    """A branch of a parallel block, which must end where the first branch of the block does."""
 
-    Attributes
-    ----------
-    name : str
-        Of the branch; empty for the chain itself, which must end on the platform.
-    R, p : (..., 3, 3) and (..., 3) arrays
-        Frame in which the branch ends [m].
-    R_wanted, p_wanted : (..., 3, 3) and (..., 3) arrays
-        Frame in which it should, as the first branch has it [m].
-    own, leading : tuple of int
-        Places of the coordinates that move the one and the other.
-    """
-
-    name: str
+    name: str  # of the branch; empty for the chain itself, which must end on the platform
+    # (..., 3, 3) and (..., 3): frame in which the branch ends [m]
     R: np.ndarray
     p: np.ndarray
+    # (..., 3, 3) and (..., 3): frame in which it should, as the first branch has it [m]
     R_wanted: np.ndarray
     p_wanted: np.ndarray
+    # Places of the coordinates that move the one and the other
     own: tuple[int, ...]
     leading: tuple[int, ...]
 

@@ -100,14 +100,9 @@ class ActuatedRequest(SolvedRequest):
 
 @dataclass(frozen=True)
 class ToolRequest(SolvedRequest):
-    """Postures by tip and unit axis of the tool (N, 6), turned about it as the legs demand.
+    """Postures by tip and unit axis of the tool (N, 6), turned about it as the legs demand."""
 
-    Attributes
-    ----------
-    tool_axis : (3,) array
-        In the platform frame.
-    """
-
+    # (3,): in the platform frame
     tool_axis: np.ndarray = None  # pyright: ignore[reportAssignmentType]
 
     def posture(self, finder: PostureFinder, near: Sequence[np.ndarray] | None) -> Posture:
@@ -142,14 +137,9 @@ class ToolRequest(SolvedRequest):
 
 @dataclass(frozen=True)
 class _ActuatedTask(NewtonTask):
-    """Legs with locked drives, whose coordinates are prescribed; the pose follows.
+    """Legs with locked drives, whose coordinates are prescribed; the pose follows."""
 
-    Attributes
-    ----------
-    drives : tuple of (d,) arrays
-        Places of the drives in the coordinates of each leg.
-    """
-
+    # tuple of (d,): places of the drives in the coordinates of each leg
     drives: tuple[np.ndarray, ...] = ()
 
     def at(self, start: np.ndarray, q: list[np.ndarray], given: np.ndarray) -> Followed:

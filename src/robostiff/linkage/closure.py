@@ -249,23 +249,13 @@ def _turn_by_turn(loops: _Loops, start: np.ndarray, given: np.ndarray) -> Config
 
 @dataclass(frozen=True)
 class _Loops:
-    """The loops of a linkage as equations; a posture x has the coordinates of all connections.
-
-    Attributes
-    ----------
-    guess : (size,) array
-        Coordinates to start from.
-    unknowns : sequence of Connection
-        Joints that move.
-    length : float
-        Characteristic length [m].
-    """
+    """The loops of a linkage as equations; a posture x has the coordinates of all connections."""
 
     tree: SpanningTree
     connections: Sequence[Connection]
-    guess: np.ndarray
-    unknowns: Sequence[Connection]
-    length: float
+    guess: np.ndarray  # (size,): coordinates to start from
+    unknowns: Sequence[Connection]  # joints that move
+    length: float  # characteristic length [m]
 
     @classmethod
     def of(

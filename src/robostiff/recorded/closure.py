@@ -50,32 +50,20 @@ def contraction(values: Mapping[str, Any]) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedSteps:
-    """Newton steps from a start.
-
-    Attributes
-    ----------
-    start : dict of names to floats
-        The unknowns there.
-    step : Program
-        From inputs, unknowns, and what the last step handed on, to the next unknowns and the same
-        of this step.
-    arrival : Program
-        What is computed from the same at the end; what stays open (squared), and a number that is
-        positive where all is well, come last.
-    first : Program or None
-        The first step, or several of them, where these are shorter than the others.
-    first_steps : int
-        How many it takes.
-    steps, most_steps : int
-        How many are usually enough, and how many may be taken.
-    """
+    """Newton steps from a start."""
 
     inputs: tuple[str, ...]
-    start: dict[str, float]
+    start: dict[str, float]  # the unknowns there
+    # From inputs, unknowns, and what the last step handed on, to the next unknowns and the same of
+    # this step
     step: Program
+    # What is computed from the same at the end; what stays open (squared), and a number that is
+    # positive where all is well, come last
     arrival: Program
+    # The first step, or several of them, where these are shorter than the others
     first: Program | None = None
-    first_steps: int = 1
+    first_steps: int = 1  # how many it takes
+    # How many are usually enough, and how many may be taken
     steps: int = 4
     most_steps: int = 6
 
@@ -260,7 +248,7 @@ def record_closure(
     >>> joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
     >>> closure = record_closure(robot, posture_finder(robot), joints)
     >>> closure.inputs, len(closure.start)
-    (('z', 'rx', 'ry'), 12)
+    (('z', 'rx', 'ry'), 11)
     """
     guess = RobotAtGuess.of(robot, finder, joints)
     if guess is None:

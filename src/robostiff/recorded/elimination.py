@@ -19,38 +19,21 @@ _RIGID = 1e-13  # of a compliance: what is left of it is rounding
 
 @dataclass(frozen=True)
 class Transmitted:
-    """Wrenches that the passive joints of a chain transmit.
+    """Wrenches that the passive joints of a chain transmit."""
 
-    Attributes
-    ----------
-    wrenches : list of Column
-        Basis W of null(J_q^T).
-    losses : list of entries or numbers
-        Of each recorded pivot: 1 where it is as safe as it can be, towards infinity where it
-        vanishes.
-    redundant : tuple of bool
-        Which joints add no freedom to those before.
-    """
-
-    wrenches: list[Column]
+    wrenches: list[Column]  # basis W of null(J_q^T)
+    # Of each recorded pivot: 1 where it is as safe as it can be, towards infinity where it vanishes
     losses: list[Any]
-    redundant: tuple[bool, ...]
+    redundant: tuple[bool, ...]  # which joints add no freedom to those before
 
 
 @dataclass(frozen=True)
 class Conjugate:
-    """Wrenches made conjugate to one another: W^T C W = diag(mu), so K = sum of w w^T / mu.
-
-    Attributes
-    ----------
-    mu : list of entries or numbers
-        Compliance under each.
-    losses : list of entries or numbers
-        By how much mu is smaller than the compliance of the wrench as it came: the digits lost.
-    """
+    """Wrenches made conjugate to one another: W^T C W = diag(mu), so K = sum of w w^T / mu."""
 
     wrenches: list[Column]
-    mu: list[Any]
+    mu: list[Any]  # compliance under each
+    # By how much mu is smaller than the compliance of the wrench as it came: the digits lost
     losses: list[Any]
 
 
@@ -199,25 +182,16 @@ def _loss(square: Any, safety: float) -> Any:
 
 @dataclass(frozen=True)
 class Carried:
-    """Ways in which a leg can carry load.
+    """Ways in which a leg can carry load."""
 
-    Attributes
-    ----------
-    wrenches : list of Column
-        W, what each way holds the end of the leg by; of several ways around a loop, some may hold
-        it alike, or not at all.
-    energy : (m, m) nested list
-        Twice the elastic energy of their combinations; W^T C W where nothing is parallel.
-    losses : list of entries or numbers
-        Of the recorded pivots.
-    redundant : tuple of bool
-        Of the passive joints: those of the leg, those of the branches of its blocks, and whether
-        each further block leaves anything free that the blocks before do.
-    """
-
+    # W, what each way holds the end of the leg by; of several ways around a loop, some may hold it
+    # alike, or not at all
     wrenches: list[Column]
+    # Twice the elastic energy of their combinations; W^T C W where nothing is parallel
     energy: list[list[Any]]
-    losses: list[Any]
+    losses: list[Any]  # of the recorded pivots
+    # Of the passive joints: those of the leg, those of the branches of its blocks, and whether each
+    # further block leaves anything free that the blocks before do
     redundant: tuple[bool, ...]
 
 

@@ -43,37 +43,18 @@ Same = tuple[str | None, float]
 
 @dataclass(frozen=True)
 class RobotAtGuess:
-    """A robot at a guess of its posture.
+    """A robot at a guess of its posture."""
 
-    Attributes
-    ----------
-    record : Record
-        Its inputs are free pose coordinates, parameters, then the unknowns.
-    inputs : tuple of str
-        Those that are no unknowns.
-    start : dict of names to floats
-        The unknowns at home: a turn is there by its cosine and sine.
-    angles : tuple of str
-        Coordinates that are unknown by their cosine and sine.
-    pose : FormulaPose
-        Of the platform.
-    r : (3,) array
-        Its rotation vector [rad].
-    open : dict of int to str
-        Pose coordinates that the legs decide.
-    same : dict of names to Same
-        Coordinates of the legs that are no unknowns, as in a parallelogram: they equal another one
-        or a pose coordinate but for its sign, or a number, wherever the legs close.
-    """
-
-    record: Record
-    inputs: tuple[str, ...]
-    start: dict[str, float]
-    angles: tuple[str, ...]
+    record: Record  # its inputs are free pose coordinates, parameters, then the unknowns
+    inputs: tuple[str, ...]  # those that are no unknowns
+    start: dict[str, float]  # the unknowns at home: a turn is there by its cosine and sine
+    angles: tuple[str, ...]  # coordinates that are unknown by their cosine and sine
     legs: tuple[LegAtGuess, ...]
-    pose: FormulaPose
-    r: np.ndarray
-    open: dict[int, str]
+    pose: FormulaPose  # of the platform
+    r: np.ndarray  # (3,): its rotation vector [rad]
+    open: dict[int, str]  # pose coordinates that the legs decide
+    # Coordinates of the legs that are no unknowns, as in a parallelogram: they equal another one or
+    # a pose coordinate but for its sign, or a number, wherever the legs close
     same: dict[str, Same]
 
     @property

@@ -28,29 +28,18 @@ _STILL, _NO_NUMBER = 1e-8, 1e-14
 
 @dataclass(frozen=True)
 class LegAtGuess:
-    """A leg of a robot at coordinates that need not close it.
+    """A leg of a robot at coordinates that need not close it."""
 
-    Attributes
-    ----------
-    leg : Leg
-        Of floats and recorded entries.
-    names : sequence of str
-        Of its coordinates, as unknowns.
-    q : (size,) array of entries and numbers
-        Coordinates [m, rad], locked ones as numbers; 0 of those that follow.
-    following : tuple of int
-        Places of the coordinates of ball joints that close a gap by themselves, three by three.
-    home : (size,) array
-        Coordinates near which these are looked for [rad].
-    same : mapping of names to (name or None, factor)
-        Those that are no unknowns: a factor times another one; or a number.
-    """
-
-    leg: Leg
-    names: Sequence[str]
+    leg: Leg  # of floats and recorded entries
+    names: Sequence[str]  # of its coordinates, as unknowns
+    # (size,) of entries and numbers: coordinates [m, rad], locked ones as numbers; 0 of those that
+    # follow
     q: np.ndarray
+    # Places of the coordinates of ball joints that close a gap by themselves, three by three
     following: tuple[int, ...] = ()
+    # (size,): coordinates near which these are looked for [rad]
     home: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    # Those that are no unknowns: a factor times another one; or a number
     same: Mapping[str, tuple[str | None, float]] = field(default_factory=dict)
 
     @property
@@ -80,30 +69,17 @@ class LegAtGuess:
 
 @dataclass(frozen=True)
 class NewtonStep:
-    """What one Newton step says of a guess.
+    """What one Newton step says of a guess."""
 
-    Attributes
-    ----------
-    steps : dict of names to entries or numbers
-        By how much each unknown moves [m, rad].
-    size : entry or number
-        Sum of the squares of all steps, as parts of the length and radians.
-    gap : entry or number
-        Sum of the squares of what the guess leaves open: shifts as parts of the length, and chords
-        of turns.
-    determinants : list of entries
-        Of each leg, and of what couples them; their signs are those of the assembly mode.
-    undetermined : list of str
-        Unknowns that may have any value.
-    following : dict of names to entries
-        Coordinates that follow from the others [rad].
-    """
-
-    steps: dict[str, Any]
-    size: Any
+    steps: dict[str, Any]  # by how much each unknown moves [m, rad]
+    size: Any  # sum of the squares of all steps, as parts of the length and radians
+    # Sum of the squares of what the guess leaves open: shifts as parts of the length, and chords of
+    # turns
     gap: Any
+    # Of each leg, and of what couples them; their signs are those of the assembly mode
     determinants: list[Any]
-    undetermined: list[str]
+    undetermined: list[str]  # unknowns that may have any value
+    # Coordinates that follow from the others [rad]
     following: dict[str, Any] = field(default_factory=dict)
 
 

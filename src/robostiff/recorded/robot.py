@@ -118,29 +118,16 @@ class RecordedRobot:
 
 @dataclass(frozen=True)
 class RobotOnEntries:
-    """A robot placed in the world on the entries of a new record.
+    """A robot placed in the world on the entries of a new record."""
 
-    Attributes
-    ----------
-    robot : Robot
-        Inputs in place of its symbols.
-    record : Record
-        Its inputs are coordinates of the posture, then the symbols.
-    coordinates : tuple of str
-        Free pose coordinates; or coordinates of all legs, named ``leg/0``, ``leg/1`` and so on, or
-        ``q0``, ``q1`` of a serial arm.
-    pose : FormulaPose
-        Of the platform.
-    length : float
-        Characteristic length [m].
-    """
-
-    robot: Robot
-    record: Record
+    robot: Robot  # inputs in place of its symbols
+    record: Record  # its inputs are coordinates of the posture, then the symbols
+    # Free pose coordinates; or coordinates of all legs, named ``leg/0``, ``leg/1`` and so on, or
+    # ``q0``, ``q1`` of a serial arm
     coordinates: tuple[str, ...]
-    pose: FormulaPose
+    pose: FormulaPose  # of the platform
     placed: tuple[PlacedFormula, ...]
-    length: float
+    length: float  # characteristic length [m]
 
     @classmethod
     def of(

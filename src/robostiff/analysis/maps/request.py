@@ -124,20 +124,12 @@ _LINKAGE_PAYS = 40  # as many networks
 
 @dataclass(frozen=True)
 class MapRequest:
-    """A map that can be made.
-
-    Attributes
-    ----------
-    attributes : mapping
-        Of the map.
-    settings : mapping
-        Quantities, wrench and characteristic length.
-    """
+    """A map that can be made."""
 
     job: MapJob
-    attributes: Mapping[str, Any]
+    attributes: Mapping[str, Any]  # of the map
     robot: Robot | Linkage
-    settings: Mapping[str, Any]
+    settings: Mapping[str, Any]  # quantities, wrench and characteristic length
 
     def identity(self) -> dict[str, str]:
         """A fingerprint of everything on which the map depends, part by part."""

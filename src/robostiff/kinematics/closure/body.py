@@ -65,14 +65,9 @@ def _tidy(value: Any, scale: float) -> Any:
 
 @dataclass(frozen=True)
 class Rest:
-    """A frame of a body while all coordinates are zero.
+    """A frame of a body while all coordinates are zero."""
 
-    Attributes
-    ----------
-    R, p : (3, 3) and (3,) arrays
-        In the leg's base frame.
-    """
-
+    # (3, 3) and (3,): in the leg's base frame
     R: np.ndarray
     p: np.ndarray
     _directions: dict[bytes, np.ndarray] = field(default_factory=dict, compare=False, repr=False)
@@ -107,17 +102,10 @@ def _once(known: dict[bytes, np.ndarray], e: np.ndarray, found: Callable[[], np.
 
 @dataclass(frozen=True)
 class LegBody:
-    """A frame of a body at zero coordinates and now; all else of the body moves along.
+    """A frame of a body at zero coordinates and now; all else of the body moves along."""
 
-    Attributes
-    ----------
-    rest : Rest
-        At zero coordinates.
-    R, p : (3, 3) and (3,) arrays of entries, or (3, 3, N) and (3, N) arrays
-        Now, in the world.
-    """
-
-    rest: Rest
+    rest: Rest  # at zero coordinates
+    # (3, 3) and (3,) of entries, or (3, 3, N) and (3, N): now, in the world
     R: np.ndarray
     p: np.ndarray
 

@@ -21,16 +21,11 @@ from robostiff.spatial.rotation import vector_of_rotation
 
 @dataclass(frozen=True)
 class LegForm(ABC):
-    """A leg of a kind that closes without iteration: one formula for records and for poses.
-
-    Attributes
-    ----------
-    name : str, optional
-        Of the leg, where steps of a record are to be named.
-    """
+    """A leg of a kind that closes without iteration: one formula for records and for poses."""
 
     skeleton: Skeleton
     mode: Mode = field(default_factory=Mode, kw_only=True)
+    # Of the leg, where steps of a record are to be named
     name: str | None = field(default=None, kw_only=True)
 
     @abstractmethod
@@ -118,15 +113,9 @@ class LegForm(ABC):
 
 @dataclass(frozen=True)
 class RodForm(LegForm):
-    """A leg with a rod between two joints.
+    """A leg with a rod between two joints."""
 
-    Attributes
-    ----------
-    joints : RodJoints
-        The rod, and the joints at its ends.
-    """
-
-    joints: RodJoints
+    joints: RodJoints  # the rod, and the joints at its ends
 
     @property
     def signs(self) -> tuple[bool, bool, bool]:
