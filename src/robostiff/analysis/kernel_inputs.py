@@ -82,6 +82,7 @@ def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]
     taken.
     """
     symbols = [str(symbol) for symbol in robot.symbols]
+    loads = "load" if isinstance(robot, Robot) else "load_linkage"
     if isinstance(names, str):
         raise InputError(
             "parameters to compile", got=names, expected="several names", hint=f"write ({names!r},)"
@@ -92,7 +93,7 @@ def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]
                 f"parameter of {robot.name!r}",
                 got=name,
                 expected=f"a symbol: {', '.join(symbols) or 'it has none'}",
-                hint=f'write rs.load(..., symbols=("{name}",))',
+                hint=f'write rs.{loads}(..., symbols=("{name}",))',
             )
         if name in taken:
             raise InputError(

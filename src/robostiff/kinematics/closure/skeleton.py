@@ -19,7 +19,7 @@ class Cluster:
     """Axes through one point: one or two, or a spherical joint."""
 
     point: np.ndarray  # (3,): where they meet, in the leg's base frame, all coordinates zero
-    axes: tuple[np.ndarray, ...]  # tuple of (3,)
+    axes: tuple[np.ndarray, ...]  # (3,) each
     places: tuple[int, ...]  # of their coordinates in the coordinate vector
     is_ball: bool
     drawn_at: int  # place of the joint that is drawn at the point
@@ -40,7 +40,7 @@ class Skeleton:
     # From base to platform; a freedom that turns and slides at once is a part by itself, which no
     # closed form knows
     parts: tuple[Cluster | Slide | Screw, ...]
-    # arrays: end frame
+    # End frame
     R_end: np.ndarray
     p_end: np.ndarray
     home: np.ndarray  # (size,): home coordinates, which the locked joints keep
