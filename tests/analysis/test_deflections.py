@@ -15,9 +15,10 @@ from robostiff import (
     stiffness,
 )
 from robostiff.kinematics import find_posture
-from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated
 from robostiff.spatial import move_twist, move_wrench
+from robostiff.spatial.rotation import vector_of_rotation
 from tests.generators.machines import case_a, case_b, elbow_arm, five_bar, tripod
 from tests.generators.robots import FreeRobot, robots
 
@@ -89,7 +90,7 @@ def test_actuator_loads_of_a_hexapod_by_virtual_work(pose):
                 six[k] += sign * h
             else:
                 turn = turn_by_vector(sign * h * np.eye(3)[k - 3]) @ turn_by_vector(home[3:])
-                six[3:] = vector_of_turn(turn)
+                six[3:] = vector_of_rotation(turn)
             ends.append(lengths(six))
         J[:, k] = (ends[0] - ends[1]) / (2 * h)
     loads = np.linalg.solve(J.T, LOAD)

@@ -173,7 +173,8 @@ def test_joint_coordinates():
 def test_poses_of_kernels_that_are_computed_again(robot):
     kernel = rs.compile(rs.load("gough-stewart-a"), backend=rs.Backend.ARRAYS)
     home = rs.find_posture(rs.load("gough-stewart-a")).pose[0]
-    answer = kernel.evaluate(Q([[*home[:3].tolist(), 0, 0, 0]], "m").to("mm"))
+    x, y, z = home[:3].tolist()
+    answer = kernel.evaluate(Q([[x + 1e-12, y, z, 0, 0, 0]], "m").to("mm"))
     assert answer.guarded.all()
     assert answer.rank.tolist() == [3]
     with pytest.raises(InputError, match=r"poses of 'gough-stewart-a', entry \[0\]"):

@@ -191,7 +191,7 @@ def test_few_rows_are_held():
     for k in range(50):
         y = sine(y) + k
     code = ArrayCode(Program.of(record, [y]))
-    assert code._rows == 1
+    assert code._plan[2] == 1
 
 
 def test_one_pose_has_the_numbers_of_a_batch_also_where_there_are_none():

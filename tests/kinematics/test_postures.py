@@ -8,9 +8,10 @@ from robostiff import InputError, JointCoordinates, stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import PlausibilityWarning
 from robostiff.kinematics import PostureFinder, find_posture, place_chain
-from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
 from robostiff.model import Coordinate, PlacedFreedom
 from robostiff.robots import load
+from robostiff.spatial.rotation import vector_of_rotation
 from tests.generators.legs import has_skewed_axes, platform_at, random_leg, six
 from tests.generators.machines import case_b, elbow_arm, five_bar, tripod
 
@@ -229,7 +230,7 @@ def test_rate_of_a_rotation_vector(size: float):
     for k in range(3):
         step = h * np.eye(3)[k]
         turn = turn_by_vector(r + step) @ turn_by_vector(r - step).T
-        w = vector_of_turn(turn) / (2 * h)
+        w = vector_of_rotation(turn) / (2 * h)
         assert np.abs(J[:, k] - w).max() <= 1e-9
 
 

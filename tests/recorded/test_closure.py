@@ -15,7 +15,19 @@ from robostiff.compiled import closed, machine_code_is_available
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Actuated, Chain, Joint, Leg, Robot, revolute
+from robostiff.model import (
+    Actuated,
+    Branch,
+    Chain,
+    Coordinate,
+    Joint,
+    Leg,
+    ParallelBlock,
+    Passive,
+    Rigid,
+    Robot,
+    revolute,
+)
 from robostiff.record import Operation, Program, Record
 from robostiff.recorded import CLOSED, RecordedClosure, record_closure
 from robostiff.recorded.newton_step import LegAtGuess, newton_step
@@ -145,6 +157,45 @@ def test_turns_and_closing_ball_joints_need_no_sine():
         step = closure_of(robot_called(name)).step
         turning = [own.operation for own in step.steps if own.operation in TRIGONOMETRIC]
         assert len(turning) == 2
+
+
+def test_what_legs_constrain_leaves_fewer_unknowns():
+    """Cranks of a parallelogram turn alike, their pins back; what does not move is a number."""
+    closure = closure_of(robot_called("capaman"))
+    crank, slide = ("cos leg1/0", "sin leg1/0"), "leg1/4"
+    assert [name for name in closure.start if "leg1" in name] == [*crank, slide]
+    assert closure.same["leg1/2"] == ("leg1/0", 1.0)
+    assert closure.same["leg1/3"] == ("leg1/0", -1.0)
+    of_h4 = closure_of(robot_called("h4"))
+    assert of_h4.same["right/22"] == ("rz", 1.0)
+    assert not {"rx", "ry"} & set(of_h4.start)
+
+
+def test_a_parallelogram_does_not_pass_through_its_line():
+    """Equal coordinates close it beyond as well, in another assembly mode."""
+
+    def crank(y: float) -> Branch:
+        elements = (
+            revolute([1, 0, 0], Actuated(1e3) if y < 0 else Passive(), name="pin", home=[0.4]),
+            Rigid(Frame(np.eye(3), np.array([0, 0, 0.1]))),
+            revolute([1, 0, 0], Passive(), name="coupler", home=[-0.4]),
+        )
+        at = Frame(np.eye(3), np.array([0, y, 0]))
+        return Branch(f"at {y:g}", at, Chain(elements), at)
+
+    block = ParallelBlock((crank(-0.1), crank(0.1)), "parallelogram")
+    y, z = -0.1 * np.sin(0.4), 0.1 * np.cos(0.4)
+    home = Frame(np.eye(3), np.array([0, y, z]))
+    leg = Leg("leg", Frame.identity(), Chain((block,)), Frame.identity())
+    robot = Robot("crank", (leg,), home=home, coordinates=(Coordinate.Z,))
+    closure = closure_of(robot)
+    assert sum("leg/" in name for name in closure.start) == 2
+    z = np.array([[0.08], [0.02], [-0.02]])
+    q, arrived = arrivals(replace(closure, steps=6), z)
+    np.testing.assert_allclose(0.1 * np.cos(q[:, 0]), z[:, 0], atol=1e-12)
+    assert arrived.tolist() == [True, True, False]
+    reached = PostureFinder(robot).find(z).reached
+    np.testing.assert_array_equal(reached, arrived)
 
 
 def test_half_a_turn_is_not_closed():

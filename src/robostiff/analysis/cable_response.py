@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness, judged
-from robostiff.analysis.result import require_one_pose
+from robostiff.analysis.result import given_wrenches, require_one_pose
 from robostiff.cables import CableStatus, TensionRule
 from robostiff.cables.equilibrium import Hanging, first_slack, load_path
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import NoAnswerError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
-from robostiff.spatial import Space, as_floats
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 
 _FURTHEST = 100.0  # times the load, up to which slack is searched for
@@ -145,10 +144,6 @@ def cable_response(
         Tensions before the load, as for `cable_tensions`.
     tolerance : Tolerance
 
-    Returns
-    -------
-    CableResponse
-
     Raises
     ------
     InputError
@@ -164,7 +159,7 @@ def cable_response(
     before = cable_stiffness(robot, pose, tensions=tensions, tolerance=tolerance)
     hint = "loop over the poses"
     require_one_pose("a loaded cable robot", before.batch_shape, hint)
-    F = _load(load, robot.space)
+    F = given_wrenches(load, robot.space, subject="load", hint="write load=[...]")
     barred = CableStatus.FREE_MOTIONS | CableStatus.UNSTABLE
     if not before.answered:
         return CableResponse(F, before, before.status, 0.0)
@@ -181,7 +176,8 @@ def cable_response(
     status = after.status
     if np.any(after.axial == 0):
         status |= CableStatus.SLACK
-    return CableResponse(F, before, status, 1.0, _displacement(state, robot.space), after, slack)
+    moved = np.concatenate([state.shift, vector_of_rotation(state.R)])[list(robot.space.rows)]
+    return CableResponse(F, before, status, 1.0, moved, after, slack)
 
 
 def _followed(
@@ -238,17 +234,3 @@ def _after(
             rule="locked winches",
         )
     )
-
-
-def _displacement(state: Hanging, space: Space) -> np.ndarray:
-    return np.concatenate([state.shift, vector_of_rotation(state.R)])[list(space.rows)]
-
-
-def _load(load: ArrayLike | None, space: Space) -> np.ndarray:
-    expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
-    if load is None:
-        raise InputError("load", expected=expected, hint="write load=[...]")
-    F = as_floats("load", load, expected, space.wrench_units)
-    if F.shape != (space.size,):
-        raise InputError("load", got=load, expected=expected)
-    return F

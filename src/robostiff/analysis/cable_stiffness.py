@@ -119,12 +119,7 @@ class CableStiffness(CableAnswer):
         return scaled_inverse(self.K, self.placed.characteristic_length)
 
     def required_compliance(self) -> np.ndarray:
-        """Compliance matrix, or an exception that says why there is none.
-
-        Raises
-        ------
-        NoAnswerError
-        """
+        """Compliance matrix, or an exception that says why there is none."""
         C = self.compliance
         if C is None:
             self._require_answer()
@@ -249,10 +244,6 @@ def cable_stiffness(
     at : (3,) or (..., 3) array, optional
         Point of the platform about which K is given, in world coordinates [m].
     tolerance : Tolerance
-
-    Returns
-    -------
-    CableStiffness
 
     Raises
     ------

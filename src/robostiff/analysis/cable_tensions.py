@@ -8,6 +8,7 @@ from typing import Any, Self, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.result import given_wrenches
 from robostiff.cables import (
     CableStatus,
     GivenTensions,
@@ -24,7 +25,6 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose
 from robostiff.kinematics.pose import requested_pose
 from robostiff.model.cable import CableRobot
-from robostiff.spatial import Space, as_floats
 
 _NO_LENGTH = 1e-9  # of the characteristic length
 
@@ -139,10 +139,6 @@ def cable_tensions(
         ``NearestTensions(level)``, ``ClosedFormTensions(level)`` or ``GivenTensions(values)``.
         When left out, those that the robot gives, else the nearest to the robot's level.
 
-    Returns
-    -------
-    CableTensions
-
     Raises
     ------
     InputError
@@ -165,8 +161,9 @@ def cable_tensions(
     # A pose is read the same way for robots of legs and of cables.
     request = requested_pose(cast(Any, robot), pose)
     placed = place_cables(robot, request.R, request.coordinates[:, :3])
-    N, n = len(request.coordinates), robot.space.size
-    F = _wrenches(wrench, robot.space, request.batch, N)
+    n = robot.space.size
+    wrench = np.zeros(n) if wrench is None else wrench
+    F = given_wrenches(wrench, robot.space, request.batch).reshape(-1, n)
     length = placed.characteristic_length
     s = scaling(length, robot.space)
     least, greatest = robot.tension_limits
@@ -224,24 +221,6 @@ def _level(robot: CableRobot, rule: TensionRule) -> float:
             hint=f"write tensions={type(rule).__name__}(0), or give every cable a greatest tension",
         )
     return float(level)
-
-
-def _wrenches(
-    wrench: ArrayLike | None, space: Space, batch: tuple[int, ...], poses: int
-) -> np.ndarray:
-    n = space.size
-    if wrench is None:
-        return np.zeros((poses, n))
-    expected = f"{n} numbers: {' '.join(space.wrench_order)} [N, N m]"
-    F = as_floats("wrench", wrench, expected, space.wrench_units)
-    if F.ndim == 0 or F.shape[-1] != n:
-        raise InputError("wrench", got=wrench, expected=expected)
-    try:
-        return np.array(np.broadcast_to(F, (*batch, n)).reshape(poses, n))
-    except ValueError:
-        raise InputError(
-            "wrenches", got=F.shape, expected=f"one, or as many as poses: {(*batch, n)}"
-        ) from None
 
 
 def _reshaped(placed: PlacedCables, batch: tuple[int, ...], cables: int) -> PlacedCables:

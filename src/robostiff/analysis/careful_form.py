@@ -145,20 +145,10 @@ _COMPLAINTS = Status.UNREACHABLE | Status.BEYOND_LIMITS | Status.ILL_CONDITIONED
 
 @dataclass(frozen=True)
 class AskedPoses:
-    """Poses of a robot, and the way in which its stiffness at them is asked for.
+    """Poses of a robot, and the way in which its stiffness at them is asked for."""
 
-    Attributes
-    ----------
-    finder : PostureFinder
-        Of the robot.
-    request : PoseRequest or (..., size) array
-        The latter are joint coordinates.
-    method : Form
-    near : joint coordinates or None
-    tolerance : Tolerance
-    """
-
-    finder: PostureFinder
+    finder: PostureFinder  # of the robot
+    # PoseRequest or (..., size): the latter are joint coordinates
     request: PoseRequest | np.ndarray
     method: Form = DEFAULT_METHOD
     near: Near = None

@@ -34,43 +34,25 @@ _APART = 1e-7
 
 @dataclass(frozen=True)
 class AtGeneralPoses:
-    """Assumptions of a record.
-
-    Attributes
-    ----------
-    rank : int
-    status : Status
-    verified : bool
-        Whether the record is trusted at all.
-    ranks : RecordedRanks or None
-        Decides the rank near singular poses, of kernels of K alone.
-    """
+    """Assumptions of a record."""
 
     rank: int
     status: Status
-    verified: bool
+    verified: bool  # whether the record is trusted at all
+    # Decides the rank near singular poses, of kernels of K alone
     ranks: RecordedRanks | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
 class CheckedResults:
-    """Results of a kernel at some poses.
+    """Results of a kernel at some poses."""
 
-    Attributes
-    ----------
-    rows : dict of names to (rows, N) arrays
-        Those of each output, not a number where the status says that there is no answer; views of
-        the results.
-    status_codes : (N,) array of uint8
-    rank : (N,) array of int8
-    guarded : (N,) array of bool
-        Where nothing of this is to be used.
-    """
-
+    # dict of names to (rows, N): those of each output, not a number where the status says that
+    # there is no answer; views of the results
     rows: dict[str, np.ndarray]
-    status_codes: np.ndarray
-    rank: np.ndarray
-    guarded: np.ndarray
+    status_codes: np.ndarray  # (N,) of uint8
+    rank: np.ndarray  # (N,) of int8
+    guarded: np.ndarray  # (N,) of bool: where nothing of this is to be used
 
 
 def checked_results(
@@ -85,14 +67,12 @@ def checked_results(
 
     Parameters
     ----------
-    kernel : Kernel
     results : (rows, N) array
         Of the kernel; changed where there is no answer.
     missed : (N,) array of bool
         Poses that are known to be out of reach.
     loose : (N,) array of bool
         Poses whose inputs are not to be trusted.
-    general : AtGeneralPoses
     inputs : (inputs, N) array, optional
         Of the kernel, where ranks may be decided by them.
     """
@@ -110,9 +90,8 @@ def checked_results(
             status[beyond] |= np.uint8(Status.BEYOND_LIMITS)
     closed = closes(kernel, results)
     guarded = _unsafe(checks, results.shape[1], general) | loose | ~closed
-    doubtful = ~guarded & ~(checks["rank"] < _SAFE) if "rank" in checks else np.zeros(1, dtype=bool)
-    if doubtful.any():
-        where = np.flatnonzero(doubtful)
+    where = np.flatnonzero(~guarded & ~(checks["rank"] < _SAFE)) if "rank" in checks else ()
+    if len(where):
         guarded[where] = True
         if general.ranks is not None and inputs is not None:
             rank[where], clear = general.ranks.decided(inputs[:, where], results[:start, where])
@@ -301,7 +280,6 @@ class CompiledStiffness(AtGeneralPoses, ABC):
         Whether the record was found to agree at generic poses with the form that recomputes unsafe
         ones; False where those are ill-conditioned, or recorded steps reach none of them, and
         every pose is then computed by that form.
-    kernel : Kernel
     """
 
     kernel: Kernel

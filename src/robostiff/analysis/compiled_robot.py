@@ -13,8 +13,8 @@ from robostiff.analysis.careful_form import AskedPoses, careful_stiffness
 from robostiff.analysis.compiled_answer import (
     AtGeneralPoses,
     CompiledStiffness,
+    attempted,
     checked_outputs,
-    checked_results,
     closes,
 )
 from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
@@ -34,7 +34,6 @@ from robostiff.compiled import (
     Output,
     StiffnessMatrix,
     kernel_of,
-    unpack,
 )
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import DisagreementError, InputError
@@ -48,7 +47,6 @@ from robostiff.recorded import (
     record_robot,
     sample_postures,
 )
-from robostiff.spatial.batch import empty_batch
 
 
 @dataclass(frozen=True, repr=False)
@@ -256,19 +254,10 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
 
     Once at the poses at which it was recorded, and once at others: what a record takes for zero or
     for the same at its own samples must be so elsewhere. Both forms decide for themselves where
-    they hold; where both do, they must give the same K, rank and status. Where the recorded closure
-    arrives at none of the poses, it is asked at nearer ones.
+    they hold; where both do, they must give the same K, rank and status, else a `DisagreementError`
+    is raised. Where the recorded closure arrives at none of the poses, it is asked at nearer ones.
 
-    Returns
-    -------
-    bool
-        False where generic poses are ill-conditioned, the recorded closure arrives at none, or the
-        record gives something else where it is unsafe. Then no pose of the robot is left to it.
-
-    Raises
-    ------
-    DisagreementError
-        When they give different results at a pose where both are well conditioned.
+    Without trust no pose of the robot is left to its record.
     """
     general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
     kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
@@ -319,23 +308,20 @@ def _agrees(
         given = posture.coordinates[0] if by_joints else posture.pose[:, robot.coordinate_places]
         values = ParameterValues(robot, np.reshape(samples, (len(samples), len(given))))
         rows = inputs.rows(_pose(robot, given), given, values)
-        results = kernel.evaluate(rows.rows)
-        met = closes(kernel, results) & ~rows.missed
+        met = closes(kernel, kernel.evaluate(rows.rows)) & ~rows.missed
         if met.any():
             break
     else:
         return False
-    found = checked_results(kernel, results, rows.missed, rows.loose, general)
+    answer = attempted(kernel, rows, general, 1)
     trusted = True
     for other, own in values.groups(met):
         part = _pose(robot, given[own])
         result = careful_stiffness(other, part)
-        decided = ~(found.guarded[own] | _doubtful(result))
-        K = empty_batch((len(own),), result.about_reference.matrix.shape[1:])
-        unpack(found.rows[StiffnessMatrix.name][:, own], K)
-        for k, distance in differences(
-            K, found.rank[own], found.status_codes[own], result, free=AskedPoses.free
-        ):
+        decided = ~(answer.guarded[own] | _doubtful(result))
+        K = answer.values[StiffnessMatrix.name][own]
+        rank, codes = answer.rank[own], answer.status_codes[own]
+        for k, distance in differences(K, rank, codes, result, free=AskedPoses.free):
             if decided[k]:
                 numbers = np.concatenate([given[own[k]], values.rows[:, own[k]]])
                 raise DisagreementError(AskedPoses.opinions, distance, _place(robot, numbers))

@@ -24,7 +24,7 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.network import HeldUnderLoads, Network, loads_under
-from robostiff.spatial import Space, move_twist, move_wrench
+from robostiff.spatial import move_twist, move_wrench
 
 
 @dataclass(frozen=True)
@@ -173,24 +173,15 @@ def deflection_at(
     posed: Snapshot | Network | Callable[[], Snapshot | Network],
     held: HeldUnderLoads | None = None,
 ) -> Deflection:
-    """How a robot deflects at the single pose of an answer.
+    """How a robot deflects at the single pose of an answer, under a wrench about its point.
 
-    Parameters
-    ----------
-    answer : RobotStiffness
-    wrench : (n,) array
-        About the reference point of the answer [N, N m].
-    posed : Snapshot, Network or callable
-        The robot at the pose, or what places it there.
-    held : HeldUnderLoads, optional
-        A network under forces at its bodies, which act too.
+    `posed` is the robot there, or what places it there; a network may be held under forces at its
+    bodies, which act too.
     """
     F = wrench
     if Status.UNREACHABLE in answer.status:
         return Deflection(F, answer, answer.status, None)
-    to_origin = answer.origin - answer.reference_point
-    to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
-    F_origin = move_wrench(F, to_origin)
+    F_origin = move_wrench(F, -answer.offset)
     if held is not None:
         if held.status:
             return Deflection(F, answer, answer.status | held.status, None)
@@ -233,7 +224,7 @@ def deflection_at(
         wrench=F,
         stiffness=answer,
         status=answer.status,
-        moved=move_twist(t_origin, -to_origin),
+        moved=move_twist(t_origin, answer.offset),
         # Shares that differ only by rounding stay in the order of the legs.
         parts=tuple(sorted(shares, key=lambda share: -round(share.share, 9))),
         reactions=tuple(reactions),
@@ -246,17 +237,9 @@ def deflection_at(
 def carried_by(
     leg: PlacedLeg, solved: Sequence[BlockCompliance], F_leg: np.ndarray, rows: list[int]
 ) -> Iterator[tuple[PlacedFreedom | PlacedSpring, np.ndarray]]:
-    """The elements of a leg, with the wrench that each carries: in a block, what its branch does.
+    """Elements of a leg, and the wrench (..., 6) of each: in a block, what its branch carries.
 
-    Parameters
-    ----------
-    leg : PlacedLeg
-    solved : sequence of BlockCompliance
-        Its blocks.
-    F_leg : (..., 6) array
-        What the leg carries [N, N m].
-    rows : list of int
-        Of the space of the robot, among the six.
+    `rows` are those of the space of the robot, among the six.
     """
     blocks = iter(solved)
     for element in leg.elements:

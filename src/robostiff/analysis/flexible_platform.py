@@ -27,33 +27,16 @@ def legs_on_platform(
     origin: np.ndarray,
     method: Form,
 ) -> tuple[CartesianStiffness, tuple[CartesianStiffness, ...], np.ndarray | None, list[str]]:
-    """Stiffness of the tool, what each leg carries, compliance without an inverse, and names.
+    """Stiffness of the tool, that of each leg, compliance without an inverse, and names.
 
-    Parameters
-    ----------
-    placed : PlacedPlatform
-    legs : tuple of CartesianStiffness
-        By themselves, about `origin`.
-    compliances : sequence of (..., n, n) arrays
-        Of each leg with its joints held, about `origin`.
-    alone : (..., n, n) array or None
-        Compliance of a single leg without passive joints.
-    origin : (..., 3) array
-        Point of the tool [m].
-    method : Form
-        The wrench basis form takes the compliance of each leg as it is, so that legs may be rigid;
-        the others give a stiffness, which is inverted on the transmitted wrenches. They refuse
-        rigid legs.
+    Legs are given by themselves about `origin`, with their compliances there, joints held; `alone`
+    is the compliance of a single leg without passive joints. What each leg carries is as in
+    `CoupledLegs`. The compliance is that of the tool, for a leg alone on a platform without motions
+    of its own; names are those of motions of the platform itself, the last columns of
+    ``whole.redundant``.
 
-    Returns
-    -------
-    whole : CartesianStiffness
-    legs : tuple of CartesianStiffness
-        See `CoupledLegs`.
-    compliance : (..., n, n) array or None
-        Of the tool, for a leg alone on a platform without motions of its own.
-    names : list of str
-        Of motions of the platform itself, the last columns of ``whole.redundant``.
+    The wrench basis form takes the compliance of each leg as it is, so that legs may be rigid; the
+    others give a stiffness, which is inverted on the transmitted wrenches.
     """
     tolerance, space = legs[0].tolerance, legs[0].space
     nodes, flexibility = _flexibility(placed, space, tolerance)
@@ -93,14 +76,7 @@ def platform_energies(
 ) -> list[tuple[str, str, float]]:
     """Elastic energy of each part of a flexible platform, at one pose: leg, part, energy [J].
 
-    Parameters
-    ----------
-    snapshot : Snapshot
-        At one pose; a rigid platform has no such parts.
-    leg_wrenches : sequence of (n,) arrays
-        What each leg carries, about `origin`, world axes.
-    origin : (3,) array
-    tolerance : Tolerance
+    By what each leg carries (n,) about `origin`, world axes. A rigid platform has no such parts.
     """
     placed = snapshot.platform
     if placed is None:

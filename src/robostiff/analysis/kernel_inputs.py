@@ -27,18 +27,10 @@ from robostiff.spatial.rotation import is_rigid_transform
 
 @dataclass(frozen=True)
 class ParameterValues(Generic[OfSymbols]):
-    """Values of the symbols of a robot at N poses.
+    """Values of the symbols of a robot at N poses."""
 
-    Attributes
-    ----------
-    robot : Robot or Linkage
-        With symbols; without any, there is one robot for all poses.
-    rows : (parameters, N) array
-        Sorted by the names of the parameters.
-    """
-
-    robot: OfSymbols
-    rows: np.ndarray
+    robot: OfSymbols  # with symbols; without any, there is one robot for all poses
+    rows: np.ndarray  # (parameters, N): sorted by the names of the parameters
 
     @classmethod
     def of(
@@ -86,19 +78,11 @@ class ParameterValues(Generic[OfSymbols]):
 def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]) -> OfSymbols:
     """The robot or linkage with symbols for some parameters, and nominal values for the others.
 
-    Parameters
-    ----------
-    robot : Robot
-    names : sequence of str
-    taken : sequence of str
-        Names that parameters may not have.
-
-    Raises
-    ------
-    InputError
-        When the robot has no such symbol, or a symbol has no nominal value.
+    An `InputError` says where there is no such symbol, it has no nominal value, or its name is
+    taken.
     """
     symbols = [str(symbol) for symbol in robot.symbols]
+    loads = "load" if isinstance(robot, Robot) else "load_linkage"
     if isinstance(names, str):
         raise InputError(
             "parameters to compile", got=names, expected="several names", hint=f"write ({names!r},)"
@@ -109,7 +93,7 @@ def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]
                 f"parameter of {robot.name!r}",
                 got=name,
                 expected=f"a symbol: {', '.join(symbols) or 'it has none'}",
-                hint=f'write rs.load(..., symbols=("{name}",))',
+                hint=f'write rs.{loads}(..., symbols=("{name}",))',
             )
         if name in taken:
             raise InputError(
@@ -135,36 +119,20 @@ _OTHERWISE = "rs.stiffness takes poses in other ways, all six coordinates among 
 
 @dataclass(frozen=True)
 class InputRows:
-    """Inputs of a kernel at N poses.
+    """Inputs of a kernel at N poses."""
 
-    Attributes
-    ----------
-    rows : (inputs, N) array
-    missed : (N,) array of bool
-        Poses that are known to be out of reach.
-    loose : (N,) array of bool
-        Poses within reach whose legs do not meet the platform to the last digits.
-    """
-
-    rows: np.ndarray
-    missed: np.ndarray
+    rows: np.ndarray  # (inputs, N)
+    missed: np.ndarray  # (N,) of bool: poses that are known to be out of reach
+    # (N,) of bool: poses within reach whose legs do not meet the platform to the last digits
     loose: np.ndarray
 
 
 @dataclass(frozen=True)
 class KernelInputs:
-    """Rows that a kernel takes, made from poses.
+    """Rows that a kernel takes, made from poses."""
 
-    Attributes
-    ----------
-    robot : Robot
-        Its symbols are the parameters of the kernel.
-    joints : int
-        How many leg coordinates the kernel takes; 0 where it takes pose coordinates.
-    """
-
-    robot: Robot
-    joints: int
+    robot: Robot  # its symbols are the parameters of the kernel
+    joints: int  # how many leg coordinates the kernel takes; 0 where it takes pose coordinates
 
     def checked(self, pose: Pose) -> np.ndarray:
         """The numbers of poses (N, n)."""

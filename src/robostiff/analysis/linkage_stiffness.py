@@ -21,7 +21,7 @@ from robostiff.elastostatics import (
 )
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import ActuatorCoordinates
-from robostiff.kinematics.turn import vector_of_turn
+from robostiff.kinematics.pose import six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
 from robostiff.linkage.closure import as_rounded
 from robostiff.linkage.essential import network_of
@@ -109,18 +109,10 @@ class DrivenBy:
 
 @dataclass(frozen=True)
 class AskedConfigurations:
-    """Configurations of a linkage, and the tolerance with which its stiffness is wanted.
-
-    Attributes
-    ----------
-    kept : DrivenBy
-    given : (..., n) array
-        Coordinates of the drives [m, rad].
-    tolerance : Tolerance
-    """
+    """Configurations of a linkage, and the tolerance with which its stiffness is wanted."""
 
     kept: DrivenBy
-    given: np.ndarray
+    given: np.ndarray  # (..., n): coordinates of the drives [m, rad]
     tolerance: Tolerance = DEFAULT_TOLERANCE
     method: ClassVar = StructuralAnalysis()
     space: ClassVar = Space.SPATIAL
@@ -268,7 +260,7 @@ def linkage_stiffness(
     ]
     points = np.array([network.reference_point for network in networks]).reshape(-1, 3)
     frames = [one.frames[part.platform] for one in found]
-    pose = [np.concatenate([frame.p, vector_of_turn(frame.R)]) for frame in frames]
+    pose = [six_coordinates(frame.R, frame.p) for frame in frames]
     origins = [p if own is None else own.origin for p, own in zip(points, solved, strict=True)]
     nothing = _without_answer(0, driven.home.length, 0, tolerance)
     return RobotStiffness(

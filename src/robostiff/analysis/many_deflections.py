@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.deflection_under_load import deflection_at
 from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import given_wrenches
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
@@ -21,7 +21,7 @@ from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.spatial import Space, as_floats, move_twist, move_wrench
+from robostiff.spatial import move_twist, move_wrench
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,8 +45,7 @@ class DeflectionsOfPoses:
     def _loads(self) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
         """Status (...), twists about the origin (..., n), and wrenches of the legs (..., n)."""
         answer, shape = self.stiffness, self.wrench.shape
-        v = self._to_origin
-        F = move_wrench(self.wrench, v)
+        F = move_wrench(self.wrench, -answer.offset)
         codes = np.array(answer.status_codes)
         twist = np.full(shape, np.nan)
         of_legs = tuple(np.full(shape, np.nan) for _ in answer.legs)
@@ -82,11 +81,6 @@ class DeflectionsOfPoses:
                 yield one
 
     @property
-    def _to_origin(self) -> np.ndarray:
-        v = self.stiffness.origin - self.stiffness.reference_point
-        return v if self.stiffness.space is Space.SPATIAL else v[..., :2]
-
-    @property
     def status_codes(self) -> np.ndarray:
         """Status of every pose (...) as uint8; ``UNBALANCED`` where a load drives a free motion."""
         return self._loads[0]
@@ -108,7 +102,7 @@ class DeflectionsOfPoses:
         Masked where there is none, which the status explains. Where free motions remain, the least
         displacement.
         """
-        return self._masked(move_twist(self._loads[1], -self._to_origin))
+        return self._masked(move_twist(self._loads[1], self.stiffness.offset))
 
     @property
     def energy(self) -> np.ma.MaskedArray:
@@ -174,25 +168,11 @@ def deflection(
             hint="write cable_response(robot, pose, load=...)",
         )
     answer = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
-    F = _checked_wrench(wrench, answer)
+    hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
+    F = given_wrenches(wrench, answer.space, answer.batch_shape, hint=hint)
     if isinstance(robot, Snapshot | Network):
         return deflection_at(answer, F, robot)
     posed = cast("PosedStiffness", answer)
     return (
         DeflectionsOfPoses(F, posed) if posed.batch_shape else deflection_at(posed, F, posed.placed)
     )
-
-
-def _checked_wrench(wrench: ArrayLike, answer: RobotStiffness) -> np.ndarray:
-    """The load at each pose (..., n)."""
-    space, batch = answer.space, answer.batch_shape
-    expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
-    F = as_floats("wrench", wrench, expected, space.wrench_units)
-    if F.ndim > 1 and batch:
-        expected += f", or as many wrenches as poses: {(*batch, space.size)}"
-    elif F.shape == (space.size,):
-        return np.broadcast_to(F, (*batch, space.size))
-    if F.shape == (*batch, space.size):
-        return F
-    hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
-    raise InputError("wrench", got=wrench, expected=expected, hint=None if F.size else hint)

@@ -19,7 +19,7 @@ from robostiff.compiled import (
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
-from robostiff.spatial import Space, move_stiffness, move_twist, move_wrench
+from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.spatial.batch import empty_batch
 
 _SWEEPS = 12
@@ -181,18 +181,10 @@ def stiffness_indices(K: np.ndarray, rank: np.ndarray, length: float) -> dict[st
     }
 
 
-def origin_to_reference(result: RobotStiffness) -> np.ndarray:
-    """From the origin of a result to its reference point (N, 3) or (N, 2) [m]."""
-    v = result.reference_point - result.origin
-    return v if result.space is Space.SPATIAL else v[:, :2]
-
-
 def stiffness_where_answered(result: RobotStiffness) -> np.ndarray:
     """Stiffness matrices (N, n, n); NaN where there is none."""
-    v = origin_to_reference(result)
-    K = result.about_reference.matrix
-    K = move_stiffness(K, v) if np.any(v) else K
-    return _only(result.answered, K)
+    K, where = result.matrix, result.answered
+    return K if np.all(where) else np.where(where[:, None, None], K, np.nan)
 
 
 def compliance_where_answered(result: RobotStiffness) -> np.ndarray:
@@ -203,13 +195,6 @@ def compliance_where_answered(result: RobotStiffness) -> np.ndarray:
     if np.any(known):
         C[known] = result[known].compliance
     return C
-
-
-def _only(where: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values with NaN elsewhere."""
-    if np.all(where):
-        return values
-    return np.where(where.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)
 
 
 def values_of(output: Output, result: RobotStiffness) -> tuple[np.ndarray, np.ndarray]:
@@ -235,33 +220,21 @@ def values_of(output: Output, result: RobotStiffness) -> tuple[np.ndarray, np.nd
 
 
 def twists_under(result: RobotStiffness, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Twists of the reference point under a wrench, and where the load drives a free motion.
+    """Twists (N, n) of the reference point under a wrench (n,), and where it is unbalanced (N,).
 
-    The least displacement, where free motions remain that the load does not feel.
-
-    Parameters
-    ----------
-    result : RobotStiffness
-        At N poses.
-    wrench : (n,) array
-        About the reference point [N, N m].
-
-    Returns
-    -------
-    twist : (N, n) array
-        [m, rad]; NaN where there is none.
-    unbalanced : (N,) array of bool
+    The least displacement where free motions remain that the load does not feel; NaN where there is
+    none.
     """
     twist = np.einsum("...ij,j->...i", compliance_where_answered(result), wrench)
     unbalanced = np.zeros(len(twist), dtype=bool)
     rows = np.flatnonzero(loads_known(result) & np.isnan(twist[:, 0]))
     if len(rows):
-        to_origin = -origin_to_reference(result)[rows]
-        F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), to_origin)
+        v = result.offset[rows]
+        F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), -v)
         loads = leg_loads(result[rows], F)
         if loads is not None:
             t = np.where(loads.balanced[:, None], loads.twist, np.nan)
-            twist[rows], unbalanced[rows] = move_twist(t, -to_origin), ~loads.balanced
+            twist[rows], unbalanced[rows] = move_twist(t, v), ~loads.balanced
     return twist, unbalanced
 
 
@@ -273,24 +246,12 @@ def differences(
     *,
     free: float,
 ) -> Iterator[tuple[int, float | str]]:
-    """Numbers of the poses at which a record differs from the careful form, and by how much.
+    """Numbers of poses at which a record differs from the careful form, and by how much.
 
-    Parameters
-    ----------
-    K : (N, n, n) array
-        Of the record, about the reference point.
-    rank, status_codes : (N,) arrays
-        Of the record.
-    careful : RobotStiffness
-        At the same poses, of any batch shape.
-    free : float
-        Of the largest size: what rounding leaves of zero.
-
-    Yields
-    ------
-    tuple of int and (float or str)
-        Differences of the status first, then of the rank, then of K, the largest first; none within
-        rounding.
+    K (N, n, n) about the reference point, rank and status (N,) are of the record; the careful form
+    is at the same poses, of any batch shape. `free` is what rounding leaves of zero, as a part of
+    the largest size. Differences of the status come first, then of the rank, then of K, the largest
+    first; none within rounding.
     """
     codes, ranks = careful.status_codes.reshape(-1), careful.rank.reshape(-1)
     alike = status_codes == codes

@@ -16,7 +16,7 @@ from robostiff.analysis.careful_form import (
     check_arguments,
 )
 from robostiff.analysis.result import RobotStiffness, about_point
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import Near, Pose, posture_finder
@@ -41,7 +41,6 @@ class Details:
 
     Parameters
     ----------
-    asked : AskedPoses or AskedConfigurations
     recorded : RecordedAnswer or None
         With which it must agree.
     """
@@ -90,7 +89,6 @@ class PosedStiffness(RobotStiffness):
 
     Parameters
     ----------
-    details : Details
     recorded : RecordedAnswer or None
         At the rows; without one the careful form answers.
     rows : array of int
@@ -225,6 +223,36 @@ class PosedStiffness(RobotStiffness):
         )
 
 
+def answered_at(
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues,
+    at: ArrayLike | None,
+    *,
+    method: Form = DEFAULT_METHOD,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+    by_record: bool = False,
+) -> RobotStiffness:
+    """As `stiffness`, by the record where that pays or by the careful form at once."""
+    check_arguments(robot, method, near, tolerance)
+    if isinstance(robot, Robot):
+        from robostiff.analysis.robot_record import recorded_answer
+
+        finder = posture_finder(robot)
+        asked = AskedPoses(finder, finder.request(cast("Pose", pose)), method, near, tolerance)
+        recorded = recorded_answer(robot, asked) if by_record else None
+        return about_point(PosedStiffness.of(asked, recorded), at)
+    from robostiff.linkage import Linkage
+
+    if isinstance(robot, Linkage):
+        from robostiff.analysis.linkage_stiffness import AskedConfigurations
+
+        configurations = AskedConfigurations.of(robot, pose, tolerance, method)
+        recorded = configurations.recorded() if by_record else None
+        return about_point(PosedStiffness.of(configurations, recorded), at)
+    return about_point(careful_stiffness(robot, pose, method=method, tolerance=tolerance), at)
+
+
 def careful_answer(
     robot: Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
@@ -234,21 +262,7 @@ def careful_answer(
     tolerance: Tolerance = DEFAULT_TOLERANCE,
 ) -> RobotStiffness:
     """As `stiffness`, for questions that need the careful form at all poses anyway."""
-    check_arguments(robot, DEFAULT_METHOD, near, tolerance)
-    if isinstance(robot, Robot):
-        finder = posture_finder(robot)
-        asked = AskedPoses(
-            finder, finder.request(cast("Pose", pose)), tolerance=tolerance, near=near
-        )
-        return about_point(PosedStiffness.of(asked, None), at)
-    from robostiff.linkage import Linkage
-
-    if isinstance(robot, Linkage):
-        from robostiff.analysis.linkage_stiffness import AskedConfigurations
-
-        configurations = AskedConfigurations.of(robot, pose, tolerance)
-        return about_point(PosedStiffness.of(configurations, None), at)
-    return about_point(careful_stiffness(robot, pose, tolerance=tolerance), at)
+    return answered_at(robot, pose, at, near=near, tolerance=tolerance)
 
 
 def _check_agreement(

@@ -28,22 +28,12 @@ class RecordedRanks:
 
     Pivots of K fall with the square of the singular values of these: where they alone are unsafe,
     most poses are near a singular one, but not so near that anything is in doubt.
-
-    Attributes
-    ----------
-    kernel : Kernel
-        Its results are the wrenches that the legs transmit, one after the other.
-    counts : tuple of int
-        How many each leg has.
-    space : Space
-    length : float
-        Characteristic length [m].
     """
 
-    kernel: Kernel
-    counts: tuple[int, ...]
+    kernel: Kernel  # its results are the wrenches that the legs transmit, one after the other
+    counts: tuple[int, ...]  # how many each leg has
     space: Space
-    length: float
+    length: float  # characteristic length [m]
 
     @classmethod
     def of(cls, recorded: RecordedRobot) -> RecordedRanks:
@@ -67,7 +57,8 @@ class RecordedRanks:
         wrenches = self.kernel.evaluate(inputs).T.reshape(count, sum(self.counts), n) / s
         clear = np.isfinite(wrenches).all(axis=(1, 2))
         wrenches[~clear] = 0.0
-        values = np.linalg.svd(self._unit(wrenches), compute_uv=False)
+        unit = self._unit(wrenches)
+        values = np.linalg.svd(unit, compute_uv=False)
         rank = np.count_nonzero(values > tolerance.independence, axis=-1)
         kept = values > _CLEARLY * tolerance.near_independence
         clear &= np.all(kept | (values < _ROUNDED * tolerance.rounding), axis=-1)
@@ -75,7 +66,10 @@ class RecordedRanks:
         unpack(upper, K)
         K = K * np.outer(s, s)
         diagonal = np.einsum("nii->ni", K)
-        clear &= np.min(diagonal, axis=-1) > _SMALL * np.max(diagonal, axis=-1)
+        # What no leg feels is zero in both forms, but for the same rounding.
+        idle = np.max(np.abs(unit), axis=-1) < _ROUNDED * tolerance.rounding
+        shown = diagonal > _SMALL * np.max(diagonal, axis=-1, keepdims=True)
+        clear &= np.all(idle | shown, axis=-1)
         smallest = smallest_held_stiffness(K, rank)
         return rank, clear & (smallest > _CLEARLY * tolerance.near_rigidity)
 

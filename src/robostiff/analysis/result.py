@@ -118,7 +118,7 @@ class RobotStiffness(InNotebooks):
     @property
     def matrix(self) -> np.ndarray:
         """K (..., n, n) of all poses, unchecked: meaningful where they have a stiffness matrix."""
-        K, v = self.about_reference.matrix, self._offset
+        K, v = self.about_reference.matrix, self.offset
         return move_stiffness(K, v) if np.any(v) else K
 
     @property
@@ -140,7 +140,7 @@ class RobotStiffness(InNotebooks):
         C = self.about_reference.compliance if serial is None else serial
         if C is None or not np.all(self.has_compliance):
             return None
-        return move_compliance(C, self._offset) if np.any(self._offset) else C
+        return move_compliance(C, self.offset) if np.any(self.offset) else C
 
     def required_compliance(self) -> np.ndarray:
         """Compliance (..., n, n) of all poses, those of a batch that have none masked.
@@ -205,13 +205,13 @@ class RobotStiffness(InNotebooks):
         length = float(self.about_reference.length)
         motions = free_motions_in_words(self.about_reference.free_motions, self.origin, length)
         return tuple(
-            FreeMotion(move_twist(motion.twist, self._offset), motion.screw) for motion in motions
+            FreeMotion(move_twist(motion.twist, self.offset), motion.screw) for motion in motions
         )
 
     @property
     def rigid_directions(self) -> np.ndarray:
         """Rigid wrenches about the reference point, rows (r, n), at a single pose."""
-        return move_wrench(self.about_reference.rigid_directions, self._offset)
+        return move_wrench(self.about_reference.rigid_directions, self.offset)
 
     @property
     def redundant_joints(self) -> tuple[str, ...]:
@@ -235,7 +235,7 @@ class RobotStiffness(InNotebooks):
         the legs share the bending of the platform.
         """
         self._require_answer()
-        return tuple(move_stiffness(leg.K, self._offset) for leg in self.legs)
+        return tuple(move_stiffness(leg.K, self.offset) for leg in self.legs)
 
     def about(self, point: np.ndarray) -> RobotStiffness:
         """The same answer about another point of the platform (..., 3), in the world [m]."""
@@ -264,7 +264,8 @@ class RobotStiffness(InNotebooks):
         )
 
     @property
-    def _offset(self) -> np.ndarray:
+    def offset(self) -> np.ndarray:
+        """From the origin to the reference point, in the coordinates of the space (..., d) [m]."""
         v = self.reference_point - self.origin
         return v if self.space is Space.SPATIAL else v[..., :2]
 
@@ -311,6 +312,31 @@ def about_point(result: Answer, at: ArrayLike | None) -> Answer:
         expected = f"a shape that fits {shape}"
         raise InputError("point 'at'", got=point.shape, expected=expected) from None
     return result.about(point)
+
+
+def given_wrenches(
+    wrench: ArrayLike | None,
+    space: Space,
+    batch: tuple[int, ...] = (),
+    subject: str = "wrench",
+    hint: str | None = None,
+) -> np.ndarray:
+    """A wrench as a user gave it, or one for each pose (..., n) [N, N m].
+
+    Raises
+    ------
+    InputError
+        When the numbers are not finite, or do not fit the space and the batch.
+    """
+    expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
+    if wrench is None:
+        raise InputError(subject, expected=expected, hint=hint)
+    F = as_floats(subject, wrench, expected, space.wrench_units)
+    if F.shape in {(space.size,), (*batch, space.size)}:
+        return np.broadcast_to(F, (*batch, space.size))
+    if F.ndim > 1 and batch:
+        expected += f", or as many wrenches as poses: {(*batch, space.size)}"
+    raise InputError(subject, got=wrench, expected=expected, hint=None if F.size else hint)
 
 
 def require_one_pose(subject: str, batch: tuple[int, ...], hint: str | None = None) -> None:

@@ -34,19 +34,11 @@ _MACHINE_CODE_PAYS = 2**20
 
 @dataclass(frozen=True)
 class RecordedAnswer:
-    """Stiffness matrices about the reference point, status and rank at poses.
+    """Stiffness matrices about the reference point, status and rank at poses."""
 
-    Attributes
-    ----------
-    K : (..., n, n) array
-        Meaningful where the status says that there is one.
-    status_codes : (...) array of uint8
-    rank : (...) array of int8
-    """
-
-    K: np.ndarray
-    status_codes: np.ndarray
-    rank: np.ndarray
+    K: np.ndarray  # (..., n, n): meaningful where the status says that there is one
+    status_codes: np.ndarray  # (...) of uint8
+    rank: np.ndarray  # (...) of int8
 
     @classmethod
     def of(cls, answer: CompiledAnswer) -> RecordedAnswer:
@@ -71,21 +63,11 @@ class RecordedAnswer:
 
 @dataclass(frozen=True)
 class Costs:
-    """When a record pays, in poses of a batch as they are computed without it.
+    """When a record pays, in poses of a batch as they are computed without it."""
 
-    Attributes
-    ----------
-    a_call : int
-        What each call begins with.
-    pays : int
-        What recording takes.
-    machine_code_pays : int
-        How many poses a record serves on NumPy before it is compiled.
-    """
-
-    a_call: int
-    pays: int
-    machine_code_pays: int
+    a_call: int  # what each call begins with
+    pays: int  # what recording takes
+    machine_code_pays: int  # how many poses a record serves on NumPy before it is compiled
 
 
 class KeptRecord:
@@ -95,7 +77,6 @@ class KeptRecord:
     ----------
     make : callable
         Compiles it on NumPy.
-    costs : Costs
     """
 
     def __init__(
@@ -116,9 +97,11 @@ class KeptRecord:
         compiled = self._compiled
         if compiled is None:
             return None
+        from robostiff.compiled import machine_code_is_available
+
         self._served += count
         pays = self._served > self._costs.machine_code_pays
-        if pays and not self._is_machine_code and _has_machine_code():
+        if pays and not self._is_machine_code and machine_code_is_available():
             self._is_machine_code = True
             kernel = compiled.kernel.in_machine_code()
             compiled = self._compiled = replace(compiled, kernel=kernel)
@@ -185,9 +168,3 @@ def _answered(make: Callable[[], Any]) -> Any:
     except (InputError, NoAnswerError):
         return None
     return compiled if compiled is not None and compiled.verified else None
-
-
-def _has_machine_code() -> bool:
-    from robostiff.compiled import machine_code_is_available
-
-    return machine_code_is_available()

@@ -64,34 +64,18 @@ def check_compliance_in_plane(C: np.ndarray, leg: str) -> None:
 
 @dataclass(frozen=True)
 class LegMatrices:
-    """Matrices of a leg for the forms of K_C, about one point in world axes.
-
-    Attributes
-    ----------
-    placed : PlacedLeg
-    at : (..., 3) array
-        The point [m].
-    space : Space
-    length : (...) array
-        Characteristic length [m].
-    J_q : (..., n, q) array
-        Twists of the passive joints, then of the freedoms of parallel blocks.
-    names : tuple of str
-        Of the columns of J_q.
-    present : (..., q) array of bool or None
-        Which columns are there; None for all.
-    blocks : tuple of SolvedBlock
-        Its parallel blocks.
-    """
+    """Matrices of a leg for the forms of K_C, about one point in world axes."""
 
     placed: PlacedLeg
-    at: np.ndarray
+    at: np.ndarray  # (..., 3): the point [m]
     space: Space
-    length: np.ndarray
+    length: np.ndarray  # (...): characteristic length [m]
+    # (..., n, q): twists of the passive joints, then of the freedoms of parallel blocks
     J_q: np.ndarray
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of the columns of J_q
+    # (..., q) of bool or None: which columns are there; None for all
     present: np.ndarray | None = None
-    blocks: tuple[SolvedBlock, ...] = ()
+    blocks: tuple[SolvedBlock, ...] = ()  # its parallel blocks
 
     @cached_property
     def C(self) -> np.ndarray:
@@ -190,23 +174,10 @@ class SolvedBlock:
 def leg_matrices(
     leg: PlacedLeg, at: np.ndarray, space: Space, length: np.ndarray, tolerance: Tolerance
 ) -> LegMatrices:
-    """Compliance and passive twists of a leg about the point `at`.
+    """Compliance and passive twists of a leg about a point (..., 3), in the rows of a space.
 
-    Parameters
-    ----------
-    leg : PlacedLeg
-    at : (..., 3) array
-        Point whose twist is given [m].
-    space : Space
-        Its rows alone are kept.
-    length : (...) array
-        Characteristic length [m], by which blocks decide what is free.
-    tolerance : Tolerance
-
-    Raises
-    ------
-    InputError
-        When a leg of a planar robot leaves the plane.
+    By the characteristic length (...) [m] blocks decide what is free. A leg of a planar robot that
+    leaves the plane is an `InputError`.
     """
     J_q, names = passive_jacobian(leg.without_blocks, at)
     if space is Space.PLANAR:
@@ -259,28 +230,15 @@ _FAR = 10.0
 
 @dataclass(frozen=True)
 class SnapshotStiffness:
-    """Stiffness of every leg of a snapshot and of the whole, about one point of its platform.
-
-    Attributes
-    ----------
-    whole : CartesianStiffness
-    legs : tuple of CartesianStiffness
-    passive_joint_names : tuple of str
-        ``leg/joint`` of every column of `whole.redundant`.
-    compliance : (..., n, n) array or None
-        Of a single leg without passive joints, which needs no inverse.
-    origin : (..., 3) array
-        The point about which they are [m].
-    leg_blocks : tuple of tuples of BlockCompliance
-        The parallel blocks of each leg.
-    """
+    """Stiffness of every leg of a snapshot and of the whole, about one point of its platform."""
 
     whole: CartesianStiffness
     legs: tuple[CartesianStiffness, ...]
-    passive_joint_names: tuple[str, ...]
+    passive_joint_names: tuple[str, ...]  # ``leg/joint`` of every column of `whole.redundant`
+    # (..., n, n) or None: of a single leg without passive joints, which needs no inverse
     compliance: np.ndarray | None
-    origin: np.ndarray
-    leg_blocks: tuple[tuple[BlockCompliance, ...], ...]
+    origin: np.ndarray  # (..., 3): the point about which they are [m]
+    leg_blocks: tuple[tuple[BlockCompliance, ...], ...]  # the parallel blocks of each leg
 
 
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:

@@ -7,18 +7,12 @@ from typing import TYPE_CHECKING, cast, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.careful_form import (
-    DEFAULT_METHOD,
-    AskedPoses,
-    careful_stiffness,
-    check_arguments,
-)
-from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
-from robostiff.analysis.result import RobotStiffness, about_point
-from robostiff.analysis.robot_record import recorded_answer
+from robostiff.analysis.careful_form import DEFAULT_METHOD, check_arguments
+from robostiff.analysis.posed_stiffness import answered_at, careful_answer
+from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
 from robostiff.errors import InputError
-from robostiff.kinematics import Near, Pose, posture_finder
+from robostiff.kinematics import Near, Pose
 from robostiff.model import Robot, Snapshot
 
 if TYPE_CHECKING:
@@ -103,16 +97,10 @@ def stiffness(
     >>> rs.stiffness(linkage, {"screw": [-0.1, 0, 0.2]}).rank
     array([ 6,  6, -1])
     """
-    check_arguments(robot, method, near, tolerance)
-    if isinstance(robot, Robot):
-        pose = cast("Pose", pose)
-        finder = posture_finder(robot)
-        asked = AskedPoses(finder, finder.request(pose), method, near, tolerance)
-        return about_point(PosedStiffness.of(asked, recorded_answer(robot, asked)), at)
-    from robostiff.linkage import Linkage
     from robostiff.model.cable import CableRobot
 
     if isinstance(robot, CableRobot):
+        check_arguments(robot, method, near, tolerance)
         if method != DEFAULT_METHOD:
             raise InputError(
                 f"method for cable robot {robot.name!r}",
@@ -122,12 +110,9 @@ def stiffness(
         from robostiff.analysis.cable_stiffness import cable_stiffness
 
         return cable_stiffness(robot, cast("Pose", pose), at=at, tolerance=tolerance)
-    if isinstance(robot, Linkage):
-        from robostiff.analysis.linkage_stiffness import AskedConfigurations
-
-        configurations = AskedConfigurations.of(robot, pose, tolerance, method)
-        return about_point(PosedStiffness.of(configurations, configurations.recorded()), at)
-    return about_point(careful_stiffness(robot, pose, method=method, tolerance=tolerance), at)
+    return answered_at(
+        robot, pose, at, method=method, near=near, tolerance=tolerance, by_record=True
+    )
 
 
 def compliance(

@@ -40,21 +40,11 @@ def matrix_distance(
 ) -> float:
     """Largest entry of K - K_ref in units of its block, ``max |dK_ij| / s_ij``.
 
-    Parameters
-    ----------
-    K, K_ref : (n, n) arrays
-        n = 6 in space, 3 in the plane; stiffness, or compliance with 1 / `length`.
-    length : float
-        Size of the robot [m], for a block of `K_ref` that is empty: there the other block, times or
-        over its square, is the unit.
-    least : float
-        A block that is smaller than this part of what the other suggests is measured in that part.
-
-    Returns
-    -------
-    float
-        s is the largest entry of the translation block, of the rotation block, and for the coupling
-        blocks the root of their product. 0 between two zero matrices.
+    For stiffness, or for compliance with 1 / `length`. s is the largest entry of the translation
+    block, of the rotation block, and for the coupling blocks the root of their product; where a
+    block of K_ref is empty, the other block, times or over the square of the robot's size [m]. A
+    block that is smaller than `least` of what the other suggests is measured in that part. 0
+    between two zero matrices.
 
     Examples
     --------
@@ -165,10 +155,6 @@ def verify(
     agreement : float
         Distance up to which matrices agree, in units of the largest entry of each block.
     tolerance : Tolerance
-
-    Returns
-    -------
-    Verification
 
     Raises
     ------

@@ -26,30 +26,15 @@ _TAUT = 1e-10
 
 @dataclass(frozen=True)
 class Hanging:
-    """A platform in cables whose winches are locked, at some displacement from a first pose.
+    """A platform in cables whose winches are locked, at some displacement from a first pose."""
 
-    Attributes
-    ----------
-    placed : PlacedCables
-        At the first pose, a single one.
-    axial : (m,) array
-        Stiffness of every cable [N/m].
-    slack_lengths : (m,) array
-        Length from exit point to attachment below which a cable is slack [m].
-    size : float
-        Characteristic length, by which moments are compared with forces [m].
-    shift : (3,) array
-        Displacement of the reference point [m].
-    R : (3, 3) array
-        Rotation since the first pose.
-    """
-
-    placed: PlacedCables
-    axial: np.ndarray
+    placed: PlacedCables  # at the first pose, a single one
+    axial: np.ndarray  # (m,): stiffness of every cable [N/m]
+    # (m,): length from exit point to attachment below which a cable is slack [m]
     slack_lengths: np.ndarray
-    size: float
-    shift: np.ndarray
-    R: np.ndarray
+    size: float  # characteristic length, by which moments are compared with forces [m]
+    shift: np.ndarray  # (3,): displacement of the reference point [m]
+    R: np.ndarray  # (3, 3): rotation since the first pose
 
     @classmethod
     def at_rest(cls, placed: PlacedCables, axial: np.ndarray, tensions: np.ndarray) -> Hanging:

@@ -292,32 +292,6 @@ def force_stiffness(force: np.ndarray, arm: np.ndarray, space: Space) -> np.ndar
     return _in_space(K, space)
 
 
-def move_loaded_stiffness(K: np.ndarray, v: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Stiffness about the new reference point where a force is held, J_v^-T K J_v^-1 - S(g, v).
-
-    The first term is the transport of unloaded stiffness. The second is there because the old point
-    moves in second order while the platform turns about the new one; it vanishes where the platform
-    is in equilibrium.
-
-    Parameters
-    ----------
-    K : (..., n, n) array
-        Second derivative of an energy about the old reference point.
-    v : (..., 3) array
-        Vector from the old reference point to the new one [m], in the plane too.
-    force : (..., 3) array
-        First derivative of the energy by the translation, g [N]: the force that must be applied
-        from elsewhere to hold the platform.
-    """
-    space = Space.of_size(K.shape[-1])
-    J_inverse = np.zeros((*v.shape[:-1], 6, 6))
-    J_inverse[..., range(6), range(6)] = 1.0
-    J_inverse[..., :3, 3:] = skew(v)
-    J_inverse = _in_space(J_inverse, space)
-    moved = np.swapaxes(J_inverse, -1, -2) @ K @ J_inverse
-    return moved + force_stiffness(force, v, space)
-
-
 def wrench_derivative(K: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     """Derivative of the holding wrench, K - (M x)/2 in the rotations (..., n, n): not symmetric.
 

@@ -188,20 +188,8 @@ def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
 
 def _warn_of_laws(robot: Any, form: str) -> None:
     """Warn of drives that answer finite loads by more than the stiffness that a file has."""
-    from robostiff.model import Actuated, StiffnessLaw
-
-    drives = [
-        (f"{leg.name}/{element.name}", getattr(element, "role", None))
-        for leg in robot.legs
-        for element, _ in leg.chain.moving
-    ]
-    left_out = set(robot.laws) | {
-        name
-        for name, role in drives
-        if isinstance(role, Actuated) and isinstance(role.stiffness, StiffnessLaw)
-    }
-    if left_out:
-        names = ", ".join(sorted(left_out))
+    if robot.drives_with_laws:
+        names = ", ".join(robot.drives_with_laws)
         warn_of_slip(
             f"{form} of {robot.name!r}: the file has the stiffness of {names} at this pose, "
             "and no law: under finite loads it answers otherwise than the robot"

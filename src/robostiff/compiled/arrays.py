@@ -32,7 +32,6 @@ def in_shares(
         Of the poses that are its share.
     count : int
         Number of poses.
-    threads, chunk : int
     """
     share = max(1, -(-count // (chunk * threads))) * chunk
     shares = [slice(start, min(start + share, count)) for start in range(0, count, share)]
@@ -97,7 +96,8 @@ class ArrayCode:
             in_shares(partial(self._fill, inputs, outputs), n, threads, _CHUNK)
 
     def _fill(self, inputs: np.ndarray, outputs: np.ndarray, part: slice) -> None:
-        rows = np.empty((self._rows, min(_CHUNK, part.stop - part.start)))
+        _, _, count = self._plan
+        rows = np.empty((count, min(_CHUNK, part.stop - part.start)))
         with np.errstate(all="ignore"):  # out of reach, roots are nan, which the guard detects
             for own in chunks_of(part, _CHUNK):
                 self._run(inputs[:, own], outputs[:, own], rows[:, : own.stop - own.start])
@@ -116,27 +116,16 @@ class ArrayCode:
         return True
 
     def _run(self, inputs: np.ndarray, outputs: np.ndarray, rows: np.ndarray) -> None:
+        instructions, results, _ = self._plan
         held: list[Any] = [*inputs, *rows]
-        for function, a, b, out in self._instructions:
+        for function, a, b, out in instructions:
             first = a if isinstance(a, float) else held[a[0]]
             if b is None:
                 function(first, out=held[out])
             else:
                 function(first, b if isinstance(b, float) else held[b[0]], out=held[out])
-        for k, where in enumerate(self._results):
+        for k, where in enumerate(results):
             outputs[k] = where if isinstance(where, float) else held[where[0]]
-
-    @property
-    def _rows(self) -> int:
-        return self._plan[2]
-
-    @property
-    def _instructions(self) -> list[_Instruction]:
-        return self._plan[0]
-
-    @property
-    def _results(self) -> list[Any]:
-        return self._plan[1]
 
     @cached_property
     def _one(self) -> tuple[list[float], list[tuple[Any, int, int | None, int]]]:

@@ -30,91 +30,82 @@ _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
 
 
 @dataclass(frozen=True)
-class ClosedCode:
-    """Runs a program of leg coordinates at poses, each closed by four to six steps; picklable.
+class StepCodes:
+    """Steps one by one: the first ones, one from what the last handed on, and what follows them."""
 
-    Attributes
-    ----------
-    closure : RecordedSteps
-    whole : MachineCode, ArrayCode or None
-        The usual number of steps and the program in one; None where that is too long.
-    first, step, last : MachineCode or ArrayCode
-        The first steps, from the inputs of the closure; one step, from these and what the step
-        before handed on; and the program, from the same.
-    few : three of ArrayCode
-        The same for few poses, which are not worth compiling.
-    arrival : pair of codes, or None
-        Whether steps of a closure arrive, for many and for few poses; with it, what is too far from
-        home for all steps at once is reached in parts of the straight way.
-    """
-
-    closure: RecordedSteps
-    whole: Code | None
     first: Code
     step: Code
-    last: Code
-    few: tuple[ArrayCode, ArrayCode, ArrayCode]
-    arrival: tuple[Code, ArrayCode] | None = None
+    last: Code  # the program behind the steps
+    # Whether the steps of a closure arrive; with it, what is too far from home for all steps at
+    # once is reached in parts of the straight way
+    arrival: Code | None = None
+
+    def by(self, code: Callable[[Program], Code]) -> StepCodes:
+        """The same programs, run by another code."""
+        programs = (self.first, self.step, self.last, self.arrival)
+        return StepCodes(*(own and code(own.program) for own in programs))  # pyright: ignore[reportArgumentType]
+
+
+@dataclass(frozen=True)
+class ClosedCode:
+    """Runs a program of leg coordinates at poses, each closed by four to six steps; picklable."""
+
+    closure: RecordedSteps
+    # The usual number of steps and the program in one; None where that is too long
+    whole: Code | None
+    # One by one, for many poses and for so few that they are not worth compiling
+    many: StepCodes
+    few: StepCodes
 
     @classmethod
     def of(
         cls, closure: RecordedSteps, program: Program, code: Callable[[Program], Code]
     ) -> ClosedCode:
         """The code of a program of leg coordinates."""
-        first, step, last = closure.begun(), closure.step, closure.arrived(program)
-        whole = closure.composed(program) if step.operations <= _LONGEST else None
-        nothing = Program((), (), ())
-        arrival = closure.arrived(nothing) if isinstance(closure, RecordedClosure) else None
-        return cls(
-            closure=closure,
-            whole=code(whole) if whole is not None and whole.operations <= _LONGEST else None,
-            first=code(first),
-            step=code(step),
-            last=code(last),
-            few=(ArrayCode(first), ArrayCode(step), ArrayCode(last)),
-            arrival=None if arrival is None else (code(arrival), ArrayCode(arrival)),
-        )
+        arrival = None
+        if isinstance(closure, RecordedClosure):
+            arrival = ArrayCode(closure.arrived(Program((), (), ())))
+        programs = (closure.begun(), closure.step, closure.arrived(program))
+        first, step, last = map(ArrayCode, programs)
+        few = StepCodes(first, step, last, arrival)
+        whole = closure.composed(program) if closure.step.operations <= _LONGEST else None
+        is_short = whole is not None and whole.operations <= _LONGEST
+        return cls(closure, code(whole) if is_short and whole else None, few.by(code), few)
 
     def in_machine_code(self) -> ClosedCode:
         """The same, compiled by heyoka."""
         whole = None if self.whole is None else MachineCode(self.whole.program)
-        first, step, last = (MachineCode(own.program) for own in (self.first, self.step, self.last))
-        arrival = self.arrival
-        if arrival is not None:
-            arrival = MachineCode(arrival[0].program), arrival[1]
-        return replace(self, whole=whole, first=first, step=step, last=last, arrival=arrival)
+        return replace(self, whole=whole, many=self.many.by(MachineCode))
 
     @property
     def in_arrays(self) -> ClosedCode:
         """The same without machine code, for few poses."""
-        first, step, last = self.few
-        return replace(self, whole=None, first=first, step=step, last=last)
+        return replace(self, whole=None, many=self.few)
 
     @property
     def operations(self) -> int:
         """Number of operations a pose takes, with the usual number of steps."""
         if self.whole is not None:
             return self.whole.operations
-        others = (self.closure.steps - self.closure.first_steps) * self.step.operations
-        return self.first.operations + others + self.last.operations
+        others = (self.closure.steps - self.closure.first_steps) * self.many.step.operations
+        return self.many.first.operations + others + self.many.last.operations
 
     @property
     def rows(self) -> int:
         """Number of results."""
-        return self.last.rows
+        return self.many.last.rows
 
     def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
-        own = self.first, self.step, self.last
         if self.whole is None:
-            self._loop(own, inputs, outputs, threads)
+            self._loop(self.many, inputs, outputs, threads)
         else:
             self.whole.evaluate(inputs, outputs, threads)
             # The last two rows are the gap and the assembly mode.
             again = np.flatnonzero(~(outputs[-2] < CLOSED) & (outputs[-1] > 0))
             if again.size:
                 more = np.empty((self.rows, again.size))
-                codes = self.few if again.size < _MANY else own
+                codes = self.few if again.size < _MANY else self.many
                 self._loop(codes, np.ascontiguousarray(inputs[:, again]), more, threads)
                 outputs[:, again] = more
         far = np.flatnonzero(~_arrived(outputs))
@@ -128,11 +119,10 @@ class ClosedCode:
         smaller ones, which begin where the last one ended.
         """
         closure = self.closure
-        if self.arrival is None or not isinstance(closure, RecordedClosure):
+        codes = self.few if far.size < _MANY and self.whole is not None else self.many
+        arrival, step = codes.arrival, codes.step
+        if arrival is None or not isinstance(closure, RecordedClosure):
             return
-        few = far.size < _MANY and self.whole is not None
-        _, step, last = self.few if few else (self.first, self.step, self.last)
-        arrival = self.arrival[1 if few else 0]
         home = np.array([*closure.home.values()])[:, None]
         start = np.array([*closure.state.values()])[:, None]
         given, unknowns = inputs[:, far], len(closure.start)
@@ -160,12 +150,12 @@ class ClosedCode:
         if there.size:
             results = np.empty((self.rows, there.size))
             rows = np.ascontiguousarray(np.concatenate([given, x])[:, there])
-            last.evaluate(rows, results)
+            codes.last.evaluate(rows, results)
             outputs[:, far[there]] = results
 
     def _loop(
         self,
-        codes: tuple[Code, Code, Code],
+        codes: StepCodes,
         inputs: np.ndarray,
         outputs: np.ndarray,
         threads: int,
@@ -178,9 +168,9 @@ class ClosedCode:
 
         in_shares(fill, inputs.shape[1], threads, _CHUNK)
 
-    def _stepped(self, codes: tuple[Code, Code, Code], inputs: np.ndarray) -> np.ndarray:
+    def _stepped(self, codes: StepCodes, inputs: np.ndarray) -> np.ndarray:
         """Results (results, N) after as many steps as most poses need, of others after all."""
-        first, step, last = codes
+        first, step, last = codes.first, codes.step, codes.last
         closure, (given, count) = self.closure, inputs.shape
         size = given + len(closure.start)  # the row behind the unknowns
         # The state after each step, behind the same inputs: by turns here and there.

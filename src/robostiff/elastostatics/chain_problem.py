@@ -18,28 +18,15 @@ _NINE_DIGITS = 1e-6
 
 @dataclass(frozen=True)
 class ChainProblem:
-    """A chain in scaled coordinates, where translations and rotations are both lengths.
+    """A chain in scaled coordinates, where translations and rotations are both lengths."""
 
-    Attributes
-    ----------
-    C : (..., n, n) array
-        Compliance with the passive joints held.
-    J_q : (..., n, q) array
-        Unit twists of the passive joints.
-    W : (..., n, m) array
-        Orthonormal basis of the transmitted wrenches, padded with zero columns.
-    redundant : (..., q) array of bool
-        Passive joints that add no freedom to those before them.
-    margins : (..., q) array
-        How far each unit twist lies from the span of those before it.
-    tolerance : Tolerance
-    """
-
-    C: np.ndarray
-    J_q: np.ndarray
+    C: np.ndarray  # (..., n, n): compliance with the passive joints held
+    J_q: np.ndarray  # (..., n, q): unit twists of the passive joints
+    # (..., n, m): orthonormal basis of the transmitted wrenches, padded with zero columns
     W: np.ndarray
+    # (..., q) of bool: passive joints that add no freedom to those before them
     redundant: np.ndarray
-    margins: np.ndarray
+    margins: np.ndarray  # (..., q): how far each unit twist lies from the span of those before it
     tolerance: Tolerance
 
     @cached_property
@@ -122,21 +109,12 @@ class ChainProblem:
 
 @dataclass(frozen=True)
 class FormAnswer:
-    """Stiffness in scaled coordinates, the poses at which the form refuses, and the reason.
+    """Stiffness in scaled coordinates, the poses at which the form refuses, and the reason."""
 
-    Attributes
-    ----------
-    K : (..., n, n) array
-        Without meaning where refused.
-    refused : (...) array of bool or None
-    reason : str
-    doubtful : (...) array of bool or None
-        Where the form by its nature keeps few digits.
-    """
-
-    K: np.ndarray
-    refused: np.ndarray | None = None
+    K: np.ndarray  # (..., n, n): without meaning where refused
+    refused: np.ndarray | None = None  # (...) of bool or None
     reason: str = ""
+    # (...) of bool or None: where the form by its nature keeps few digits
     doubtful: np.ndarray | None = None
 
 

@@ -16,18 +16,9 @@ def smallest_compliance(
 ) -> Float[np.ndarray, "*batch"]:
     """Smallest eigenvalue of W^T C W over the trace of C: 0 where a transmitted wrench is rigid.
 
-    Parameters
-    ----------
-    C : (..., n, n) array
-        Compliance, scaled.
-    W : (..., n, m) array
-        Orthonormal transmitted wrenches; zero columns are passed over.
-
-    Returns
-    -------
-    (...) array
-        1 where nothing is transmitted. Where the ratio is certainly above 1e-10 a lower bound is
-        given in place of the eigenvalue.
+    Orthonormal wrenches W; zero columns are passed over, and 1 is given where nothing is
+    transmitted. Where the ratio is certainly above 1e-10 a lower bound is given in place of the
+    eigenvalue.
 
     Examples
     --------
@@ -74,14 +65,9 @@ def smallest_held_stiffness(
 ) -> Float[np.ndarray, "*batch"]:
     """Smallest stiffness that is not zero by rank, K scaled to a unit diagonal (...).
 
-    It limits the digits of compliance and deflection. Where it is certainly above 1e-10 a
-    lower bound is given in its place; 1 where nothing is held.
-
-    Parameters
-    ----------
-    K : (..., n, n) array
-        Positive semidefinite, scaled by a characteristic length.
-    rank : (...) array of int
+    K is positive semidefinite, scaled by a characteristic length. The result limits the digits of
+    compliance and deflection. Where it is certainly above 1e-10 a lower bound is given in its
+    place; 1 where nothing is held.
 
     Examples
     --------

@@ -57,20 +57,32 @@ class ConjugateWrenches:
             np.logical_or.reduce([part.doubtful for part in parts]),
         )
 
+    @staticmethod
+    def carried(
+        parts: Sequence[ConjugateWrenches], sizes: np.ndarray, rigid_sizes: np.ndarray
+    ) -> list[np.ndarray]:
+        """Wrenches (..., n, k) of each leg, from the sizes (..., m, k) of those of all legs."""
+        found, start, first = [], 0, 0
+        for own in parts:
+            stop, last = start + own.unit.shape[-1], first + own.rigid.shape[-1]
+            elastic = own.unit @ sizes[..., start:stop, :]
+            found.append(elastic + own.rigid @ rigid_sizes[..., first:last, :])
+            start, first = stop, last
+        return found
+
     def reshaped(self, batch: tuple[int, ...]) -> ConjugateWrenches:
         """The same wrenches under another batch shape."""
-        return ConjugateWrenches(
-            self.unit.reshape(*batch, *self.unit.shape[-2:]),
-            self.compliance.reshape(*batch, self.compliance.shape[-1]),
-            self.rigid.reshape(*batch, *self.rigid.shape[-2:]),
-            self.doubtful.reshape(batch),
-        )
+        axes = self.doubtful.ndim
+        return ConjugateWrenches(*(own.reshape((*batch, *own.shape[axes:])) for own in self.arrays))
 
     def __getitem__(self, index: Any) -> ConjugateWrenches:
         """The wrenches at one pose, or at some poses, of a batch."""
-        return ConjugateWrenches(
-            self.unit[index], self.compliance[index], self.rigid[index], self.doubtful[index]
-        )
+        return ConjugateWrenches(*(own[index] for own in self.arrays))
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All of them, one entry a pose."""
+        return self.unit, self.compliance, self.rigid, self.doubtful
 
 
 def conjugate_wrenches(

@@ -111,10 +111,6 @@ def block_compliance(
     present : sequence of (..., q) arrays of bool, or None
         Which columns of each J_q are there at all; None for all.
 
-    Returns
-    -------
-    BlockCompliance
-
     Examples
     --------
     Two rods side by side that pull along x, 1 m apart, each with a compliance of 2 m/N:
@@ -155,19 +151,14 @@ def block_of(
     doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
     for branch in branches:
         doubtful = doubtful | np.any(tolerance.leaves_in_doubt(branch.margins), axis=-1)
-    every = ConjugateWrenches.beside([branch.conjugate for branch in branches])
+    own = [branch.conjugate for branch in branches]
+    every = ConjugateWrenches.beside(own)
     rank = np.count_nonzero(held, axis=-1)
     shared = least_energy(every.unit, every.compliance, every.rigid, rank, tolerance)
     # Unit vectors carry no smaller parts than rounding: aligned blocks keep exact zeros.
     free = np.where(np.abs(U) <= _ROUNDING, 0.0, U) * ~held[..., None, :]
     most = int(np.max(np.count_nonzero(~held, axis=-1), initial=0))
-    shares, start, rigid = [], 0, 0
-    for own in (branch.conjugate for branch in branches):
-        stop, rigid_stop = start + own.unit.shape[-1], rigid + own.rigid.shape[-1]
-        carried = own.unit @ shared.shares[..., start:stop, :]
-        carried = carried + own.rigid @ shared.rigid_shares[..., rigid:rigid_stop, :]
-        shares.append(carried * s[..., :, None] / s[..., None, :])
-        start, rigid = stop, rigid_stop
+    carried = ConjugateWrenches.carried(own, shared.shares, shared.rigid_shares)
     margins = np.concatenate([branch.margins for branch in branches], axis=-1)
     return BlockCompliance(
         modes=shared.modes,
@@ -175,7 +166,7 @@ def block_of(
         # Twists in metres and radians again.
         J_q=free[..., n - most :] / s[..., :, None],
         present=~held[..., n - most :],
-        shares=np.stack(shares, axis=-3),
+        shares=np.stack([one * s[..., :, None] / s[..., None, :] for one in carried], axis=-3),
         redundant=margins <= tolerance.independence,
         doubtful=doubtful | shared.doubtful | every.doubtful,
     )

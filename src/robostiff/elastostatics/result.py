@@ -16,21 +16,11 @@ from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space
 
+_ARRAYS = ("matrix", "status_codes", "rank", "held", "redundant", "length", "rigid")
+
 
 def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """Symmetric inverse of K, taken where translations and rotations are both lengths.
-
-    Parameters
-    ----------
-    K : (..., n, n) array
-        Regular [N/m, N, N m].
-    length : (...) array
-        Characteristic length [m].
-
-    Returns
-    -------
-    (..., n, n) array
-        [m/N, 1/N, rad/(N m)].
+    """Symmetric inverse of a regular K, taken where translations and rotations are both lengths.
 
     Examples
     --------
@@ -198,13 +188,7 @@ class CartesianStiffness:
         if len(parts) == 1:
             return parts[0]
         return CartesianStiffness(
-            matrix=np.concatenate([part.matrix for part in parts]),
-            status_codes=np.concatenate([part.status_codes for part in parts]),
-            rank=np.concatenate([part.rank for part in parts]),
-            held=_side_by_side([part.held for part in parts]),
-            redundant=np.concatenate([part.redundant for part in parts]),
-            length=np.concatenate([part.length for part in parts]),
-            rigid=_side_by_side([part.rigid for part in parts]),
+            **{name: _one_batch([getattr(part, name) for part in parts]) for name in _ARRAYS},
             tolerance=parts[0].tolerance,
             reason="; ".join(dict.fromkeys(part.reason for part in parts if part.reason)),
             carried=_joined([part.carried for part in parts]),
@@ -212,31 +196,17 @@ class CartesianStiffness:
 
     def reshaped(self, batch: tuple[int, ...]) -> CartesianStiffness:
         """The same result under another batch shape."""
-        return replace(
-            self,
-            matrix=self.matrix.reshape(*batch, *self.matrix.shape[-2:]),
-            status_codes=self.status_codes.reshape(batch),
-            rank=self.rank.reshape(batch),
-            held=self.held.reshape(*batch, *self.held.shape[-2:]),
-            redundant=self.redundant.reshape(*batch, self.redundant.shape[-1]),
-            length=self.length.reshape(batch),
-            rigid=self.rigid.reshape(*batch, *self.rigid.shape[-2:]),
-            carried=None if self.carried is None else self.carried.reshaped(batch),
-        )
+        axes = len(self.batch_shape)
+        each = {name: getattr(self, name) for name in _ARRAYS}
+        arrays = {name: own.reshape((*batch, *own.shape[axes:])) for name, own in each.items()}
+        carried = None if self.carried is None else self.carried.reshaped(batch)
+        return replace(self, **arrays, carried=carried)
 
     def __getitem__(self, index: Any) -> CartesianStiffness:
         """The result at one pose, or at some poses, of a batch."""
-        return replace(
-            self,
-            matrix=self.matrix[index],
-            status_codes=np.asarray(self.status_codes[index]),
-            rank=np.asarray(self.rank[index]),
-            held=self.held[index],
-            redundant=self.redundant[index],
-            length=np.asarray(self.length[index]),
-            rigid=self.rigid[index],
-            carried=None if self.carried is None else self.carried[index],
-        )
+        arrays = {name: np.asarray(getattr(self, name)[index]) for name in _ARRAYS}
+        carried = None if self.carried is None else self.carried[index]
+        return replace(self, **arrays, carried=carried)
 
     def _single(self, what: str) -> None:
         if self.batch_shape:
@@ -263,19 +233,15 @@ def _joined(parts: Sequence[ConjugateWrenches | None]) -> ConjugateWrenches | No
     known = [part for part in parts if part is not None]
     if len(known) < len(parts):
         return None
-    return ConjugateWrenches(
-        _side_by_side([part.unit for part in known]),
-        _side_by_side([part.compliance for part in known]),
-        _side_by_side([part.rigid for part in known]),
-        np.concatenate([part.doubtful for part in known]),
-    )
+    return ConjugateWrenches(*map(_one_batch, zip(*(part.arrays for part in known), strict=True)))
 
 
-def _side_by_side(stacks: Sequence[np.ndarray]) -> np.ndarray:
-    """Concatenate stacks of columns that may differ in number: zero columns fill up."""
-    most = max(stack.shape[-1] for stack in stacks)
-    filled = [np.pad(s, [(0, 0)] * (s.ndim - 1) + [(0, most - s.shape[-1])]) for s in stacks]
-    return np.concatenate(filled)
+def _one_batch(stacks: Sequence[np.ndarray]) -> np.ndarray:
+    """Arrays of several batches as one; columns may differ in number, and zero ones fill up."""
+    if stacks[0].ndim > 1:
+        most = max(stack.shape[-1] for stack in stacks)
+        stacks = [np.pad(s, [(0, 0)] * (s.ndim - 1) + [(0, most - s.shape[-1])]) for s in stacks]
+    return np.concatenate(stacks)
 
 
 def _orthogonal_complement(W: np.ndarray, tolerance: float) -> np.ndarray:

@@ -38,25 +38,16 @@ _EYE = np.eye(3)
 
 @dataclass(frozen=True)
 class Loop:
-    """A branch of a parallel block, which must end where the first branch of the block does.
+    """A branch of a parallel block, which must end where the first branch of the block does."""
 
-    Attributes
-    ----------
-    name : str
-        Of the branch; empty for the chain itself, which must end on the platform.
-    R, p : (..., 3, 3) and (..., 3) arrays
-        Frame in which the branch ends [m].
-    R_wanted, p_wanted : (..., 3, 3) and (..., 3) arrays
-        Frame in which it should, as the first branch has it [m].
-    own, leading : tuple of int
-        Places of the coordinates that move the one and the other.
-    """
-
-    name: str
+    name: str  # of the branch; empty for the chain itself, which must end on the platform
+    # (..., 3, 3) and (..., 3): frame in which the branch ends [m]
     R: np.ndarray
     p: np.ndarray
+    # (..., 3, 3) and (..., 3): frame in which it should, as the first branch has it [m]
     R_wanted: np.ndarray
     p_wanted: np.ndarray
+    # Places of the coordinates that move the one and the other
     own: tuple[int, ...]
     leading: tuple[int, ...]
 
@@ -121,10 +112,6 @@ def place_chain(
     theta : sequence of (..., 6) arrays, optional
         Deflection of each elastic link or telescope beam in its own axes [m, rad]; none when left
         out. (The deflection of an elastic joint adds to its coordinate.)
-
-    Returns
-    -------
-    PlacedChain
     """
     walk = ChainWalk(R_base, p_base, Way.of(chain, q, None if theta is None else list(theta)))
     walk.along(chain)
@@ -295,16 +282,8 @@ def coupled(
 ) -> list[_Placed]:
     """Elements of a chain, its joints with the motions of the coordinates that move them.
 
-    Parameters
-    ----------
-    placed : sequence of PlacedFreedom, PlacedSpring or PlacedBlock
-        With joints as if each moved alone.
-    own : Transmission
-        Of these joints, in the order in which they are placed.
-    given : (..., n) array, optional
-        Its coordinates, for drives whose stiffness depends on them.
-    prefix : str
-        Before the names of couplings.
+    They are placed as if each joint moved alone. Coordinates (..., n) are needed for drives whose
+    stiffness depends on them; the prefix comes before the names of couplings.
     """
     found = list(placed)
     joints = {k: e for k, e in enumerate(placed) if isinstance(e, PlacedFreedom)}

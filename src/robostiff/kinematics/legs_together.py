@@ -26,18 +26,10 @@ _GIVEN = Actuated(StiffnessLaw((1.0, 0.0)))
 
 @dataclass(frozen=True)
 class LegsTogether:
-    """Legs that are alike.
+    """Legs that are alike."""
 
-    Attributes
-    ----------
-    places : tuple of int
-        Their numbers.
-    leg : PlacedLeg
-        Of several legs with arrays (legs, ..., 3), the masses left out.
-    """
-
-    places: tuple[int, ...]
-    leg: PlacedLeg
+    places: tuple[int, ...]  # their numbers
+    leg: PlacedLeg  # of several legs with arrays (legs, ..., 3), the masses left out
 
     def each(self, values: np.ndarray) -> np.ndarray:
         """Values that are alike for the legs, with the axes of its arrays."""

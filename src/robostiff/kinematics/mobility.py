@@ -18,22 +18,9 @@ _INDEPENDENT = 1e-6
 def platform_mobility(
     robot: Robot, pose: np.ndarray, q: Sequence[np.ndarray], length: float
 ) -> np.ndarray:
-    """Rates of the pose coordinates that the legs leave free, a basis (6, f).
+    """Rates of the pose coordinates (6,) that the legs leave free at coordinates q of each.
 
-    Parameters
-    ----------
-    robot : Robot
-    pose : (6,) array
-        x, y, z and rotation vector of the platform.
-    q : sequence of (size,) arrays
-        Coordinates of the legs at that pose.
-    length : float
-        Characteristic length [m]; rotations are multiplied by it.
-
-    Returns
-    -------
-    (6, f) array
-        Orthonormal columns in the scaled coordinates.
+    Orthonormal columns (6, f), rotations multiplied by the length [m].
     """
     scale = np.array([1.0, 1.0, 1.0, length, length, length])
     held = []

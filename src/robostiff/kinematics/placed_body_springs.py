@@ -78,16 +78,11 @@ def with_body_springs(posture: Posture) -> Snapshot:
 
 @dataclass(frozen=True)
 class _Body:
-    """A frame in which points of a body are given.
+    """A frame in which points of a body are given."""
 
-    Attributes
-    ----------
-    name : str
-        ``base``, ``platform``, or ``leg/part``, the part that has been placed last before it.
-    R, p : (..., 3, 3) and (..., 3) arrays
-    """
-
+    # ``base``, ``platform``, or ``leg/part``, the part that has been placed last before it
     name: str
+    # (..., 3, 3) and (..., 3)
     R: np.ndarray
     p: np.ndarray
 
@@ -124,17 +119,11 @@ def _placed(bodies: dict[str, _Body], end: BodyPoint, spring: str) -> tuple[str,
 
 @dataclass
 class _BodyWay(Way):
-    """Common state of the walks, with the bodies that have been met.
+    """Common state of the walks, with the bodies that have been met."""
 
-    Attributes
-    ----------
-    bodies : dict
-        Frame, and the part that has been placed last, by the name of each part.
-    entering : str or None
-        The part that has been placed last before the block whose branches are walked along.
-    """
-
+    # Frame, and the part that has been placed last, by the name of each part
     bodies: dict[str, tuple[np.ndarray, np.ndarray, str | None]] = field(default_factory=dict)
+    # The part that has been placed last before the block whose branches are walked along
     entering: str | None = None
 
 

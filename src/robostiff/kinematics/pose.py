@@ -52,23 +52,13 @@ Pose: TypeAlias = (
 
 @dataclass(frozen=True)
 class PoseRequest:
-    """Requested poses of the platform, one in each row.
+    """Requested poses of the platform, one in each row."""
 
-    Attributes
-    ----------
-    batch : tuple of int
-        Shape of the given batch.
-    coordinates : (N, 6) array
-        x, y, z and rotation vector; the open ones are those of the home pose.
-    open : tuple of int
-        Pose coordinates that the legs decide.
-    turned : (N, 3, 3) array or None
-        Rotation of the platform where it was given as a matrix.
-    """
-
-    batch: tuple[int, ...]
+    batch: tuple[int, ...]  # shape of the given batch
+    # (N, 6): x, y, z and rotation vector; the open ones are those of the home pose
     coordinates: np.ndarray
-    open: tuple[int, ...]
+    open: tuple[int, ...]  # pose coordinates that the legs decide
+    # (N, 3, 3) or None: rotation of the platform where it was given as a matrix
     turned: np.ndarray | None = None
 
     @cached_property

@@ -160,7 +160,6 @@ class PostureFinder:
 
         Parameters
         ----------
-        request : PoseRequest
         near : sequence of (size,) arrays, optional
             Coordinates of each leg that choose its posture; the assembly mode of home when left
             out.

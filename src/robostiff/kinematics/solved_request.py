@@ -23,9 +23,9 @@ from robostiff.kinematics.machine_pose import (
     actuator_places,
 )
 from robostiff.kinematics.mobility import platform_mobility
-from robostiff.kinematics.pose import PoseRequest
+from robostiff.kinematics.pose import PoseRequest, six_coordinates
 from robostiff.kinematics.posture import Posture
-from robostiff.kinematics.turn import turn_about, turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import (
     Actuated,
     Branch,
@@ -43,6 +43,7 @@ from robostiff.model import (
 from robostiff.model.chain import Element
 from robostiff.spatial import Frame, as_floats, cross
 from robostiff.spatial.batch import poses_side_by_side
+from robostiff.spatial.rotation import vector_of_rotation
 
 if TYPE_CHECKING:
     from robostiff.kinematics.posture_finder import PostureFinder
@@ -99,21 +100,16 @@ class ActuatedRequest(SolvedRequest):
 
 @dataclass(frozen=True)
 class ToolRequest(SolvedRequest):
-    """Postures by tip and unit axis of the tool (N, 6), turned about it as the legs demand.
+    """Postures by tip and unit axis of the tool (N, 6), turned about it as the legs demand."""
 
-    Attributes
-    ----------
-    tool_axis : (3,) array
-        In the platform frame.
-    """
-
+    # (3,): in the platform frame
     tool_axis: np.ndarray = None  # pyright: ignore[reportAssignmentType]
 
     def posture(self, finder: PostureFinder, near: Sequence[np.ndarray] | None) -> Posture:
         """Legs closed together with a free joint about the tool axis."""
         robot, tip = finder.robot, self.coordinates[:, :3]
         wanted = _shortest_turn(finder, self.coordinates[:, 3:], self.tool_axis)
-        goal = np.concatenate([tip, vector_of_turn(wanted)], axis=-1)
+        goal = np.concatenate([tip, vector_of_rotation(wanted)], axis=-1)
         home = finder.home_pose
         at_home = home[:3] + turn_by_vector(home[3:]) @ robot.reference_point
         task = NewtonTask((_with_spindle(robot.legs, finder, self.tool_axis),), (), finder.length)
@@ -135,20 +131,15 @@ class ToolRequest(SolvedRequest):
             on_turn_of_home(leg.chain, poses_side_by_side(own, 1), home)
             for leg, own, home in zip(robot.legs, parts, near or homes, strict=True)
         ]
-        pose = np.concatenate([p, vector_of_turn(R)], axis=-1)
+        pose = six_coordinates(R, p)
         return finder.placed(self.batch, pose, R, coordinates, found.elsewhere)
 
 
 @dataclass(frozen=True)
 class _ActuatedTask(NewtonTask):
-    """Legs with locked drives, whose coordinates are prescribed; the pose follows.
+    """Legs with locked drives, whose coordinates are prescribed; the pose follows."""
 
-    Attributes
-    ----------
-    drives : tuple of (d,) arrays
-        Places of the drives in the coordinates of each leg.
-    """
-
+    # tuple of (d,): places of the drives in the coordinates of each leg
     drives: tuple[np.ndarray, ...] = ()
 
     def at(self, start: np.ndarray, q: list[np.ndarray], given: np.ndarray) -> Followed:
@@ -213,7 +204,7 @@ def tool_request(finder: PostureFinder, pose: ToolPose) -> PoseRequest:
     spin = np.broadcast_to(spin, batch).reshape(-1)
     R = np.einsum("nij,njk->nik", _shortest_turn(finder, rows[:, 3:], own), turn_about(own, spin))
     p = rows[:, :3] - np.einsum("nij,j->ni", R, robot.reference_point)
-    coordinates = np.concatenate([p, vector_of_turn(R)], axis=-1)
+    coordinates = six_coordinates(R, p)
     return PoseRequest(
         batch, poses_side_by_side(coordinates, 1), (), turned=poses_side_by_side(R, 2)
     )
@@ -242,12 +233,7 @@ def _shortest_turn(finder: PostureFinder, axis: np.ndarray, tool_axis: np.ndarra
 
 
 def _check_determined(finder: PostureFinder, homes: Sequence[np.ndarray]) -> None:
-    """Raise unless the platform stands still at home while all drives are held.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise unless the platform stands still at home while all drives are held."""
     robot = finder.robot
     if _DETERMINED in finder.known:
         return

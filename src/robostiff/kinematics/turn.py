@@ -10,8 +10,8 @@ import numpy as np
 
 from robostiff.record import arc_tangent, cosine, is_number, is_one, is_zero, sine, square_root
 from robostiff.spatial import skew
-from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.spatial.shapes import Float, Shaped
+from robostiff.spatial.rotation import matrix_of_rotation
+from robostiff.spatial.shapes import Shaped
 
 #: Keeps the root of a vanishing angle regular.
 _TINY = 1e-300
@@ -20,12 +20,7 @@ _EYE = np.eye(3)
 
 @dataclass(frozen=True)
 class Turn:
-    """A rotation by an angle that is given by cosine and sine.
-
-    Attributes
-    ----------
-    cosine, sine : Entry or number
-    """
+    """A rotation by an angle that is given by cosine and sine."""
 
     cosine: Any
     sine: Any
@@ -64,18 +59,10 @@ class Turn:
 
 
 def turn_by_vector_of_entries(r: np.ndarray) -> np.ndarray:
-    """Rotation matrix of a rotation vector through the unit quaternion (cos(a/2), sin(a/2) r/a).
+    """Rotation matrix of a rotation vector r of entries, by the unit quaternion (c, s r/a).
 
-    It is regular at r = 0. A vector along one coordinate axis gives one cosine and one sine.
-
-    Parameters
-    ----------
-    r : (3,) array of objects
-        Rotation vector [rad]; a = |r|.
-
-    Returns
-    -------
-    (3, 3) array of objects
+    With c and s of half the angle a = |r| it is regular at r = 0. A vector along one coordinate
+    axis gives one cosine and one sine.
 
     Examples
     --------
@@ -103,18 +90,9 @@ def turn_by_vector_of_entries(r: np.ndarray) -> np.ndarray:
 def turn_about(
     axis: Shaped[np.ndarray, 3], angle: Shaped[np.ndarray, "*batch"]
 ) -> Shaped[np.ndarray, "*batch 3 3"]:
-    """Rotation matrix I + sin(a) (e x) + (1 - cos(a)) (e x)^2 about a fixed axis.
+    """Rotation matrix I + sin(a) (e x) + (1 - cos(a)) (e x)^2 about a fixed unit vector e.
 
-    Parameters
-    ----------
-    axis : (3,) array
-        Unit vector e.
-    angle : (...) array
-        Angle a [rad]; one, without batch axes, where it or the axis has recorded entries.
-
-    Returns
-    -------
-    (..., 3, 3) array
+    Angles (...) [rad]; one, without batch axes, where it or the axis has recorded entries.
 
     Examples
     --------
@@ -146,33 +124,11 @@ def turn_by_vector(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*ba
     return matrix_of_rotation(np.asarray(r, dtype=float))
 
 
-def vector_of_turn(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3"]:
-    """Rotation vectors [rad] of rotation matrices, angles up to pi.
-
-    Examples
-    --------
-    >>> vector_of_turn(turn_by_vector(np.array([0.1, 0.2, 0.3])))
-    array([0.1, 0.2, 0.3])
-    """
-    return vector_of_rotation(np.asarray(R, dtype=float))
-
-
 def vector_of_turn_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Rotation vector of a rotation matrix of entries, less than half a turn from another.
+    """Rotation vector of a rotation matrix of entries, less than half a turn from another [rad].
 
     Four times the products of the quaternion with itself, times that of the other: these are
     multiples of the quaternion.
-
-    Parameters
-    ----------
-    R : (3, 3) array of entries and numbers
-    near : (3,) array of numbers
-        The other rotation vector [rad].
-
-    Returns
-    -------
-    (3,) array of objects
-        [rad].
 
     Examples
     --------
@@ -197,13 +153,9 @@ def vector_of_turn_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:
 def rotvec_rate(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:
     """Matrix that turns the rate of a rotation vector into angular velocity, w = J_l(r) dr/dt.
 
-    J_l = I + 2 sin(a/2)^2/a^2 (r x) + (1 - sin(a)/a)/a^2 (r x)^2, a = |r|. What rounding leaves
-    of the last quotient is multiplied by a^2, so that no digits are lost at small angles.
-
-    Parameters
-    ----------
-    r : (..., 3) array
-        Rotation vectors [rad]; one, without batch axes, where it has recorded entries.
+    J_l = I + 2 sin(a/2)^2/a^2 (r x) + (1 - sin(a)/a)/a^2 (r x)^2, a = |r|. What rounding leaves of
+    the last quotient is multiplied by a^2, so that no digits are lost at small angles. One vector,
+    without batch axes, where it has recorded entries.
 
     Examples
     --------

@@ -38,20 +38,13 @@ _WORLD = BodyFrame(np.eye(3), np.zeros(3))
 
 @dataclass(frozen=True)
 class Bodies:
-    """The bodies of a linkage at coordinates.
-
-    Attributes
-    ----------
-    tree : SpanningTree
-    q : mapping of str to arrays
-        Coordinates of every connection (..., size) [m, rad]; (size,) where they are entries.
-    frames : mapping of str to BodyFrame
-        Of every body, along the tree.
-    """
+    """The bodies of a linkage at coordinates."""
 
     tree: SpanningTree
+    # mapping of str to arrays: coordinates of every connection (..., size) [m, rad]; (size,) where
+    # they are entries
     q: Mapping[str, np.ndarray]
-    frames: Mapping[str, BodyFrame]
+    frames: Mapping[str, BodyFrame]  # of every body, along the tree
 
     @classmethod
     def of(cls, tree: SpanningTree, q: Mapping[str, np.ndarray]) -> Bodies:
@@ -106,20 +99,12 @@ Way = tuple[tuple[Connection, float], ...]
 
 @dataclass(frozen=True)
 class SpanningTree:
-    """Which connections lead to the bodies, and which close loops.
-
-    Attributes
-    ----------
-    base : str
-    ways : mapping of str to Way
-        For every body that is connected with the base, in an order that walks outwards.
-    cuts : tuple of Connection
-        Those that close loops.
-    """
+    """Which connections lead to the bodies, and which close loops."""
 
     base: str
+    # For every body that is connected with the base, in an order that walks outwards
     ways: Mapping[str, Way]
-    cuts: tuple[Connection, ...]
+    cuts: tuple[Connection, ...]  # those that close loops
 
     @cached_property
     def in_loops(self) -> frozenset[str]:

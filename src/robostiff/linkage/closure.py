@@ -12,12 +12,13 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import freedom_twists
 from robostiff.kinematics.closure import AssemblyMode, ClosurePart, nearest
-from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
-from robostiff.model import Joint, JointKind, Locked, Passive
+from robostiff.model import Joint, JointKind
 from robostiff.spatial import Frame
 from robostiff.spatial.batch import product, transposed
+from robostiff.spatial.rotation import vector_of_rotation
 
 # As for legs: the largest gap of a closed loop.
 _CLOSED = 1e-7
@@ -177,18 +178,8 @@ def _movable(
     linkage: Linkage, held: frozenset[str]
 ) -> tuple[tuple[Connection, ...], tuple[Connection, ...]]:
     """The passive joints, and all that may move."""
-    movable = tuple(
-        c
-        for c in linkage.connections
-        if isinstance(c.element, Joint)
-        and c.name not in held
-        and not isinstance(c.element.role, Locked)
-    )
-    return tuple(c for c in movable if _is_passive(c)), movable
-
-
-def _is_passive(connection: Connection) -> bool:
-    return isinstance(connection.element, Joint) and isinstance(connection.element.role, Passive)
+    movable = tuple(c for c in linkage.connections if c.may_move and c.name not in held)
+    return tuple(c for c in movable if c.is_passive), movable
 
 
 def _nearest_home(
@@ -258,25 +249,13 @@ def _turn_by_turn(loops: _Loops, start: np.ndarray, given: np.ndarray) -> Config
 
 @dataclass(frozen=True)
 class _Loops:
-    """The loops of a linkage as equations; a posture x has the coordinates of all connections.
-
-    Attributes
-    ----------
-    tree : SpanningTree
-    connections : sequence of Connection
-    guess : (size,) array
-        Coordinates to start from.
-    unknowns : sequence of Connection
-        Joints that move.
-    length : float
-        Characteristic length [m].
-    """
+    """The loops of a linkage as equations; a posture x has the coordinates of all connections."""
 
     tree: SpanningTree
     connections: Sequence[Connection]
-    guess: np.ndarray
-    unknowns: Sequence[Connection]
-    length: float
+    guess: np.ndarray  # (size,): coordinates to start from
+    unknowns: Sequence[Connection]  # joints that move
+    length: float  # characteristic length [m]
 
     @classmethod
     def of(
@@ -339,7 +318,7 @@ class _Loops:
         parts = [np.zeros((len(x), 0))]
         for cut in self.tree.cuts:
             gap = bodies.gap(cut)
-            turn = vector_of_turn(product(gap.R_wanted, transposed(gap.R)))
+            turn = vector_of_rotation(product(gap.R_wanted, transposed(gap.R)))
             parts += [(gap.p_wanted - gap.p) / self.length, turn]
         return np.concatenate([np.broadcast_to(p, (len(x), p.shape[-1])) for p in parts], axis=-1)
 
@@ -378,7 +357,7 @@ class _Loops:
             delta = step[:, start : start + c.size]
             start += c.size
             if isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL:
-                own[:] = vector_of_turn(turn_by_vector(delta) @ turn_by_vector(own))
+                own[:] = vector_of_rotation(turn_by_vector(delta) @ turn_by_vector(own))
             else:
                 own += delta
         return x

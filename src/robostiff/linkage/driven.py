@@ -17,7 +17,7 @@ from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
 from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, close, close_all
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
-from robostiff.model import Actuated, Chain, Joint, Locked, Passive
+from robostiff.model import Actuated, Chain, Joint
 from robostiff.record import Record
 from robostiff.recorded.closure import RecordedClosure, steps_from_home
 from robostiff.recorded.guess import with_nominal
@@ -141,16 +141,8 @@ class DrivenLinkage:
     def rows(self, values: DriveValues) -> np.ndarray:
         """Coordinates of the drives (..., n) in the order of `inputs` [m, rad].
 
-        Parameters
-        ----------
-        values : (..., n) array, or mapping of str to (...) arrays
-            In the order of `inputs`; or by the names of the joints, (..., size) for a joint with
-            several; those left out stay at home.
-
-        Raises
-        ------
-        InputError
-            When a name is no drive's, or numbers are not finite or too many or few.
+        Given in that order, or by the names of the joints, (..., size) for a joint with several;
+        those left out stay at home. What does not fit is an `InputError`.
         """
         subject, n = f"driven joints of {self.part.name!r}", len(self.inputs)
         if not isinstance(values, Mapping):
@@ -237,23 +229,14 @@ class DrivenLinkage:
         own = [
             c
             for c in self.part.connections
-            if isinstance(c.element, Joint)
-            and c.name not in self.drives
-            and c.name in self.tree.in_loops
-            and not isinstance(c.element.role, Locked)
+            if c.may_move and c.name not in self.drives and c.name in self.tree.in_loops
         ]
-        passive = self.passive(own)
+        passive = [c for c in own if c.is_passive]
         others = [c.name for c in own if c not in passive]
         still = self.home.coordinates
         if any(all(np.array_equal(s.coordinates[n], still[n]) for n in others) for s in samples):
             return tuple(passive)
         return tuple(own)
-
-    @staticmethod
-    def passive(connections: Sequence[Connection]) -> list[Connection]:
-        """Those that are passive joints."""
-        own = [(c, c.element) for c in connections]
-        return [c for c, e in own if isinstance(e, Joint) and isinstance(e.role, Passive)]
 
 
 def _actuated(part: Linkage) -> tuple[str, ...]:
@@ -320,7 +303,7 @@ def record_linkage_closure(
 
     step = step_of_groups(groups, [], in_coordinates, length)
     undetermined = tuple(step.undetermined)
-    passive = {name for c in driven.passive(following) for name in coordinate_names(c)}
+    passive = {name for c in following if c.is_passive for name in coordinate_names(c)}
     if not passive.issuperset(undetermined):
         return None, undetermined
     q = {name: record.input(name) for name in (*given, *state)}

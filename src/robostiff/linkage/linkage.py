@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
-from robostiff.model import Joint, Link
+from robostiff.model import Joint, Link, Locked, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
@@ -60,6 +60,16 @@ class Connection:
     def freedoms(self) -> tuple[Screw, ...]:
         """Those of a joint."""
         return self.element.freedoms if isinstance(self.element, Joint) else ()
+
+    @property
+    def may_move(self) -> bool:
+        """Whether it is a joint that is not locked."""
+        return isinstance(self.element, Joint) and not isinstance(self.element.role, Locked)
+
+    @property
+    def is_passive(self) -> bool:
+        """Whether it is a passive joint."""
+        return isinstance(self.element, Joint) and isinstance(self.element.role, Passive)
 
     @property
     def is_screw(self) -> bool:
@@ -165,12 +175,7 @@ class Linkage(Symbolic):
         return tuple(c.element for c in self.connections if isinstance(c.element, Joint))
 
     def check_names(self, joints: Iterable[str]) -> None:
-        """Raise for a name that is no joint's.
-
-        Raises
-        ------
-        InputError
-        """
+        """Raise for a name that is no joint's."""
         known = [joint.name for joint in self.joints]
         for name in joints:
             if name not in known:
@@ -206,10 +211,6 @@ class Linkage(Symbolic):
         values : mapping of str to float or sequence of float, optional
             Coordinates of joints by name [m, rad], which these joints keep. The others start at
             home and follow as the loops need. The home configuration when left out.
-
-        Returns
-        -------
-        Network
 
         Raises
         ------

@@ -81,23 +81,9 @@ def record_linkage(
 ) -> tuple[RecordedRobot | None, tuple[str, ...]]:
     """Record the stiffness of a linkage; inputs are the coordinates of its drives, then symbols.
 
-    Parameters
-    ----------
-    driven : DrivenLinkage
-    samples : sequence of Configuration
-        Closed, in general position.
-
-    Returns
-    -------
-    recorded : RecordedRobot or None
-        All ways to hold the platform are those of one leg. None where the closure has no record.
-    undetermined : tuple of str
-        Coordinates that no loop determines.
-
-    Raises
-    ------
-    InputError
-        When a transmitted wrench meets no compliance.
+    All ways to hold the platform are those of one leg. None where the closure has no record; the
+    second result are coordinates that no loop determines. A transmitted wrench that meets no
+    compliance is an `InputError`.
 
     Examples
     --------
@@ -113,7 +99,8 @@ def record_linkage(
     parameters = parameter_samples(driven.part)
     record = Record(sampled_coordinates(driven, samples) | parameters)
     part = with_inputs(driven.part, record)
-    moving = [c for c in part.connections if c.name in _moved(driven, samples)]
+    moved = {*driven.drives, *(c.name for c in driven.following(samples))}
+    moving = [c for c in part.connections if c.name in moved]
     bodies = Bodies.of(spanning_tree(part), coordinates(driven, record, moving))
     reference = bodies.frames[part.platform].at(Frame(np.eye(3), part.reference_point)).p
     reference = np.array([record.simplified(x, driven.home.length) for x in reference])
@@ -158,10 +145,6 @@ def _near_softness(K: dict[tuple[int, int], Any], length: float, count: int) -> 
     return [_SOFT / ratio * usual_size(d) / d for d in factors.d if isinstance(d, Entry)]
 
 
-def _moved(driven: DrivenLinkage, samples: Sequence[Configuration]) -> set[str]:
-    return {*driven.drives, *(c.name for c in driven.following(samples))}
-
-
 @dataclass(frozen=True)
 class _Circulation:
     """Wrenches in the loops of a linkage."""
@@ -187,8 +170,9 @@ class _Circulation:
                 load = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * 6
                 own = [int(len(columns) == i) for i in range(starts[-1])]
                 columns.append([*load, *own])
+        world = WorkingFrame(np.eye(3, dtype=int).astype(object), self.recorder.reference)
         inner = {
-            name: local_leg(leg, self._world, self.recorder.record, self.recorder.length)
+            name: local_leg(leg, world, self.recorder.record, self.recorder.length)
             for name, leg in placed.items()
             if any(name in sign for sign in signs)
         }
@@ -281,10 +265,6 @@ class _Circulation:
             a, b, _ = self._chains[name]
             edges.append(Connection(name, a, b, I, None, I))
         return replace(self.part, connections=tuple(edges), held=frozenset())
-
-    @property
-    def _world(self) -> WorkingFrame:
-        return WorkingFrame(np.eye(3, dtype=int).astype(object), self.recorder.reference)
 
     def _flow(self, leg: PlacedLeg) -> _Flow:
         """A chain of its own wrenches, in the frame in which these are shortest."""

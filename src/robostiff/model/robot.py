@@ -19,7 +19,7 @@ from robostiff.model.entries import Symbolic, are_equal
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.in_words import robot_html
 from robostiff.model.mass import Mass, gravity_vector, masses_of
-from robostiff.model.stiffness_law import ForceLaw
+from robostiff.model.stiffness_law import ForceLaw, StiffnessLaw
 from robostiff.spatial import Frame, Space
 
 
@@ -186,6 +186,17 @@ class Robot(InNotebooks, Symbolic):
     def is_coupled(self) -> bool:
         """Whether joints of a leg are coupled."""
         return any(leg.chain.is_coupled for leg in self.legs)
+
+    @property
+    def drives_with_laws(self) -> tuple[str, ...]:
+        """``leg/part`` of the drives whose force or stiffness follows a law, those of sums too."""
+        varying = {
+            f"{leg.name}/{name}"
+            for leg in self.legs
+            for name, role in zip(leg.chain.coordinate_names, leg.chain.roles, strict=True)
+            if isinstance(getattr(role, "stiffness", None), StiffnessLaw)
+        }
+        return tuple(sorted(varying.union(self.laws)))
 
     @cached_property
     def holds(self) -> tuple[str, ...]:

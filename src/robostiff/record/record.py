@@ -203,7 +203,6 @@ class Record:
 
         Parameters
         ----------
-        value : Entry or number
         scale : float
             Size against which a value counts as zero.
         """

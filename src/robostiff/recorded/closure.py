@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import Any
 
@@ -16,6 +16,7 @@ from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.model import Actuated, Passive, Robot
 from robostiff.record import (
     ENTRY_FUNCTIONS,
+    Entry,
     Program,
     Record,
     derivatives,
@@ -23,7 +24,7 @@ from robostiff.record import (
     least,
     with_turn,
 )
-from robostiff.recorded.guess import RobotAtGuess, nominal, turn_names
+from robostiff.recorded.guess import RobotAtGuess, Same, nominal, turn_names
 from robostiff.recorded.newton_step import NewtonStep, newton_step
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
@@ -49,33 +50,20 @@ def contraction(values: Mapping[str, Any]) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedSteps:
-    """Newton steps from a start.
-
-    Attributes
-    ----------
-    inputs : tuple of str
-    start : dict of names to floats
-        The unknowns there.
-    step : Program
-        From inputs, unknowns, and what the last step handed on, to the next unknowns and the same
-        of this step.
-    arrival : Program
-        What is computed from the same at the end; what stays open (squared), and a number that is
-        positive where all is well, come last.
-    first : Program or None
-        The first step, or several of them, where these are shorter than the others.
-    first_steps : int
-        How many it takes.
-    steps, most_steps : int
-        How many are usually enough, and how many may be taken.
-    """
+    """Newton steps from a start."""
 
     inputs: tuple[str, ...]
-    start: dict[str, float]
+    start: dict[str, float]  # the unknowns there
+    # From inputs, unknowns, and what the last step handed on, to the next unknowns and the same of
+    # this step
     step: Program
+    # What is computed from the same at the end; what stays open (squared), and a number that is
+    # positive where all is well, come last
     arrival: Program
+    # The first step, or several of them, where these are shorter than the others
     first: Program | None = None
-    first_steps: int = 1
+    first_steps: int = 1  # how many it takes
+    # How many are usually enough, and how many may be taken
     steps: int = 4
     most_steps: int = 6
 
@@ -146,12 +134,15 @@ class RecordedClosure(RecordedSteps):
     held : tuple of str
         Coordinates of passive joints that nothing determines, as of a rod that spins: they stay
         where they are at home.
+    same : mapping of names to Same
+        Joints that are another one or a pose coordinate but for its sign, or a number.
     """
 
     home: dict[str, float]
     joints: tuple[str, ...]
     angles: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
+    same: Mapping[str, Same] = field(default_factory=dict)
 
     @property
     def state(self) -> dict[str, float]:
@@ -257,21 +248,38 @@ def record_closure(
     >>> joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
     >>> closure = record_closure(robot, posture_finder(robot), joints)
     >>> closure.inputs, len(closure.start)
-    (('z', 'rx', 'ry'), 12)
+    (('z', 'rx', 'ry'), 11)
     """
     guess = RobotAtGuess.of(robot, finder, joints)
     if guess is None:
         return None
-    step = newton_step(guess.legs, guess.pose, guess.r, guess.open, finder.length)
+    step = newton_step(guess.without_constraints, guess.pose, guess.r, guess.open, finder.length)
     roles = [role for leg in robot.legs for role in leg.chain.roles]
     passive = {name for name, role in zip(joints, roles, strict=True) if isinstance(role, Passive)}
     if not passive.issuperset(step.undetermined):
         return None
+    held = tuple(step.undetermined)
+    known = {*guess.same, *guess.open.values()} - {*held, *step.following, *guess.start}
+    elsewhere = ()
+    if known:
+        # Not the whole step is needed, but its determinants: what is known of all closed postures
+        # holds on as well where assembly modes meet, and beyond.
+        elsewhere, open_ = step.determinants, guess.open.items()
+        open_ = {k: name for k, name in open_ if name in guess.start}
+        step = newton_step(guess.legs, guess.pose, guess.r, open_, finder.length)
     q = {name: x for own in guess.legs for name, x in zip(own.names, own.q, strict=True)}
     q |= step.following
-    own = guess.record, guess.inputs, guess.start, step, q
-    closure = steps_from_home(*own, turns=_turns(guess), angles=guess.angles)
-    return closure and replace(closure, held=tuple(step.undetermined))
+    closure = steps_from_home(
+        guess.record,
+        guess.inputs,
+        guess.start,
+        step,
+        q,
+        turns=_turns(guess),
+        angles=guess.angles,
+        determinants=elsewhere,
+    )
+    return closure and replace(closure, held=held, same=guess.same)
 
 
 def steps_from_home(
@@ -283,31 +291,16 @@ def steps_from_home(
     *,
     turns: Iterable[Any] = (),
     angles: Sequence[str] = (),
+    determinants: Sequence[Entry] = (),
 ) -> RecordedClosure | None:
-    """The closure that takes one recorded step after the other.
+    """The closure that takes one recorded step after the other; None where home is singular.
 
-    Parameters
-    ----------
-    record : Record
-        Its inputs are those of the closure, then the unknowns; its last sample is home.
-    inputs : tuple of str
-    start : dict of names to floats
-        The unknowns at home.
-    step : NewtonStep
-    q : mapping of names to entries or numbers
-        The coordinates that follow.
-    turns : iterable of entries
-        Positive in the posture that is meant.
-    angles : sequence of str
-        Coordinates that are unknown by their cosine and sine.
-
-    Returns
-    -------
-    RecordedClosure or None
-        None where home is singular.
+    Inputs of the record are those of the closure, then the unknowns, and its last sample is home.
+    `q` are the coordinates that follow; `turns` are positive in the posture that is meant; `angles`
+    are unknown by their cosine and sine; more determinants are looked at on arrival.
     """
-    mode = _mode(step)
-    if mode is None:
+    mode, last = _mode(step.determinants), _mode(determinants)
+    if mode is None or last is None:
         return None
     before = {name: record.add_input(name, 1.0) for name in (*BEFORE_FIRST, _MODE)}
     moved = {name: record.input(name) + step.steps.get(name, 0) for name in start}
@@ -315,7 +308,7 @@ def steps_from_home(
         moved |= _turned(record, name, step.steps.get(name, 0))
     after = [moved[name] for name in start]
     # That of the last step will do: where nothing stays open, it was as short as its square.
-    arrived = reduce(least, turns, least(before[_MODE], contraction(before)))
+    arrived = reduce(least, turns, least(least(before[_MODE], last), contraction(before)))
     return RecordedClosure(
         inputs=inputs,
         home={name: float(record.input(name).sample[-1]) for name in inputs},
@@ -339,10 +332,10 @@ def _turned(record: Record, angle: str, step: Any) -> dict[str, Any]:
     return {cosine: c * c_step - s * s_step, sine: s * c_step + c * s_step}
 
 
-def _mode(step: NewtonStep) -> Any:
+def _mode(determinants: Sequence[Entry]) -> Any:
     """Least determinant as a part of its size at home; None where one vanishes or turns there."""
     parts = []
-    for determinant in step.determinants:
+    for determinant in determinants:
         *elsewhere, home = determinant.sample.tolist()
         if not (home and all(value / home > _WATCHED for value in elsewhere)):
             return None

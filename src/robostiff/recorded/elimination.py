@@ -19,39 +19,21 @@ _RIGID = 1e-13  # of a compliance: what is left of it is rounding
 
 @dataclass(frozen=True)
 class Transmitted:
-    """Wrenches that the passive joints of a chain transmit.
+    """Wrenches that the passive joints of a chain transmit."""
 
-    Attributes
-    ----------
-    wrenches : list of Column
-        Basis W of null(J_q^T).
-    losses : list of entries or numbers
-        Of each recorded pivot: 1 where it is as safe as it can be, towards infinity where it
-        vanishes.
-    redundant : tuple of bool
-        Which joints add no freedom to those before.
-    """
-
-    wrenches: list[Column]
+    wrenches: list[Column]  # basis W of null(J_q^T)
+    # Of each recorded pivot: 1 where it is as safe as it can be, towards infinity where it vanishes
     losses: list[Any]
-    redundant: tuple[bool, ...]
+    redundant: tuple[bool, ...]  # which joints add no freedom to those before
 
 
 @dataclass(frozen=True)
 class Conjugate:
-    """Wrenches made conjugate to one another: W^T C W = diag(mu), so K = sum of w w^T / mu.
-
-    Attributes
-    ----------
-    wrenches : list of Column
-    mu : list of entries or numbers
-        Compliance under each.
-    losses : list of entries or numbers
-        By how much mu is smaller than the compliance of the wrench as it came: the digits lost.
-    """
+    """Wrenches made conjugate to one another: W^T C W = diag(mu), so K = sum of w w^T / mu."""
 
     wrenches: list[Column]
-    mu: list[Any]
+    mu: list[Any]  # compliance under each
+    # By how much mu is smaller than the compliance of the wrench as it came: the digits lost
     losses: list[Any]
 
 
@@ -60,18 +42,10 @@ def transmitted_by(
 ) -> Transmitted:
     """Basis of the wrenches that do no work on passive twists, by elimination.
 
-    All of a start are transmitted to begin with; each joint removes the one that drives it, a
-    trivial joint by deletion as in (19).
-
-    Parameters
-    ----------
-    twists : sequence of Column
-        J_q column by column.
-    start : sequence of Column
-        Unit wrenches, or others, perhaps with further entries that come along.
-    scale : sequence of float
-        By which entries of twists are multiplied, and those of wrenches divided, to be compared:
-        1 for a shift or force, the characteristic length [m] for a turn or moment.
+    All of a start are transmitted to begin with, perhaps with further entries that come along; each
+    joint removes the one that drives it, a trivial joint by deletion as in (19). To be compared,
+    entries of twists are multiplied by a scale, and those of wrenches divided: 1 for a shift or
+    force, the characteristic length [m] for a turn or moment.
     """
     wrenches = [list(w) for w in start]
     losses: list[Any] = []
@@ -123,20 +97,10 @@ def transmitted_by(
 
 
 def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str) -> Conjugate:
-    """Gram-Schmidt of wrenches in the energy of a compliance, the safest pivot first.
+    """Gram-Schmidt of wrenches in the energy W^T C W, the safest pivot first.
 
-    Parameters
-    ----------
-    wrenches : sequence of Column
-    energy : (m, m) nested list
-        W^T C W, the compliance under these wrenches.
-    leg : str
-        Whose wrenches they are, for messages.
-
-    Raises
-    ------
-    InputError
-        When a wrench meets no compliance. (One that holds nothing may: it is left out.)
+    A wrench that meets no compliance is an `InputError` that names the leg. (One that holds nothing
+    may: it is left out.)
     """
     left = [list(w) for w in wrenches]
     n = len(left)
@@ -218,41 +182,24 @@ def _loss(square: Any, safety: float) -> Any:
 
 @dataclass(frozen=True)
 class Carried:
-    """Ways in which a leg can carry load.
+    """Ways in which a leg can carry load."""
 
-    Attributes
-    ----------
-    wrenches : list of Column
-        W, what each way holds the end of the leg by; of several ways around a loop, some may hold
-        it alike, or not at all.
-    energy : (m, m) nested list
-        Twice the elastic energy of their combinations; W^T C W where nothing is parallel.
-    losses : list of entries or numbers
-        Of the recorded pivots.
-    redundant : tuple of bool
-        Of the passive joints: those of the leg, those of the branches of its blocks, and whether
-        each further block leaves anything free that the blocks before do.
-    """
-
+    # W, what each way holds the end of the leg by; of several ways around a loop, some may hold it
+    # alike, or not at all
     wrenches: list[Column]
+    # Twice the elastic energy of their combinations; W^T C W where nothing is parallel
     energy: list[list[Any]]
-    losses: list[Any]
+    losses: list[Any]  # of the recorded pivots
+    # Of the passive joints: those of the leg, those of the branches of its blocks, and whether each
+    # further block leaves anything free that the blocks before do
     redundant: tuple[bool, ...]
 
 
 def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
-    """Ways in which a leg can carry load, in its working frame.
+    """Ways in which a leg can carry load, in its working frame: in all rows of six, or in some.
 
-    The branches of a block add their ways to one another, and the joints of the leg take ways
-    away. Of several blocks each must carry what the first does.
-
-    Parameters
-    ----------
-    leg : LocalLeg
-    rows : sequence of int
-        Which rows of six a wrench has: all, or those of the plane.
-    length : float
-        Characteristic length [m].
+    The branches of a block add their ways to one another, and the joints of the leg take ways away.
+    Of several blocks each must carry what the first does.
     """
     n = len(rows)
     twists = [[twist[row] for row in rows] for twist in leg.twists]
@@ -314,9 +261,7 @@ def _energy(
         given = [times(branch.energy, share) for share in shares]
         for i in range(m):
             for j in range(i, m):
-                for x, y in zip(given[i], shares[j], strict=True):
-                    if not (is_zero(x) or is_zero(y)):
-                        energy[i][j] = energy[i][j] + x * y
+                energy[i][j] = energy[i][j] + dot(given[i], shares[j])
                 energy[j][i] = energy[i][j]
         start = stop
     return energy
@@ -324,14 +269,7 @@ def _energy(
 
 def times(matrix: list[list[Any]], column: Column) -> Column:
     """A matrix times a column; zeros leave no trace."""
-    product = []
-    for row in matrix:
-        total: Any = 0
-        for a, x in zip(row, column, strict=True):
-            if not (is_zero(a) or is_zero(x)):
-                total = total + a * x
-        product.append(total)
-    return product
+    return [dot(row, column) for row in matrix]
 
 
 def wrench_size(wrench: Column, scale: Sequence[float]) -> float:

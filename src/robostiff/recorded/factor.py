@@ -92,7 +92,7 @@ def factors_of(K: Upper, size: int) -> Factors:
         open_.remove(pivot)
         own = left[pivot][pivot]
         if isinstance(own, Entry):
-            losses.append(_usual(diagonal[pivot]) / own)
+            losses.append(usual_size(diagonal[pivot]) / own)
             if own is not diagonal[pivot]:
                 losses.append(diagonal[pivot] / own)
         column: list[Any] = [0] * size
@@ -117,10 +117,6 @@ def inverse_entries(factors: Factors) -> dict[tuple[int, int], Any]:
         for i in range(j + 1):
             inverse[i, j] = column[i]
     return inverse
-
-
-def _usual(value: Any) -> float:
-    return usual_size(value) if isinstance(value, Entry) else float(value)
 
 
 _TINY = 1e-290  # keeps angles defined where all eigenvalues are equal

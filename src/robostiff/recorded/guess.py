@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,39 +35,32 @@ from robostiff.recorded.parameters import (
 )
 
 _NAMES = [coordinate.value for coordinate in ALL_COORDINATES]
+# Coordinates that differ by less at all closed postures are the same: legs close as exactly.
+_SAME = 1e-12
+#: A coordinate that is a factor times another one or a pose coordinate; or a number.
+Same = tuple[str | None, float]
 
 
 @dataclass(frozen=True)
 class RobotAtGuess:
-    """A robot at a guess of its posture.
+    """A robot at a guess of its posture."""
 
-    Attributes
-    ----------
-    record : Record
-        Its inputs are free pose coordinates, parameters, then the unknowns.
-    inputs : tuple of str
-        Those that are no unknowns.
-    start : dict of names to floats
-        The unknowns at home: a turn is there by its cosine and sine.
-    angles : tuple of str
-        Coordinates that are unknown by their cosine and sine.
-    legs : tuple of LegAtGuess
-    pose : FormulaPose
-        Of the platform.
-    r : (3,) array
-        Its rotation vector [rad].
-    open : dict of int to str
-        Pose coordinates that the legs decide.
-    """
-
-    record: Record
-    inputs: tuple[str, ...]
-    start: dict[str, float]
-    angles: tuple[str, ...]
+    record: Record  # its inputs are free pose coordinates, parameters, then the unknowns
+    inputs: tuple[str, ...]  # those that are no unknowns
+    start: dict[str, float]  # the unknowns at home: a turn is there by its cosine and sine
+    angles: tuple[str, ...]  # coordinates that are unknown by their cosine and sine
     legs: tuple[LegAtGuess, ...]
-    pose: FormulaPose
-    r: np.ndarray
-    open: dict[int, str]
+    pose: FormulaPose  # of the platform
+    r: np.ndarray  # (3,): its rotation vector [rad]
+    open: dict[int, str]  # pose coordinates that the legs decide
+    # Coordinates of the legs that are no unknowns, as in a parallelogram: they equal another one or
+    # a pose coordinate but for its sign, or a number, wherever the legs close
+    same: dict[str, Same]
+
+    @property
+    def without_constraints(self) -> tuple[LegAtGuess, ...]:
+        """The legs at the same guess, each of their coordinates an unknown of its own."""
+        return tuple(replace(leg, same={}) for leg in self.legs)
 
     @classmethod
     def of(cls, robot: Robot, finder: PostureFinder, joints: Sequence[str]) -> RobotAtGuess | None:
@@ -78,30 +71,34 @@ class RobotAtGuess:
         open_ = {k: _NAMES[k] for k in decided if k not in chosen}
         # The last sample is home: a pivot that vanishes there is none.
         pose = np.concatenate([poses, finder.home_pose[None]])
+        moving = {_NAMES[k]: pose[:, k] for k in (*chosen, *open_) if not _is_still(pose[:, k])}
         inputs = {_NAMES[k]: pose[:, k] for k in chosen} | with_nominal(robot)
-        state = {name: pose[:, k] for k, name in open_.items()}
+        state = {name: moving[name] for name in open_.values() if name in moving}
         guessed = []
         waiting = iter(joints)
         for leg, solver, q in zip(finder.robot.legs, finder.solvers, each_leg, strict=True):
             names = [next(waiting) for _ in range(leg.chain.size)]
-            guessed.append(_GuessedLeg.of(leg, names, np.concatenate([q, solver.home[None]])))
+            every = np.concatenate([q, solver.home[None]])
+            guessed.append(_GuessedLeg.of(leg, names, every, moving))
             state |= guessed[-1].state
         record = Record({**inputs, **state})
         own = with_inputs(robot, record)
         if turns_at_home(own):
             return None
-        six = pose_on_entries(own, finder, record, (*chosen, *open_))
+        six = pose_on_entries(own, finder, record, (*inputs, *state))
         return cls(
             record=record,
             inputs=tuple(inputs),
             start={name: float(values[-1]) for name, values in state.items()},
             angles=tuple(name for guess in guessed for name in guess.angles),
             legs=tuple(
-                guess.on_entries(leg, record) for guess, leg in zip(guessed, own.legs, strict=True)
+                guess.on_entries(leg, record, inputs)
+                for guess, leg in zip(guessed, own.legs, strict=True)
             ),
             pose=FormulaPose.of_coordinates(six),
             r=six[3:],
             open=open_,
+            same={name: one for guess in guessed for name, one in guess.same.items()},
         )
 
 
@@ -112,21 +109,44 @@ class _GuessedLeg:
     names: list[str]
     free: np.ndarray
     q: np.ndarray
-    angles: dict[str, int]
+    angles: tuple[str, ...]
     closing: tuple[int, ...]
+    same: dict[str, Same]
 
     @classmethod
-    def of(cls, leg: Leg, names: list[str], q: np.ndarray) -> _GuessedLeg:
-        chain, alone = leg.chain, not leg.chain.is_coupled
-        turning = [
-            i
-            for element, place in chain.moving
-            if isinstance(element, Joint) and element.kind is not JointKind.SPHERICAL
-            for i in range(place.start, place.stop)
-            if alone and chain.free[i] and chain.freedoms[i].is_rotation
-        ]
-        closing = tuple(closing_balls(leg)) if alone else ()
-        return cls(names, chain.free, q, {names[i]: i for i in turning}, closing)
+    def of(
+        cls, leg: Leg, names: list[str], q: np.ndarray, pose: dict[str, np.ndarray]
+    ) -> _GuessedLeg:
+        """Coordinates are compared with moving pose coordinates, and with those before them."""
+        chain = leg.chain
+        if chain.is_coupled:
+            return cls(names, chain.free, q, (), (), {})
+        closing = tuple(closing_balls(leg))
+        same: dict[str, Same] = {}
+        # What turns is no multiple of what slides, and a ball joint turns as a whole.
+        turns = {name: pose[name] for name in _NAMES[3:] if name in pose}
+        slides = {name: pose[name] for name in _NAMES[:3] if name in pose}
+        platform = [dict(turns)] if len(turns) == 3 else []
+        balls: list[dict[str, np.ndarray]] = []
+        angles = []
+        for element, place in chain.moving:
+            own = {names[i]: q[:, i] for i in range(place.start, place.stop) if chain.free[i]}
+            if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
+                closes = place.start in closing
+                found = _same_turn(own, [*platform, *balls] if closes else balls)
+                same |= found
+                balls += [] if found or closes else [own]
+                continue
+            for (name, x), screw in zip(own.items(), element.freedoms, strict=False):
+                known = turns if screw.turns else slides
+                one = _same(x, known)
+                if one is not None:
+                    same[name] = one
+                    continue
+                known[name] = x
+                if screw.is_rotation:
+                    angles.append(name)
+        return cls(names, chain.free, q, tuple(angles), closing, same)
 
     @property
     def state(self) -> dict[str, np.ndarray]:
@@ -134,6 +154,8 @@ class _GuessedLeg:
         found = {}
         for i in np.flatnonzero(self.free).tolist():
             name = self.names[i]
+            if name in self.same:
+                continue
             if name in self.angles:
                 cosine, sine = turn_names(name)
                 found |= {cosine: np.cos(self.q[:, i]), sine: np.sin(self.q[:, i])}
@@ -141,20 +163,57 @@ class _GuessedLeg:
                 found[name] = self.q[:, i]
         return found
 
-    def on_entries(self, leg: Leg, record: Record) -> LegAtGuess:
-        """The leg at a guess; what closes it stays at zero."""
-        at: list[Any] = []
-        for i, (name, home) in enumerate(zip(self.names, leg.chain.home, strict=True)):
+    def on_entries(self, leg: Leg, record: Record, given: Collection[str]) -> LegAtGuess:
+        """The leg at a guess, some pose coordinates given; what closes it stays at zero."""
+        places = {name: i for i, name in enumerate(self.names)}
+
+        def at(name: str) -> Any:
             if name in self.angles:
                 cosine, sine = map(record.input, turn_names(name))
-                at.append(angle_of(sine, cosine, near=float(self.q[-1, i])))
+                return angle_of(sine, cosine, near=float(self.q[-1, places[name]]))
+            return record.input(name)
+
+        q: list[Any] = []
+        for i, (name, home) in enumerate(zip(self.names, leg.chain.home, strict=True)):
+            if name in self.same:
+                other, factor = self.same[name]
+                q.append(factor if other is None else at(other) * factor)
             elif i in self.closing:
-                at.append(0)
+                q.append(0)
             else:
-                at.append(record.input(name) if self.free[i] else home)
-        return LegAtGuess(
-            leg, self.names, np.array(at, dtype=object), self.closing, self.q[-1].astype(float)
-        )
+                q.append(at(name) if self.free[i] else home)
+        near = self.q[-1].astype(float)
+        q_now = np.array(q, dtype=object)
+        moving = {n: (None, x) if one in given else (one, x) for n, (one, x) in self.same.items()}
+        return LegAtGuess(leg, self.names, q_now, self.closing, near, moving)
+
+
+def _is_still(x: np.ndarray) -> bool:
+    return bool(np.max(np.abs(x - x[-1])) <= _SAME)
+
+
+def _same(x: np.ndarray, known: Mapping[str, np.ndarray]) -> Same | None:
+    """What a coordinate is at all samples, if that is known without it."""
+    if _is_still(x):
+        return None, float(x[-1]) if abs(x[-1]) > _SAME else 0.0
+    for name, other in known.items():
+        for sign in (1.0, -1.0):
+            if np.max(np.abs(x - sign * other)) <= _SAME:
+                return name, sign
+    return None
+
+
+def _same_turn(
+    own: Mapping[str, np.ndarray], balls: Sequence[Mapping[str, np.ndarray]]
+) -> dict[str, Same]:
+    """The same of the coordinates of a ball joint, if one of others turns as it does; or {}."""
+    if all(map(_is_still, own.values())):
+        return {name: (None, float(x[-1])) for name, x in own.items()}
+    for ball in balls:
+        pairs = list(zip(own.items(), ball.items(), strict=True))
+        if all(np.max(np.abs(x - y)) <= _SAME for (_, x), (_, y) in pairs):
+            return {name: _same(x, {other: y}) or (other, 1.0) for (name, x), (other, y) in pairs}
+    return {}
 
 
 def turn_names(angle: str) -> tuple[str, str]:
@@ -163,12 +222,13 @@ def turn_names(angle: str) -> tuple[str, str]:
 
 
 def pose_on_entries(
-    robot: Robot, finder: PostureFinder, record: Record, places: Sequence[int]
+    robot: Robot, finder: PostureFinder, record: Record, names: Sequence[str]
 ) -> np.ndarray:
-    """Pose coordinates (6,) of a robot on entries: inputs of a record at some places, or home's."""
+    """Pose coordinates (6,) of a robot on entries: those named, inputs of a record, or home's."""
     six: list[Any] = coordinates_at_home(robot, finder)
-    for k in places:
-        six[k] = record.input(_NAMES[k])
+    for k, name in enumerate(_NAMES):
+        if name in names:
+            six[k] = record.input(name)
     return tidied(np.array(six, dtype=object))
 
 

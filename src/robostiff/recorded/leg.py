@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import BlockCompliance, Tolerance, block_compliance
-from robostiff.model import PlacedLeg
+from robostiff.kinematics.jacobians import spring_compliance
+from robostiff.model import PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Operation, Record, usual_size
 from robostiff.recorded.elimination import Column, Conjugate, carried_by, made_conjugate
 from robostiff.recorded.working_frame import (
@@ -20,7 +22,7 @@ from robostiff.recorded.working_frame import (
     to_world,
     working_frames,
 )
-from robostiff.spatial import Space, skew
+from robostiff.spatial import Space
 
 
 def lower_bound(record: Record, step: int) -> float:
@@ -190,9 +192,8 @@ class LegRecorder:
         return frames
 
     def _cost(self, leg: RecordedLeg) -> int:
-        return self.record.cost(
-            x.step for x in _flat(stiffness_entries([leg], len(self.space.rows)), leg.losses)
-        )
+        K = stiffness_entries([leg], len(self.space.rows)).values()
+        return self.record.cost(x.step for x in (*K, *leg.losses) if isinstance(x, Entry))
 
 
 def stiffness_entries(legs: Sequence[RecordedLeg], size: int) -> dict[tuple[int, int], Any]:
@@ -204,10 +205,6 @@ def stiffness_entries(legs: Sequence[RecordedLeg], size: int) -> dict[tuple[int,
             for (i, j), so_far in K.items():
                 K[i, j] = so_far + scaled[i] * w[j]
     return K
-
-
-def _flat(K: dict[tuple[int, int], Any], losses: Sequence[Any]) -> list[Entry]:
-    return [x for x in (*K.values(), *losses) if isinstance(x, Entry)]
 
 
 def _keeps_the_plane(frame: WorkingFrame, record: Record) -> bool:
@@ -222,18 +219,6 @@ def compliance_ratio(
 
     Turns are weighed by the characteristic length. It is right within a factor of the number of
     wrenches; 1 where nothing is transmitted.
-
-    Parameters
-    ----------
-    leg : LocalLeg
-    conjugate : Conjugate
-        Wrenches that the leg transmits, in the same frame.
-    rows : sequence of int
-        Which rows of six they have.
-    length : float
-        Characteristic length [m].
-    count : int
-        Number of samples.
     """
     if not conjugate.mu:
         return 1.0
@@ -254,7 +239,9 @@ def _compliance(leg: LocalLeg, length: float, count: int) -> np.ndarray:
     """Compliance of a leg about the origin of its frame, joints held (samples, 6, 6)."""
     C = np.zeros((count, 6, 6))
     for spring in leg.springs:
-        C = C + _moved_compliance(spring.R, spring.p, spring.compliance, count)
+        p, R, own = (at_samples(x, count) for x in (spring.p, spring.R, spring.compliance))
+        placed = PlacedSpring("", p, R, Elasticity(own))
+        C = C + spring_compliance(placed, np.zeros((count, 3)))
     for twist, stiffness in leg.drives:
         t = at_samples(twist, count)
         C = C + t[:, :, None] * t[:, None, :] / at_samples([stiffness], count)[:, :, None]
@@ -278,19 +265,8 @@ def _freedoms(block: Sequence[LocalLeg], length: float, count: int) -> list[np.n
     return [J_q[..., i] for i in range(J_q.shape[-1])]
 
 
-def at_samples(column: Column | np.ndarray, count: int) -> np.ndarray:
-    """Values of entries and numbers at the samples (samples, n)."""
-    return np.stack(
-        [x.sample if isinstance(x, Entry) else np.full(count, float(x)) for x in column], axis=-1
-    )
-
-
-def _moved_compliance(R: np.ndarray, p: np.ndarray, C: np.ndarray, count: int) -> np.ndarray:
-    """Compliance of a spring about the origin of the frame, J C J^T (samples, 6, 6)."""
-    turn = at_samples(R.ravel(), count).reshape(count, 3, 3)
-    J = np.zeros((count, 6, 6))
-    J[:, :3, :3] = J[:, 3:, 3:] = turn
-    # a twist at p, seen from the origin: v + p x w
-    J[:, :3, 3:] = skew(at_samples(p, count)) @ turn
-    own = at_samples(np.asarray(C, dtype=object).ravel(), count).reshape(count, 6, 6)
-    return J @ own @ np.swapaxes(J, -1, -2)
+def at_samples(values: Column | np.ndarray, count: int) -> np.ndarray:
+    """Values of entries and numbers at the samples (samples, ...)."""
+    entries = np.asarray(values, dtype=object)
+    each = [x.sample if isinstance(x, Entry) else np.full(count, float(x)) for x in entries.flat]
+    return np.stack(each, axis=-1).reshape(count, *entries.shape)

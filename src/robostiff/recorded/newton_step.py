@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
@@ -28,38 +28,33 @@ _STILL, _NO_NUMBER = 1e-8, 1e-14
 
 @dataclass(frozen=True)
 class LegAtGuess:
-    """A leg of a robot at coordinates that need not close it.
+    """A leg of a robot at coordinates that need not close it."""
 
-    Attributes
-    ----------
-    leg : Leg
-        Of floats and recorded entries.
-    names : sequence of str
-        Of its coordinates, as unknowns.
-    q : (size,) array of entries and numbers
-        Coordinates [m, rad], locked ones as numbers; 0 of those that follow.
-    following : tuple of int
-        Places of the coordinates of ball joints that close a gap by themselves, three by three.
-    home : (size,) array
-        Coordinates near which these are looked for [rad].
-    """
-
-    leg: Leg
-    names: Sequence[str]
+    leg: Leg  # of floats and recorded entries
+    names: Sequence[str]  # of its coordinates, as unknowns
+    # (size,) of entries and numbers: coordinates [m, rad], locked ones as numbers; 0 of those that
+    # follow
     q: np.ndarray
+    # Places of the coordinates of ball joints that close a gap by themselves, three by three
     following: tuple[int, ...] = ()
+    # (size,): coordinates near which these are looked for [rad]
     home: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    # Those that are no unknowns: a factor times another one; or a number
+    same: Mapping[str, tuple[str | None, float]] = field(default_factory=dict)
 
     @property
-    def moves(self) -> list[bool]:
-        """Whether each coordinate is unknown."""
-        free = self.leg.chain.free.tolist()
-        return [moves and i not in self.following for i, moves in enumerate(free)]
+    def moving(self) -> dict[int, tuple[str | None, float]]:
+        """Unknowns with which coordinates move, by place, and how fast; none of a number."""
+        free = np.flatnonzero(self.leg.chain.free).tolist()
+        names = self.names
+        return {
+            i: self.same.get(names[i], (names[i], 1.0)) for i in free if i not in self.following
+        }
 
     @property
     def free(self) -> list[str]:
         """Names of the unknown coordinates."""
-        return [name for name, moves in zip(self.names, self.moves, strict=True) if moves]
+        return [self.names[i] for i in self.moving if self.names[i] not in self.same]
 
     @property
     def lengths(self) -> list[Any]:
@@ -74,30 +69,17 @@ class LegAtGuess:
 
 @dataclass(frozen=True)
 class NewtonStep:
-    """What one Newton step says of a guess.
+    """What one Newton step says of a guess."""
 
-    Attributes
-    ----------
-    steps : dict of names to entries or numbers
-        By how much each unknown moves [m, rad].
-    size : entry or number
-        Sum of the squares of all steps, as parts of the length and radians.
-    gap : entry or number
-        Sum of the squares of what the guess leaves open: shifts as parts of the length, and chords
-        of turns.
-    determinants : list of entries
-        Of each leg, and of what couples them; their signs are those of the assembly mode.
-    undetermined : list of str
-        Unknowns that may have any value.
-    following : dict of names to entries
-        Coordinates that follow from the others [rad].
-    """
-
-    steps: dict[str, Any]
-    size: Any
+    steps: dict[str, Any]  # by how much each unknown moves [m, rad]
+    size: Any  # sum of the squares of all steps, as parts of the length and radians
+    # Sum of the squares of what the guess leaves open: shifts as parts of the length, and chords of
+    # turns
     gap: Any
+    # Of each leg, and of what couples them; their signs are those of the assembly mode
     determinants: list[Any]
-    undetermined: list[str]
+    undetermined: list[str]  # unknowns that may have any value
+    # Coordinates that follow from the others [rad]
     following: dict[str, Any] = field(default_factory=dict)
 
 
@@ -111,21 +93,10 @@ def newton_step(
     """One step towards postures in which all legs meet the platform, and branches one another.
 
     What stays open is seen from the base of each leg: a shift as a part of the length, and a turn D
-    as vee(D - D^T)/2. Rates are those of closed postures, so that steps converge quadratically. The
-    coordinates of each leg are eliminated first, then what couples the legs.
-
-    Parameters
-    ----------
-    legs : sequence of LegAtGuess
-        Samples must be closed postures: what vanishes at all of them is left out of the rates.
-    pose : FormulaPose
-        Of the platform, at the guess.
-    r : (3,) array of entries and numbers
-        Its rotation vector [rad].
-    open_ : dict of int to str
-        Pose coordinates (x, y, z, rx, ry, rz by number) that the legs decide, and their names.
-    length : float
-        Characteristic length [m].
+    as vee(D - D^T)/2. Rates are those of closed postures, so that steps converge quadratically:
+    what vanishes at all samples is left out of them. The coordinates of each leg are eliminated
+    first, then what couples the legs: pose coordinates that are open, by number and name. `r` is
+    the rotation vector of the platform [rad].
     """
     turning = rotvec_rate(r) if any(k >= 3 for k in open_) else None
     groups, following = [], {}
@@ -135,12 +106,15 @@ def newton_step(
         for number, gap in enumerate(gaps_of_leg):
             rates = _rates_of_leg(own, gap, placed, length)
             if number == 0:  # that at the platform
-                rates |= _rates_of_pose(own.leg, arm, open_, turning, length)
+                for name, twist in _rates_of_pose(own.leg, arm, open_, turning, length).items():
+                    rates[name] = rates[name] + twist if name in rates else twist
             ball = gap.own[-3:] if set(gap.own[-3:]) & set(own.following) else ()
-            if ball:
+            names = [own.names[i] for i in ball]
+            known = bool(ball) and names[0] in own.same
+            if ball and not known:
                 turn = vector_of_turn_near(gap.R.T @ gap.R_wanted, own.home[list(ball)])
-                following |= zip([own.names[i] for i in ball], turn, strict=True)
-            openings.append(Opening(gap, rates, turns=not ball))
+                following |= zip(names, turn, strict=True)
+            openings.append(Opening(gap, rates, turns=not ball, turn_is_known=known))
         groups.append(ClosureGroup(openings, own.free))
 
     def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
@@ -154,12 +128,13 @@ def newton_step(
 class Opening:
     """A gap, and the twists by which unknowns close it, in units of the length.
 
-    Without `turns`, it may turn as it likes: a ball joint stands there.
+    Without `turns`, a ball joint stands there: it turns as it likes, or as is known.
     """
 
     gap: Loop
     rates: dict[str, np.ndarray]
     turns: bool = True
+    turn_is_known: bool = False
 
 
 @dataclass(frozen=True)
@@ -178,15 +153,8 @@ def step_of_groups(
 ) -> NewtonStep:
     """One step that closes all gaps, group by group, then by the unknowns that they share.
 
-    Parameters
-    ----------
-    groups : sequence of ClosureGroup
-    shared : sequence of str
-        Names of the unknowns that stand in several groups.
-    in_coordinates : callable
-        From solved unknowns, in units of the length and radians, to steps of coordinates.
-    length : float
-        Characteristic length [m].
+    `in_coordinates` leads from solved unknowns, in units of the length and radians, to steps of
+    coordinates.
     """
     elimination = SparseElimination()
     left: list[Equation] = []
@@ -225,7 +193,8 @@ def _squares(opening: Opening, length: float) -> list[Any]:
     """Squares that vanish where a gap is closed, and only there."""
     gap = opening.gap
     shift = (gap.p_wanted - gap.p) * (1 / length)
-    chord = (gap.R_wanted - gap.R).reshape(-1) if opening.turns else ()
+    turned = opening.turns or opening.turn_is_known
+    chord = (gap.R_wanted - gap.R).reshape(-1) if turned else ()
     return [x * x for x in (*shift, *chord) if not is_zero(x)]
 
 
@@ -248,15 +217,15 @@ def _rates_of_leg(
     own: LegAtGuess, gap: Loop, placed: PlacedChain, length: float
 ) -> dict[str, np.ndarray]:
     """Twists by which the free coordinates of a leg close a gap, in units of the length."""
-    freedoms, free = placed.freedoms, own.moves
+    freedoms, moving = placed.freedoms, own.moving
     rates: dict[str, np.ndarray] = {}
     for places, at, sign in ((gap.own, gap.p, 1), (gap.leading, gap.p_wanted, -1)):
         for i in places:
-            if free[i]:
-                twist = freedom_twist(freedoms[i], at) * sign
+            name, factor = moving.get(i, (None, 0.0))
+            if name is not None:
+                twist = freedom_twist(freedoms[i], at) * (sign * int(factor))
                 if freedoms[i].turns:
                     twist = per_turn(twist, length)
-                name = own.names[i]
                 rates[name] = rates[name] + twist if name in rates else twist
     return rates
 
@@ -295,13 +264,14 @@ def _in_coordinates(
 ) -> dict[str, Any]:
     steps = {}
     for own in legs:
-        freedoms, free = own.leg.chain.freedoms, own.moves
+        freedoms, unknown = own.leg.chain.freedoms, set(own.free)
         for element, place in own.leg.chain.moving:
-            if free[place.start]:
-                names = own.names[place.start : place.stop]
+            if unknown.intersection(own.names[place]):
+                names = own.names[place]
                 steps |= joint_steps(element, names, own.q[place], freedoms[place], found, length)
     for k, name in open_.items():
-        steps[name] = found[name] * length if k < 3 else found[name]
+        step = found.get(name, 0)
+        steps[name] = step * length if k < 3 else step
     return steps
 
 
@@ -314,7 +284,7 @@ def joint_steps(
     length: float,
 ) -> dict[str, Any]:
     """Steps of the coordinates of a joint; a spherical joint turns about the axes before it."""
-    turn = [found[name] for name in names]
+    turn = [found.get(name, 0) for name in names]
     if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
         turn = list(_vector_rate(q) @ np.array(turn, dtype=object))
     return {

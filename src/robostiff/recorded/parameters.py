@@ -207,19 +207,10 @@ def with_inputs(robot: OfSymbols, record: Record) -> OfSymbols:
 
 
 def closed_samples(robot: Robot, finder: PostureFinder) -> tuple[np.ndarray, list[np.ndarray]]:
-    """The sample postures of a robot, each with its own values of the parameters.
+    """Sample postures, each with its own values of the parameters: poses, and q of each leg.
 
-    Returns
-    -------
-    pose : (samples, 6) array
-        x, y, z and rotation vector [m, rad].
-    coordinates : list of (samples, size) arrays
-        Of each leg [m, rad].
-
-    Raises
-    ------
-    InputError
-        When a leg does not reach its sample postures with other values of the parameters.
+    Arrays (samples, 6) and (samples, size) [m, rad]. An `InputError` says where a leg does not
+    reach them with other values of the parameters.
     """
     posture = sample_postures(finder.robot, finder)
     values = parameter_samples(robot)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from operator import add
@@ -22,11 +22,10 @@ from robostiff.model import ALL_COORDINATES, Actuated, Leg, Robot
 from robostiff.record import Entry, Operation, Record, least, usual_size
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
-from robostiff.recorded.guess import pose_on_entries
+from robostiff.recorded.guess import Same, pose_on_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
     closed_samples,
-    coordinates_at_home,
     parameter_samples,
     sample_postures,
     with_inputs,
@@ -119,30 +118,16 @@ class RecordedRobot:
 
 @dataclass(frozen=True)
 class RobotOnEntries:
-    """A robot placed in the world on the entries of a new record.
+    """A robot placed in the world on the entries of a new record."""
 
-    Attributes
-    ----------
-    robot : Robot
-        Inputs in place of its symbols.
-    record : Record
-        Its inputs are coordinates of the posture, then the symbols.
-    coordinates : tuple of str
-        Free pose coordinates; or coordinates of all legs, named ``leg/0``, ``leg/1`` and so on, or
-        ``q0``, ``q1`` of a serial arm.
-    pose : FormulaPose
-        Of the platform.
-    placed : tuple of PlacedFormula
-    length : float
-        Characteristic length [m].
-    """
-
-    robot: Robot
-    record: Record
+    robot: Robot  # inputs in place of its symbols
+    record: Record  # its inputs are coordinates of the posture, then the symbols
+    # Free pose coordinates; or coordinates of all legs, named ``leg/0``, ``leg/1`` and so on, or
+    # ``q0``, ``q1`` of a serial arm
     coordinates: tuple[str, ...]
-    pose: FormulaPose
+    pose: FormulaPose  # of the platform
     placed: tuple[PlacedFormula, ...]
-    length: float
+    length: float  # characteristic length [m]
 
     @classmethod
     def of(
@@ -152,6 +137,7 @@ class RobotOnEntries:
         *,
         by_pose: bool,
         changed: Callable[[Leg], Leg] = lambda leg: leg,
+        closure: RecordedClosure | None = None,
     ) -> RobotOnEntries:
         """A robot whose legs close in closed form, by its pose; any robot by its joints.
 
@@ -164,6 +150,9 @@ class RobotOnEntries:
         by_pose : bool
         changed : callable
             What is done to a leg on entries before it is placed.
+        closure : RecordedClosure, optional
+            Of a robot by its joints: the platform is at its pose, and joints that follow from
+            others or from the pose are no inputs.
 
         Raises
         ------
@@ -171,36 +160,30 @@ class RobotOnEntries:
             When a leg has no closed form, or home has no room around it.
         """
         given = _pose_samples(robot, finder) if by_pose else _joint_samples(robot, finder)
-        record = Record({**given, **parameter_samples(robot)})
+        same = {} if closure is None else closure.same
+        inputs = {name: samples for name, samples in given.items() if name not in same}
+        inputs |= parameter_samples(robot)
+        if closure is not None:
+            poses, names = closed_samples(robot, finder)[0], (*closure.inputs, *closure.start)
+            each = zip(ALL_COORDINATES, poses.T, strict=True)
+            inputs |= {own.value: samples for own, samples in each if own.value in names}
+        record = Record(inputs)
         robot = with_inputs(robot, record)
         legs = [changed(leg) for leg in robot.legs]
         if by_pose:
-            six: list[Any] = coordinates_at_home(robot, finder)
-            for name, k in zip(given, robot.coordinate_places, strict=True):
-                six[k] = record.input(name)
-            pose = FormulaPose.of_coordinates(np.array(six, dtype=object))
+            pose = FormulaPose.of_coordinates(pose_on_entries(robot, finder, record, [*given]))
             pairs = zip(legs, finder.solvers, strict=True)
             placed = tuple(place_leg(leg, pose, solver) for leg, solver in pairs)
         else:
             waiting = iter(given)
-            q = [[record.input(next(waiting)) for _ in range(leg.chain.size)] for leg in legs]
+            q = [[_at(next(waiting), record, same) for _ in range(leg.chain.size)] for leg in legs]
             pairs = zip(legs, q, strict=True)
             placed = tuple(place_leg_at_joints(leg, np.array(x, dtype=object)) for leg, x in pairs)
             pose = placed[0].platform
+            if closure is not None:
+                six = pose_on_entries(robot, finder, record, (*closure.inputs, *closure.start))
+                pose = FormulaPose.of_coordinates(six)
         return cls(robot, record, tuple(given), pose, placed, finder.length)
-
-    def with_platform(
-        self, finder: PostureFinder, names: Sequence[str], poses: np.ndarray
-    ) -> RobotOnEntries:
-        """The same with the platform at its pose: some of its coordinates become inputs.
-
-        Poses (samples, 6) are those of the sample postures.
-        """
-        places = [k for k, own in enumerate(ALL_COORDINATES) if own.value in names]
-        for k in places:
-            self.record.add_input(ALL_COORDINATES[k].value, poses[:, k])
-        six = pose_on_entries(self.robot, finder, self.record, places)
-        return replace(self, pose=FormulaPose.of_coordinates(six))
 
     @property
     def reference(self) -> np.ndarray:
@@ -211,6 +194,12 @@ class RobotOnEntries:
     def recorded(self) -> RecordedRobot:
         """Its stiffness, as one of these coordinates."""
         return assembled(self.robot, self.record, self.pose, self.placed, self.length)
+
+
+def _at(joint: str, record: Record, same: Mapping[str, Same]) -> Any:
+    """A joint coordinate on entries."""
+    other, factor = same.get(joint, (joint, 1.0))
+    return factor if other is None else record.input(other) * factor
 
 
 def _pose_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
@@ -244,13 +233,11 @@ def record_with_closure(robot: Robot, finder: PostureFinder) -> RecordedRobot | 
 
     None where a record of the closure does not serve, see `record_closure`.
     """
-    own = RobotOnEntries.of(robot, finder, by_pose=False)
-    closure = record_closure(robot, finder, own.coordinates)
+    closure = record_closure(robot, finder, tuple(_joint_samples(robot, finder)))
     if closure is None:
         return None
-    poses = closed_samples(robot, finder)[0]
-    placed = own.with_platform(finder, (*closure.inputs, *closure.start), poses)
-    return replace(placed.recorded, joints=own.coordinates, closure=closure)
+    own = RobotOnEntries.of(robot, finder, by_pose=False, closure=closure)
+    return replace(own.recorded, joints=own.coordinates, closure=closure)
 
 
 def assembled(
@@ -354,12 +341,8 @@ def record_robot(robot: Robot, finder: PostureFinder) -> RecordedRobot:
     by_joints = robot.is_posed_by_joints
     if not by_joints and all(s.closed_form is not None for s in finder.solvers):
         recorded = record_at_pose(robot, finder)
-        if not _misses(recorded):
+        # Where a leg misses the platform at generic poses, the other coordinates must follow.
+        if all(np.all(part.sample >= 0) for part in recorded.reach if isinstance(part, Entry)):
             return recorded
     recorded = None if by_joints else record_with_closure(robot, finder)
     return record_at_joints(robot, finder) if recorded is None else recorded
-
-
-def _misses(recorded: RecordedRobot) -> bool:
-    """Whether a leg misses the platform at generic poses: the other coordinates must follow."""
-    return any(np.any(part.sample < 0) for part in recorded.reach if isinstance(part, Entry))

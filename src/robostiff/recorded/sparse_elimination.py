@@ -20,16 +20,9 @@ _OF_COLUMN, _OF_ITSELF = 0.15, 0.3
 
 @dataclass(eq=False)
 class Equation:
-    """One equation, sum of rates times unknowns = right side.
+    """One equation, sum of rates times unknowns = right side."""
 
-    Attributes
-    ----------
-    rates : dict of names of unknowns to entries or numbers
-        Without zeros.
-    right : entry or number
-    """
-
-    rates: dict[str, Any]
+    rates: dict[str, Any]  # without zeros
     right: Any
 
 
@@ -41,13 +34,6 @@ class SparseElimination:
     fills in least (Markowitz). Where a chosen pivot vanishes elsewhere, so does the determinant of
     its group.
 
-    Attributes
-    ----------
-    pivots : list of lists
-        Of each group, in the order of elimination.
-    undetermined : list of str
-        Unknowns that no equation determines.
-
     Examples
     --------
     >>> elimination = SparseElimination()
@@ -58,8 +44,9 @@ class SparseElimination:
     [('x', 2.0), ('y', 1.0)]
     """
 
+    # Of each group, in the order of elimination
     pivots: list[list[Any]] = field(default_factory=list)
-    undetermined: list[str] = field(default_factory=list)
+    undetermined: list[str] = field(default_factory=list)  # unknowns that no equation determines
     _solved_for: list[tuple[str, Equation]] = field(default_factory=list)
     _sizes: dict[int, tuple[float, float]] = field(default_factory=dict)
 

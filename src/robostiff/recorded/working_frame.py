@@ -44,22 +44,12 @@ class LocalSpring:
 
 @dataclass(frozen=True)
 class LocalLeg:
-    """A leg in a working frame.
+    """A leg in a working frame."""
 
-    Attributes
-    ----------
-    twists : list of Column
-        J_q, one column a passive freedom, about the frame's origin.
-    springs : list of LocalSpring
-    drives : list of (Column, stiffness)
-        Twists of the elastic joints.
-    blocks : list of tuples of LocalLeg
-        The branches of each parallel block.
-    """
-
-    twists: list[Column]
+    twists: list[Column]  # J_q, one column a passive freedom, about the frame's origin
     springs: list[LocalSpring]
-    drives: list[tuple[Column, Any]]
+    drives: list[tuple[Column, Any]]  # twists of the elastic joints
+    # The branches of each parallel block
     blocks: list[tuple[LocalLeg, ...]] = field(default_factory=list)
 
     @property

@@ -30,8 +30,8 @@ def test_rank_and_status_are_those_of_the_wrench_basis_form(name: str):
     compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
     answer, careful = compiled.attempt(at), careful_stiffness(robot, at)
     own = ~answer.guarded
-    assert np.all(answer.rank[own] == 5)
     assert np.all(careful.rank[:EACH] == 3)
+    np.testing.assert_array_equal(np.unique(answer.rank[own]), [3, 5])
     np.testing.assert_array_equal(answer.rank[own], careful.rank[own])
     np.testing.assert_array_equal(answer.status_codes[own], careful.status_codes[own])
     K, expected = answer.values["K"], careful.about_reference.matrix
@@ -39,7 +39,8 @@ def test_rank_and_status_are_those_of_the_wrench_basis_form(name: str):
     share = answer.guarded.reshape(len(SPREADS), EACH).mean(axis=1)
     assert np.all(share[[6, 7]] == 0)
     assert share[5] < 0.5
-    assert np.all(share[:4] == 1)
+    # At home all is clear; so near to it that wrenches differ by 1e-9, rounding would show.
+    assert np.all(share[:4] == [0, 1, 1, 1])
     # What the tolerances leave in doubt is left to the wrench basis form.
     ill = (careful.status_codes & int(rs.Status.ILL_CONDITIONED)) != 0
     assert ill.sum() > EACH

@@ -1,7 +1,9 @@
 """Stiffness indices, each with its unit and, where it needs one, its characteristic length.
 
 All take the result of `stiffness` at a single pose, and return a small object with values,
-directions and a status. Free motions show as zeros or as None, never as a number without meaning.
+directions and a status; `indices` computes them all, of a batch as well. Free motions show as zeros
+or as None, never as a number without meaning. A batch raises an `InputError`, and a pose without a
+matrix a `NoAnswerError`.
 """
 
 from robostiff.analysis.indices.metric import (

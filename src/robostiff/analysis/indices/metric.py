@@ -90,7 +90,6 @@ def eigenstiffness(
     Parameters
     ----------
     result : RobotStiffness
-        Of a single pose.
     length : float, optional
         The characteristic length L [m]; the robot's own at the pose when left out.
     metric : (n, n) array-like, optional
@@ -99,9 +98,7 @@ def eigenstiffness(
     Raises
     ------
     InputError
-        For a batch, both a length and a metric, or ones that do not measure.
-    NoAnswerError
-        For a pose without a matrix.
+        For both a length and a metric, or ones that do not measure.
 
     References
     ----------
@@ -177,16 +174,13 @@ def condition_number(result: RobotStiffness, *, length: float | None = None) -> 
     Parameters
     ----------
     result : RobotStiffness
-        Of a single pose.
     length : float, optional
         L [m]; the robot's own at the pose when left out.
 
     Raises
     ------
     InputError
-        For a batch, or a length that is not positive.
-    NoAnswerError
-        For a pose without a matrix.
+        For a length that is not positive.
 
     References
     ----------
@@ -250,16 +244,13 @@ def virtual_work(result: RobotStiffness, *, length: float | None = None) -> Virt
     Parameters
     ----------
     result : RobotStiffness
-        Of a single pose.
     length : float, optional
         L [m]; the robot's own at the pose when left out.
 
     Raises
     ------
     InputError
-        For a batch, or a length that is not positive.
-    NoAnswerError
-        For a pose without a matrix.
+        For a length that is not positive.
 
     References
     ----------

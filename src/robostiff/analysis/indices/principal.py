@@ -22,18 +22,9 @@ from robostiff.spatial import Space, as_floats
 
 @dataclass(frozen=True)
 class PrincipalStiffnesses(StationaryStiffness):
-    """Eigenvalues of K_tt and of K_rr, ascending, with their directions as rows.
+    """Eigenvalues of K_tt, the rotations held, and of K_rr, the reference point held; ascending.
 
-    Attributes
-    ----------
-    translational : (d,) array
-        Force per displacement with the rotations held [N/m]; independent of the reference point.
-    translational_directions : (d, d) array
-    rotational : (r,) array
-        Moment per rotation with the reference point held [N m/rad].
-    rotational_directions : (r, r) array
-        In the plane the one rotation is about z, and the row is ``[1]``.
-    status : Status
+    The first do not depend on the reference point.
     """
 
     about: ClassVar[str] = "the other displacements and rotations held"
@@ -47,20 +38,10 @@ def principal_stiffness(result: RobotStiffness) -> PrincipalStiffnesses:
     `collinear_stiffness` is that of a platform that is free to deflect. ``K_tt`` is the same
     about every point, ``K_rr`` is not.
 
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-
     Returns
     -------
     PrincipalStiffnesses
         Zeros, exactly, along free motions.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
 
     References
     ----------
@@ -84,17 +65,8 @@ def principal_stiffness(result: RobotStiffness) -> PrincipalStiffnesses:
 class CollinearStiffness(StationaryStiffness):
     """Stationary stiffness of forces through the reference point, and of moments, ascending.
 
-    Attributes
-    ----------
-    translational : (d,) array
-        Force per displacement along the force, the platform free to turn [N/m].
-    translational_directions : (d, d) array
-        Unit vectors, rows.
-    rotational : (r,) array
-        Moment per rotation about the moment, the platform free to shift [N m/rad]; independent of
-        the reference point.
-    rotational_directions : (r, r) array
-    status : Status
+    The platform is free to turn under the first, and to shift under the others, which do not depend
+    on the reference point.
     """
 
     about: ClassVar[str] = "the other displacements and rotations free"
@@ -113,16 +85,6 @@ def collinear_stiffness(result: RobotStiffness) -> CollinearStiffness:
     any force, the reciprocal of the worst deflection. The same for moments and rotations, with
     ``C_rr``. Where K is singular, ``(C_tt)^-1`` is ``K_tt - K_tr K_rr^-1 K_rt``, and exactly zero
     along forces that drive a free motion.
-
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
 
     References
     ----------
@@ -168,16 +130,6 @@ def anisotropy(result: RobotStiffness) -> Anisotropy:
     """Ratio of the largest to the smallest eigenvalue of C_tt, and of C_rr.
 
     Both are numbers without units, and need no characteristic length.
-
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
 
     Examples
     --------
@@ -229,16 +181,13 @@ def directional_stiffness(result: RobotStiffness, direction: ArrayLike) -> Direc
     Parameters
     ----------
     result : RobotStiffness
-        Of a single pose.
     direction : (3,) array-like
         Of any length but zero; (2,) will do in the plane.
 
     Raises
     ------
     InputError
-        For a direction of zero length or out of the plane of a planar robot, or a batch.
-    NoAnswerError
-        For a pose without a matrix.
+        For a direction of zero length or out of the plane of a planar robot.
 
     Examples
     --------
@@ -261,16 +210,13 @@ def stiffness_about_axis(result: RobotStiffness, axis: ArrayLike) -> Directional
     Parameters
     ----------
     result : RobotStiffness
-        Of a single pose.
     axis : (3,) array-like
         Of any length but zero; along z for a planar robot.
 
     Raises
     ------
     InputError
-        For an axis of zero length, or not along z for a planar robot, or a batch.
-    NoAnswerError
-        For a pose without a matrix.
+        For an axis of zero length, or not along z for a planar robot.
 
     Examples
     --------
@@ -361,17 +307,8 @@ def worst_deflection(result: RobotStiffness) -> WorstDeflections:
     """Largest eigenvalues of C_tt and C_rr: the most that unit vectors u make of ``|C_tt u|``.
 
     The force acts through the reference point and the platform may turn; displacement and force
-    are parallel at the worst, so that this is one over the least collinear stiffness.
-
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose; maps have `Quantity.WORST_DEFLECTION`.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
+    are parallel at the worst, so that this is one over the least collinear stiffness. Maps have it
+    as `Quantity.WORST_DEFLECTION`.
 
     Examples
     --------

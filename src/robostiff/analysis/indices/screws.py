@@ -107,16 +107,6 @@ def eigenscrews(result: RobotStiffness) -> Eigenscrews:
 
     Where two stiffnesses are equal, their screws are one choice of many.
 
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
-
     References
     ----------
     T. Patterson, H. Lipkin: Structure of robot compliance. Journal of Mechanical Design 115(3),
@@ -240,20 +230,10 @@ def centre_of_stiffness(result: RobotStiffness) -> Centre:
     vanishes: a force through the point does not turn the platform. In space that is so for some
     robots only; see `coupling`.
 
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-
     Returns
     -------
     Centre
         Along a line where forces of one direction alone are met, nowhere where none are.
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
 
     References
     ----------
@@ -283,21 +263,11 @@ def centre_of_compliance(result: RobotStiffness) -> Centre:
     nothing. In the plane, and wherever K decouples, it is the centre of stiffness; in space the two
     are different points.
 
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-
     Returns
     -------
     Centre
         Without a point where K is singular and there is no C (status ``FREE_MOTIONS``), or where no
         digit of C holds (``ILL_CONDITIONED``).
-
-    Raises
-    ------
-    InputError, NoAnswerError
-        For a batch; for a pose without a matrix.
 
     References
     ----------

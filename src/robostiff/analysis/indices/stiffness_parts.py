@@ -28,18 +28,10 @@ _ROUNDING = 1e-15
 
 @dataclass(frozen=True)
 class EigenPart:
-    """A symmetric matrix of one unit, as its eigenvalues and eigenvectors.
+    """A symmetric matrix of one unit, as its eigenvalues and eigenvectors."""
 
-    Attributes
-    ----------
-    values : (d,) array
-        Ascending; those of free directions are exactly zero.
-    directions : (d, d) array
-        Unit eigenvectors, rows in the order of `values`.
-    """
-
-    values: np.ndarray
-    directions: np.ndarray
+    values: np.ndarray  # (d,): ascending; those of free directions are exactly zero
+    directions: np.ndarray  # (d, d): unit eigenvectors, rows in the order of `values`
 
     @property
     def rank(self) -> int:
@@ -65,7 +57,16 @@ class EigenPart:
 
 @dataclass(frozen=True)
 class StationaryStiffness:
-    """Stiffnesses of forces and of moments, ascending, with their directions as rows."""
+    """Stiffnesses of forces and of moments, ascending, with their directions as rows.
+
+    Attributes
+    ----------
+    translational, rotational : (d,) and (r,) arrays
+        Force per displacement along it [N/m], and moment per rotation about it [N m/rad].
+    translational_directions, rotational_directions : (d, d) and (r, r) arrays
+        Unit vectors, rows; in the plane the one rotation is about z, and its row is ``[1]``.
+    status : Status
+    """
 
     units: ClassVar[tuple[str, str]] = ("N/m", "N m/rad")
 
@@ -84,24 +85,14 @@ class StationaryStiffness:
 
 @dataclass(frozen=True)
 class StiffnessParts:
-    """K of a single pose about its reference point, and the ranks of its parts.
+    """K of a single pose about its reference point, and the ranks of its parts."""
 
-    Attributes
-    ----------
-    result : RobotStiffness
-        Of a single pose with a matrix.
-    K : (n, n) array
-        About the reference point [N/m, N, N m].
-    C : (n, n) array or None
-        Compliance about the same point; None where K is singular, or so nearly that no digit of its
-        inverse would hold.
-    rank_of_forces, rank_of_moments : int
-        Of ``K_tt`` and of ``K_rr``.
-    """
-
-    result: RobotStiffness
-    K: np.ndarray
+    result: RobotStiffness  # of a single pose with a matrix
+    K: np.ndarray  # (n, n): about the reference point [N/m, N, N m]
+    # (n, n) or None: compliance about the same point; None where K is singular, or so nearly that
+    # no digit of its inverse would hold
     C: np.ndarray | None
+    # Of ``K_tt`` and of ``K_rr``
     rank_of_forces: int
     rank_of_moments: int
 

@@ -154,7 +154,6 @@ class MapArrays:
 
     Parameters
     ----------
-    job : MapJob
     attributes : mapping
         Of the map, known before it is computed.
     """

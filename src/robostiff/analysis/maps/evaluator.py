@@ -18,7 +18,6 @@ from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (
     compliance_where_answered,
-    origin_to_reference,
     principal_stiffnesses,
     stiffness_indices,
     stiffness_where_answered,
@@ -107,10 +106,8 @@ class BatchedEvaluator:
 
     Parameters
     ----------
-    robot : Robot or Linkage
     columns : PoseColumns
         What the numbers of a pose are.
-    quantities : tuple of Quantity
     wrench : tuple of float
         Load about the reference point [N, N m]; empty without one.
     length : float
@@ -191,7 +188,7 @@ class BatchedEvaluator:
         if not isinstance(self.robot, Robot):
             raise TypeError("actuator forces of a linkage are no quantity of maps")
         whole = np.broadcast_to(wrench, (len(known), len(wrench)))
-        about_origin = move_wrench(whole, -origin_to_reference(result))
+        about_origin = move_wrench(whole, -result.offset)
         loads = leg_loads(result[known], about_origin[known])
         posture = find_posture(self.robot, pose, near=self._near)
         rows = list(self.robot.space.rows)

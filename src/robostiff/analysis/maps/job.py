@@ -19,23 +19,12 @@ from robostiff.errors import InputError
 
 @dataclass(frozen=True)
 class MapSummary:
-    """Counts and ranges of some poses, of one block or of a whole map.
+    """Counts and ranges of some poses, of one block or of a whole map."""
 
-    Attributes
-    ----------
-    poses : int
-        All of them, those excluded as well.
-    statuses : mapping of int to int
-        How many poses have each status.
-    guarded : int
-        Poses that a fast evaluator gave to the batched numeric form.
-    ranges : mapping of str to (float, float)
-        Smallest and largest value of each variable in one unit; none where no pose has an answer.
-    """
-
-    poses: int = 0
-    statuses: Mapping[int, int] = field(default_factory=dict)
-    guarded: int = 0
+    poses: int = 0  # all of them, those excluded as well
+    statuses: Mapping[int, int] = field(default_factory=dict)  # how many poses have each status
+    guarded: int = 0  # poses that a fast evaluator gave to the batched numeric form
+    # Smallest and largest value of each variable in one unit; none where no pose has an answer
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
@@ -130,13 +119,6 @@ class Partition:
     Whole trailing axes, a piece of one axis, single values of those before: such a block is one
     run of poses in memory and one chunk of every array of a store.
 
-    Attributes
-    ----------
-    shape : tuple of int
-        Of the map.
-    block : tuple of int
-        Of a block; the last one along an axis may be shorter.
-
     Examples
     --------
     >>> cut = Partition.of((4, 10, 3), most=12)
@@ -146,8 +128,8 @@ class Partition:
     (12, 24)
     """
 
-    shape: tuple[int, ...]
-    block: tuple[int, ...]
+    shape: tuple[int, ...]  # of the map
+    block: tuple[int, ...]  # of a block; the last one along an axis may be shorter
 
     @classmethod
     def of(cls, shape: tuple[int, ...], most: int) -> Partition:
@@ -206,15 +188,9 @@ Selection = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 
 @dataclass(frozen=True)
 class PoseBlock:
-    """The answer at the poses of a block.
+    """The answer at the poses of a block."""
 
-    Attributes
-    ----------
-    arrays : mapping of str to (..., N) arrays
-        Poses along the last axis, side by side.
-    summary : MapSummary
-    """
-
+    # mapping of str to (..., N): poses along the last axis, side by side
     arrays: Mapping[str, np.ndarray]
     summary: MapSummary
 

@@ -69,14 +69,7 @@ def read_coordinate(
 ) -> tuple[np.ndarray, str | None]:
     """Values of a coordinate in SI units, and their unit if they came with one.
 
-    Parameters
-    ----------
-    subject, expected : str
-        Words for messages.
-    values : array-like
-        Numbers [m, rad] or quantities.
-    name : str
-        Of the coordinate; of a joint lengths and angles are taken, and the robot decides.
+    Of a joint lengths and angles are taken, and the robot decides.
 
     Examples
     --------
@@ -98,7 +91,6 @@ def check_units(source: PoseSource, units: Mapping[str, str]) -> None:
 
     Parameters
     ----------
-    source : PoseSource
     units : mapping of str to str
         SI unit of each coordinate of the robot.
     """
@@ -114,28 +106,15 @@ def check_units(source: PoseSource, units: Mapping[str, str]) -> None:
 
 @dataclass(frozen=True)
 class PoseColumns:
-    """Names, units and home values of the coordinates of a pose.
-
-    Attributes
-    ----------
-    names : tuple of str
-    units : tuple of str
-        ``m`` or ``rad``.
-    home : tuple of float
-        Values of those that are not asked for.
-    of_joints : bool
-        Whether they are joint coordinates of a serial arm or a linkage.
-    drives : tuple of (str, int)
-        Joints of a linkage that keep them, and how many each has.
-    loads : int
-        How many of the last are no coordinates: the wrench and the factor of a map under load.
-    """
+    """Names, units and home values of the coordinates of a pose."""
 
     names: tuple[str, ...]
-    units: tuple[str, ...]
-    home: tuple[float, ...]
-    of_joints: bool
+    units: tuple[str, ...]  # ``m`` or ``rad``
+    home: tuple[float, ...]  # values of those that are not asked for
+    of_joints: bool  # whether they are joint coordinates of a serial arm or a linkage
+    # Joints of a linkage that keep them, and how many each has
     drives: tuple[tuple[str, int], ...] = ()
+    # How many of the last are no coordinates: the wrench and the factor of a map under load
     loads: int = 0
 
     def as_pose(self, poses: np.ndarray) -> Any:

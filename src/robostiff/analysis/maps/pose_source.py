@@ -42,10 +42,6 @@ class PoseList(_PosesInARow):
     path_length : (N,) array, optional
         Or how far along the path it lies [m].
 
-    Raises
-    ------
-    InputError
-
     Examples
     --------
     >>> PoseList(["x", "z"], [[0, 0.8], [0.1, 0.8]], time=[0, 0.5]).shape
@@ -148,10 +144,6 @@ class RandomPoses(_PosesInARow):
     ranges : mapping of str to (float, float)
         Lowest and highest value of each coordinate [m, rad], or quantities.
     seed : int
-
-    Raises
-    ------
-    InputError
 
     Examples
     --------
@@ -296,10 +288,6 @@ class Grid:
         For names that are no Python words, such as ``joint 1``.
     **more : Axis
         Pose coordinates ``x y z rx ry rz`` [m, rad], or joints of a serial arm.
-
-    Raises
-    ------
-    InputError
 
     Examples
     --------

@@ -27,6 +27,7 @@ from robostiff.analysis.maps.pose_columns import (
 )
 from robostiff.analysis.maps.stored import MOST_POSES
 from robostiff.analysis.maps.variables import Quantity
+from robostiff.analysis.result import given_wrenches
 from robostiff.compiled import Backend
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near
@@ -34,7 +35,7 @@ from robostiff.kinematics.pose import near_coordinates
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
-from robostiff.spatial import as_float, as_floats
+from robostiff.spatial import as_float
 from robostiff.version import __version__
 
 
@@ -123,21 +124,12 @@ _LINKAGE_PAYS = 40  # as many networks
 
 @dataclass(frozen=True)
 class MapRequest:
-    """A map that can be made.
-
-    Attributes
-    ----------
-    job : MapJob
-    attributes : mapping
-        Of the map.
-    settings : mapping
-        Quantities, wrench and characteristic length.
-    """
+    """A map that can be made."""
 
     job: MapJob
-    attributes: Mapping[str, Any]
+    attributes: Mapping[str, Any]  # of the map
     robot: Robot | Linkage
-    settings: Mapping[str, Any]
+    settings: Mapping[str, Any]  # quantities, wrench and characteristic length
 
     def identity(self) -> dict[str, str]:
         """A fingerprint of everything on which the map depends, part by part."""
@@ -299,11 +291,7 @@ def _wrench(
     acts: bool,
 ) -> tuple[float, ...]:
     asked = [quantity.value for quantity in quantities if quantity.needs_wrench]
-    order = " ".join(robot.space.wrench_order)
-    expected = f"{robot.space.size} numbers: {order} [N, N m]"
-    if wrench is None:
-        if asked and not acts:
-            raise InputError(f"wrench of {asked[0]}", got="none", expected=expected)
+    if wrench is None and (acts or not asked):
         return ()
     if not asked and not acts:
         raise InputError(
@@ -313,10 +301,8 @@ def _wrench(
             hint="add Quantity.DEFLECTION (--quantity deflection), or for K under this wrench "
             "method=UnderLoad() (--under-load)",
         )
-    F = as_floats("wrench", wrench, expected, robot.space.wrench_units)
-    if F.shape != (robot.space.size,):
-        raise InputError("wrench", got=wrench, expected=expected)
-    return tuple(map(float, F))
+    subject = f"wrench of {asked[0]}" if wrench is None else "wrench"
+    return tuple(map(float, given_wrenches(wrench, robot.space, subject=subject)))
 
 
 def _near(robot: Robot | Linkage, near: Near, method: Method | None) -> tuple[float, ...]:

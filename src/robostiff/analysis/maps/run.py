@@ -225,17 +225,9 @@ def followed(
     total: int,
     progress: Callable[[Progress], None] | None,
 ) -> MapSummary:
-    """Run all blocks, report each, and return the summary.
+    """Run blocks, each computed when it is asked for, report each, and return the summary.
 
-    Parameters
-    ----------
-    blocks : iterable of (int, MapSummary)
-        Each is computed when it is asked for.
-    before : MapSummary
-        What an earlier run has done.
-    total : int
-        Poses.
-    progress : callable or None
+    `before` is what an earlier run has done, of a total of poses.
     """
     started = time.monotonic()
     summary = before

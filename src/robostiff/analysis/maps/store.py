@@ -186,7 +186,6 @@ class MapStore:
     ----------
     path : Path
         Of a store that exists.
-    job : MapJob
     """
 
     def __init__(self, path: Path, job: MapJob) -> None:

@@ -34,21 +34,11 @@ _CHANGING = "actual_range"  # written when a map is complete, array by array
 
 @dataclass(frozen=True)
 class StoredArray:
-    """An array of a store.
+    """An array of a store."""
 
-    Attributes
-    ----------
-    chunk : tuple of int
-        Shape of a chunk.
-    bytes_a_value : int
-        0 of words, whose lengths differ.
-    is_packed : bool
-        Whether its chunks are compressed.
-    """
-
-    chunk: tuple[int, ...]
-    bytes_a_value: int
-    is_packed: bool
+    chunk: tuple[int, ...]  # shape of a chunk
+    bytes_a_value: int  # 0 of words, whose lengths differ
+    is_packed: bool  # whether its chunks are compressed
 
     @property
     def chunk_bytes(self) -> int:
@@ -58,17 +48,10 @@ class StoredArray:
 
 @dataclass(frozen=True)
 class StoredMap:
-    """A store whose description is sound.
-
-    Attributes
-    ----------
-    path : Path
-    identity : mapping
-        Attributes of the map: ``parts``, ``variables``, ``complete``, ``summary``.
-    arrays : mapping of str to StoredArray
-    """
+    """A store whose description is sound."""
 
     path: Path
+    # Attributes of the map: ``parts``, ``variables``, ``complete``, ``summary``
     identity: Mapping[str, Any]
     arrays: Mapping[str, StoredArray]
 
@@ -210,7 +193,6 @@ class CheckedChunks(LocalStore):
 
     Parameters
     ----------
-    stored : StoredMap
     read_only : bool
         Always; Zarr asks.
     """

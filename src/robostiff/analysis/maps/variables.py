@@ -24,33 +24,18 @@ _MOVED = 2
 
 @dataclass(frozen=True)
 class Variable:
-    """An array of a map.
-
-    Attributes
-    ----------
-    name : str
-    dims : tuple of str
-        After those of the poses.
-    shape : tuple of int
-    units : str
-        Empty where the entries of a pose have several: the coordinate ``NAME_units`` has them.
-    long_name : str
-    dtype : str
-        Of NumPy.
-    labels : tuple of str
-        Of its last dimension, where the places have names (of both dimensions for K).
-    note : str
-        What a reader must know.
-    """
+    """An array of a map."""
 
     name: str
-    dims: tuple[str, ...]
+    dims: tuple[str, ...]  # after those of the poses
     shape: tuple[int, ...]
+    # Empty where the entries of a pose have several: the coordinate ``NAME_units`` has them
     units: str
     long_name: str
-    dtype: str = "float32"
+    dtype: str = "float32"  # of NumPy
+    # Of its last dimension, where the places have names (of both dimensions for K)
     labels: tuple[tuple[str, ...], ...] = ()
-    note: str = ""
+    note: str = ""  # what a reader must know
 
     @property
     def units_of_entries(self) -> np.ndarray:

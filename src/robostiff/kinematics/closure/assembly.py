@@ -139,15 +139,7 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
     """The same angles, each on the turn within its limits, or else nearest to given coordinates.
 
     A joint that slides while it turns is elsewhere after a full turn, and so is what follows a
-    joint by a gear: they keep their coordinates.
-
-    Parameters
-    ----------
-    chain : Chain
-    q : (N, size) array
-        Coordinates [m, rad]; changed in place.
-    near : (size,) array
-        Such as those of home.
+    joint by a gear: they keep their coordinates. q (N, size) is changed in place.
     """
     known = vars(chain).get(_KEPT)
     if known is None:

@@ -69,20 +69,12 @@ class _Directions:
 
 @dataclass(frozen=True)
 class FollowedPosture:
-    """Postures at prescribed coordinates.
+    """Postures at prescribed coordinates."""
 
-    Attributes
-    ----------
-    x : (N, size) array
-        The nearest that was found where there is none.
-    kept : (N,) array of bool
-        Where a closed posture is found in the assembly mode of home.
-    elsewhere : (N,) array of bool
-        Where one closes, but no path without singularity was found that leads there from home.
-    """
-
-    x: np.ndarray
-    kept: np.ndarray
+    x: np.ndarray  # (N, size): the nearest that was found where there is none
+    kept: np.ndarray  # (N,) of bool: where a closed posture is found in the assembly mode of home
+    # (N,) of bool: where one closes, but no path without singularity was found that leads there
+    # from home
     elsewhere: np.ndarray
 
 

@@ -19,17 +19,9 @@ _ALONG = 1e-15
 
 
 def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
-    """The same entries, those that are 0 or +-1 up to rounding as integers.
+    """The same entries as objects; those that are 0 or +-1 up to rounding as integers.
 
-    Parameters
-    ----------
-    values : array of entries or numbers
-    scale : float
-        Size against which a number counts as zero.
-
-    Returns
-    -------
-    array of objects
+    Numbers count as zero against a scale.
 
     Examples
     --------
@@ -73,14 +65,9 @@ def _tidy(value: Any, scale: float) -> Any:
 
 @dataclass(frozen=True)
 class Rest:
-    """A frame of a body while all coordinates are zero.
+    """A frame of a body while all coordinates are zero."""
 
-    Attributes
-    ----------
-    R, p : (3, 3) and (3,) arrays
-        In the leg's base frame.
-    """
-
+    # (3, 3) and (3,): in the leg's base frame
     R: np.ndarray
     p: np.ndarray
     _directions: dict[bytes, np.ndarray] = field(default_factory=dict, compare=False, repr=False)
@@ -115,17 +102,10 @@ def _once(known: dict[bytes, np.ndarray], e: np.ndarray, found: Callable[[], np.
 
 @dataclass(frozen=True)
 class LegBody:
-    """A frame of a body at zero coordinates and now; all else of the body moves along.
+    """A frame of a body at zero coordinates and now; all else of the body moves along."""
 
-    Attributes
-    ----------
-    rest : Rest
-        At zero coordinates.
-    R, p : (3, 3) and (3,) arrays of entries, or (3, 3, N) and (3, N) arrays
-        Now, in the world.
-    """
-
-    rest: Rest
+    rest: Rest  # at zero coordinates
+    # (3, 3) and (3,) of entries, or (3, 3, N) and (3, N): now, in the world
     R: np.ndarray
     p: np.ndarray
 
@@ -192,18 +172,10 @@ def body_turned(
 ) -> LegBody:
     """The body after a joint that brings a direction nearest to another, at poses.
 
-    Parameters
-    ----------
-    before : LegBody
-        What carries the joint; the turn is zero where neither of the directions leaves its axis.
-    rest : Rest
-        Frame of the body: axis, then the part of the direction across it.
-    p : (3, N) array
-        Origin of the frame [m].
-    axis, target : (3,) arrays
-        Axis, and direction of the body, at zero coordinates.
-    end : (3, N) array
-        Where the direction is wanted.
+    The joint is carried by `before`, about an axis that is given at zero coordinates as its
+    direction `target` is, which is wanted at `end` (3, N). `rest` is the frame of the body: axis,
+    then the part of the direction across it; p is its origin. The turn is zero where neither of the
+    directions leaves its axis.
     """
     e = before.direction(axis)
     across = end - e * dot(e, end)

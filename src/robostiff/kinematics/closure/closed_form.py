@@ -15,24 +15,17 @@ from robostiff.kinematics.closure.body import LegBody, Rest, direction_across
 from robostiff.kinematics.closure.closed_leg import ClosedLeg
 from robostiff.kinematics.closure.rod_ends import RodJoints
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton
-from robostiff.kinematics.turn import vector_of_turn
 from robostiff.record import Entry
+from robostiff.spatial.rotation import vector_of_rotation
 
 
 @dataclass(frozen=True)
 class LegForm(ABC):
-    """A leg of a kind that closes without iteration: one formula for records and for poses.
-
-    Attributes
-    ----------
-    skeleton : Skeleton
-    mode : Mode
-    name : str, optional
-        Of the leg, where steps of a record are to be named.
-    """
+    """A leg of a kind that closes without iteration: one formula for records and for poses."""
 
     skeleton: Skeleton
     mode: Mode = field(default_factory=Mode, kw_only=True)
+    # Of the leg, where steps of a record are to be named
     name: str | None = field(default=None, kw_only=True)
 
     @abstractmethod
@@ -77,7 +70,7 @@ class LegForm(ABC):
         for cluster, own in self._balls:
             near, far = closed.after(cluster.places[0]), closed.after(cluster.places[-1] + 1)
             turn = near.turn_to(far, own).transpose(2, 0, 1)
-            q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_turn(turn).T
+            q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_rotation(turn).T
         return q.T
 
     def platform_at(self, R: np.ndarray, p: np.ndarray) -> LegBody:
@@ -120,15 +113,9 @@ class LegForm(ABC):
 
 @dataclass(frozen=True)
 class RodForm(LegForm):
-    """A leg with a rod between two joints.
+    """A leg with a rod between two joints."""
 
-    Attributes
-    ----------
-    joints : RodJoints
-        The rod, and the joints at its ends.
-    """
-
-    joints: RodJoints
+    joints: RodJoints  # the rod, and the joints at its ends
 
     @property
     def signs(self) -> tuple[bool, bool, bool]:

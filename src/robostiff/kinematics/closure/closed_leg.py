@@ -32,31 +32,18 @@ class Stretch:
 
 @dataclass(frozen=True)
 class ClosedLeg:
-    """Bodies of a closed leg; joints and places are those of the main path of its chain.
+    """Bodies of a closed leg; joints and places are those of the main path of its chain."""
 
-    Attributes
-    ----------
-    bodies : dict of int to LegBody
-        A body begins after that many elementary joints.
-    ball_axes : dict of int to (3,) array
-        Axes of spherical joints, which may have any three.
-    misses : list of Entry or number
-        Squares that vanish when the leg closes. Of numbers at poses nothing is kept here: gaps of
-        the placed chain say more.
-    out_of_reach : list of Entry or number
-        Positive where the leg is too short or too long, or its axes cannot reach the directions.
-    slides : dict of int to Stretch
-        By place in the coordinate vector.
-    loss : Entry or number
-        Digits that the closure loses.
-    """
-
-    bodies: dict[int, LegBody]
+    bodies: dict[int, LegBody]  # a body begins after that many elementary joints
+    # dict of int to (3,): axes of spherical joints, which may have any three
     ball_axes: dict[int, np.ndarray]
+    # Squares that vanish when the leg closes. Of numbers at poses nothing is kept here: gaps of the
+    # placed chain say more.
     misses: list[Any]
+    # Positive where the leg is too short or too long, or its axes cannot reach the directions
     out_of_reach: list[Any]
-    slides: dict[int, Stretch] = field(default_factory=dict)
-    loss: Any = 0
+    slides: dict[int, Stretch] = field(default_factory=dict)  # by place in the coordinate vector
+    loss: Any = 0  # digits that the closure loses
 
     def after(self, joints: int) -> LegBody:
         """The body that follows so many elementary joints."""
@@ -67,7 +54,6 @@ class ClosedLeg:
 
         Parameters
         ----------
-        place : int
         axis, ahead, across : (3,) arrays
             At zero coordinates: of the joint, of the body before it, and of the body after it.
         """

@@ -27,23 +27,14 @@ Sign = int | np.ndarray
 
 @dataclass(frozen=True)
 class Aim:
-    """The two unit vectors b = level +- across at given angles to two directions a and d.
+    """The two unit vectors b = level +- across at given angles to two directions a and d."""
 
-    Attributes
-    ----------
-    level, across, normal : (3,) or (3, N) arrays
-        The last is a x d; the first is 0 where b is at right angles to both.
-    square : Entry or number
-        |a x d|^2.
-    gap : Entry or number
-        0 where such vectors exist, else of the size of the square of what is missing.
-    """
-
+    # (3,) or (3, N): the last is a x d; the first is 0 where b is at right angles to both
     level: Any
     across: np.ndarray
     normal: np.ndarray
-    square: Any
-    gap: Any
+    square: Any  # |a x d|^2
+    gap: Any  # 0 where such vectors exist, else of the size of the square of what is missing
 
     def way(self, sign: Sign) -> np.ndarray:
         """That with ``b.(a x d)`` of a sign, 1 or -1."""
@@ -87,14 +78,8 @@ def shortest_turn_of(
 ) -> list[np.ndarray]:
     """What directions across `start` become when the shortest turn brings it to `end`.
 
-    ``m - (m.end) / (1 + start.end) (start + end)`` for each; regular unless the two are opposite.
-
-    Parameters
-    ----------
-    start, end : (3,) arrays
-        Unit vectors.
-    sides : (3,) arrays
-        Perpendicular to `start`.
+    ``m - (m.end) / (1 + start.end) (start + end)`` for each; regular unless the two unit vectors
+    are opposite.
     """
     both = start + end
     if both.ndim == 2:
@@ -127,30 +112,16 @@ def coordinate_axis_along(d: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Driven:
-    """Point and axes that a drive carries.
+    """Point and axes that a drive carries."""
 
-    Attributes
-    ----------
-    carrier : LegBody
-        Carriage or crank.
-    A_now : (3,) array
-        Where the near end of the rod is [m].
-    A_to_B : (3,) array
-        The rod [m].
-    slide : Entry or None
-        Coordinate of a slide [m].
-    out_of_reach : Entry or number
-        0 where the rod reaches, else what lacks of the square of its length, as a part of it.
-    loss : Entry or number
-        Digits that the drive's coordinate loses; infinite for a crank that turns about the far end
-        of its rod, which leaves it undetermined.
-    """
-
-    carrier: LegBody
-    A_now: np.ndarray
-    A_to_B: np.ndarray
-    slide: Any
+    carrier: LegBody  # carriage or crank
+    A_now: np.ndarray  # (3,): where the near end of the rod is [m]
+    A_to_B: np.ndarray  # (3,): the rod [m]
+    slide: Any  # coordinate of a slide [m]
+    # 0 where the rod reaches, else what lacks of the square of its length, as a part of it
     out_of_reach: Any
+    # Digits that the drive's coordinate loses; infinite for a crank that turns about the far end of
+    # its rod, which leaves it undetermined
     loss: Any
 
 
@@ -159,19 +130,8 @@ def driven_by_slide(
 ) -> Driven:
     """Slide with |B - A - s e| = l: s = e.(B - A) +- sqrt(l^2 - |across|^2).
 
-    Parameters
-    ----------
-    base : LegBody
-        What carries the drive.
-    slide : Slide
-    A : (3,) array
-        Near end of the rod at zero coordinates [m].
-    B_now : (3,) array
-        Its far end in the world [m].
-    square : Entry or number
-        l^2 [m^2].
-    sign : int
-        Which root.
+    The near end A of the rod is given at zero coordinates, the far end B in the world, and l^2
+    [m^2].
     """
     e, start = base.direction(slide.axis), base.point(A)
     to_B = B_now - start
@@ -186,18 +146,10 @@ def driven_by_slide(
 
 @dataclass(frozen=True)
 class Circle:
-    """The circle of the near end of a rod about the axis of its crank, at zero coordinates.
+    """The circle of the near end of a rod about the axis of its crank, at zero coordinates."""
 
-    Attributes
-    ----------
-    rest : Rest
-        Its centre; axes along the arm, across it, and along that of the crank.
-    radius : Entry or number
-        [m].
-    """
-
-    rest: Rest
-    radius: Any
+    rest: Rest  # its centre; axes along the arm, across it, and along that of the crank
+    radius: Any  # [m]
 
 
 def circle_of(crank: Cluster, A: np.ndarray) -> Circle:
@@ -219,17 +171,8 @@ def driven_by_crank(
 ) -> Driven:
     """Crank with |B - A(s)| = l, from x cos s + y sin s = c, given by cosine and sine.
 
-    x and y are the components of B along the arm at zero and across it, r the radius of A, and
-    ``c = (|B|^2 + r^2 - l^2) / 2 r``, all seen from the centre of the circle of A.
-
-    Parameters
-    ----------
-    base : LegBody
-        What carries the drive.
-    circle : Circle
-        Of the near end of the rod.
-    B_now, square, sign
-        As for a slide.
+    x and y are the components of B along the arm at zero and across it, r the radius of A, and ``c
+    = (|B|^2 + r^2 - l^2) / 2 r``, all seen from the centre of the circle of A.
     """
     rest, radius = circle.rest, circle.radius
     m, n, e = (base.direction(axis) for axis in rest.R.T)

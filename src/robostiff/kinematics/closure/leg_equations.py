@@ -15,10 +15,11 @@ from robostiff.kinematics.closure.newton import CLOSED, ClosurePart, nearest
 from robostiff.kinematics.closure.spin import Spin, spins_of
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
-from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
 from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.spatial import cross
 from robostiff.spatial.batch import product, transposed
+from robostiff.spatial.rotation import vector_of_rotation
 
 
 @dataclass(frozen=True)
@@ -63,16 +64,9 @@ class NewtonTask:
     length: float
 
     def follow(self, start: np.ndarray, q: list[np.ndarray], goal: np.ndarray) -> Followed:
-        """Postures at the goals, in the assembly mode of one closed posture.
+        """Postures at poses (N, 6), in the assembly mode of one closed posture, a pose (6,) and q.
 
-        Parameters
-        ----------
-        start : (6,) array
-            Pose coordinates (x, y, z, rotation vector) of the closed posture.
-        q : list of (size,) arrays
-            Leg coordinates of the closed posture.
-        goal : (N, 6) array
-            Wanted pose coordinates; the open ones are found.
+        Coordinates of the goal that are open are found.
         """
         home = np.concatenate([start, *q])
         key = home.tobytes()
@@ -142,7 +136,7 @@ class NewtonTask:
         return self._gaps_of(placed), J
 
     def _gaps_of(self, placed: PlacedTree) -> np.ndarray:
-        turn = vector_of_turn(placed.R_wanted @ transposed(placed.R))
+        turn = vector_of_rotation(placed.R_wanted @ transposed(placed.R))
         shift = (placed.p_wanted - placed.p) / self.length
         return np.concatenate([shift, turn], axis=-1).reshape(len(turn), 6 * turn.shape[1])
 
@@ -277,7 +271,7 @@ def pose_of_end(leg: Leg, q: np.ndarray) -> np.ndarray:
     """Pose coordinates (6,) of the platform at the end of a leg."""
     placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
     R = placed.R @ leg.attachment.R.T
-    return np.concatenate([placed.p - R @ leg.attachment.p, vector_of_turn(R)])
+    return np.concatenate([placed.p - R @ leg.attachment.p, vector_of_rotation(R)])
 
 
 def frame_in_base(

@@ -31,9 +31,10 @@ from robostiff.kinematics.closure.recognised import ClosedForm, recognised
 from robostiff.kinematics.closure.rod import Rod
 from robostiff.kinematics.closure.strut import Strut
 from robostiff.kinematics.frames import Loop, place_chain
-from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
+from robostiff.spatial.rotation import vector_of_rotation
 
 _CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
@@ -69,22 +70,11 @@ class LegSolver:
     def solve(
         self, pose: np.ndarray, R_platform: np.ndarray, *, from_afar: bool = True
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Leg coordinates at platform poses, the nearest where out of reach.
+        """Leg coordinates (N, size) at platform poses, the nearest where out of reach.
 
-        Parameters
-        ----------
-        pose : (N, 6) array
-            Pose coordinates: x, y, z and rotation vector.
-        R_platform : (N, 3, 3) array
-            The same rotation as a matrix, which the legs share.
-        from_afar : bool
-            Whether to look for poses far from home in many small steps, where that is the way.
-
-        Returns
-        -------
-        q : (N, size) array
-        elsewhere : (N,) array of bool
-            Where the leg closes, but in another assembly mode than at home.
+        The second result is where the leg closes, but in another assembly mode than at home (N,).
+        Poses (N, 6) come with their rotation matrices, which the legs share. With `from_afar`,
+        poses far from home are looked for in many small steps.
         """
         elsewhere = np.zeros(len(pose), dtype=bool)
         if self.closed_form is None:
@@ -109,13 +99,6 @@ class LegSolver:
 
         In closed form that is the nearest of all assembly modes. Otherwise the leg is followed from
         the given coordinates, and from the pose to which they bring its end.
-
-        Parameters
-        ----------
-        near : (size,) array
-            Coordinates of the leg [m, rad].
-        pose, R_platform
-            As for `solve`.
         """
         near = np.where(self.leg.chain.free, near, self.leg.chain.home)
         q, left = np.tile(near, (len(pose), 1)), np.arange(len(pose))
@@ -383,6 +366,6 @@ def _gap_at_home(
     found = []
     for gap in gaps(leg, place_chain(leg.chain, q, leg.base.R, leg.base.p), *frame):
         shift = float(np.linalg.norm(gap.p_wanted - gap.p)) / length
-        turn = float(np.linalg.norm(vector_of_turn(gap.R_wanted @ gap.R.T)))
+        turn = float(np.linalg.norm(vector_of_rotation(gap.R_wanted @ gap.R.T)))
         found.append((gap.name, shift, turn))
     return max(found, key=lambda one: max(one[1:]))

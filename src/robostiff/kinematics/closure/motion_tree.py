@@ -13,10 +13,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Joint, JointKind, Leg, ParallelBlock, Rigid, Telescope
 from robostiff.spatial import Screw, cross, skew
 from robostiff.spatial.batch import product
+from robostiff.spatial.rotation import vector_of_rotation
 
 WORLD, PLATFORM = 0, 1
 
@@ -36,37 +37,23 @@ class Fixed:
 
 @dataclass(frozen=True)
 class LoopEnd:
-    """Two frames that closure brings together, and the coordinates that move them.
-
-    Attributes
-    ----------
-    own, wanted : Fixed
-    moving : tuple of int
-        Coordinates of all legs that move the one.
-    leading : tuple of int
-        Those that move the other.
-    """
+    """Two frames that closure brings together, and the coordinates that move them."""
 
     own: Fixed
     wanted: Fixed
-    moving: tuple[int, ...]
-    leading: tuple[int, ...]
+    moving: tuple[int, ...]  # coordinates of all legs that move the one
+    leading: tuple[int, ...]  # those that move the other
 
 
 @dataclass(frozen=True)
 class PlacedTree:
-    """All frames, axes and ends of loops at N postures.
+    """All frames, axes and ends of loops at N postures."""
 
-    Attributes
-    ----------
-    axes, points : (N, size, 3) arrays
-        Unit vector of each coordinate, and a point of its line [m].
-    R, p, R_wanted, p_wanted : (N, ends, 3, 3) and (N, ends, 3) arrays
-        Of each end, the frame that it is at and the one where it should be.
-    """
-
+    # (N, size, 3): unit vector of each coordinate, and a point of its line [m]
     axes: np.ndarray
     points: np.ndarray
+    # (N, ends, 3, 3) and (N, ends, 3): of each end, the frame that it is at and the one where it
+    # should be
     R: np.ndarray
     p: np.ndarray
     R_wanted: np.ndarray
@@ -75,20 +62,12 @@ class PlacedTree:
 
 @dataclass
 class MotionTree:
-    """Legs read into moving frames; the first two are the world and the platform.
-
-    Attributes
-    ----------
-    legs : sequence of Leg
-    ends : list of LoopEnd
-        Of each leg its end on the platform, then those of the loops inside it.
-    ends_of_legs : list of int
-        How many each leg has.
-    """
+    """Legs read into moving frames; the first two are the world and the platform."""
 
     legs: Sequence[Leg]
+    # Of each leg its end on the platform, then those of the loops inside it
     ends: list[LoopEnd] = field(default_factory=list)
-    ends_of_legs: list[int] = field(default_factory=list)
+    ends_of_legs: list[int] = field(default_factory=list)  # how many each leg has
 
     def __post_init__(self) -> None:
         self._before: list[Fixed] = []
@@ -321,5 +300,5 @@ def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
     moved = q + delta
     if balls.size:
         turn = turn_by_vector(delta[..., balls])
-        moved[..., balls] = vector_of_turn(product(turn, turn_by_vector(q[..., balls])))
+        moved[..., balls] = vector_of_rotation(product(turn, turn_by_vector(q[..., balls])))
     return moved

@@ -26,16 +26,10 @@ class Post(LegForm):
 
     It closes where the point is in the same place on the base and on the platform, and where axes
     of the joint take the turn, in one way.
-
-    Attributes
-    ----------
-    joint : Cluster
-    length : float
-        Against which the distance of the two places counts [m].
     """
 
     joint: Cluster
-    length: float = 1.0
+    length: float = 1.0  # against which the distance of the two places counts [m]
 
     @property
     def leading(self) -> int:

@@ -23,17 +23,11 @@ _PARALLEL = 1e-9
 
 @dataclass(frozen=True)
 class Rod(RodForm):
-    """A slide or crank that carries joint A, and a rod from A to joint B.
-
-    Attributes
-    ----------
-    drive : Slide or Cluster
-    across : Slide or None
-        A slide along the axis of the crank that carries all this; it decouples from the rest, which
-        moves in a plane.
-    """
+    """A slide or crank that carries joint A, and a rod from A to joint B."""
 
     drive: Slide | Cluster
+    # A slide along the axis of the crank that carries all this; it decouples from the rest, which
+    # moves in a plane
     across: Slide | None = None
 
     @property

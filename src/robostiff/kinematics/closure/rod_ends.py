@@ -43,29 +43,15 @@ def fits(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
 
 @dataclass(frozen=True)
 class RodJoints:
-    """A rod from joint A to joint B at zero coordinates.
-
-    Attributes
-    ----------
-    A, B : Cluster
-    along : (3,) array
-        Unit vector from A to B.
-    spin : int or None
-        Place of a turn about the rod itself.
-    home : (size,) array
-        Leg coordinates in the home configuration.
-    side : (3,) array
-        A direction across the rod; that of a beam's section keeps it short.
-    spin_matters : bool
-        Whether the turn about itself matters of a rod between two spherical joints.
-    """
+    """A rod from joint A to joint B at zero coordinates."""
 
     A: Cluster
     B: Cluster
-    along: np.ndarray
-    spin: int | None
-    home: np.ndarray
-    side: np.ndarray
+    along: np.ndarray  # (3,): unit vector from A to B
+    spin: int | None  # place of a turn about the rod itself
+    home: np.ndarray  # (size,): leg coordinates in the home configuration
+    side: np.ndarray  # (3,): a direction across the rod; that of a beam's section keeps it short
+    # Whether the turn about itself matters of a rod between two spherical joints
     spin_matters: bool = True
     _rests: dict[tuple[bytes, bytes], Rest] = field(default_factory=dict, compare=False, repr=False)
 
@@ -120,28 +106,17 @@ class RodJoints:
 
 @dataclass(frozen=True)
 class RodEnds:
-    """A rod whose ends are known.
-
-    Attributes
-    ----------
-    joints : RodJoints
-    near, platform : LegBody
-        What carries the joints.
-    d : (3,) or (3, N) array
-        Unit vector from A to B now.
-    A_now, B_now : (3,) or (3, N) arrays
-        Places of the joints [m].
-    mode : Mode
-        Of its assembly.
-    """
+    """A rod whose ends are known."""
 
     joints: RodJoints
+    # What carries the joints
     near: LegBody
     platform: LegBody
-    d: np.ndarray
+    d: np.ndarray  # (3,) or (3, N): unit vector from A to B now
+    # (3,) or (3, N): places of the joints [m]
     A_now: np.ndarray
     B_now: np.ndarray
-    mode: Mode
+    mode: Mode  # of its assembly
 
 
 def placed_rod(ends: RodEnds) -> ClosedLeg:

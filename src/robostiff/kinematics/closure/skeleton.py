@@ -16,25 +16,13 @@ _ON_AXIS = 1e-9  # sine: rounding
 
 @dataclass(frozen=True)
 class Cluster:
-    """Axes through one point: one or two, or a spherical joint.
+    """Axes through one point: one or two, or a spherical joint."""
 
-    Attributes
-    ----------
-    point : (3,) array
-        Where they meet, in the leg's base frame, all coordinates zero.
-    axes : tuple of (3,) arrays
-    places : tuple of int
-        Of their coordinates in the coordinate vector.
-    is_ball : bool
-    drawn_at : int
-        Place of the joint that is drawn at the point.
-    """
-
-    point: np.ndarray
-    axes: tuple[np.ndarray, ...]
-    places: tuple[int, ...]
+    point: np.ndarray  # (3,): where they meet, in the leg's base frame, all coordinates zero
+    axes: tuple[np.ndarray, ...]  # (3,) each
+    places: tuple[int, ...]  # of their coordinates in the coordinate vector
     is_ball: bool
-    drawn_at: int
+    drawn_at: int  # place of the joint that is drawn at the point
 
 
 @dataclass(frozen=True)
@@ -47,23 +35,15 @@ class Slide:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A leg in its base frame at zero coordinates (locked joints at home).
+    """A leg in its base frame at zero coordinates (locked joints at home)."""
 
-    Attributes
-    ----------
-    parts : tuple of Cluster, Slide or Screw
-        From base to platform; a freedom that turns and slides at once is a part by itself, which no
-        closed form knows.
-    R_end, p_end : arrays
-        End frame.
-    home : (size,) array
-        Home coordinates, which the locked joints keep.
-    """
-
+    # From base to platform; a freedom that turns and slides at once is a part by itself, which no
+    # closed form knows
     parts: tuple[Cluster | Slide | Screw, ...]
+    # End frame
     R_end: np.ndarray
     p_end: np.ndarray
-    home: np.ndarray
+    home: np.ndarray  # (size,): home coordinates, which the locked joints keep
 
 
 def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skeleton:

@@ -16,24 +16,13 @@ _SEED = 3  # of the postures at which axes are compared
 
 @dataclass(frozen=True)
 class PlacedSpin:
-    """A screw at some postures, and what takes its turns back.
+    """A screw at some postures, and what takes its turns back."""
 
-    Attributes
-    ----------
-    place : int
-        Of the screw in the coordinate vector of its leg.
-    back : tuple of int
-        Places of a coaxial turn, or of a spherical joint on the axis.
-    unit : float
-        Angle that advances by the characteristic length, or one radian if that is more [rad].
-    shares : (N, k) array
-        What each of `back` turns where the screw turns by one.
-    """
-
-    place: int
-    back: tuple[int, ...]
+    place: int  # of the screw in the coordinate vector of its leg
+    back: tuple[int, ...]  # places of a coaxial turn, or of a spherical joint on the axis
+    # Angle that advances by the characteristic length, or one radian if that is more [rad]
     unit: float
-    shares: np.ndarray
+    shares: np.ndarray  # (N, k): what each of `back` turns where the screw turns by one
 
     def add_to(self, rates: np.ndarray) -> None:
         """In rates (N, ends, 6, size), the screw's become those of an advance without a turn."""

@@ -118,7 +118,6 @@ class Layout:
 
         Parameters
         ----------
-        chain : Chain
         copies : sequence of int
             For each of its coordinates the place on the main path.
         """
@@ -137,21 +136,9 @@ class Layout:
     ) -> Any:
         """Record a coordinate [m, rad]: the turn of a joint between the bodies on its two sides.
 
-        Parameters
-        ----------
-        zero : PlacedChain
-            The main path at zero coordinates.
-        place : int
-            On the main path.
-        about : float
-            An angle is recorded on the half turns before and after this one [rad],
-        limits : (float, float), optional
-            or on another turn where that is within these [rad].
-
-        Raises
-        ------
-        InputError
-            For a spherical joint.
+        `zero` is the main path at zero coordinates. An angle is recorded on the half turns before
+        and after `about`, or on another turn where that is within the limits [rad]. A spherical
+        joint has none.
         """
         if place in self.closed.slides:
             return self.closed.slides[place].coordinate

@@ -71,32 +71,19 @@ def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
 
 @dataclass(frozen=True)
 class _Site:
-    """A leg to be placed between its base and the platform.
+    """A leg to be placed between its base and the platform."""
 
-    Attributes
-    ----------
-    leg, twin : Leg
-        The one to be recorded, and the same in floats.
-    copies : sequence of int
-        For each coordinate of the leg its place on the main path.
-    whole, zero : PlacedChain
-        The leg and its main path at zero coordinates in its own base frame, locked joints at home.
-    base, platform : LegBody
-    pose : FormulaPose
-        Of the platform.
-    length : float
-        Characteristic length [m].
-    """
-
+    # The one to be recorded, and the same in floats
     leg: Leg
     twin: Leg
-    copies: Sequence[int]
+    copies: Sequence[int]  # for each coordinate of the leg its place on the main path
+    # The leg and its main path at zero coordinates in its own base frame, locked joints at home
     whole: PlacedChain
     zero: PlacedChain
     base: LegBody
     platform: LegBody
-    pose: FormulaPose
-    length: float
+    pose: FormulaPose  # of the platform
+    length: float  # characteristic length [m]
 
     @classmethod
     def of(cls, leg: Leg, pose: FormulaPose, solver: LegSolver) -> _Site:

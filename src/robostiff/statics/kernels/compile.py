@@ -15,7 +15,7 @@ from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
 from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
-from robostiff.model import ALL_COORDINATES, Robot, StiffnessLaw
+from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, record_robot, sample_postures
 from robostiff.statics.beam_bowing import Beams, Bowing
@@ -127,14 +127,10 @@ def compile_loaded(
             expected="springs in numbers",
             hint="equilibrium takes them, pose by pose",
         )
-    if robot.laws or any(
-        isinstance(getattr(role, "stiffness", None), StiffnessLaw)
-        for leg in robot.legs
-        for role in leg.chain.roles
-    ):
+    if robot.drives_with_laws:
         raise InputError(
             f"kernel under load of {robot.name!r}",
-            got="drives with laws of force or stiffness",
+            got=f"laws of force or stiffness: {', '.join(robot.drives_with_laws)}",
             expected="constant stiffnesses",
             hint="equilibrium follows laws, pose by pose",
         )
