@@ -17,9 +17,9 @@ from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import least_margin, refined
 from robostiff.statics.equilibrium import solved
+from robostiff.statics.finite_turn import turn_between
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
-from robostiff.statics.legs import turn_between
 from robostiff.statics.loaded_posture import LoadedPosture, one_loaded_posture
 from robostiff.statics.newton import (
     FoundEquilibrium,

@@ -24,7 +24,7 @@ from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.given_loads import Gravity, Loads, Masses, has_masses, unit_weights
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_parts import BodyPlaces, body_places
-from robostiff.statics.loaded_posture import LoadedPosture, one_wrench, postures_of
+from robostiff.statics.loaded_posture import LoadedPosture, one_wrench, places_of, postures_of
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.result_tables import modes_html
 from robostiff.statics.status import EquilibriumStatus
@@ -191,7 +191,7 @@ def modes(
     problem, known, state, status = _about(loaded, given)
     if known is None or state is None:
         return Modes(loaded.name, loaded.space, status)
-    more = unit_weights(masses or {}, {"platform": problem.point, **loaded.places})
+    more = unit_weights(masses or {}, {"platform": problem.point, **places_of(loaded.posed)})
     weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
     each = _vibrating(problem, weights, known, state)
     return Modes(loaded.name, loaded.space, status, each, loaded.snapshot)

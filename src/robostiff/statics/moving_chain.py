@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.statics.chain import BodyLoad, ChainTerms, Moved
+from robostiff.statics.chain import BodyLoad, ChainTerms, FiniteChain, Moved
 from robostiff.statics.element import Element, FiniteJoint, Law, Placement
 from robostiff.statics.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
 
@@ -58,14 +58,13 @@ class MovingChains:
         Of the slots: ``turn``, ``slide`` or ``spring``.
     sizes : sequence of int
         Coordinates in each slot, of the chain that has most.
-    chains : sequence of sequences of FiniteJoint or FiniteSpring
-        Elements of every chain, each of so many legs.
+    chains : sequence of FiniteChain
     slots : sequence of arrays of int
-        Of these elements.
+        Of their elements.
     loads : sequence of BodyLoad
         Behind slots.
-    legs : int
-        Rows are those of the first chain, then of the next.
+    rows : sequence of slice
+        Of every chain.
     body_rows : sequence of int
         Coordinates of the bodies at the starts, where some of them move.
     moves : array of bool
@@ -76,14 +75,14 @@ class MovingChains:
         self,
         kinds: Sequence[str],
         sizes: Sequence[int] | np.ndarray,
-        chains: Sequence[Sequence[Element]],
+        chains: Sequence[FiniteChain],
         slots: Sequence[np.ndarray],
         loads: Sequence[BodyLoad],
-        legs: int,
+        rows: Sequence[slice],
         body_rows: Sequence[int],
         moves: np.ndarray,
     ) -> None:
-        self.slots, self.count = len(kinds), legs * len(chains)
+        self.slots, self.count = len(kinds), len(moves)
         N = self.count
         self.point = np.zeros((N, self.slots, 3))
         starts = np.cumsum([0, *sizes])
@@ -102,11 +101,10 @@ class MovingChains:
         self.own_axes, self.modes = np.tile(_IDENTITY, (N, S, 1, 1)), np.zeros((N, S, 6, 6))
         self.mode_stiffness = np.zeros((N, S, 6))
         self.axial, self.G = np.zeros((N, S, 1)), np.zeros((N, S, 6, 6))
-        for c, (elements, own) in enumerate(zip(chains, slots, strict=True)):
-            rows = slice(c * legs, (c + 1) * legs)
-            for e, k in zip(elements, own, strict=True):
-                self.point[rows, k] = e.point
-                self._put(e, rows, int(at[k]))
+        for chain, own, here in zip(chains, slots, rows, strict=True):
+            for e, k in zip(chain.elements, own, strict=True):
+                self.point[here, k] = e.point
+                self._put(e, here, int(at[k]))
         turns = [float(kinds[k] == "turn") for k in self.joint_elements.tolist()]
         self.turning = np.array(turns).reshape(J, 1)
         self.axis_skew = skews(self.axis)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.spatial import skew
+from robostiff.statics.chain_family import ChainFamily
 from robostiff.statics.equilibrated import equilibrated
 from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.leg_state import LegEquations, LegState, Share
@@ -122,7 +123,12 @@ class EquilibriumProblem:
     arms: np.ndarray
     forces: np.ndarray
 
-    @property
+    @cached_property
+    def family(self) -> ChainFamily:
+        """The chains of all legs side by side."""
+        return self.groups[0].family if len(self.groups) == 1 else ChainFamily.of(self.groups)
+
+    @cached_property
     def unloaded(self) -> State:
         """The posture from which it is loaded."""
         return State(np.eye(3), self.point, tuple(group.unloaded() for group in self.groups))
@@ -183,11 +189,11 @@ class EquilibriumProblem:
         share = loading.shares(factor)
         r = self.size
         K, missing, by_factor = np.zeros((r, r)), np.zeros(r), np.zeros(r)
-        every, leg_K, equations = [], [], []
+        equations = self.family.equations(state.legs, state.R, state.p, share)
+        every, leg_K = [], []
         lacking: dict[int, Bordered] = {}
         regular = True
-        for g, (group, own) in enumerate(zip(self.groups, state.legs, strict=True)):
-            eq = group.equations(own, state.R, state.p, share)
+        for g, (group, eq) in enumerate(zip(self.groups, equations, strict=True)):
             wanted = -np.concatenate([eq.r[..., None], eq.A_t, eq.r_factor[..., None]], axis=-1)
             if closures is not None and np.any(closures[g].deficits):
                 lacking[g] = closures[g].solve(eq.A, wanted, refinements)
@@ -206,7 +212,6 @@ class EquilibriumProblem:
             missing -= np.sum(eq.carried + carried[..., 0], axis=0)
             by_factor -= np.sum(carried[..., -1], axis=0)
             every.append(found)
-            equations.append(eq)
         acting, rate, turning = self._on_platform(state, loading, factor)
         missing, by_factor, K_total = missing + acting, by_factor + rate, K - turning
         held = None
@@ -244,13 +249,13 @@ class EquilibriumProblem:
             return False
         if any(np.any(own.drive.preload) for g in self.groups for own in g.couplings):
             return False
-        return not any(group.family.arrays.is_loaded for group in self.groups)
+        return not self.family.arrays.is_loaded
 
     @property
     def has_laws(self) -> bool:
         """Whether some joint follows a law of its own, which may change with its coordinate."""
         drives = [own.drive for group in self.groups for own in group.couplings]
-        return any(group.family.arrays.laws for group in self.groups) or any(
+        return bool(self.family.arrays.laws) or any(
             law is not None for drive in drives for law in drive.laws
         )
 
