@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -157,6 +157,12 @@ class RecordedLoadedLeg:
         for body in self.bodies:
             found |= body.start
         return found
+
+    @property
+    def without_loads(self) -> RecordedLoadedLeg:
+        """The same, its springs relaxed and nothing acting on its bodies."""
+        chains = tuple(replace(chain, loads=()) for chain in self.chains)
+        return replace(self, chains=chains, springs=tuple(own.relaxed for own in self.springs))
 
     def samples(
         self, shares: np.ndarray, force: float, random: np.random.Generator

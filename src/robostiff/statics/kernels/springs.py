@@ -24,7 +24,7 @@ from robostiff.model import (
     PlacedSpring,
 )
 from robostiff.model.body_spring import BASE, PLATFORM, BodySpring
-from robostiff.record import reciprocal, square_root, usual_size
+from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import cross, is_formula
 from robostiff.statics.from_snapshot import LegWalk
@@ -69,23 +69,31 @@ class RecordedBodySpring:
     Attributes
     ----------
     ends : two of RecordedAnchor
-    stiffness, constant : float
-        k [N/m] and c [N].
+    stiffness : float
+        k [N/m].
+    constant : entry or number
+        c [N].
     """
 
     ends: tuple[RecordedAnchor, RecordedAnchor]
     stiffness: float
-    constant: float
+    constant: Any
 
     @property
     def leg(self) -> int | None:
         """Whose bodies it is held on; None of base and platform alone."""
         return next((end.leg for end in self.ends if end.leg is not None), None)
 
+    @property
+    def relaxed(self) -> RecordedBodySpring:
+        """The same without tension at the unloaded posture."""
+        d = self.ends[1].point - self.ends[0].point
+        return replace(self, constant=square_root(d @ d) * -self.stiffness)
+
     def pulling(self, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[Any]]:
         """Force on its first point, the rate of that by ``b - a``, and what must be positive."""
         d = b - a
-        if self.constant == 0.0:
+        if is_zero(self.constant):
             return d * self.stiffness, identity() * self.stiffness, []
         square = d @ d
         by = reciprocal(square_root(square))

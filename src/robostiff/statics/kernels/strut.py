@@ -99,7 +99,7 @@ def strut_terms(
         step before it led to, as those of a wrench that is an unknown, comes closer: what stretches
         a strut to second order is no force that holds.
     """
-    W = np.zeros(6, dtype=int).astype(object)
+    W = np.zeros(3 if forces is None else 6, dtype=int).astype(object)
     K: dict[tuple[int, int], Any] = {(i, j): 0 for i in range(6) for j in range(i, 6)}
     first = struts[0].A
     total, turning = 0, np.zeros(3, dtype=int).astype(object)
@@ -112,8 +112,9 @@ def strut_terms(
         by = reciprocal(length)
         unloaded = own.length(body.origin)
         t = own.stiffness * (length - unloaded)
-        w = np.concatenate([d, cross(c, d)]) * by
-        W = W + w * t
+        u = d * by
+        w = np.concatenate([u, cross(c, u)])
+        W = W + (w * t if forces is not None else u * t)
         s = (t if forces is None else forces[number]) * by
         scaled = w * (own.stiffness - s)
         for i in range(6):
@@ -126,6 +127,8 @@ def strut_terms(
         tensions.append(t)
         lengths.append(unloaded)
     G = turning[:, None] * (body.at - first)[None, :] - apart
+    if forces is None:  # c x t u is what G has of the other symmetry
+        W = np.array([*W, G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]], dtype=object)
     x, y, z = turning
     for i, j, k in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
         K[i, i] = K[i, i] + total
