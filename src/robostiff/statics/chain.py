@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.statics.element import Element, Placement
+from robostiff.statics.element import BodyPlace, Element, stacked
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,7 @@ class FiniteChain:
         """Chains whose elements are alike as one, each of so many legs."""
         first = chains[0]
         elements = tuple(
-            type(e).stacked([own.elements[k] for own in chains])  # type: ignore[arg-type]
-            for k, e in enumerate(first.elements)
+            stacked([own.elements[k] for own in chains]) for k in range(len(first.elements))
         )
         loads = stacked_loads([own.loads for own in chains], counts)
         return FiniteChain(first.start, first.end, elements, loads)
@@ -124,21 +123,17 @@ class Moved:
     T: np.ndarray
 
     @property
-    def placements(self) -> tuple[Placement, ...]:
+    def placements(self) -> tuple[BodyPlace, ...]:
         """Of the body at the start, and of that behind every element."""
         return tuple(self._placement(k) for k in range(self.T.shape[1]))
 
     @property
-    def end(self) -> Placement:
+    def end(self) -> BodyPlace:
         """Where the body at the end is, as the chain has it."""
         return self._placement(-1)
 
-    def one(self, rows: slice) -> Moved:
-        """Some of the chains."""
-        return Moved(self.T[rows])
-
-    def _placement(self, k: int) -> Placement:
-        return Placement(self.T[:, k, :3, :3], self.T[:, k, :3, 3])
+    def _placement(self, k: int) -> BodyPlace:
+        return BodyPlace(self.T[:, k, :3, :3], self.T[:, k, :3, 3])
 
 
 @dataclass(frozen=True)
@@ -147,7 +142,7 @@ class ChainTerms:
 
     Attributes
     ----------
-    end : Placement
+    end : BodyPlace
         Where the body at the end is, as the chain has it.
     J : (N, 6, n) array
         Velocity of the end point and angular velocity, by the unknowns that move the chain: of the
@@ -160,7 +155,7 @@ class ChainTerms:
         Derivative of the gradient by the share of loads and preloads.
     """
 
-    end: Placement
+    end: BodyPlace
     J: np.ndarray
     tangent: np.ndarray
     gradient: np.ndarray

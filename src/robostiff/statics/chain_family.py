@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.body_springs import SpringTerms
 from robostiff.statics.chain import BodyLoad, stacked_loads
 from robostiff.statics.couplings import add_couplings
-from robostiff.statics.element import FiniteJoint, Placement
-from robostiff.statics.finite_turn import turn_between
+from robostiff.statics.element import BodyPlace, FiniteJoint
 from robostiff.statics.leg_state import LegEquations, LegState, Share
 from robostiff.statics.moving_chain import MovingChains
 
@@ -161,9 +161,8 @@ class ChainFamily:
         )
         J = terms.J[:, rows]
         R_end, p_end = self._bodies(states, R, p, self.ends)
-        gap = np.concatenate(
-            [terms.end.of(self.end_points) - p_end, turn_between(R_end, terms.end.R)], axis=-1
-        )[:, rows]
+        turn = vector_of_rotation(terms.end.R @ np.swapaxes(R_end, -1, -2))
+        gap = np.concatenate([terms.end.of(self.end_points) - p_end, turn], axis=-1)[:, rows]
         by_J, found, at = -np.swapaxes(J, -1, -2), [], 0
         parts = zip(self.groups, states, springs, self.places, strict=True)
         for group, state, spring, known in parts:
@@ -211,12 +210,12 @@ class ChainFamily:
         flat = [x.ravel() for state in states for x in state.x]
         return np.concatenate([*flat, np.zeros(1)])[self.taken]
 
-    def placements(self, states: Sequence[LegState]) -> Placement | None:
+    def placements(self, states: Sequence[LegState]) -> BodyPlace | None:
         """Of the bodies at the starts; None where all of them are the base."""
         if not self.arrays.body_rows:
             return None
         R, p = self._bodies(states, np.eye(3), np.zeros(3), self.starts)
-        return Placement(R, p - (R @ self.points[self.starts, :, None])[..., 0])
+        return BodyPlace(R, p - (R @ self.points[self.starts, :, None])[..., 0])
 
     def centres(self, states: Sequence[LegState]) -> np.ndarray | None:
         """Points of the bodies at the starts (rows, 3) [m]."""

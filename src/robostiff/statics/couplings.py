@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robostiff.statics.element import FiniteJoint
+from robostiff.statics.element import FiniteJoint, stacked
 from robostiff.statics.leg_state import LegState, Share
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class FiniteCoupling:
     @staticmethod
     def stacked(couplings: Sequence[FiniteCoupling]) -> FiniteCoupling:
         """The same coupling of several legs."""
-        drive = FiniteJoint.stacked([own.drive for own in couplings])
+        drive = stacked([own.drive for own in couplings])
         return replace(
             couplings[0], drive=drive, factors=np.concatenate([own.factors for own in couplings])
         )

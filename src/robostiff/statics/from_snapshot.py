@@ -360,7 +360,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
         np.array([freedom.advance(1.0)]),
         np.array([k]),
         np.zeros(1),
-        () if law is None else (law,),
+        (law,),
     )
 
 

@@ -9,12 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
+from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics.body_springs import FiniteBodySpring, SpringTerms
 from robostiff.statics.chain import FiniteChain, Moved
 from robostiff.statics.chain_family import ChainFamily
 from robostiff.statics.couplings import FiniteCoupling
 from robostiff.statics.equilibrated import Arrow
-from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.leg_state import LegState, MovingBody, Share
 
 
@@ -231,7 +231,7 @@ class LegGroup:
             leg = self.names[self.owners[c] if self.owners else i]
             for element, place in zip(chain.elements, chain.places, strict=True):
                 x = mode[own.start + place.start : own.start + place.stop]
-                energy = 0.5 * float(x @ element.unloaded_curvature[i] @ x)
+                energy = 0.5 * float(np.sum(element.stiffness[i] * x * x))
                 found.append((leg, element.names[i], energy))
         for own, a in zip(self.couplings, self.sum_rows, strict=True):
             leg = self.names[self.owners[own.place[0]] if self.owners else i]
@@ -267,8 +267,8 @@ class LegGroup:
         h = np.zeros((self.count, self.free_size, self.free_size))
         for chain, own in zip(self.chains, self.coordinates, strict=True):
             for element, place in zip(chain.elements, chain.places, strict=True):
-                here = slice(own.start + place.start, own.start + place.stop)
-                h[:, here, here] = element.unloaded_curvature
+                here = np.arange(own.start + place.start, own.start + place.stop)
+                h[:, here, here] = element.stiffness.reshape(self.count, -1)
         for own, a in zip(self.couplings, self.sum_rows, strict=True):
             h += (own.drive.stiffness[:, None] * a)[:, :, None] * a[:, None]
         return h
@@ -303,7 +303,8 @@ class LegGroup:
         for body, place in zip(state.bodies, self.body_places, strict=True):
             twist = np.zeros((self.count, 6))
             twist[:, list(self.rows)] = step[:, place]
-            bodies.append(MovingBody(turned_by(twist[:, 3:]) @ body.R, body.p + twist[:, :3]))
+            R = matrix_of_rotation(twist[:, 3:]) @ body.R
+            bodies.append(MovingBody(R, body.p + twist[:, :3]))
         return LegState(
             tuple(x + step[:, s] for x, s in zip(state.x, self.coordinates, strict=True)),
             tuple(W + step[:, s] for W, s in zip(state.W, self.wrench_places, strict=True)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from robostiff.analysis import PartShare
 from robostiff.spatial import cross
 from robostiff.statics.body_springs import SpringTerms
 from robostiff.statics.chain import BodyLoad, FiniteChain, Moved
-from robostiff.statics.element import FiniteJoint
+from robostiff.statics.element import BodyPlace, FiniteJoint
 from robostiff.statics.leg_state import LegState, Share
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.problem import EquilibriumProblem, State
@@ -193,13 +193,16 @@ def _about(point: np.ndarray, wrench: np.ndarray, origin: np.ndarray) -> np.ndar
     return np.concatenate([wrench[:, :3], moment], axis=-1)
 
 
-def shares(parts: tuple[LoadedPart, ...]) -> tuple[PartShare, ...]:
-    """Energy of every elastic part, largest first, the elements of a beam together."""
+def shares_of(parts: Sequence[LoadedPart]) -> tuple[PartShare, ...]:
+    """Energy of every elastic part, largest first."""
+    return shares((p.leg, p.part, p.energy) for p in parts if p.load is None or p.energy > 0)
+
+
+def shares(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:
+    """Legs, parts and energies by share, largest first, the elements of a beam together."""
     energies: dict[tuple[str, str], float] = {}
-    for part in parts:
-        if part.load is None or part.energy > 0:
-            name = (part.leg, part.part)
-            energies[name] = energies.get(name, 0.0) + part.energy
+    for leg, part, energy in each:
+        energies[leg, part] = energies.get((leg, part), 0.0) + energy
     total = sum(energies.values())
     found = [
         PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
@@ -224,14 +227,6 @@ def _carried(
                 f = f + load.force
                 m = m + cross(motion.placements[load.after].of(load.point) - C, load.force)
         yield np.concatenate([f, m], axis=-1), C
-
-
-@dataclass(frozen=True)
-class BodyPlace:
-    """A body that has moved: a point X of the unloaded posture is now at ``R X + t``."""
-
-    R: np.ndarray
-    t: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.statics.chain import BodyLoad, ChainTerms, FiniteChain, Moved
-from robostiff.statics.element import Element, FiniteJoint, Law, Placement
+from robostiff.statics.element import BodyPlace, Element, FiniteJoint, Law
 from robostiff.statics.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
 
 _IDENTITY = np.eye(3)
@@ -141,8 +141,7 @@ class MovingChains:
             return
         self.own_axes[rows, i], self.modes[rows, i, :, : e.size] = e.rotation, e.modes
         self.mode_stiffness[rows, i, : e.size] = e.stiffness
-        if e.bowing is not None:
-            self.axial[rows, i, 0], self.G[rows, i] = e.bowing.axial, e.bowing.G
+        self.axial[rows, i, 0], self.G[rows, i] = e.axial, e.G
 
     def _set_order(self, starts: np.ndarray) -> None:
         body = len(self.body_rows)
@@ -164,7 +163,7 @@ class MovingChains:
         """Whether forces act on its bodies, or preloads in its joints."""
         return bool(self.load_after.size) or bool(np.any(self.preload))
 
-    def moved(self, x: np.ndarray, start: Placement | None) -> Moved:
+    def moved(self, x: np.ndarray, start: BodyPlace | None) -> Moved:
         """The chains at coordinates x (N, size), from where their start is; None for the base."""
         return self._moved(self._steps(x), start)
 
@@ -185,7 +184,7 @@ class MovingChains:
         far[:, self.spring_elements] += (own @ th[..., :3, None])[..., 0]
         return _Steps(E, far, turned)
 
-    def _moved(self, steps: _Steps, start: Placement | None) -> Moved:
+    def _moved(self, steps: _Steps, start: BodyPlace | None) -> Moved:
         N, K = self.point.shape[:2]
         M = np.zeros((N, K, 4, 4))
         M[..., :3, :3], M[..., 3, 3] = steps.E, 1.0
@@ -206,7 +205,7 @@ class MovingChains:
     def terms(
         self,
         x: np.ndarray,
-        start: Placement | None,
+        start: BodyPlace | None,
         centre: np.ndarray | None,
         end_point: np.ndarray,
         W: np.ndarray,
@@ -224,7 +223,7 @@ class MovingChains:
         Parameters
         ----------
         x : (N, size) array
-        start : Placement or None
+        start : BodyPlace or None
             Of the body at the start; None for the base.
         centre : (N, 3) array or None
             Point of that body about which its own twist is [m].
@@ -343,7 +342,7 @@ class MovingChains:
         return self.mode_stiffness[..., None] * np.eye(6)
 
     def load_velocities(
-        self, x: np.ndarray, start: Placement | None, centre: np.ndarray | None
+        self, x: np.ndarray, start: BodyPlace | None, centre: np.ndarray | None
     ) -> np.ndarray:
         """Of the points at which loads act (N, L, 3, n), by the unknowns of the chain."""
         steps = self._steps(x)
@@ -359,7 +358,7 @@ class MovingChains:
         turning = crossed(w[:, None], at[:, :, None] - C[:, None, self.order]) * reach
         return v[:, None] * reach + turning, turning
 
-    def loaded_points(self, x: np.ndarray, start: Placement | None) -> np.ndarray:
+    def loaded_points(self, x: np.ndarray, start: BodyPlace | None) -> np.ndarray:
         """Where loads act (N, L, 3) [m], at coordinates x (N, size)."""
         return self._loaded_points(self.moved(x, start))
 
@@ -383,7 +382,7 @@ class MovingChains:
             found[:, self.spring_elements] = self._stored(x).value
         return found
 
-    def load_potential(self, x: np.ndarray, start: Placement | None) -> np.ndarray:
+    def load_potential(self, x: np.ndarray, start: BodyPlace | None) -> np.ndarray:
         """Potential of whole loads and preloads, 0 at the unloaded posture (N,) [J]."""
         found = -np.sum(self.preload * x[:, self.joint_places], axis=-1)
         if len(self.load_after):

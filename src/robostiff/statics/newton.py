@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.statics.finite_turn import turn_between
+from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State, solve_least
 
 #: Largest step of a rotation [rad], and of a shift by the robot's length.
@@ -68,7 +68,7 @@ class Target:
         """From a state to the pose; None where there is none."""
         if self.R is None or self.p is None:
             return None
-        turn = turn_between(state.R[None], self.R[None])[0]
+        turn = vector_of_rotation(self.R @ state.R.T)
         return np.concatenate([self.p - state.p, turn])[list(problem.rows)]
 
 
@@ -150,10 +150,28 @@ def _ended(
 
 @dataclass(frozen=True)
 class PathStep:
-    """An equilibrium on a path, and the arc from the one before."""
+    """An equilibrium on a path, and the way there from the one before.
 
+    Attributes
+    ----------
+    here, found : FoundEquilibrium
+        The one before, and the next.
+    direction : (r + 1,) array
+        Of the path at the one before.
+    arc : float
+    unit : float
+        Shift that counts as much as the whole load [m].
+    """
+
+    here: FoundEquilibrium
     found: FoundEquilibrium
+    direction: np.ndarray
     arc: float
+    unit: float
+
+    def along(self, problem: EquilibriumProblem, loading: LoadCase, h: float) -> FoundEquilibrium:
+        """The equilibrium a step h along the arc."""
+        return step_along(problem, loading, self.here, self.direction, h, self.unit)
 
 
 def path(
@@ -175,8 +193,8 @@ def path(
     largest : float
         Step of the load factor, up to the whole load; it grows with the load beyond.
     """
-    here, h, unit = start, 0.02, arc_unit(problem, start)
-    direction = path_direction(problem, here, None, unit)
+    here, h, unit = start, 0.02, _unit(problem, start)
+    direction = _direction(problem, here, None, unit)
     shortest = 1e-7 * h
     for _ in range(_LONGEST):
         if h < shortest:
@@ -185,15 +203,15 @@ def path(
         if not found.converged:
             h *= 0.5
             continue
-        yield PathStep(found, h)
-        direction = path_direction(problem, found, direction, unit)
+        yield PathStep(here, found, direction, h, unit)
+        direction = _direction(problem, found, direction, unit)
         here = found
         if found.steps <= 5:
             of_load = largest * (1.0 + abs(found.factor)) / max(abs(float(direction[-1])), 1e-12)
             h = min(of_load, _FURTHEST * problem.length / unit, 1.6 * h)
 
 
-def arc_unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
+def _unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
     """Shift [m] that counts as much as the whole load: what the platform does under it."""
     K, load = at.known.K_total, at.known.by_factor
     twist = solve_least(K, load, problem.scale, problem.length)
@@ -201,7 +219,7 @@ def arc_unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
     return min(max(shift, 1e-9 * problem.length), problem.length)
 
 
-def path_direction(
+def _direction(
     problem: EquilibriumProblem, at: FoundEquilibrium, before: np.ndarray | None, unit: float
 ) -> np.ndarray:
     """Unit direction (r + 1,) of the path in scaled twist and factor."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.spatial import skew
+from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chain_family import ChainFamily
 from robostiff.statics.equilibrated import equilibrated
-from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.leg_state import LegEquations, LegState, Share
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.rigid_legs import Bordered, Closure, HeldPlatform
@@ -303,14 +304,28 @@ class EquilibriumProblem:
         for step, own in zip(wide, self.leg_sizes, strict=True):
             size = max(size, float(np.max(np.abs(step[:, : own.shape[1]]) * own, initial=0.0)))
         part = 1.0 if size <= cap else cap / size
+        return self.moved(state, part * twist, [part * step for step in wide]), size, part
+
+    def moved(self, state: State, twist: np.ndarray, steps: Sequence[np.ndarray]) -> State:
+        """A state after a twist (r,) of the platform, and steps (N, n) of all groups of legs."""
         full = np.zeros(6)
-        full[list(self.rows)] = part * twist
-        legs = tuple(
-            group.stepped(own, part * step)
-            for group, own, step in zip(self.groups, state.legs, wide, strict=True)
-        )
-        R = turned_by(full[None, 3:])[0] @ state.R
-        return State(R, state.p + full[:3], legs), size, part
+        full[list(self.rows)] = twist
+        parts = zip(self.groups, state.legs, steps, strict=True)
+        legs = tuple(group.stepped(own, step) for group, own, step in parts)
+        return State(matrix_of_rotation(full[3:]) @ state.R, state.p + full[:3], legs)
+
+    def displacement(self, state: State) -> np.ndarray:
+        """Of the point of the platform, and its rotation vector, from the unloaded posture (r,)."""
+        moved = np.concatenate([state.p - self.point, vector_of_rotation(state.R)])
+        return moved[list(self.rows)]
+
+    def leg_wrenches(self, state: State) -> tuple[np.ndarray, ...]:
+        """What the platform exerts on each leg about its point (r,)."""
+        own: dict[int, np.ndarray] = {}
+        for group, legs in zip(self.groups, state.legs, strict=True):
+            carried = group.by_legs([legs.W[i] for i in group.on_platform])
+            own |= dict(zip(group.indices, carried, strict=True))
+        return tuple(own[k] for k in sorted(own))
 
     def size_of(self, twist: np.ndarray) -> float:
         """How much a twist turns or shifts, shifts by the robot's length [rad]."""

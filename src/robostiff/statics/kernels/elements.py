@@ -131,7 +131,7 @@ def recorded_springs(
     rotation = np.array(spring.rotation, dtype=object)
     point = np.array(spring.point, dtype=object)
     own: np.ndarray = np.eye(6, dtype=int).astype(object)
-    if like.bowing is None:
+    if not np.any(like.axial):
         axial, G, shifts = 0, np.zeros((6, 6), dtype=int).astype(object), [None]
     else:
         beam = 2 * C[1, 5] / C[5, 5]
