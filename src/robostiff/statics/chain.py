@@ -20,10 +20,8 @@ class BodyLoad:
     ----------
     after : int
         How many elements lie before the body.
-    point : (N, 3) array
-        Where it acts at the unloaded posture [m].
-    force : (N, 3) array
-        In the world [N].
+    point, force : (N, 3) arrays, or (3,) arrays of entries and numbers
+        Where it acts at the unloaded posture [m], and itself in the world [N].
     """
 
     after: int
@@ -77,12 +75,7 @@ class FiniteChain:
     @property
     def signature(self) -> tuple[object, ...]:
         """What must be alike in legs that are computed together."""
-        return (self.start, self.end, *self.signature_of_elements)
-
-    @property
-    def signature_of_elements(self) -> tuple[object, ...]:
-        """What must be alike in chains that are computed together."""
-        return tuple(e.signature for e in self.elements)
+        return (self.start, self.end, *(e.signature for e in self.elements))
 
 
 def stacked_loads(

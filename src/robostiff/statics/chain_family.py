@@ -205,6 +205,11 @@ class ChainFamily:
             found[self.rows[chain], load] = of_chains[chain][place]
         return found
 
+    def loaded(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
+        """Where loads act on its one group, and the velocities there; see `MovingChains`."""
+        own = self.coordinates([state]), self.placements([state]), self.centres([state])
+        return self.arrays.loaded(*own)
+
     def coordinates(self, states: Sequence[LegState]) -> np.ndarray:
         """Of all chains, 0 where a chain has no element in a slot (rows, n)."""
         flat = [x.ravel() for state in states for x in state.x]

@@ -209,9 +209,7 @@ class LegGroup:
         family = self.family
         if not family.held:
             return found
-        x, starts = family.coordinates([state]), family.placements([state])
-        points = family.arrays.loaded_points(x, starts)
-        rates = family.arrays.load_velocities(x, starts, family.centres([state]))
+        points, rates = family.loaded(state)
         for c, place, load in family.held:
             found[c][0][place] = points[c, load]
             to = self.moving_places(c)
@@ -251,9 +249,7 @@ class LegGroup:
     def load_velocities(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Of the points at which loads act, by coordinates and bodies (N, L, 3, m); the loads."""
         family, found, forces = self.family, [], []
-        rates = family.arrays.load_velocities(
-            family.coordinates([state]), family.placements([state]), family.centres([state])
-        )
+        rates = family.loaded(state)[1]
         for i, (own, columns) in enumerate(zip(family.rows, family.columns, strict=True)):
             wide = np.zeros((self.count, *rates.shape[1:3], self.free_size))
             wide[..., self.moving_places(i)] = rates[own][..., columns]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis import PartShare
-from robostiff.spatial import cross
+from robostiff.spatial import cross, move_wrench
 from robostiff.statics.body_springs import SpringTerms
 from robostiff.statics.chain import BodyLoad, FiniteChain, Moved
 from robostiff.statics.element import BodyPlace, FiniteJoint
@@ -135,8 +135,8 @@ def _held(
 
 def base_reactions(
     problem: EquilibriumProblem, state: State, share: float
-) -> tuple[tuple[str, np.ndarray], ...]:
-    """What every leg exerts on the base about the point of the platform (6,), by name [N, N m].
+) -> tuple[np.ndarray, ...]:
+    """What every leg exerts on the base about the point of the platform (6,) [N, N m].
 
     Parameters
     ----------
@@ -145,23 +145,22 @@ def base_reactions(
     share : float
         Of forces on legs that acts.
     """
-    found: dict[int, tuple[str, np.ndarray]] = {}
+    found = {i: np.zeros(6) for group in problem.groups for i in group.indices}
     for group, own in zip(problem.groups, state.legs, strict=True):
-        for i, name in zip(group.indices, group.names, strict=True):
-            found[i] = (name, np.zeros(6))
         acting = _acting(group, own, state, share)
         for c, (chain, motion) in enumerate(zip(group.chains, group.moved(own), strict=True)):
             if chain.start is not None:
                 continue
             f = np.zeros((group.count, 6))
             f[:, list(problem.rows)] = own.W[c]
-            total = _about(motion.end.of(group.end_point(c)), f, state.p)
+            total = move_wrench(f, state.p - motion.end.of(group.end_point(c)))
             for load in acting[c]:
                 f = np.zeros((group.count, 6))
                 f[:, :3] = load.force
-                total += _about(motion.placements[load.after].of(load.point), f, state.p)
-            for row, i, name in group.rows_of(c):
-                found[i] = (name, found[i][1] + total[row])
+                at = motion.placements[load.after].of(load.point)
+                total += move_wrench(f, state.p - at)
+            for row, i, _ in group.rows_of(c):
+                found[i] += total[row]
     return tuple(found[k] for k in sorted(found))
 
 
@@ -185,12 +184,6 @@ def _acting(
                 for anchor, force in zip(chain.anchors, pull, strict=True)
             ]
     return found
-
-
-def _about(point: np.ndarray, wrench: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Wrenches (N, 6) about points (N, 3), about another one."""
-    moment = wrench[:, 3:] + cross(point - origin, wrench[:, :3])
-    return np.concatenate([wrench[:, :3], moment], axis=-1)
 
 
 def shares_of(parts: Sequence[LoadedPart]) -> tuple[PartShare, ...]:

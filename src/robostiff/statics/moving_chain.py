@@ -341,14 +341,15 @@ class MovingChains:
     def _elastic(self) -> np.ndarray:
         return self.mode_stiffness[..., None] * np.eye(6)
 
-    def load_velocities(
+    def loaded(
         self, x: np.ndarray, start: BodyPlace | None, centre: np.ndarray | None
-    ) -> np.ndarray:
-        """Of the points at which loads act (N, L, 3, n), by the unknowns of the chain."""
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Where loads act (N, L, 3) [m], and velocities there by the unknowns (N, L, 3, n)."""
         steps = self._steps(x)
         motion = self._moved(steps, start)
         w, v, C = self._columns(steps, motion, centre)
-        return np.swapaxes(self._at_loads(w, v, C, self._loaded_points(motion))[0], -1, -2)
+        at = self._loaded_points(motion)
+        return at, np.swapaxes(self._at_loads(w, v, C, at)[0], -1, -2)
 
     def _at_loads(
         self, w: np.ndarray, v: np.ndarray, C: np.ndarray, at: np.ndarray
@@ -357,10 +358,6 @@ class MovingChains:
         reach = self._reach(C.shape[1])[self.order].T[..., None]
         turning = crossed(w[:, None], at[:, :, None] - C[:, None, self.order]) * reach
         return v[:, None] * reach + turning, turning
-
-    def loaded_points(self, x: np.ndarray, start: BodyPlace | None) -> np.ndarray:
-        """Where loads act (N, L, 3) [m], at coordinates x (N, size)."""
-        return self._loaded_points(self.moved(x, start))
 
     def _loaded_points(self, motion: Moved) -> np.ndarray:
         """Where loads act (N, L, 3) [m]."""

@@ -203,7 +203,7 @@ class Equilibrium(InNotebooks):
         Weights of parts that the base carries itself are included.
         """
         problem, found = self._require()
-        return tuple(own for _, own in base_reactions(problem, found.state, self._share))
+        return base_reactions(problem, found.state, self._share)
 
     @property
     def wrench(self) -> np.ndarray:

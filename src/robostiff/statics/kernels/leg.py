@@ -13,6 +13,7 @@ from robostiff.record import is_zero, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import Space, cross
+from robostiff.statics.chain import BodyLoad
 from robostiff.statics.element import FiniteSpring
 from robostiff.statics.from_snapshot import LegWalk
 from robostiff.statics.kernels.elements import (
@@ -25,7 +26,6 @@ from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.motion import (
     Body,
     ChainTerms,
-    RecordedLoad,
     identity,
     passed,
 )
@@ -44,14 +44,14 @@ class RecordedChain:
     start, end : int or None
         Bodies; None for base and platform.
     elements : tuple of RecordedElement
-    loads : tuple of RecordedLoad
+    loads : tuple of BodyLoad
     """
 
     name: str
     start: int | None
     end: int | None
     elements: tuple[RecordedElement, ...]
-    loads: tuple[RecordedLoad, ...] = ()
+    loads: tuple[BodyLoad, ...] = ()
 
     @property
     def coordinates(self) -> list[str]:
@@ -191,8 +191,11 @@ class RecordedLoadedLeg:
         platform: Body,
         twist: Sequence[str],
         force: float,
-    ) -> LegAdded:
-        """Add its equations to those of the platform, and eliminate its unknowns."""
+    ) -> tuple[np.ndarray, list[Any]]:
+        """Add its equations to those of the platform, and eliminate its unknowns.
+
+        Returns the moment that it takes from the platform (3,), and squares of turns of its parts.
+        """
         rows, L = list(self.space.rows), self.length
         bodies = [body.moved(values) for body in self.bodies]
         motions = [[f"{body.name}.t{row}" for row in rows] for body in self.bodies]
@@ -234,7 +237,7 @@ class RecordedLoadedLeg:
             if chain.end is None:
                 moments = moments + W[3:]
         elimination.eliminate(elastic, free, multipliers, carried, force * L)
-        return LegAdded(moments, turns)
+        return moments, turns
 
     def _add_chain(
         self,
@@ -288,14 +291,6 @@ class RecordedLoadedLeg:
         return after, moved
 
 
-@dataclass(frozen=True)
-class LegAdded:
-    """Moment that a leg takes from the platform (3,), and squares of turns in its parts."""
-
-    moment: np.ndarray
-    turns: list[Any]
-
-
 _BASE = Body(
     identity(), np.zeros(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object)
 )
@@ -305,7 +300,7 @@ def recorded_legs(
     walks: Sequence[LegWalk],
     placed: Sequence[PlacedLeg],
     unloaded: RecordedRobot,
-    loads: Sequence[Mapping[int, Sequence[RecordedLoad]]],
+    loads: Sequence[Mapping[int, Sequence[BodyLoad]]],
     preload: Mapping[str, float],
     springs: Sequence[RecordedBodySpring],
 ) -> list[RecordedLoadedLeg | RecordedStrut]:
@@ -319,7 +314,7 @@ def recorded_legs(
         On entries, in the order of the robot.
     unloaded : RecordedRobot
         The stiffness of these legs without load.
-    loads : sequence of mappings of int to sequence of RecordedLoad
+    loads : sequence of mappings of int to sequence of BodyLoad
         On the bodies of each leg, by chain.
     preload : mapping of str to float
         By ``leg/part``.
@@ -336,7 +331,7 @@ def _leg(
     walk: LegWalk,
     placed: PlacedLeg,
     own: RecordedLeg,
-    loads: Mapping[int, Sequence[RecordedLoad]],
+    loads: Mapping[int, Sequence[BodyLoad]],
     preload: Mapping[str, float],
     robot: RecordedRobot,
     springs: tuple[RecordedBodySpring, ...],

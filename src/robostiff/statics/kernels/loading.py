@@ -176,9 +176,8 @@ class LoadedRobot:
         moment = moment + SpringEnds(body, twist, rows).add(alone, elimination)[1]
         for leg in self.legs:
             if isinstance(leg, RecordedLoadedLeg):
-                added = leg.add_to(elimination, values, body, twist, self.force)
-                moment = moment + added.moment
-                turns += added.turns
+                taken, turned = leg.add_to(elimination, values, body, twist, self.force)
+                moment, turns = moment + taken, turns + turned
         terms, struts = None, self.struts
         if struts:
             terms = strut_terms([*struts.values()], body, forces)

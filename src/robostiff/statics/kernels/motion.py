@@ -10,6 +10,7 @@ import numpy as np
 
 from robostiff.record import cosine, is_zero, sine
 from robostiff.spatial import cross
+from robostiff.statics.chain import BodyLoad
 from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
 
 #: Square of the turn of an elastic part beyond which its series lose digits [rad^2].
@@ -43,23 +44,6 @@ class Body:
     def of(self, point: np.ndarray) -> np.ndarray:
         """Where a point of the unloaded posture is."""
         return self.at + self.R @ (point - self.origin)
-
-
-@dataclass(frozen=True)
-class RecordedLoad:
-    """A force that keeps its direction on a body of a chain; see `BodyLoad`.
-
-    Attributes
-    ----------
-    after : int
-        How many elements lie before the body.
-    point, force : (3,) arrays of entries and numbers
-        At the unloaded posture [m], [N].
-    """
-
-    after: int
-    point: np.ndarray
-    force: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -208,9 +192,7 @@ class MovingChain:
             for own in self.columns
         ]
 
-    def terms(
-        self, end_point: np.ndarray, W: np.ndarray, loads: Sequence[RecordedLoad]
-    ) -> ChainTerms:
+    def terms(self, end_point: np.ndarray, W: np.ndarray, loads: Sequence[BodyLoad]) -> ChainTerms:
         """Under the wrench that the body at its end exerts on it, and dead forces.
 
         With a nearer the base than b the second derivative is ``w_a . h_b``, symmetric part,
@@ -224,7 +206,7 @@ class MovingChain:
             At the unloaded posture [m].
         W : (6,) array of entries and numbers
             About the end point, where the chain has it.
-        loads : sequence of RecordedLoad
+        loads : sequence of BodyLoad
         """
         P = self.body.of(end_point)
         f, m = W[:3], W[3:]
