@@ -83,12 +83,7 @@ def stacked_loads(
 ) -> tuple[BodyLoad, ...]:
     """Loads of several chains as those of one; a chain that has fewer carries zero forces.
 
-    Parameters
-    ----------
-    loads : sequence of tuples of BodyLoad
-        Of each chain.
-    counts : sequence of int
-        How many legs each chain has.
+    Each of the chains has so many legs.
     """
     found = []
     for after in sorted({load.after for own in loads for load in own}):

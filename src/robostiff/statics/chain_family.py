@@ -134,15 +134,7 @@ class ChainFamily:
     def equations(
         self, states: Sequence[LegState], R: np.ndarray, p: np.ndarray, share: Share
     ) -> list[LegEquations]:
-        """Equilibrium and closure of every group, with the platform at (R, p).
-
-        Parameters
-        ----------
-        states : sequence of LegState
-        R, p : (3, 3) and (3,) arrays
-            Axes and point of the platform [m].
-        share : Share
-        """
+        """Equilibrium and closure of every group; axes and point [m] of the platform are R, p."""
         rows = list(self.groups[0].rows)
         springs = [
             SpringTerms.of(group, state, R, p, share) if group.springs else None

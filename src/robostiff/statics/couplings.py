@@ -72,13 +72,7 @@ def add_couplings(
 ) -> None:
     """Add the couplings of legs to their equations: closures ``s = 0`` of rigid ones, else energy.
 
-    Parameters
-    ----------
-    group : LegGroup
-    state : LegState
-    share : Share
-    A, r, r_factor : (N, n, n), (N, n), (N, n) arrays
-        See `LegEquations`; changed in place.
+    A, r and r_factor are those of `LegEquations`, changed in place.
     """
     m, at = group.free_size, group.size - state.held.shape[1]
     for own, a, s in zip(group.couplings, group.sum_rows, group.sums(state), strict=True):

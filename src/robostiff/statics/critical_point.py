@@ -51,26 +51,11 @@ class CriticalPoint:
 def first_critical(
     problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, up_to: float
 ) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
-    """The first critical point from factor 0 up to a factor.
+    """The first critical point from factor 0 up to a factor; `unloaded` is without any load.
 
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    loading : LoadCase
-    unloaded : Linearised
-        The equations without any load.
-    up_to : float
-        Factor at which the search ends.
-
-    Returns
-    -------
-    FoundEquilibrium or None
-        The last stable equilibrium that was met; None where there is none from which to start.
-    CriticalPoint or None
-        None where none was met up to `up_to`.
-    float
-        Factor up to which equilibria were found to be stable: `up_to`, unless the path ended
-        before or a critical point was met.
+    Returns the last stable equilibrium that was met, None where there is none from which to start;
+    the critical point, None where none was met; and the factor up to which equilibria were found to
+    be stable: `up_to`, unless the path ended before or a critical point was met.
     """
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if not here.converged:

@@ -86,15 +86,11 @@ def load_path(
     s = np.atleast_1d(as_floats("factors of a load path", factors, words))
     if s.ndim != 1 or not s.size:
         raise InputError("factors of a load path", got=factors, expected=words)
-    loaded, F = one_loaded_posture(robot, pose, wrench, at, loads, preload, beams, near, gravity)
+    grows = "load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)"
+    loaded, F = one_loaded_posture(
+        robot, pose, wrench, at, loads, preload, beams, near, gravity, grows
+    )
     loaded = loaded.under(laws)
-    if not np.any(F):
-        raise InputError(
-            f"wrench of the load path of {loaded.name!r}",
-            got=F.tolist(),
-            expected="a load that grows",
-            hint="write load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)",
-        )
     found = Equilibria(tuple(solved(loaded, factor * F, None) for factor in s))
     return _dataset(loaded, F, s, found, _path(loaded, F, float(s.max())))
 

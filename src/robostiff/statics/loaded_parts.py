@@ -62,18 +62,11 @@ def loaded_parts(
     places: State | None = None,
     pulls: Sequence[Sequence[np.ndarray]] = (),
 ) -> tuple[LoadedPart, ...]:
-    """Every joint and elastic part, leg by leg from base to platform.
+    """Every joint and elastic part, leg by leg from base to platform, under a share of the loads.
 
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    state : State
-    share : float
-        Of preloads and of forces on legs that acts.
-    places : State, optional
-        Where wrenches act, where that is not the state: the unloaded posture for small loads.
-    pulls : sequence of sequence of (A, 3) arrays
-        Of springs between bodies on the chains of every group; those at the state when left out.
+    Wrenches act where the robot is at `places`: for small loads the unloaded posture, else the
+    state. Springs between bodies pull on the anchors of the chains of every group with `pulls` (A,
+    3), where these are not those at the state.
     """
     found: list[tuple[int, LoadedPart]] = []
     placed = (state if places is None else places).legs
@@ -136,15 +129,7 @@ def _held(
 def base_reactions(
     problem: EquilibriumProblem, state: State, share: float
 ) -> tuple[np.ndarray, ...]:
-    """What every leg exerts on the base about the point of the platform (6,) [N, N m].
-
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    state : State
-    share : float
-        Of forces on legs that acts.
-    """
+    """What every leg exerts on the base about the point of the platform (6,) [N, N m]."""
     found = {i: np.zeros(6) for group in problem.groups for i in group.indices}
     for group, own in zip(problem.groups, state.legs, strict=True):
         acting = _acting(group, own, state, share)

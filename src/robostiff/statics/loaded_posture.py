@@ -85,10 +85,18 @@ def one_loaded_posture(
     beams: Beams,
     near: Near,
     gravity: Gravity = None,
+    grows: str = "",
 ) -> tuple[LoadedPosture, np.ndarray]:
-    """A robot at one posture, and one wrench (r,)."""
+    """A robot at one posture, and one wrench (r,); not zero where it grows, as an example says."""
     postures = postures_of(robot, pose, near)
     given = one_wrench(postures, wrench)
+    if grows and not np.any(given):
+        raise InputError(
+            f"wrench on {postures.robot.name!r}",
+            got=given.tolist(),
+            expected="a load that grows",
+            hint=f"write {grows}",
+        )
     return postures.loaded(0, at, loads, preload, beams, gravity), given
 
 

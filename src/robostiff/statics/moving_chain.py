@@ -38,15 +38,6 @@ class _Steps:
     turned: FiniteTurn
 
 
-@dataclass(frozen=True)
-class _Energies:
-    """Energy of elastic parts (N, S), by their six coordinates: gradient and curvature."""
-
-    value: np.ndarray
-    gradient: np.ndarray
-    curvature: np.ndarray
-
-
 class MovingChains:
     """Elements of chains as arrays: in each slot a chain has an element of its kind, or none.
 
@@ -212,7 +203,7 @@ class MovingChains:
         share: float,
         pulls: np.ndarray | None = None,
     ) -> ChainTerms:
-        """What the chains contribute to the equations of their legs.
+        """What the chains contribute to the equations of their legs, at coordinates (N, size).
 
         With a nearer the base than b, ``d_b v_a = w_a x v_b`` and ``d_b w_a = 0``; with b nearer,
         ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
@@ -222,19 +213,14 @@ class MovingChains:
 
         Parameters
         ----------
-        x : (N, size) array
-        start : BodyPlace or None
-            Of the body at the start; None for the base.
-        centre : (N, 3) array or None
-            Point of that body about which its own twist is [m].
+        start, centre : BodyPlace and (N, 3) array, or None
+            Of the body at the start, and its point, about which its twist is [m]; None for base.
         end_point : (N, 3) array
             Point of the body at the end, at the unloaded posture [m].
         W : (N, 6) array
             What that body exerts on the chain, about the point where the chain has it [N, N m].
-        share : float
-            Of loads and preloads.
-        pulls : (N, L, 3) array or None
-            Forces at the points of the loads beside these, whatever their share [N].
+        share, pulls : float, and (N, L, 3) array or None
+            Share of loads and preloads; forces at the points of the loads beside these [N].
         """
         steps = self._steps(x)
         motion = self._moved(steps, start)
@@ -272,15 +258,13 @@ class MovingChains:
             gradient[n, column] += law.at(own) - k * own
             tangent[n, column, column] += law.tangent(own) - k
         if len(self.spring_elements):
-            stored = self._stored(x)
-            gradient[:, self.spring_columns] += stored.gradient.reshape(self.count, -1)[
-                :, self.full
-            ]
+            _, force, curvature = self._stored(x)
+            gradient[:, self.spring_columns] += force.reshape(self.count, -1)[:, self.full]
             beyond = moment[:, self.spring_elements + (C.shape[1] - self.slots)]
             axes = motion.T[:, self.spring_elements, :3, :3] @ self.own_axes
             about = (np.swapaxes(axes, -1, -2) @ beyond[..., None])[..., 0]
             V = self.modes[:, :, 3:]
-            block = stored.curvature - np.swapaxes(V, -1, -2) @ steps.turned.rate_felt(about) @ V
+            block = curvature - np.swapaxes(V, -1, -2) @ steps.turned.rate_felt(about) @ V
             flat = tangent.reshape(self.count, -1)
             flat[:, self.block_places] += block.reshape(self.count, -1)[:, self.block_pairs]
         return ChainTerms(motion.end, np.swapaxes(J, -1, -2), tangent, gradient, by_share)
@@ -308,14 +292,14 @@ class MovingChains:
         """Of matrices (N, S, 3, 6) the columns that there are (N, m, 3)."""
         return np.swapaxes(by, -1, -2).reshape(self.count, -1, 3)[:, self.full]
 
-    def _stored(self, x: np.ndarray) -> _Energies:
-        """Energy of the elastic parts by their six coordinates, with the bowing of beams."""
+    def _stored(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Energy of the elastic parts (N, S), bowing of beams among it; gradient and curvature."""
         y = self._spring_coordinates(x)
         ky = self.mode_stiffness * y
         value, gradient = 0.5 * np.sum(ky * y, axis=-1), ky
         curvature = self._elastic
         if not self.has_bowing:
-            return _Energies(value, gradient, curvature)
+            return value, gradient, curvature
         k, G, V = self.axial, self.G, self.modes
         across = np.swapaxes(V, -1, -2)
         th = (V @ y[..., None])[..., 0]
@@ -331,7 +315,7 @@ class MovingChains:
         outer = direction[..., :, None] * direction[..., None, :]
         outer[..., 0, 0] -= 1.0
         bent = k[..., None] * (outer + stretched[..., None] * G)
-        return _Energies(
+        return (
             value + 0.5 * (k * half * (2 * u + half))[..., 0],
             gradient + (across @ (k * push)[..., None])[..., 0],
             curvature + across @ bent @ V,
@@ -376,7 +360,7 @@ class MovingChains:
         for n, i, law in self.laws:
             found[n, self.joint_elements[i]] = law.energy(float(x[n, self.joint_places[i]]))
         if len(self.spring_elements):
-            found[:, self.spring_elements] = self._stored(x).value
+            found[:, self.spring_elements] = self._stored(x)[0]
         return found
 
     def load_potential(self, x: np.ndarray, start: BodyPlace | None) -> np.ndarray:

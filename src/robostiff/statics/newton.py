@@ -84,19 +84,9 @@ def equilibrium_at(
     steps: int = _STEPS,
     first: Linearised | None = None,
 ) -> FoundEquilibrium:
-    """Newton's method at one load factor, from a state.
+    """Newton's method at one load factor, from a state, in so many steps at most.
 
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    loading : LoadCase
-    factor : float
-    start : State
-    target : Target
-    steps : int
-        At most.
-    first : Linearised or None
-        The equations at `start`, where they are known.
+    `first`: the equations at the start, where they are known.
     """
     state, last, cut, done = start, np.inf, False, 0
     wrench = loading.wrench + factor * loading.wrench_rate
@@ -183,15 +173,8 @@ def path(
     """Equilibria along a growing load, through its turning points, from one at factor 0.
 
     The arc is measured by the motion of the platform and by the load factor. A step that does not
-    converge is halved; the path ends where that does not help.
-
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    loading : LoadCase
-    start : FoundEquilibrium
-    largest : float
-        Step of the load factor, up to the whole load; it grows with the load beyond.
+    converge is halved; the path ends where that does not help. Up to the whole load, steps of the
+    load factor are at most `largest`; beyond it they grow with the load.
     """
     here, h, unit = start, 0.02, _unit(problem, start)
     direction = _direction(problem, here, None, unit)
@@ -243,17 +226,9 @@ def step_along(
     h: float,
     unit: float,
 ) -> FoundEquilibrium:
-    """The equilibrium a step h further along the arc.
+    """The equilibrium a step h further along the arc, in a direction (r + 1,).
 
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    loading : LoadCase
-    here : FoundEquilibrium
-    direction : (r + 1,) array
-    h : float
-    unit : float
-        Shift that counts as much as the whole load [m].
+    `unit` is the shift that counts as much as the whole load [m].
     """
     r, scale = problem.size, problem.scale
     state, factor, known = here.state, here.factor, here.known

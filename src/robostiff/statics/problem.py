@@ -278,23 +278,8 @@ class EquilibriumProblem:
     ) -> tuple[State, float, float]:
         """A step of the platform and of all that follows, cut to at most `cap` [rad].
 
-        Parameters
-        ----------
-        state : State
-        known : Linearised
-        twist : (r,) array
-            Of the platform.
-        more : float
-            By how much the load factor grows.
-        cap : float
-
-        Returns
-        -------
-        State
-        size : float
-            Of the whole step [rad].
-        part : float
-            Of the step that was made.
+        The platform moves by a twist (r,), the load factor grows by `more`. Returns the state, the
+        size of the whole step [rad], and the part of it that was made.
         """
         wide = [
             s + by @ twist + f * more

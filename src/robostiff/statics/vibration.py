@@ -39,16 +39,9 @@ class SmallMotions:
     def of(
         problem: EquilibriumProblem, weights: EquilibriumProblem, known: Linearised, state: State
     ) -> SmallMotions:
-        """About a state of a problem.
+        """About a state of a problem, where its equations are known.
 
-        Parameters
-        ----------
-        problem : EquilibriumProblem
-        weights : EquilibriumProblem
-            The same robot with its masses as forces of a gravity of 1 m/s^2.
-        known : Linearised
-            The equations of the problem at the state.
-        state : State
+        `weights` is the same robot with its masses as forces of a gravity of 1 m/s^2.
         """
         rows, r = list(problem.rows), problem.size
         n = sum(g.count * g.free_size for g in problem.groups) + r

@@ -115,17 +115,8 @@ def recorded_springs(
 ) -> list[RecordedElement]:
     """An elastic part as one spring, or a beam as so many elements.
 
-    Parameters
-    ----------
-    spring : PlacedSpring
-        Of entries and numbers.
-    like : FiniteSpring
-        The same of one leg in numbers: whether it bows.
-    parts : int
-        Into how many elements it is cut.
-    space : Space
-    length : float
-        Of the robot [m].
+    `like` is the same part of one leg in numbers: whether it bows. `length` is that of the robot
+    [m].
     """
     C = np.array(spring.elasticity.compliance, dtype=object)
     free = np.array(spring.elasticity.freedoms, dtype=object)

@@ -26,8 +26,8 @@ from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.motion import (
     Body,
     ChainTerms,
+    MovingChain,
     identity,
-    passed,
 )
 from robostiff.statics.kernels.springs import RecordedBodySpring, SpringEnds
 from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
@@ -209,7 +209,9 @@ class RecordedLoadedLeg:
         for chain in self.chains:
             x = np.array([values[name] for name in chain.coordinates], dtype=object)
             begin = _BASE if chain.start is None else bodies[chain.start]
-            moving.append(passed(chain.elements, x, begin, () if chain.start is None else rows))
+            moving.append(
+                MovingChain(chain.elements, x, begin, () if chain.start is None else rows)
+            )
             for name in chain.coordinates:
                 elimination.unknown(name, 1.0)
         names = [
@@ -306,19 +308,8 @@ def recorded_legs(
 ) -> list[RecordedLoadedLeg | RecordedStrut]:
     """Legs on entries, of the same elements as those in numbers.
 
-    Parameters
-    ----------
-    walks : sequence of LegWalk
-        In numbers, at one posture.
-    placed : sequence of PlacedLeg
-        On entries, in the order of the robot.
-    unloaded : RecordedRobot
-        The stiffness of these legs without load.
-    loads : sequence of mappings of int to sequence of BodyLoad
-        On the bodies of each leg, by chain.
-    preload : mapping of str to float
-        By ``leg/part``.
-    springs : sequence of RecordedBodySpring
+    `walks` has them in numbers at one posture, `placed` on entries, `unloaded` their stiffness
+    without load. Forces act on their bodies by chain, preloads in ``leg/part``.
     """
     legs = zip(walks, placed, unloaded.legs, loads, strict=True)
     return [

@@ -300,23 +300,11 @@ def record_loading(
     *,
     by_pose: bool,
 ) -> RecordedLoading:
-    """Record the equilibrium of a robot.
+    """Record the equilibrium of a robot, whose symbols are inputs.
 
-    Parameters
-    ----------
-    robot : Robot
-        Its symbols are inputs.
-    finder : PostureFinder
-        Of the same robot in numbers.
-    loaded_postures : sequence of LoadedPosture
-        In numbers, at several postures.
-    force : float
-        Under which the platform moves by about a thousandth of the robot's length [N].
-    standing : StandingLoads
-        What acts beside the wrench.
-    beams : Bowing or Linear
-    by_pose : bool
-        Whether its inputs are pose coordinates; otherwise the coordinates of all legs.
+    `finder` and `loaded_postures` have it in numbers, the latter at several postures. Under `force`
+    [N] the platform moves by about a thousandth of the robot's length. The other inputs are pose
+    coordinates (`by_pose`), or the coordinates of all legs.
     """
     gravity, springs = gravity_on(robot.numeric, standing), finder.robot.springs
     here = RobotOnEntries.of(

@@ -12,15 +12,10 @@ from robostiff.model import Chain, Element, Joint, Leg, Link, ParallelBlock
 
 
 def marked(leg: Leg, mark: str, wanted: Callable[[str, Element], bool]) -> Leg:
-    """A leg with a rigid part without extent in the frames of some elements.
+    """A leg with a rigid part without extent in the frames of the elements that are wanted.
 
-    Parameters
-    ----------
-    leg : Leg
-    mark : str
-        Names of the parts begin with it, and go on with those of the elements.
-    wanted : callable
-        Whether an element is marked, by ``leg/part`` and the element.
+    Their names begin with `mark` and go on with those of the elements, which are asked for by
+    ``leg/part``.
     """
     return replace(leg, chain=_marked(leg.chain, f"{leg.name}/", mark, wanted))
 

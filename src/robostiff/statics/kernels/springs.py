@@ -223,17 +223,8 @@ def recorded_body_springs(
 ) -> list[RecordedBodySpring]:
     """Springs between bodies of a robot on entries.
 
-    Parameters
-    ----------
-    springs : sequence of BodySpring
-        In numbers.
-    placed : sequence of PlacedBodySpring
-        The same at one posture: their tension, and the bodies as snapshots name them.
-    here : RobotOnEntries
-    frames : mapping
-        Of the bodies that hold springs, by name.
-    walks : sequence of LegWalk
-        Of the legs in numbers.
+    They are given in numbers, with their tension and the names of their bodies in snapshots at one
+    posture (`placed`); `frames` are those of the bodies, `walks` the legs in numbers.
 
     Raises
     ------

@@ -149,20 +149,10 @@ def loads_on_legs(
     forces: Mapping[str, Sequence[DeadForce]],
     gravity: np.ndarray,
 ) -> list[dict[int, list[BodyLoad]]]:
-    """What acts on the bodies of each leg, by chain.
+    """What acts on the bodies of each leg, by chain: forces by ``leg/part``, and weights.
 
-    The weights of one body are one force at their centre.
-
-    Parameters
-    ----------
-    walks : sequence of LegWalk
-        Of the same legs in numbers.
-    placed : sequence of PlacedLeg
-        On entries.
-    forces : mapping of str to sequence of DeadForce
-        By ``leg/part``.
-    gravity : (3,) array
-        [m/s^2].
+    The weights of one body are one force at their centre. `walks` has the legs in numbers, `placed`
+    on entries.
     """
     found = []
     for walk, leg in zip(walks, placed, strict=True):
