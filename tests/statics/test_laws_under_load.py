@@ -163,7 +163,7 @@ def test_tangent_is_the_derivative_of_the_residual(name: str):
         size[free.shape[1] :] = 1e4
         state = group.stepped(state, rng.uniform(-1, 1, (group.count, group.size)) * size)
         R, at, share = np.eye(3), p + 0.01, Share(1.0, 1.0)
-        A = group.equations(state, R, at, share).A
+        A = group.family.equations([state], R, at, share)[0].A
         wanted = np.zeros(A.shape)
         for j in range(group.size):
             step = np.zeros((group.count, group.size))
@@ -178,7 +178,7 @@ def test_tangent_is_the_derivative_of_the_residual(name: str):
 def residual(
     group: LegGroup, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
 ) -> np.ndarray:
-    return group.equations(state, R, p, share).r
+    return group.family.equations([state], R, p, share)[0].r
 
 
 def test_order_of_legs_does_not_matter():
@@ -292,7 +292,9 @@ def test_legs_with_other_loads_are_computed_together():
     (group,) = legs_of(robot, p, rs.Bowing(), loads, {})
     assert group.count == 6
     state, share = group.unloaded(), Share(1.0, 1.0)
-    pulled = group.equations(state, np.eye(3), p, share).r
+    pulled = group.family.equations([state], np.eye(3), p, share)[0].r
     (free,) = legs_of(robot, p, rs.Bowing(), {}, {})
-    others = np.abs(pulled - free.equations(state, np.eye(3), p, share).r).max(axis=1) > 0
+    others = (
+        np.abs(pulled - free.family.equations([state], np.eye(3), p, share)[0].r).max(axis=1) > 0
+    )
     assert others.tolist() == [False, True, False, False, False, False]

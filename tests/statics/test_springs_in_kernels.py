@@ -78,6 +78,22 @@ def test_they_are_equilibria_at_many_poses(name: str):
         assert np.abs((other.K - one.K) / np.outer(size, size)).max() > 1e-5  # they matter
 
 
+def test_margins_are_those_beside_springs_without_tension():
+    # A spring that resists heave without load is turned aside by a push, and does no longer.
+    robot = rs.load("gough-stewart-b")
+    home, K = rs.find_posture(robot).pose[0], rs.stiffness(robot).K
+    below = on("base", *(home[:3] - [0, 0, 0.05]))
+    own = spring(below, on("platform"), stiffness=5 * K[2, 2], free_length=0.05)
+    robot = replace(robot, springs=(own,))
+    fast = rs.compile_loaded(robot, backend=rs.Backend.ARRAYS)
+    wrenches = np.zeros((9, 6))
+    wrenches[:, 0] = K[0, 0] * np.linspace(0, 0.06, 9)
+    margins = equilibrium(robot, home, wrenches).margin
+    guarded = fast.evaluate(np.tile(home, (9, 1)), wrenches).guarded
+    assert np.array_equal(guarded, margins < 0.3)
+    assert np.count_nonzero(guarded) == 5
+
+
 def test_springs_between_two_legs_and_with_symbols_are_refused():
     two = spring(on("leg1/strut"), on("leg2/strut"), stiffness=1e4, free_length=0.1)
     with pytest.raises(rs.InputError, match=r"bodies of two legs.*pose by pose"):

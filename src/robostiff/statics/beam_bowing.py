@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -84,12 +85,16 @@ class UniformBeam:
 
     def shortening(self, parts: int) -> np.ndarray:
         """G (6, 6) of one of so many equal parts; ``th^T G th / 2`` is its shortening."""
-        L = self.length / parts
-        G = np.zeros((6, 6))
-        for d, r, sign in ((1, 5, -1.0), (2, 4, 1.0)):
-            G[d, d], G[r, r] = 6.0 / (5.0 * L), 2.0 * L / 15.0
-            G[d, r] = G[r, d] = sign / 10.0
-        return G
+        return shortening(self.length / parts).astype(float)
+
+
+def shortening(L: Any) -> np.ndarray:
+    """G (6, 6) of a beam of a length, an entry or a number [m]."""
+    G = np.zeros((6, 6), dtype=object)
+    for d, r, sign in ((1, 5, -1), (2, 4, 1)):
+        G[d, d], G[r, r] = 1.2 * (1 / L), L * (2 / 15)
+        G[d, r] = G[r, d] = 0.1 * sign
+    return G
 
 
 def uniform_beam(C: np.ndarray) -> UniformBeam | None:

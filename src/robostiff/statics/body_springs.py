@@ -223,15 +223,7 @@ def small_pulls(
 ) -> list[np.ndarray]:
     """Forces (A, 3) on the anchors of each chain under small loads, tension among them.
 
-    Parameters
-    ----------
-    group : LegGroup
-    at_rest : State
-        The unloaded posture of the robot.
-    step : (m,) array
-        Of the coordinates and bodies of the legs.
-    twist : (r,) array
-        Of the platform.
+    The coordinates and bodies of the legs move by a step (m,), the platform by a twist (r,).
     """
     anchored = group.anchored(group.unloaded())
     pulls = [np.zeros(points.shape) for points, _ in anchored]

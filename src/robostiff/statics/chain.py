@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.statics.element import Element, Placement
+from robostiff.statics.element import BodyPlace, Element, stacked
 
 
 @dataclass(frozen=True)
@@ -20,10 +20,8 @@ class BodyLoad:
     ----------
     after : int
         How many elements lie before the body.
-    point : (N, 3) array
-        Where it acts at the unloaded posture [m].
-    force : (N, 3) array
-        In the world [N].
+    point, force : (N, 3) arrays, or (3,) arrays of entries and numbers
+        Where it acts at the unloaded posture [m], and itself in the world [N].
     """
 
     after: int
@@ -58,8 +56,7 @@ class FiniteChain:
         """Chains whose elements are alike as one, each of so many legs."""
         first = chains[0]
         elements = tuple(
-            type(e).stacked([own.elements[k] for own in chains])  # type: ignore[arg-type]
-            for k, e in enumerate(first.elements)
+            stacked([own.elements[k] for own in chains]) for k in range(len(first.elements))
         )
         loads = stacked_loads([own.loads for own in chains], counts)
         return FiniteChain(first.start, first.end, elements, loads)
@@ -78,12 +75,7 @@ class FiniteChain:
     @property
     def signature(self) -> tuple[object, ...]:
         """What must be alike in legs that are computed together."""
-        return (self.start, self.end, *self.signature_of_elements)
-
-    @property
-    def signature_of_elements(self) -> tuple[object, ...]:
-        """What must be alike in chains that are computed together."""
-        return tuple(e.signature for e in self.elements)
+        return (self.start, self.end, *(e.signature for e in self.elements))
 
 
 def stacked_loads(
@@ -91,12 +83,7 @@ def stacked_loads(
 ) -> tuple[BodyLoad, ...]:
     """Loads of several chains as those of one; a chain that has fewer carries zero forces.
 
-    Parameters
-    ----------
-    loads : sequence of tuples of BodyLoad
-        Of each chain.
-    counts : sequence of int
-        How many legs each chain has.
+    Each of the chains has so many legs.
     """
     found = []
     for after in sorted({load.after for own in loads for load in own}):
@@ -124,21 +111,17 @@ class Moved:
     T: np.ndarray
 
     @property
-    def placements(self) -> tuple[Placement, ...]:
+    def placements(self) -> tuple[BodyPlace, ...]:
         """Of the body at the start, and of that behind every element."""
         return tuple(self._placement(k) for k in range(self.T.shape[1]))
 
     @property
-    def end(self) -> Placement:
+    def end(self) -> BodyPlace:
         """Where the body at the end is, as the chain has it."""
         return self._placement(-1)
 
-    def one(self, rows: slice) -> Moved:
-        """Some of the chains."""
-        return Moved(self.T[rows])
-
-    def _placement(self, k: int) -> Placement:
-        return Placement(self.T[:, k, :3, :3], self.T[:, k, :3, 3])
+    def _placement(self, k: int) -> BodyPlace:
+        return BodyPlace(self.T[:, k, :3, :3], self.T[:, k, :3, 3])
 
 
 @dataclass(frozen=True)
@@ -147,7 +130,7 @@ class ChainTerms:
 
     Attributes
     ----------
-    end : Placement
+    end : BodyPlace
         Where the body at the end is, as the chain has it.
     J : (N, 6, n) array
         Velocity of the end point and angular velocity, by the unknowns that move the chain: of the
@@ -160,7 +143,7 @@ class ChainTerms:
         Derivative of the gradient by the share of loads and preloads.
     """
 
-    end: Placement
+    end: BodyPlace
     J: np.ndarray
     tangent: np.ndarray
     gradient: np.ndarray

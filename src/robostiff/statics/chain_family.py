@@ -1,4 +1,4 @@
-"""All chains of a group of legs, their elements side by side: computed together."""
+"""All chains of groups of legs, their elements side by side: computed together."""
 
 from __future__ import annotations
 
@@ -6,13 +6,17 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.statics.body_springs import SpringTerms
 from robostiff.statics.chain import BodyLoad, stacked_loads
-from robostiff.statics.element import FiniteJoint, Placement
-from robostiff.statics.leg_state import LegState, MovingBody
+from robostiff.statics.couplings import add_couplings
+from robostiff.statics.element import BodyPlace, FiniteJoint
+from robostiff.statics.leg_state import LegEquations, LegState, Share
 from robostiff.statics.moving_chain import MovingChains
 
 if TYPE_CHECKING:
@@ -21,40 +25,49 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ChainFamily:
-    """The chains of a group in slots: in each of them a chain has an element of its kind, or none.
+    """The chains of groups in slots: in each of them a chain has an element of its kind, or none.
 
     Rows of arrays are the legs of the first chain, then those of the next.
 
     Attributes
     ----------
+    groups : tuple of LegGroup
     arrays : MovingChains
+    rows : tuple of slice
+        Of every chain.
     slots : tuple of arrays of int
         Of the elements of every chain.
     columns : tuple of arrays of int
         Of the unknowns that move every chain: of the body at its start, where that moves, its own.
     taken : (rows, n) array of int
-        Where each coordinate stands among those of the state, one after the other, and a zero.
-    starts, ends : (chains,) arrays of int
-        Bodies at their ends: 0 for the base, -1 for the platform, 1 for the first body between.
-    end_points : (rows, 3) array
-        Of the bodies at their ends, at the unloaded posture [m].
+        Where each coordinate stands among those of the states, one after the other, and a zero.
+    starts, ends : (rows,) arrays of int
+        Bodies at their ends: those between chains from 1 on; 0 for the base, and for the platform.
+    points, end_points : (bodies, 3) and (rows, 3) arrays
+        Of the bodies, and of those at the ends, at the unloaded posture [m].
     held : tuple of (int, int, int)
         Chain, place among its anchors, and place among the loads, of every anchor.
     """
 
+    groups: tuple[LegGroup, ...]
     arrays: MovingChains
+    rows: tuple[slice, ...]
     slots: tuple[np.ndarray, ...]
     columns: tuple[np.ndarray, ...]
     taken: np.ndarray
     starts: np.ndarray
     ends: np.ndarray
+    points: np.ndarray
     end_points: np.ndarray
     held: tuple[tuple[int, int, int], ...]
 
     @staticmethod
-    def of(group: LegGroup) -> ChainFamily:
-        """The chains of a group."""
-        chains, N = group.chains, group.count
+    def of(groups: Sequence[LegGroup]) -> ChainFamily:
+        """The chains of some groups."""
+        chains = [chain for group in groups for chain in group.chains]
+        counts = [group.count for group in groups for _ in group.chains]
+        stops = np.cumsum([0, *counts]).tolist()
+        rows = tuple(itertools.starmap(slice, itertools.pairwise(stops)))
         kinds = [tuple(map(_kind, chain.elements)) for chain in chains]
         common: tuple[str, ...] = ()
         for own in sorted(dict.fromkeys(kinds), key=len, reverse=True):
@@ -63,91 +76,173 @@ class ChainFamily:
         sizes = np.ones(len(common), dtype=int)
         for chain, own in zip(chains, slots, strict=True):
             sizes[own] = np.maximum(sizes[own], [e.size for e in chain.elements])
-        starts = np.array([0 if c.start is None else c.start + 1 for c in chains], dtype=int)
-        rows = group.rows if np.any(starts) else ()
-        first = len(rows) + np.cumsum([0, *sizes])
+        starts, ends, points = _bodies(groups)
+        body_rows = groups[0].rows if np.any(starts) else ()
+        first = (len(body_rows) + np.cumsum([0, *sizes])).tolist()
         columns = tuple(
-            np.concatenate(
+            np.array(
                 [
-                    np.arange(len(rows) if start else 0),
-                    *(f + np.arange(e.size) for f, e in zip(first[own], c.elements, strict=True)),
-                ]
-            ).astype(int)
-            for start, own, c in zip(starts, slots, chains, strict=True)
+                    *(() if chain.start is None else range(len(body_rows))),
+                    *(
+                        column
+                        for k, e in zip(own.tolist(), chain.elements, strict=True)
+                        for column in range(first[k], first[k] + e.size)
+                    ),
+                ],
+                dtype=int,
+            )
+            for own, chain in zip(slots, chains, strict=True)
         )
-        ends = np.cumsum([0, *(N * chain.size for chain in chains)])
-        taken = np.full((N * len(chains), int(sizes.sum())), ends[-1])
-        for i, (chain, own) in enumerate(zip(chains, columns, strict=True)):
-            there = own[len(own) - chain.size :] - len(rows)
-            here = ends[i] + np.arange(N * chain.size).reshape(N, chain.size)
-            taken[i * N : (i + 1) * N, there] = here
+        last = sum(count * chain.size for count, chain in zip(counts, chains, strict=True))
+        taken, at = np.full((stops[-1], int(sizes.sum())), last), 0
+        for chain, own, here in zip(chains, columns, rows, strict=True):
+            count = here.stop - here.start
+            there = own[len(own) - chain.size :] - len(body_rows)
+            taken[here, there] = np.arange(at, at + count * chain.size).reshape(count, chain.size)
+            at += count * chain.size
         loads = [_in_slots(chain.loads, own) for chain, own in zip(chains, slots, strict=True)]
-        stacked = list(stacked_loads(loads, [N] * len(chains)))
+        stacked = list(stacked_loads(loads, counts))
         held = []
         for c, (chain, own) in enumerate(zip(chains, slots, strict=True)):
             for place, anchor in enumerate(_in_slots(chain.anchors, own)):
                 held.append((c, place, len(stacked)))
-                points = np.tile(anchor.point, (N * len(chains), 1))
-                stacked.append(BodyLoad(anchor.after, points, np.zeros(points.shape)))
-        placed = [chain.elements for chain in chains]
+                at_anchor = np.tile(anchor.point, (stops[-1], 1))
+                stacked.append(BodyLoad(anchor.after, at_anchor, np.zeros(at_anchor.shape)))
         return ChainFamily(
-            MovingChains(common, sizes, placed, slots, stacked, N, rows, np.repeat(starts > 0, N)),
+            tuple(groups),
+            MovingChains(common, sizes, chains, slots, stacked, rows, body_rows, starts > 0),
+            rows,
             slots,
             columns,
             taken,
             starts,
-            np.array([-1 if c.end is None else c.end + 1 for c in chains], dtype=int),
-            np.concatenate([group.end_point(i) for i in range(len(chains))]),
+            ends,
+            points,
+            np.concatenate([g.end_point(i) for g in groups for i in range(len(g.chains))]),
             tuple(held),
         )
 
-    def pulls(self, of_chains: Sequence[np.ndarray]) -> np.ndarray | None:
+    @cached_property
+    def places(self) -> tuple[Places, ...]:
+        """Where the equations of every group have what its chains contribute."""
+        columns = iter(self.columns)
+        return tuple(
+            Places.of(group, [next(columns) for _ in group.chains], len(self.arrays.order))
+            for group in self.groups
+        )
+
+    def equations(
+        self, states: Sequence[LegState], R: np.ndarray, p: np.ndarray, share: Share
+    ) -> list[LegEquations]:
+        """Equilibrium and closure of every group; axes and point [m] of the platform are R, p."""
+        rows = list(self.groups[0].rows)
+        springs = [
+            SpringTerms.of(group, state, R, p, share) if group.springs else None
+            for group, state in zip(self.groups, states, strict=True)
+        ]
+        W = np.zeros((len(self.taken), 6))
+        W[:, rows] = np.concatenate([own for state in states for own in state.W])
+        terms = self.arrays.terms(
+            self.coordinates(states),
+            self.placements(states),
+            self.centres(states),
+            self.end_points,
+            W,
+            share.value,
+            self._pulls(springs),
+        )
+        J = terms.J[:, rows]
+        R_end, p_end = self._bodies(states, R, p, self.ends)
+        turn = vector_of_rotation(terms.end.R @ np.swapaxes(R_end, -1, -2))
+        gap = np.concatenate([terms.end.of(self.end_points) - p_end, turn], axis=-1)[:, rows]
+        by_J, found, at = -np.swapaxes(J, -1, -2), [], 0
+        parts = zip(self.groups, states, springs, self.places, strict=True)
+        for group, state, spring, known in parts:
+            N, n = group.count, group.size
+            own = slice(at, at := at + N * len(group.chains))
+            A = known.summed(known.entries, (terms.tangent[own], J[own], by_J[own]), (N, n, n))
+            A += known.constant
+            residual = known.summed(known.sides, (terms.gradient[own], gap[own]), (N, n))
+            r_factor = known.summed(known.shares, (terms.by_share[own],), (N, n)) * share.rate
+            carried = np.zeros((N, len(rows)))
+            for chain, acting in zip(group.chains, state.W, strict=True):
+                if chain.end is None:
+                    carried += acting
+                else:
+                    residual[:, group.body_places[chain.end]] += acting
+            A_t = known.by_twist
+            if group.couplings:
+                add_couplings(group, state, share, A, residual, r_factor)
+            if spring is None:
+                found.append(LegEquations(A, residual, A_t, r_factor, carried))
+                continue
+            m = group.free_size
+            A[0, :m, :m] += spring.stiffness
+            A_t = A_t.copy()
+            A_t[0, :m] += spring.by_twist
+            r_factor[0, :m] += share.rate * spring.by_share
+            carried += spring.carried
+            found.append(LegEquations(A, residual, A_t, r_factor, carried, spring.beside))
+        return found
+
+    def _pulls(self, springs: Sequence[SpringTerms | None]) -> np.ndarray | None:
         """Forces (rows, L, 3) at the points of its loads, from those on the anchors of chains."""
         if not self.held:
             return None
+        of_chains: list[np.ndarray] = []
+        for group, own in zip(self.groups, springs, strict=True):
+            of_chains += [np.zeros((0, 3))] * len(group.chains) if own is None else own.pulls
         found = np.zeros(self.arrays.load_force.shape)
         for chain, place, load in self.held:
-            found[chain, load] = of_chains[chain][place]
+            found[self.rows[chain], load] = of_chains[chain][place]
         return found
 
-    def rows(self, chain: int) -> slice:
-        """Of a chain."""
-        N = len(self.taken) // len(self.slots)
-        return slice(chain * N, (chain + 1) * N)
+    def loaded(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
+        """Where loads act on its one group, and the velocities there; see `MovingChains`."""
+        own = self.coordinates([state]), self.placements([state]), self.centres([state])
+        return self.arrays.loaded(*own)
 
-    def coordinates(self, state: LegState) -> np.ndarray:
+    def coordinates(self, states: Sequence[LegState]) -> np.ndarray:
         """Of all chains, 0 where a chain has no element in a slot (rows, n)."""
-        flat = np.concatenate([*(x.ravel() for x in state.x), np.zeros(1)])
-        return flat[self.taken]
+        flat = [x.ravel() for state in states for x in state.x]
+        return np.concatenate([*flat, np.zeros(1)])[self.taken]
 
-    def placements(self, group: LegGroup, state: LegState) -> Placement | None:
+    def placements(self, states: Sequence[LegState]) -> BodyPlace | None:
         """Of the bodies at the starts; None where all of them are the base."""
         if not self.arrays.body_rows:
             return None
-        placed = [body.placement(own) for body, own in zip(state.bodies, group.points, strict=True)]
-        N = group.count
-        R = np.stack([np.broadcast_to(np.eye(3), (N, 3, 3)), *(own.R for own in placed)])
-        t = np.stack([np.zeros((N, 3)), *(own.t for own in placed)])
-        return Placement(R[self.starts].reshape(-1, 3, 3), t[self.starts].reshape(-1, 3))
+        R, p = self._bodies(states, np.eye(3), np.zeros(3), self.starts)
+        return BodyPlace(R, p - (R @ self.points[self.starts, :, None])[..., 0])
 
-    def centres(self, state: LegState) -> np.ndarray | None:
+    def centres(self, states: Sequence[LegState]) -> np.ndarray | None:
         """Points of the bodies at the starts (rows, 3) [m]."""
         if not self.arrays.body_rows:
             return None
-        p = np.stack([np.zeros(state.bodies[0].p.shape), *(body.p for body in state.bodies)])
-        return p[self.starts].reshape(-1, 3)
+        return self._bodies(states, np.eye(3), np.zeros(3), self.starts)[1]
 
-    def at_ends(self, state: LegState, platform: MovingBody) -> MovingBody:
-        """The bodies at the ends."""
-        if not state.bodies:
-            number = len(self.ends)
-            R = np.broadcast_to(platform.R, (number, *platform.R.shape))
-            p = np.broadcast_to(platform.p, (number, *platform.p.shape))
-            return MovingBody(R.reshape(-1, 3, 3), p.reshape(-1, 3))
-        every = (platform, *state.bodies)  # -1 is 0 here: the base is at no end
-        ends = np.maximum(self.ends, 0)
-        R, p = np.stack([own.R for own in every]), np.stack([own.p for own in every])
-        return MovingBody(R[ends].reshape(-1, 3, 3), p[ends].reshape(-1, 3))
+    def _bodies(
+        self, states: Sequence[LegState], R: np.ndarray, p: np.ndarray, which: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Axes and points of bodies by number, with those of body 0."""
+        bodies = [body for state in states for body in state.bodies]
+        all_R = np.concatenate([R[None], *(body.R for body in bodies)])
+        return all_R[which], np.concatenate([p[None], *(body.p for body in bodies)])[which]
+
+
+def _bodies(groups: Sequence[LegGroup]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Bodies at the starts and the ends of all chains, row by row, and the points of all bodies."""
+    starts, ends, first = [], [], 1
+    for group in groups:
+        N = group.count
+        for chain in group.chains:
+            for found, body in ((starts, chain.start), (ends, chain.end)):
+                of_legs = (
+                    np.zeros(N, dtype=int) if body is None else np.arange(N) + body * N + first
+                )
+                found.append(of_legs)
+        first += N * len(group.points)
+    points = np.concatenate([np.zeros((1, 3)), *(own for g in groups for own in g.points)])
+    return np.concatenate(starts), np.concatenate(ends), points
 
 
 @dataclass(frozen=True)
@@ -171,14 +266,14 @@ class Places:
     by_twist: np.ndarray
 
     @staticmethod
-    def of(group: LegGroup, family: ChainFamily) -> Places:
-        """The places for a group."""
+    def of(group: LegGroup, columns_of: Sequence[np.ndarray], width: int) -> Places:
+        """The places for a group, whose chains have their unknowns in columns of so many."""
         N, n, r = group.count, group.size, len(group.rows)
         number = len(group.chains)
         none, start = N * n, np.tile(np.arange(N), number)[:, None] * n
-        own = np.full((N * number, len(family.arrays.order)), none)
+        own = np.full((N * number, width), none)
         W = np.zeros((N * number, r), dtype=int)
-        for i, columns in enumerate(family.columns):
+        for i, columns in enumerate(columns_of):
             here = slice(i * N, (i + 1) * N)
             own[here, columns] = start[here] + group.moving_places(i)
             W[here] = start[here] + group.wrench_places[i].start + np.arange(r)
@@ -210,7 +305,8 @@ class Places:
     ) -> np.ndarray:
         """Contributions added up at their places; what has none stands behind the last."""
         size = math.prod(shape)
-        return np.bincount(places, np.concatenate(values), size + 1)[:size].reshape(shape)
+        flat = np.concatenate([own.ravel() for own in values])
+        return np.bincount(places, flat, size + 1)[:size].reshape(shape)
 
 
 def _kind(element: object) -> str:

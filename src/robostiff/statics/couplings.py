@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robostiff.statics.element import FiniteJoint
+from robostiff.statics.element import FiniteJoint, stacked
 from robostiff.statics.leg_state import LegState, Share
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class FiniteCoupling:
     @staticmethod
     def stacked(couplings: Sequence[FiniteCoupling]) -> FiniteCoupling:
         """The same coupling of several legs."""
-        drive = FiniteJoint.stacked([own.drive for own in couplings])
+        drive = stacked([own.drive for own in couplings])
         return replace(
             couplings[0], drive=drive, factors=np.concatenate([own.factors for own in couplings])
         )
@@ -72,13 +72,7 @@ def add_couplings(
 ) -> None:
     """Add the couplings of legs to their equations: closures ``s = 0`` of rigid ones, else energy.
 
-    Parameters
-    ----------
-    group : LegGroup
-    state : LegState
-    share : Share
-    A, r, r_factor : (N, n, n), (N, n), (N, n) arrays
-        See `LegEquations`; changed in place.
+    A, r and r_factor are those of `LegEquations`, changed in place.
     """
     m, at = group.free_size, group.size - state.held.shape[1]
     for own, a, s in zip(group.couplings, group.sum_rows, group.sums(state), strict=True):

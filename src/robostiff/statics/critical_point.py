@@ -7,14 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.analysis.free_motion import free_motions_in_words
-from robostiff.statics.newton import (
-    FoundEquilibrium,
-    arc_unit,
-    equilibrium_at,
-    path,
-    path_direction,
-    step_along,
-)
+from robostiff.statics.newton import FoundEquilibrium, PathStep, equilibrium_at, path
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.stability import Margin, leg_margins, platform_margin
 
@@ -58,26 +51,11 @@ class CriticalPoint:
 def first_critical(
     problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, up_to: float
 ) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
-    """The first critical point from factor 0 up to a factor.
+    """The first critical point from factor 0 up to a factor; `unloaded` is without any load.
 
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    loading : LoadCase
-    unloaded : Linearised
-        The equations without any load.
-    up_to : float
-        Factor at which the search ends.
-
-    Returns
-    -------
-    FoundEquilibrium or None
-        The last stable equilibrium that was met; None where there is none from which to start.
-    CriticalPoint or None
-        None where none was met up to `up_to`.
-    float
-        Factor up to which equilibria were found to be stable: `up_to`, unless the path ended
-        before or a critical point was met.
+    Returns the last stable equilibrium that was met, None where there is none from which to start;
+    the critical point, None where none was met; and the factor up to which equilibria were found to
+    be stable: `up_to`, unless the path ended before or a critical point was met.
     """
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if not here.converged:
@@ -85,17 +63,14 @@ def first_critical(
     least = least_margin(problem, here, unloaded)
     if least[1].value <= 0:
         return here, _point(problem, here, *least), here.factor
-    unit = arc_unit(problem, here)
-    before = None
     for step in path(problem, loading, here):
-        direction = path_direction(problem, here, before, unit)
         found_least = least_margin(problem, step.found, unloaded)
         if found_least[1].value < 0:
-            critical = refined(problem, loading, unloaded, here, direction, step.arc, unit)
+            critical = refined(problem, loading, unloaded, step)
             if critical.factor <= up_to:
                 return here, critical, critical.factor
             return here, None, up_to
-        here, before = step.found, direction
+        here = step.found
         if here.factor >= up_to:
             break
     return here, None, min(up_to, here.factor)
@@ -105,10 +80,7 @@ def refined(
     problem: EquilibriumProblem,
     loading: LoadCase,
     unloaded: Linearised,
-    here: FoundEquilibrium,
-    direction: np.ndarray,
-    arc: float,
-    unit: float,
+    step: PathStep,
 ) -> CriticalPoint:
     """Where the margin vanishes between a stable and an unstable equilibrium, in either order.
 
@@ -116,18 +88,18 @@ def refined(
     interpolated from there. A margin that leaps past zero, where a leg turns singular, is enclosed
     by halves.
     """
-    left, right = 0.0, arc
-    found = best = step_along(problem, loading, here, direction, arc, unit)
-    at_left = least_margin(problem, here, unloaded)[1].value
+    left, right = 0.0, step.arc
+    found = best = step.found
+    at_left = least_margin(problem, step.here, unloaded)[1].value
     at_right = least_margin(problem, best, unloaded)[1].value
     small = _SMALL * min(1.0, max(abs(at_left), abs(at_right)))
-    met = {at_left: here.factor, at_right: best.factor}
+    met = {at_left: step.here.factor, at_right: best.factor}
     smallest = abs(at_right)
     for trial in range(_TRIALS + _HALVES):
         h = (left * at_right - right * at_left) / (at_right - at_left)
         if trial >= _TRIALS:
             h = 0.5 * (left + right)
-        found = step_along(problem, loading, here, direction, h, unit)
+        found = step.along(problem, loading, h)
         if not found.converged:
             break
         value = least_margin(problem, found, unloaded)[1].value

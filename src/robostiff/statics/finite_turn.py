@@ -90,37 +90,6 @@ def turn_and_rates(r: np.ndarray) -> FiniteTurn:
     return FiniteTurn(r, R, W, (b, c, b_rate, c_rate))
 
 
-def turns(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Rotations about unit vectors (..., 3) by angles (...) [rad].
-
-    Examples
-    --------
-    >>> turns(np.array([[0.0, 0, 1]]), np.array([np.pi / 2])).round(12)[0, 1, 0]
-    np.float64(1.0)
-    """
-    E = skews(axis)
-    versine = 2.0 * np.sin(0.5 * angle) ** 2
-    return _IDENTITY + np.sin(angle)[..., None, None] * E + versine[..., None, None] * (E @ E)
-
-
-def turn_between(R_from: np.ndarray, R_to: np.ndarray) -> np.ndarray:
-    """Rotation vector (N, 3) in world axes that turns one set of axes into the other."""
-    R = R_to @ np.swapaxes(R_from, -1, -2)
-    v = 0.5 * np.stack(
-        [R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=-1
-    )
-    s = np.sqrt(np.einsum("ni,ni->n", v, v))
-    angle = np.arctan2(s, 0.5 * (np.einsum("nii->n", R) - 1.0))
-    return v * np.where(s > 1e-9, angle / np.where(s > 1e-9, s, 1.0), 1.0)[:, None]
-
-
-def turned_by(r: np.ndarray) -> np.ndarray:
-    """Rotation matrices (N, 3, 3) of rotation vectors (N, 3)."""
-    angle = np.sqrt(np.einsum("ni,ni->n", r, r))
-    axis = r / np.where(angle > 0, angle, 1.0)[:, None]
-    return turns(axis, angle)
-
-
 def skews(v: np.ndarray) -> np.ndarray:
     """Matrices (v x) of vectors (..., 3), by one product."""
     return (v @ _SKEWS).reshape(*v.shape, 3)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,13 +24,7 @@ def on_flexible_platform(
 ) -> LegGroup:
     """Legs that end at nodes: the tool is the platform, all other nodes are bodies between chains.
 
-    Parameters
-    ----------
-    legs : LegGroup
-        All of the robot, together; those that end on the platform have one such chain or more.
-    placed : PlacedPlatform
-    elements : SpringElements
-    beams : Bowing or Linear
+    `legs` is the group of all legs of the robot.
     """
     platform = placed.platform
     body = _bodies(platform)
@@ -69,12 +63,23 @@ def on_flexible_platform(
 
 def _bodies(platform: FlexiblePlatform) -> Mapping[str, str]:
     """For each node one of the nodes that rigid members hold together with it, the tool if any."""
-    found = {node.name: node.name for node in platform.nodes}
-    for part in platform.parts:
-        if np.any(part.elasticity.compliance) or part.elasticity.freedoms.size:
-            continue
-        a, b = found[part.a], found[part.b]
-        kept = platform.tool if platform.tool in (a, b) else a
+    rigid = [
+        (part.a, part.b)
+        for part in platform.parts
+        if not (np.any(part.elasticity.compliance) or part.elasticity.freedoms.size)
+    ]
+    own = {node.name: node.name for node in platform.nodes}
+    return held_together(own, rigid, (platform.tool,))
+
+
+def held_together(
+    bodies: Mapping[str, str], pairs: Iterable[tuple[str, str]], first: Sequence[str]
+) -> Mapping[str, str]:
+    """For each node the one that stands for its body, pairs held rigidly: one of `first` if any."""
+    found = dict(bodies)
+    for one, other in pairs:
+        a, b = found[one], found[other]
+        kept = next((name for name in first if name in (a, b)), a)
         found = {name: kept if own in (a, b) else own for name, own in found.items()}
     return found
 
@@ -85,16 +90,8 @@ def about_the_tool(
     """What the nodes exert on each leg (r,), and its rate by the twist of the tool (r, r).
 
     About the point of the tool P, which moves along: with f at a node's point p, the moment has the
-    rate ``dm + (dp - dP) x f + (p - P) x df``.
-
-    Parameters
-    ----------
-    group : LegGroup
-        Legs on a flexible platform, as `on_flexible_platform` makes it.
-    state : State
-        Of a robot with this group alone.
-    by_twist : (1, n, r) array
-        Steps of its unknowns by the twist of the tool.
+    rate ``dm + (dp - dP) x f + (p - P) x df``. The unknowns of the legs on the flexible platform
+    move by `by_twist` (1, n, r).
     """
     (legs,), rows, platform = state.legs, list(group.rows), len(group.indices) - 1
     held = {

@@ -21,7 +21,7 @@ from robostiff.statics.beam_bowing import Beams, elements_of
 from robostiff.statics.chain import BodyLoad, FiniteChain
 from robostiff.statics.couplings import FiniteCoupling
 from robostiff.statics.element import Element
-from robostiff.statics.flexible_platform import from_its_end
+from robostiff.statics.flexible_platform import from_its_end, held_together
 from robostiff.statics.from_snapshot import finite_joint, moves
 from robostiff.statics.given_loads import DeadForce, load_vector, weights_of
 from robostiff.statics.legs import LegGroup
@@ -38,18 +38,8 @@ def group_of(
 ) -> tuple[LegGroup, list[DeadForce]]:
     """A network as one leg from its fixed bodies to its platform, and the forces on the latter.
 
-    Parameters
-    ----------
-    network : Network
-    platform_point : (3,) array
-        Point of the platform about which wrenches are [m].
-    beams : Bowing or Linear
-    loads : mapping of str to sequence of DeadForce
-        By the name of a body.
-    preload : mapping of str to float
-        By the name of a joint [N or N m].
-    gravity : (3,) array
-        Acceleration of free fall [m/s^2], which makes weights of the masses.
+    Forces act on bodies, preloads [N or N m] in joints, by their names. Gravity [m/s^2] makes
+    weights of the masses. Wrenches are about a point of the platform (3,) [m].
 
     Raises
     ------
@@ -141,12 +131,9 @@ class _Bodies:
     @staticmethod
     def of(network: Network) -> _Bodies:
         base = network.fixed[0]
-        own = {n.name: base if n.name in network.fixed else n.name for n in network.nodes}
-        for element in network.elements:
-            if _is_rigid(element):
-                a, b = own[element.a], own[element.b]
-                kept = next((name for name in (base, network.platform) if name in (a, b)), a)
-                own = {name: kept if body in (a, b) else body for name, body in own.items()}
+        alone = {n.name: base if n.name in network.fixed else n.name for n in network.nodes}
+        rigid = [(e.a, e.b) for e in network.elements if _is_rigid(e)]
+        own = held_together(alone, rigid, (base, network.platform))
         if own[network.platform] == base:
             raise InputError(
                 f"platform of {network.name!r}",

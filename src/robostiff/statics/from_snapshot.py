@@ -44,21 +44,11 @@ def legs_of(
     preload: Mapping[str, float],
     gravity: np.ndarray = _NO_GRAVITY,
 ) -> tuple[LegGroup, ...]:
-    """The legs of a snapshot, those built alike in one group.
+    """The legs of a snapshot at one pose, those built alike in one group.
 
-    Parameters
-    ----------
-    snapshot : Snapshot
-        At one pose.
-    platform_point : (3,) array
-        Point of the platform about which wrenches are [m].
-    beams : Bowing or Linear
-    loads : mapping of str to sequence of DeadForce
-        By ``leg/part``: on the body behind the part.
-    preload : mapping of str to float
-        By ``leg/part``: of the drive of a joint [N or N m].
-    gravity : (3,) array
-        Acceleration of free fall [m/s^2], which makes weights of the masses of the legs.
+    Forces act on the body behind ``leg/part``; preloads [N or N m] are of the drive of a joint by
+    that name. Gravity [m/s^2] makes weights of the masses of the legs. Wrenches are about a point
+    of the platform (3,) [m].
 
     Raises
     ------
@@ -360,7 +350,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
         np.array([freedom.advance(1.0)]),
         np.array([k]),
         np.zeros(1),
-        () if law is None else (law,),
+        (law,),
     )
 
 

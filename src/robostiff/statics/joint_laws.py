@@ -41,13 +41,7 @@ def check_own_laws(laws: Laws, snapshot: Snapshot) -> None:
 
 
 def with_laws(groups: tuple[LegGroup, ...], laws: Laws) -> tuple[LegGroup, ...]:
-    """Legs whose joints follow laws of their own.
-
-    Parameters
-    ----------
-    groups : tuple of LegGroup
-    laws : mapping of str to ForceLaw
-        By ``leg/joint``.
+    """Legs whose joints follow laws of their own, by ``leg/joint``.
 
     Raises
     ------

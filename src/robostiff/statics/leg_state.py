@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.statics.element import Placement
-
 
 @dataclass(frozen=True)
 class MovingBody:
@@ -15,10 +13,6 @@ class MovingBody:
 
     R: np.ndarray
     p: np.ndarray
-
-    def placement(self, own_point: np.ndarray) -> Placement:
-        """As a motion from the unloaded posture, where its point was at `own_point`."""
-        return Placement(self.R, self.p - np.einsum("nij,nj->ni", self.R, own_point))
 
 
 @dataclass(frozen=True)

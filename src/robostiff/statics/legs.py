@@ -9,13 +9,13 @@ from functools import cached_property
 
 import numpy as np
 
+from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics.body_springs import FiniteBodySpring, SpringTerms
 from robostiff.statics.chain import FiniteChain, Moved
-from robostiff.statics.chain_family import ChainFamily, Places
-from robostiff.statics.couplings import FiniteCoupling, add_couplings
+from robostiff.statics.chain_family import ChainFamily
+from robostiff.statics.couplings import FiniteCoupling
 from robostiff.statics.equilibrated import Arrow
-from robostiff.statics.finite_turn import turn_between, turned_by
-from robostiff.statics.leg_state import LegEquations, LegState, MovingBody, Share
+from robostiff.statics.leg_state import LegState, MovingBody, Share
 
 
 @dataclass(frozen=True)
@@ -157,74 +157,14 @@ class LegGroup:
     @cached_property
     def family(self) -> ChainFamily:
         """Its chains side by side."""
-        return ChainFamily.of(self)
-
-    @cached_property
-    def _places(self) -> Places:
-        return Places.of(self, self.family)
+        return ChainFamily.of((self,))
 
     def moved(self, state: LegState) -> tuple[Moved, ...]:
         """Every chain in its finite motion."""
         family = self.family
-        T = family.arrays.moved(family.coordinates(state), family.placements(self, state)).T
-        return tuple(
-            Moved(T[family.rows(i)][:, np.append(0, own + 1)]) for i, own in enumerate(family.slots)
-        )
-
-    def equations(
-        self, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
-    ) -> LegEquations:
-        """Equilibrium and closure, with the platform at (R, p).
-
-        Parameters
-        ----------
-        state : LegState
-        R, p : (3, 3) and (3,) arrays
-            Axes and point of the platform [m].
-        share : Share
-        """
-        N, n, rows = self.count, self.size, list(self.rows)
-        springs = SpringTerms.of(self, state, R, p, share) if self.springs else None
-        platform = MovingBody(np.broadcast_to(R, (N, 3, 3)), np.broadcast_to(p, (N, 3)))
-        family = self.family
-        full = np.zeros((len(family.taken), 6))
-        full[:, rows] = np.concatenate(state.W)
-        terms = family.arrays.terms(
-            family.coordinates(state),
-            family.placements(self, state),
-            family.centres(state),
-            family.end_points,
-            full,
-            share.value,
-            None if springs is None else family.pulls(springs.pulls),
-        )
-        J, ends = terms.J[:, rows], family.at_ends(state, platform)
-        turn = turn_between(ends.R, terms.end.R)
-        gap = np.concatenate([terms.end.of(family.end_points) - ends.p, turn], axis=-1)
-        entries = [terms.tangent.ravel(), J.ravel(), -np.swapaxes(J, -1, -2).ravel()]
-        sides = [terms.gradient.ravel(), gap[:, rows].ravel()]
-        known = self._places
-        A = known.summed(known.entries, entries, (N, n, n))
-        A += known.constant
-        residual = known.summed(known.sides, sides, (N, n))
-        r_factor = known.summed(known.shares, [terms.by_share.ravel()], (N, n)) * share.rate
-        carried = np.zeros((N, len(rows)))
-        for i, chain in enumerate(self.chains):
-            if chain.end is None:
-                carried += state.W[i]
-            else:
-                residual[:, self.body_places[chain.end]] += state.W[i]
-        A_t = known.by_twist
-        if self.couplings:
-            add_couplings(self, state, share, A, residual, r_factor)
-        if springs is None:
-            return LegEquations(A, residual, A_t, r_factor, carried)
-        m = self.free_size
-        A[0, :m, :m] += springs.stiffness
-        A_t = A_t.copy()
-        A_t[0, :m] += springs.by_twist
-        r_factor[0, :m] += share.rate * springs.by_share
-        return LegEquations(A, residual, A_t, r_factor, carried + springs.carried, springs.beside)
+        T = family.arrays.moved(family.coordinates([state]), family.placements([state])).T
+        pairs = zip(family.rows, family.slots, strict=True)
+        return tuple(Moved(T[rows][:, np.append(0, own + 1)]) for rows, own in pairs)
 
     @cached_property
     def arrow(self) -> Arrow | None:
@@ -269,9 +209,7 @@ class LegGroup:
         family = self.family
         if not family.held:
             return found
-        x, starts = family.coordinates(state), family.placements(self, state)
-        points = family.arrays.loaded_points(x, starts)
-        rates = family.arrays.load_velocities(x, starts, family.centres(state))
+        points, rates = family.loaded(state)
         for c, place, load in family.held:
             found[c][0][place] = points[c, load]
             to = self.moving_places(c)
@@ -280,9 +218,9 @@ class LegGroup:
 
     def energies(self, state: LegState) -> list[list[np.ndarray]]:
         """Elastic energy of every element of every chain (N,) [J], preloads left out."""
-        found = self.family.arrays.energies(self.family.coordinates(state))
-        rows = map(self.family.rows, range(len(self.chains)))
-        return [list(found[r][:, k].T) for r, k in zip(rows, self.family.slots, strict=True)]
+        found = self.family.arrays.energies(self.family.coordinates([state]))
+        pairs = zip(self.family.rows, self.family.slots, strict=True)
+        return [list(found[rows][:, own].T) for rows, own in pairs]
 
     def energies_of(self, mode: np.ndarray, i: int) -> list[tuple[str, str, float]]:
         """Legs and parts of row i, and what they store in a motion of its coordinates [J]."""
@@ -291,7 +229,7 @@ class LegGroup:
             leg = self.names[self.owners[c] if self.owners else i]
             for element, place in zip(chain.elements, chain.places, strict=True):
                 x = mode[own.start + place.start : own.start + place.stop]
-                energy = 0.5 * float(x @ element.unloaded_curvature[i] @ x)
+                energy = 0.5 * float(np.sum(element.stiffness[i] * x * x))
                 found.append((leg, element.names[i], energy))
         for own, a in zip(self.couplings, self.sum_rows, strict=True):
             leg = self.names[self.owners[own.place[0]] if self.owners else i]
@@ -305,17 +243,14 @@ class LegGroup:
             float(np.sum(own.drive.preload * s))
             for own, s in zip(self.couplings, self.sums(state), strict=True)
         )
-        x, starts = self.family.coordinates(state), self.family.placements(self, state)
+        x, starts = self.family.coordinates([state]), self.family.placements([state])
         return share * (total + float(np.sum(self.family.arrays.load_potential(x, starts))))
 
     def load_velocities(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Of the points at which loads act, by coordinates and bodies (N, L, 3, m); the loads."""
         family, found, forces = self.family, [], []
-        rates = family.arrays.load_velocities(
-            family.coordinates(state), family.placements(self, state), family.centres(state)
-        )
-        for i, columns in enumerate(family.columns):
-            own = family.rows(i)
+        rates = family.loaded(state)[1]
+        for i, (own, columns) in enumerate(zip(family.rows, family.columns, strict=True)):
             wide = np.zeros((self.count, *rates.shape[1:3], self.free_size))
             wide[..., self.moving_places(i)] = rates[own][..., columns]
             found.append(wide)
@@ -328,8 +263,8 @@ class LegGroup:
         h = np.zeros((self.count, self.free_size, self.free_size))
         for chain, own in zip(self.chains, self.coordinates, strict=True):
             for element, place in zip(chain.elements, chain.places, strict=True):
-                here = slice(own.start + place.start, own.start + place.stop)
-                h[:, here, here] = element.unloaded_curvature
+                here = np.arange(own.start + place.start, own.start + place.stop)
+                h[:, here, here] = element.stiffness.reshape(self.count, -1)
         for own, a in zip(self.couplings, self.sum_rows, strict=True):
             h += (own.drive.stiffness[:, None] * a)[:, :, None] * a[:, None]
         return h
@@ -364,7 +299,8 @@ class LegGroup:
         for body, place in zip(state.bodies, self.body_places, strict=True):
             twist = np.zeros((self.count, 6))
             twist[:, list(self.rows)] = step[:, place]
-            bodies.append(MovingBody(turned_by(twist[:, 3:]) @ body.R, body.p + twist[:, :3]))
+            R = matrix_of_rotation(twist[:, 3:]) @ body.R
+            bodies.append(MovingBody(R, body.p + twist[:, :3]))
         return LegState(
             tuple(x + step[:, s] for x, s in zip(state.x, self.coordinates, strict=True)),
             tuple(W + step[:, s] for W, s in zip(state.W, self.wrench_places, strict=True)),

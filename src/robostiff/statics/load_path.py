@@ -19,16 +19,9 @@ from robostiff.statics.critical_point import least_margin, refined
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
-from robostiff.statics.legs import turn_between
 from robostiff.statics.loaded_posture import LoadedPosture, one_loaded_posture
-from robostiff.statics.newton import (
-    FoundEquilibrium,
-    arc_unit,
-    equilibrium_at,
-    path,
-    path_direction,
-)
-from robostiff.statics.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.newton import FoundEquilibrium, equilibrium_at, path
+from robostiff.statics.problem import LoadCase
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import EquilibriumStatus
 
@@ -93,15 +86,11 @@ def load_path(
     s = np.atleast_1d(as_floats("factors of a load path", factors, words))
     if s.ndim != 1 or not s.size:
         raise InputError("factors of a load path", got=factors, expected=words)
-    loaded, F = one_loaded_posture(robot, pose, wrench, at, loads, preload, beams, near, gravity)
+    grows = "load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)"
+    loaded, F = one_loaded_posture(
+        robot, pose, wrench, at, loads, preload, beams, near, gravity, grows
+    )
     loaded = loaded.under(laws)
-    if not np.any(F):
-        raise InputError(
-            f"wrench of the load path of {loaded.name!r}",
-            got=F.tolist(),
-            expected="a load that grows",
-            hint="write load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)",
-        )
     found = Equilibria(tuple(solved(loaded, factor * F, None) for factor in s))
     return _dataset(loaded, F, s, found, _path(loaded, F, float(s.max())))
 
@@ -123,28 +112,20 @@ def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> Along:
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if not here.converged:
         return []
-    unit, before = arc_unit(problem, here), None
     found = [(here, least_margin(problem, here, unloaded)[1].value >= 0)]
     for step in path(problem, loading, here, largest=0.1 * furthest):
-        direction = path_direction(problem, here, before, unit)
         there = step.found
         if there.factor > furthest:  # the last step ends at the largest factor
             last = equilibrium_at(problem, loading, furthest, there.state)
             there = last if last.converged else there
         is_stable = least_margin(problem, there, unloaded)[1].value >= 0
         if is_stable != found[-1][1]:
-            point = refined(problem, loading, unloaded, here, direction, step.arc, unit)
+            point = refined(problem, loading, unloaded, step)
             found.append((point.found, True))
         found.append((there, is_stable))
-        here, before = there, direction
-        if not 0 <= here.factor < furthest:
+        if not 0 <= there.factor < furthest:
             break
     return found
-
-
-def _displacement(problem: EquilibriumProblem, found: FoundEquilibrium) -> np.ndarray:
-    turn = turn_between(np.eye(3)[None], found.state.R[None])[0]
-    return np.concatenate([found.state.p - problem.point, turn])[list(problem.rows)]
 
 
 def _dataset(
@@ -158,7 +139,7 @@ def _dataset(
         import xarray
     space, problem = loaded.space, loaded.problem
     energy = np.array([own.energy if own.has_answer else np.nan for own in found])
-    steps = [_displacement(problem, own) for own, _ in along]
+    steps = [problem.displacement(own.state) for own, _ in along]
     whole = {"long_name": "from the unloaded posture", "units": "m, rad"}
     variables: dict[str, Any] = {
         "displacement": (("factor", "twist"), found.displacement.filled(np.nan), whole),

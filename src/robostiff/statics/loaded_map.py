@@ -20,7 +20,7 @@ from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.kernels.compile import compile_loaded
-from robostiff.statics.kernels.compiled_loading import CompiledLoading
+from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
 
@@ -168,18 +168,17 @@ class LoadedEvaluator:
         # each component of the wrench, then the factor
         own = poses[:, -columns.loads :]
         F = own[:, :-1] * own[:, -1:]
+        found: LoadedAnswer | Equilibria
         if self.kernel is None:
             found, guarded = self._equilibria(pose, F), np.zeros(len(poses), dtype=bool)
         else:
-            answer = self.kernel.evaluate(pose, F)
-            codes = answer.status_codes.astype(np.uint16)
-            found = _Found(answer.K, answer.K_total, answer.displacement, codes)
-            guarded = answer.guarded
+            found = self.kernel.evaluate(pose, F)
+            guarded = found.guarded
         for name, values in self._quantities(found).items():
             out[name][...] = values
         return {**out, "guarded": guarded}
 
-    def _equilibria(self, pose: Any, F: np.ndarray) -> _Found:
+    def _equilibria(self, pose: Any, F: np.ndarray) -> Equilibria:
         load = self.load
         found = equilibrium(
             self.like.robot,
@@ -192,19 +191,19 @@ class LoadedEvaluator:
         )
         if not isinstance(found, Equilibria):
             raise TypeError("a batch of poses gives equilibria")
-        K, K_total, moved = (
-            own.filled(np.nan) for own in (found.K, found.K_total, found.displacement)
-        )
-        return _Found(K, K_total, moved, found.status_codes)
+        return found
 
-    def _quantities(self, found: _Found) -> dict[str, np.ndarray]:
+    def _quantities(self, found: LoadedAnswer | Equilibria) -> dict[str, np.ndarray]:
         quantities, space = self.like.quantities, self.like.robot.space
         d = space.translations
-        symmetric = 0.5 * (found.K + np.swapaxes(found.K, -1, -2))
+        # no numbers where there is no equilibrium
+        K, K_total, moved = map(np.ma.getdata, (found.K, found.K_total, found.displacement))
+        codes = found.status_codes
+        symmetric = 0.5 * (K + np.swapaxes(K, -1, -2))
         rank = _ranks(symmetric, space.rows, self.like.length)
-        out: dict[str, np.ndarray] = {"rank": rank, "status": status_under_load(found.codes)}
+        out: dict[str, np.ndarray] = {"rank": rank, "status": status_under_load(codes)}
         if Quantity.STIFFNESS in quantities:
-            out["K"] = found.K
+            out["K"] = K
         if Quantity.PRINCIPAL_STIFFNESS in quantities:
             out["translational_stiffness"] = symmetric_eigenvalues(symmetric[:, :d, :d])
             out["rotational_stiffness"] = symmetric_eigenvalues(symmetric[:, d:, d:])
@@ -212,27 +211,16 @@ class LoadedEvaluator:
             out |= stiffness_indices(symmetric, rank, self.like.length)
         if Quantity.WORST_DEFLECTION in quantities:
             worst = np.full(len(rank), np.nan)
-            whole = (rank == space.size) & ((found.codes & int(_NO_COMPLIANCE)) == 0)
-            C = np.linalg.inv(found.K_total[whole])
+            whole = (rank == space.size) & ((codes & int(_NO_COMPLIANCE)) == 0)
+            C = np.linalg.inv(K_total[whole])
             worst[whole] = np.linalg.norm(C[:, :d, :d], 2, axis=(1, 2))  # not symmetric
             out["worst_deflection"] = worst
         if Quantity.DEFLECTION in quantities:
-            moved = found.displacement
             out |= {"displacement": moved[:, :d], "rotation": moved[:, d:]}
         return out
 
 
 _NO_COMPLIANCE = WITHOUT_STIFFNESS | EquilibriumStatus.FREE_MOTIONS
-
-
-@dataclass(frozen=True)
-class _Found:
-    """Answers at some poses: K and K_total (N, r, r), displacement (N, r), status codes (N,)."""
-
-    K: np.ndarray
-    K_total: np.ndarray
-    displacement: np.ndarray
-    codes: np.ndarray
 
 
 def _ranks(K: np.ndarray, rows: Any, length: float) -> np.ndarray:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import PartShare
-from robostiff.spatial import cross
+from robostiff.spatial import cross, move_wrench
 from robostiff.statics.body_springs import SpringTerms
 from robostiff.statics.chain import BodyLoad, FiniteChain, Moved
-from robostiff.statics.element import FiniteJoint
+from robostiff.statics.element import BodyPlace, FiniteJoint
 from robostiff.statics.leg_state import LegState, Share
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.problem import EquilibriumProblem, State
@@ -62,18 +62,11 @@ def loaded_parts(
     places: State | None = None,
     pulls: Sequence[Sequence[np.ndarray]] = (),
 ) -> tuple[LoadedPart, ...]:
-    """Every joint and elastic part, leg by leg from base to platform.
+    """Every joint and elastic part, leg by leg from base to platform, under a share of the loads.
 
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    state : State
-    share : float
-        Of preloads and of forces on legs that acts.
-    places : State, optional
-        Where wrenches act, where that is not the state: the unloaded posture for small loads.
-    pulls : sequence of sequence of (A, 3) arrays
-        Of springs between bodies on the chains of every group; those at the state when left out.
+    Wrenches act where the robot is at `places`: for small loads the unloaded posture, else the
+    state. Springs between bodies pull on the anchors of the chains of every group with `pulls` (A,
+    3), where these are not those at the state.
     """
     found: list[tuple[int, LoadedPart]] = []
     placed = (state if places is None else places).legs
@@ -135,33 +128,24 @@ def _held(
 
 def base_reactions(
     problem: EquilibriumProblem, state: State, share: float
-) -> tuple[tuple[str, np.ndarray], ...]:
-    """What every leg exerts on the base about the point of the platform (6,), by name [N, N m].
-
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    state : State
-    share : float
-        Of forces on legs that acts.
-    """
-    found: dict[int, tuple[str, np.ndarray]] = {}
+) -> tuple[np.ndarray, ...]:
+    """What every leg exerts on the base about the point of the platform (6,) [N, N m]."""
+    found = {i: np.zeros(6) for group in problem.groups for i in group.indices}
     for group, own in zip(problem.groups, state.legs, strict=True):
-        for i, name in zip(group.indices, group.names, strict=True):
-            found[i] = (name, np.zeros(6))
         acting = _acting(group, own, state, share)
         for c, (chain, motion) in enumerate(zip(group.chains, group.moved(own), strict=True)):
             if chain.start is not None:
                 continue
             f = np.zeros((group.count, 6))
             f[:, list(problem.rows)] = own.W[c]
-            total = _about(motion.end.of(group.end_point(c)), f, state.p)
+            total = move_wrench(f, state.p - motion.end.of(group.end_point(c)))
             for load in acting[c]:
                 f = np.zeros((group.count, 6))
                 f[:, :3] = load.force
-                total += _about(motion.placements[load.after].of(load.point), f, state.p)
-            for row, i, name in group.rows_of(c):
-                found[i] = (name, found[i][1] + total[row])
+                at = motion.placements[load.after].of(load.point)
+                total += move_wrench(f, state.p - at)
+            for row, i, _ in group.rows_of(c):
+                found[i] += total[row]
     return tuple(found[k] for k in sorted(found))
 
 
@@ -187,19 +171,16 @@ def _acting(
     return found
 
 
-def _about(point: np.ndarray, wrench: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Wrenches (N, 6) about points (N, 3), about another one."""
-    moment = wrench[:, 3:] + cross(point - origin, wrench[:, :3])
-    return np.concatenate([wrench[:, :3], moment], axis=-1)
+def shares_of(parts: Sequence[LoadedPart]) -> tuple[PartShare, ...]:
+    """Energy of every elastic part, largest first."""
+    return shares((p.leg, p.part, p.energy) for p in parts if p.load is None or p.energy > 0)
 
 
-def shares(parts: tuple[LoadedPart, ...]) -> tuple[PartShare, ...]:
-    """Energy of every elastic part, largest first, the elements of a beam together."""
+def shares(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:
+    """Legs, parts and energies by share, largest first, the elements of a beam together."""
     energies: dict[tuple[str, str], float] = {}
-    for part in parts:
-        if part.load is None or part.energy > 0:
-            name = (part.leg, part.part)
-            energies[name] = energies.get(name, 0.0) + part.energy
+    for leg, part, energy in each:
+        energies[leg, part] = energies.get((leg, part), 0.0) + energy
     total = sum(energies.values())
     found = [
         PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
@@ -224,14 +205,6 @@ def _carried(
                 f = f + load.force
                 m = m + cross(motion.placements[load.after].of(load.point) - C, load.force)
         yield np.concatenate([f, m], axis=-1), C
-
-
-@dataclass(frozen=True)
-class BodyPlace:
-    """A body that has moved: a point X of the unloaded posture is now at ``R X + t``."""
-
-    R: np.ndarray
-    t: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -47,12 +47,10 @@ class LoadedPosture:
         Axes and origin of the platform frame at the unloaded posture [m].
     status : EquilibriumStatus
         What is to be said of the posture.
-    snapshot : Snapshot or None
-        At that posture; None of a network.
+    posed : Snapshot or Network
+        The robot at that posture.
     laws : Laws
         That the robot has.
-    places : mapping of str to (3,) arrays
-        Of the parts of legs, or of the nodes of a network, by name [m].
     """
 
     name: str
@@ -60,9 +58,13 @@ class LoadedPosture:
     space: Space
     frame: tuple[np.ndarray, np.ndarray]
     status: EquilibriumStatus
-    snapshot: Snapshot | None
+    posed: Snapshot | Network
     laws: Laws = field(default_factory=dict)
-    places: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def snapshot(self) -> Snapshot | None:
+        """The robot at that posture; None of a network."""
+        return None if isinstance(self.posed, Network) else self.posed
 
     def under(self, laws: Laws | None) -> LoadedPosture:
         """The same, joints following the laws of the robot, or given ones in their place."""
@@ -83,10 +85,18 @@ def one_loaded_posture(
     beams: Beams,
     near: Near,
     gravity: Gravity = None,
+    grows: str = "",
 ) -> tuple[LoadedPosture, np.ndarray]:
-    """A robot at one posture, and one wrench (r,)."""
+    """A robot at one posture, and one wrench (r,); not zero where it grows, as an example says."""
     postures = postures_of(robot, pose, near)
     given = one_wrench(postures, wrench)
+    if grows and not np.any(given):
+        raise InputError(
+            f"wrench on {postures.robot.name!r}",
+            got=given.tolist(),
+            expected="a load that grows",
+            hint=f"write {grows}",
+        )
     return postures.loaded(0, at, loads, preload, beams, gravity), given
 
 
@@ -147,14 +157,10 @@ class Postures:
             float(posed.characteristic_length) or 1.0,
             *arms_and_forces([*on_platform, *more], point),
         )
-        snapshot = None if isinstance(posed, Network) else posed
         laws = self.robot.laws if isinstance(self.robot, Robot) else {}
-        if laws and snapshot is not None:
-            check_own_laws(laws, snapshot)
-        places = places_of(posed)
-        return LoadedPosture(
-            posed.name, problem, posed.space, frame, status, snapshot, laws, places
-        )
+        if laws and isinstance(posed, Snapshot):
+            check_own_laws(laws, posed)
+        return LoadedPosture(posed.name, problem, posed.space, frame, status, posed, laws)
 
     def _posed(
         self, i: int, masses: bool

@@ -20,11 +20,10 @@ from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.equilibrium import solved
-from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.given_loads import Gravity, Loads, Masses, has_masses, unit_weights
 from robostiff.statics.joint_laws import Laws
-from robostiff.statics.loaded_parts import BodyPlaces, body_places
-from robostiff.statics.loaded_posture import LoadedPosture, one_wrench, postures_of
+from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
+from robostiff.statics.loaded_posture import LoadedPosture, one_wrench, places_of, postures_of
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.result_tables import modes_html
 from robostiff.statics.status import EquilibriumStatus
@@ -191,7 +190,7 @@ def modes(
     problem, known, state, status = _about(loaded, given)
     if known is None or state is None:
         return Modes(loaded.name, loaded.space, status)
-    more = unit_weights(masses or {}, {"platform": problem.point, **loaded.places})
+    more = unit_weights(masses or {}, {"platform": problem.point, **places_of(loaded.posed)})
     weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
     each = _vibrating(problem, weights, known, state)
     return Modes(loaded.name, loaded.space, status, each, loaded.snapshot)
@@ -215,20 +214,20 @@ def _about(
 def _vibrating(
     problem: EquilibriumProblem, weights: EquilibriumProblem, known: Linearised, state: State
 ) -> tuple[Mode, ...]:
-    found = SmallMotions.of(problem, weights, known, state).vibrations()
-    largest = np.max(np.abs(found.squares), initial=0.0)
+    squares, shapes = SmallMotions.of(problem, weights, known, state).vibrations()
+    largest = np.max(np.abs(squares), initial=0.0)
     each, rest = [], body_places(problem, state)
-    for square, shape in zip(found.squares, found.shapes, strict=True):
+    for square, shape in zip(squares, shapes, strict=True):
         rate = np.sqrt(abs(square)) if abs(square) > _ROUNDING * largest else 0.0
         twist = shape[len(shape) - problem.size :]
-        shares = _shares(problem, shape)
+        parts = _shares(problem, shape)
         each.append(
             Mode(
                 float(rate) / (2 * np.pi) if square >= 0 else 0.0,
                 float(rate) if square < 0 else 0.0,
                 twist,
-                shares,
-                _words(problem, state, shape, twist, shares),
+                parts,
+                _words(problem, state, shape, twist, parts),
                 _moved(problem, state, shape).since(rest),
             )
         )
@@ -238,47 +237,35 @@ def _vibrating(
 def _moved(problem: EquilibriumProblem, state: State, shape: np.ndarray) -> BodyPlaces:
     """Where bodies are after a small part of a mode."""
     part = _PART / max(_largest(problem, shape), problem.size_of(shape[-problem.size :]))
-    legs, at = [], 0
-    for group, own in zip(problem.groups, state.legs, strict=True):
-        step = np.zeros((group.count, group.size))
-        for i in range(group.count):
-            step[i, : group.free_size] = part * shape[at : at + group.free_size]
-            at += group.free_size
-        legs.append(group.stepped(own, step))
-    full = np.zeros(6)
-    full[list(problem.rows)] = part * shape[-problem.size :]
-    R = turned_by(full[None, 3:])[0] @ state.R
-    return body_places(problem, State(R, state.p + full[:3], tuple(legs)))
+    steps = [
+        np.pad(part * own, ((0, 0), (0, group.size - group.free_size)))
+        for group, own in zip(problem.groups, _of_legs(problem, shape), strict=True)
+    ]
+    return body_places(problem, problem.moved(state, part * shape[-problem.size :], steps))
+
+
+def _of_legs(problem: EquilibriumProblem, shape: np.ndarray) -> list[np.ndarray]:
+    """Coordinates and bodies of the legs (N, m) of every group in a mode."""
+    sizes = [group.count * group.free_size for group in problem.groups]
+    own = np.split(shape, np.cumsum(sizes))
+    return [x.reshape(g.count, g.free_size) for g, x in zip(problem.groups, own, strict=False)]
 
 
 def _largest(problem: EquilibriumProblem, shape: np.ndarray) -> float:
     """How much the coordinates of the legs turn or shift, shifts by the robot's length [rad]."""
-    moving, at = 0.0, 0
-    for group, sizes in zip(problem.groups, problem.leg_sizes, strict=True):
-        for i in range(group.count):
-            own = shape[at : at + group.free_size]
-            at += group.free_size
-            moving = max(moving, float(np.max(np.abs(own) * sizes[i], initial=0.0)))
-    return moving
+    pairs = zip(_of_legs(problem, shape), problem.leg_sizes, strict=True)
+    return max((float(np.max(np.abs(own) * s, initial=0.0)) for own, s in pairs), default=0.0)
 
 
 def _shares(problem: EquilibriumProblem, shape: np.ndarray) -> tuple[PartShare, ...]:
     """Elastic energy of the parts at the amplitude of a mode, largest first."""
-    energies: dict[tuple[str, str], float] = {}
-    at = 0
-    for group in problem.groups:
-        for i in range(group.count):
-            own = shape[at : at + group.free_size]
-            at += group.free_size
-            for leg, part, energy in group.energies_of(own, i):
-                energies[leg, part] = energies.get((leg, part), 0.0) + energy
-    total = sum(energies.values())
-    found = [
-        PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
-        for (leg, part), energy in energies.items()
-        if energy > 0
+    each = [
+        own
+        for group, motions in zip(problem.groups, _of_legs(problem, shape), strict=True)
+        for i, motion in enumerate(motions)
+        for own in group.energies_of(motion, i)
     ]
-    return tuple(sorted(found, key=lambda share: -share.energy))
+    return tuple(own for own in shares(each) if own.energy > 0)
 
 
 def _words(

@@ -12,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.statics.chain import BodyLoad, ChainTerms, Moved
-from robostiff.statics.element import Element, FiniteJoint, Law, Placement
+from robostiff.statics.chain import BodyLoad, ChainTerms, FiniteChain, Moved
+from robostiff.statics.element import BodyPlace, Element, FiniteJoint, Law
 from robostiff.statics.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
 
 _IDENTITY = np.eye(3)
@@ -38,15 +38,6 @@ class _Steps:
     turned: FiniteTurn
 
 
-@dataclass(frozen=True)
-class _Energies:
-    """Energy of elastic parts (N, S), by their six coordinates: gradient and curvature."""
-
-    value: np.ndarray
-    gradient: np.ndarray
-    curvature: np.ndarray
-
-
 class MovingChains:
     """Elements of chains as arrays: in each slot a chain has an element of its kind, or none.
 
@@ -58,14 +49,13 @@ class MovingChains:
         Of the slots: ``turn``, ``slide`` or ``spring``.
     sizes : sequence of int
         Coordinates in each slot, of the chain that has most.
-    chains : sequence of sequences of FiniteJoint or FiniteSpring
-        Elements of every chain, each of so many legs.
+    chains : sequence of FiniteChain
     slots : sequence of arrays of int
-        Of these elements.
+        Of their elements.
     loads : sequence of BodyLoad
         Behind slots.
-    legs : int
-        Rows are those of the first chain, then of the next.
+    rows : sequence of slice
+        Of every chain.
     body_rows : sequence of int
         Coordinates of the bodies at the starts, where some of them move.
     moves : array of bool
@@ -76,14 +66,14 @@ class MovingChains:
         self,
         kinds: Sequence[str],
         sizes: Sequence[int] | np.ndarray,
-        chains: Sequence[Sequence[Element]],
+        chains: Sequence[FiniteChain],
         slots: Sequence[np.ndarray],
         loads: Sequence[BodyLoad],
-        legs: int,
+        rows: Sequence[slice],
         body_rows: Sequence[int],
         moves: np.ndarray,
     ) -> None:
-        self.slots, self.count = len(kinds), legs * len(chains)
+        self.slots, self.count = len(kinds), len(moves)
         N = self.count
         self.point = np.zeros((N, self.slots, 3))
         starts = np.cumsum([0, *sizes])
@@ -102,11 +92,10 @@ class MovingChains:
         self.own_axes, self.modes = np.tile(_IDENTITY, (N, S, 1, 1)), np.zeros((N, S, 6, 6))
         self.mode_stiffness = np.zeros((N, S, 6))
         self.axial, self.G = np.zeros((N, S, 1)), np.zeros((N, S, 6, 6))
-        for c, (elements, own) in enumerate(zip(chains, slots, strict=True)):
-            rows = slice(c * legs, (c + 1) * legs)
-            for e, k in zip(elements, own, strict=True):
-                self.point[rows, k] = e.point
-                self._put(e, rows, int(at[k]))
+        for chain, own, here in zip(chains, slots, rows, strict=True):
+            for e, k in zip(chain.elements, own, strict=True):
+                self.point[here, k] = e.point
+                self._put(e, here, int(at[k]))
         turns = [float(kinds[k] == "turn") for k in self.joint_elements.tolist()]
         self.turning = np.array(turns).reshape(J, 1)
         self.axis_skew = skews(self.axis)
@@ -143,8 +132,7 @@ class MovingChains:
             return
         self.own_axes[rows, i], self.modes[rows, i, :, : e.size] = e.rotation, e.modes
         self.mode_stiffness[rows, i, : e.size] = e.stiffness
-        if e.bowing is not None:
-            self.axial[rows, i, 0], self.G[rows, i] = e.bowing.axial, e.bowing.G
+        self.axial[rows, i, 0], self.G[rows, i] = e.axial, e.G
 
     def _set_order(self, starts: np.ndarray) -> None:
         body = len(self.body_rows)
@@ -166,7 +154,7 @@ class MovingChains:
         """Whether forces act on its bodies, or preloads in its joints."""
         return bool(self.load_after.size) or bool(np.any(self.preload))
 
-    def moved(self, x: np.ndarray, start: Placement | None) -> Moved:
+    def moved(self, x: np.ndarray, start: BodyPlace | None) -> Moved:
         """The chains at coordinates x (N, size), from where their start is; None for the base."""
         return self._moved(self._steps(x), start)
 
@@ -187,7 +175,7 @@ class MovingChains:
         far[:, self.spring_elements] += (own @ th[..., :3, None])[..., 0]
         return _Steps(E, far, turned)
 
-    def _moved(self, steps: _Steps, start: Placement | None) -> Moved:
+    def _moved(self, steps: _Steps, start: BodyPlace | None) -> Moved:
         N, K = self.point.shape[:2]
         M = np.zeros((N, K, 4, 4))
         M[..., :3, :3], M[..., 3, 3] = steps.E, 1.0
@@ -208,14 +196,14 @@ class MovingChains:
     def terms(
         self,
         x: np.ndarray,
-        start: Placement | None,
+        start: BodyPlace | None,
         centre: np.ndarray | None,
         end_point: np.ndarray,
         W: np.ndarray,
         share: float,
         pulls: np.ndarray | None = None,
     ) -> ChainTerms:
-        """What the chains contribute to the equations of their legs.
+        """What the chains contribute to the equations of their legs, at coordinates (N, size).
 
         With a nearer the base than b, ``d_b v_a = w_a x v_b`` and ``d_b w_a = 0``; with b nearer,
         ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
@@ -225,19 +213,14 @@ class MovingChains:
 
         Parameters
         ----------
-        x : (N, size) array
-        start : Placement or None
-            Of the body at the start; None for the base.
-        centre : (N, 3) array or None
-            Point of that body about which its own twist is [m].
+        start, centre : BodyPlace and (N, 3) array, or None
+            Of the body at the start, and its point, about which its twist is [m]; None for base.
         end_point : (N, 3) array
             Point of the body at the end, at the unloaded posture [m].
         W : (N, 6) array
             What that body exerts on the chain, about the point where the chain has it [N, N m].
-        share : float
-            Of loads and preloads.
-        pulls : (N, L, 3) array or None
-            Forces at the points of the loads beside these, whatever their share [N].
+        share, pulls : float, and (N, L, 3) array or None
+            Share of loads and preloads; forces at the points of the loads beside these [N].
         """
         steps = self._steps(x)
         motion = self._moved(steps, start)
@@ -275,15 +258,13 @@ class MovingChains:
             gradient[n, column] += law.at(own) - k * own
             tangent[n, column, column] += law.tangent(own) - k
         if len(self.spring_elements):
-            stored = self._stored(x)
-            gradient[:, self.spring_columns] += stored.gradient.reshape(self.count, -1)[
-                :, self.full
-            ]
+            _, force, curvature = self._stored(x)
+            gradient[:, self.spring_columns] += force.reshape(self.count, -1)[:, self.full]
             beyond = moment[:, self.spring_elements + (C.shape[1] - self.slots)]
             axes = motion.T[:, self.spring_elements, :3, :3] @ self.own_axes
             about = (np.swapaxes(axes, -1, -2) @ beyond[..., None])[..., 0]
             V = self.modes[:, :, 3:]
-            block = stored.curvature - np.swapaxes(V, -1, -2) @ steps.turned.rate_felt(about) @ V
+            block = curvature - np.swapaxes(V, -1, -2) @ steps.turned.rate_felt(about) @ V
             flat = tangent.reshape(self.count, -1)
             flat[:, self.block_places] += block.reshape(self.count, -1)[:, self.block_pairs]
         return ChainTerms(motion.end, np.swapaxes(J, -1, -2), tangent, gradient, by_share)
@@ -311,14 +292,14 @@ class MovingChains:
         """Of matrices (N, S, 3, 6) the columns that there are (N, m, 3)."""
         return np.swapaxes(by, -1, -2).reshape(self.count, -1, 3)[:, self.full]
 
-    def _stored(self, x: np.ndarray) -> _Energies:
-        """Energy of the elastic parts by their six coordinates, with the bowing of beams."""
+    def _stored(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Energy of the elastic parts (N, S), bowing of beams among it; gradient and curvature."""
         y = self._spring_coordinates(x)
         ky = self.mode_stiffness * y
         value, gradient = 0.5 * np.sum(ky * y, axis=-1), ky
         curvature = self._elastic
         if not self.has_bowing:
-            return _Energies(value, gradient, curvature)
+            return value, gradient, curvature
         k, G, V = self.axial, self.G, self.modes
         across = np.swapaxes(V, -1, -2)
         th = (V @ y[..., None])[..., 0]
@@ -334,7 +315,7 @@ class MovingChains:
         outer = direction[..., :, None] * direction[..., None, :]
         outer[..., 0, 0] -= 1.0
         bent = k[..., None] * (outer + stretched[..., None] * G)
-        return _Energies(
+        return (
             value + 0.5 * (k * half * (2 * u + half))[..., 0],
             gradient + (across @ (k * push)[..., None])[..., 0],
             curvature + across @ bent @ V,
@@ -344,14 +325,15 @@ class MovingChains:
     def _elastic(self) -> np.ndarray:
         return self.mode_stiffness[..., None] * np.eye(6)
 
-    def load_velocities(
-        self, x: np.ndarray, start: Placement | None, centre: np.ndarray | None
-    ) -> np.ndarray:
-        """Of the points at which loads act (N, L, 3, n), by the unknowns of the chain."""
+    def loaded(
+        self, x: np.ndarray, start: BodyPlace | None, centre: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Where loads act (N, L, 3) [m], and velocities there by the unknowns (N, L, 3, n)."""
         steps = self._steps(x)
         motion = self._moved(steps, start)
         w, v, C = self._columns(steps, motion, centre)
-        return np.swapaxes(self._at_loads(w, v, C, self._loaded_points(motion))[0], -1, -2)
+        at = self._loaded_points(motion)
+        return at, np.swapaxes(self._at_loads(w, v, C, at)[0], -1, -2)
 
     def _at_loads(
         self, w: np.ndarray, v: np.ndarray, C: np.ndarray, at: np.ndarray
@@ -360,10 +342,6 @@ class MovingChains:
         reach = self._reach(C.shape[1])[self.order].T[..., None]
         turning = crossed(w[:, None], at[:, :, None] - C[:, None, self.order]) * reach
         return v[:, None] * reach + turning, turning
-
-    def loaded_points(self, x: np.ndarray, start: Placement | None) -> np.ndarray:
-        """Where loads act (N, L, 3) [m], at coordinates x (N, size)."""
-        return self._loaded_points(self.moved(x, start))
 
     def _loaded_points(self, motion: Moved) -> np.ndarray:
         """Where loads act (N, L, 3) [m]."""
@@ -382,10 +360,10 @@ class MovingChains:
         for n, i, law in self.laws:
             found[n, self.joint_elements[i]] = law.energy(float(x[n, self.joint_places[i]]))
         if len(self.spring_elements):
-            found[:, self.spring_elements] = self._stored(x).value
+            found[:, self.spring_elements] = self._stored(x)[0]
         return found
 
-    def load_potential(self, x: np.ndarray, start: Placement | None) -> np.ndarray:
+    def load_potential(self, x: np.ndarray, start: BodyPlace | None) -> np.ndarray:
         """Potential of whole loads and preloads, 0 at the unloaded posture (N,) [J]."""
         found = -np.sum(self.preload * x[:, self.joint_places], axis=-1)
         if len(self.load_after):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.statics.finite_turn import turn_between
+from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State, solve_least
 
 #: Largest step of a rotation [rad], and of a shift by the robot's length.
@@ -68,7 +68,7 @@ class Target:
         """From a state to the pose; None where there is none."""
         if self.R is None or self.p is None:
             return None
-        turn = turn_between(state.R[None], self.R[None])[0]
+        turn = vector_of_rotation(self.R @ state.R.T)
         return np.concatenate([self.p - state.p, turn])[list(problem.rows)]
 
 
@@ -84,19 +84,9 @@ def equilibrium_at(
     steps: int = _STEPS,
     first: Linearised | None = None,
 ) -> FoundEquilibrium:
-    """Newton's method at one load factor, from a state.
+    """Newton's method at one load factor, from a state, in so many steps at most.
 
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    loading : LoadCase
-    factor : float
-    start : State
-    target : Target
-    steps : int
-        At most.
-    first : Linearised or None
-        The equations at `start`, where they are known.
+    `first`: the equations at the start, where they are known.
     """
     state, last, cut, done = start, np.inf, False, 0
     wrench = loading.wrench + factor * loading.wrench_rate
@@ -150,10 +140,28 @@ def _ended(
 
 @dataclass(frozen=True)
 class PathStep:
-    """An equilibrium on a path, and the arc from the one before."""
+    """An equilibrium on a path, and the way there from the one before.
 
+    Attributes
+    ----------
+    here, found : FoundEquilibrium
+        The one before, and the next.
+    direction : (r + 1,) array
+        Of the path at the one before.
+    arc : float
+    unit : float
+        Shift that counts as much as the whole load [m].
+    """
+
+    here: FoundEquilibrium
     found: FoundEquilibrium
+    direction: np.ndarray
     arc: float
+    unit: float
+
+    def along(self, problem: EquilibriumProblem, loading: LoadCase, h: float) -> FoundEquilibrium:
+        """The equilibrium a step h along the arc."""
+        return step_along(problem, loading, self.here, self.direction, h, self.unit)
 
 
 def path(
@@ -165,18 +173,11 @@ def path(
     """Equilibria along a growing load, through its turning points, from one at factor 0.
 
     The arc is measured by the motion of the platform and by the load factor. A step that does not
-    converge is halved; the path ends where that does not help.
-
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    loading : LoadCase
-    start : FoundEquilibrium
-    largest : float
-        Step of the load factor, up to the whole load; it grows with the load beyond.
+    converge is halved; the path ends where that does not help. Up to the whole load, steps of the
+    load factor are at most `largest`; beyond it they grow with the load.
     """
-    here, h, unit = start, 0.02, arc_unit(problem, start)
-    direction = path_direction(problem, here, None, unit)
+    here, h, unit = start, 0.02, _unit(problem, start)
+    direction = _direction(problem, here, None, unit)
     shortest = 1e-7 * h
     for _ in range(_LONGEST):
         if h < shortest:
@@ -185,15 +186,15 @@ def path(
         if not found.converged:
             h *= 0.5
             continue
-        yield PathStep(found, h)
-        direction = path_direction(problem, found, direction, unit)
+        yield PathStep(here, found, direction, h, unit)
+        direction = _direction(problem, found, direction, unit)
         here = found
         if found.steps <= 5:
             of_load = largest * (1.0 + abs(found.factor)) / max(abs(float(direction[-1])), 1e-12)
             h = min(of_load, _FURTHEST * problem.length / unit, 1.6 * h)
 
 
-def arc_unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
+def _unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
     """Shift [m] that counts as much as the whole load: what the platform does under it."""
     K, load = at.known.K_total, at.known.by_factor
     twist = solve_least(K, load, problem.scale, problem.length)
@@ -201,7 +202,7 @@ def arc_unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
     return min(max(shift, 1e-9 * problem.length), problem.length)
 
 
-def path_direction(
+def _direction(
     problem: EquilibriumProblem, at: FoundEquilibrium, before: np.ndarray | None, unit: float
 ) -> np.ndarray:
     """Unit direction (r + 1,) of the path in scaled twist and factor."""
@@ -225,17 +226,9 @@ def step_along(
     h: float,
     unit: float,
 ) -> FoundEquilibrium:
-    """The equilibrium a step h further along the arc.
+    """The equilibrium a step h further along the arc, in a direction (r + 1,).
 
-    Parameters
-    ----------
-    problem : EquilibriumProblem
-    loading : LoadCase
-    here : FoundEquilibrium
-    direction : (r + 1,) array
-    h : float
-    unit : float
-        Shift that counts as much as the whole load [m].
+    `unit` is the shift that counts as much as the whole load [m].
     """
     r, scale = problem.size, problem.scale
     state, factor, known = here.state, here.factor, here.known

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.spatial import skew
+from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
+from robostiff.statics.chain_family import ChainFamily
 from robostiff.statics.equilibrated import equilibrated
-from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.leg_state import LegEquations, LegState, Share
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.rigid_legs import Bordered, Closure, HeldPlatform
@@ -122,7 +124,12 @@ class EquilibriumProblem:
     arms: np.ndarray
     forces: np.ndarray
 
-    @property
+    @cached_property
+    def family(self) -> ChainFamily:
+        """The chains of all legs side by side."""
+        return self.groups[0].family if len(self.groups) == 1 else ChainFamily.of(self.groups)
+
+    @cached_property
     def unloaded(self) -> State:
         """The posture from which it is loaded."""
         return State(np.eye(3), self.point, tuple(group.unloaded() for group in self.groups))
@@ -183,11 +190,11 @@ class EquilibriumProblem:
         share = loading.shares(factor)
         r = self.size
         K, missing, by_factor = np.zeros((r, r)), np.zeros(r), np.zeros(r)
-        every, leg_K, equations = [], [], []
+        equations = self.family.equations(state.legs, state.R, state.p, share)
+        every, leg_K = [], []
         lacking: dict[int, Bordered] = {}
         regular = True
-        for g, (group, own) in enumerate(zip(self.groups, state.legs, strict=True)):
-            eq = group.equations(own, state.R, state.p, share)
+        for g, (group, eq) in enumerate(zip(self.groups, equations, strict=True)):
             wanted = -np.concatenate([eq.r[..., None], eq.A_t, eq.r_factor[..., None]], axis=-1)
             if closures is not None and np.any(closures[g].deficits):
                 lacking[g] = closures[g].solve(eq.A, wanted, refinements)
@@ -206,7 +213,6 @@ class EquilibriumProblem:
             missing -= np.sum(eq.carried + carried[..., 0], axis=0)
             by_factor -= np.sum(carried[..., -1], axis=0)
             every.append(found)
-            equations.append(eq)
         acting, rate, turning = self._on_platform(state, loading, factor)
         missing, by_factor, K_total = missing + acting, by_factor + rate, K - turning
         held = None
@@ -244,13 +250,13 @@ class EquilibriumProblem:
             return False
         if any(np.any(own.drive.preload) for g in self.groups for own in g.couplings):
             return False
-        return not any(group.family.arrays.is_loaded for group in self.groups)
+        return not self.family.arrays.is_loaded
 
     @property
     def has_laws(self) -> bool:
         """Whether some joint follows a law of its own, which may change with its coordinate."""
         drives = [own.drive for group in self.groups for own in group.couplings]
-        return any(group.family.arrays.laws for group in self.groups) or any(
+        return bool(self.family.arrays.laws) or any(
             law is not None for drive in drives for law in drive.laws
         )
 
@@ -272,23 +278,8 @@ class EquilibriumProblem:
     ) -> tuple[State, float, float]:
         """A step of the platform and of all that follows, cut to at most `cap` [rad].
 
-        Parameters
-        ----------
-        state : State
-        known : Linearised
-        twist : (r,) array
-            Of the platform.
-        more : float
-            By how much the load factor grows.
-        cap : float
-
-        Returns
-        -------
-        State
-        size : float
-            Of the whole step [rad].
-        part : float
-            Of the step that was made.
+        The platform moves by a twist (r,), the load factor grows by `more`. Returns the state, the
+        size of the whole step [rad], and the part of it that was made.
         """
         wide = [
             s + by @ twist + f * more
@@ -298,14 +289,28 @@ class EquilibriumProblem:
         for step, own in zip(wide, self.leg_sizes, strict=True):
             size = max(size, float(np.max(np.abs(step[:, : own.shape[1]]) * own, initial=0.0)))
         part = 1.0 if size <= cap else cap / size
+        return self.moved(state, part * twist, [part * step for step in wide]), size, part
+
+    def moved(self, state: State, twist: np.ndarray, steps: Sequence[np.ndarray]) -> State:
+        """A state after a twist (r,) of the platform, and steps (N, n) of all groups of legs."""
         full = np.zeros(6)
-        full[list(self.rows)] = part * twist
-        legs = tuple(
-            group.stepped(own, part * step)
-            for group, own, step in zip(self.groups, state.legs, wide, strict=True)
-        )
-        R = turned_by(full[None, 3:])[0] @ state.R
-        return State(R, state.p + full[:3], legs), size, part
+        full[list(self.rows)] = twist
+        parts = zip(self.groups, state.legs, steps, strict=True)
+        legs = tuple(group.stepped(own, step) for group, own, step in parts)
+        return State(matrix_of_rotation(full[3:]) @ state.R, state.p + full[:3], legs)
+
+    def displacement(self, state: State) -> np.ndarray:
+        """Of the point of the platform, and its rotation vector, from the unloaded posture (r,)."""
+        moved = np.concatenate([state.p - self.point, vector_of_rotation(state.R)])
+        return moved[list(self.rows)]
+
+    def leg_wrenches(self, state: State) -> tuple[np.ndarray, ...]:
+        """What the platform exerts on each leg about its point (r,)."""
+        own: dict[int, np.ndarray] = {}
+        for group, legs in zip(self.groups, state.legs, strict=True):
+            carried = group.by_legs([legs.W[i] for i in group.on_platform])
+            own |= dict(zip(group.indices, carried, strict=True))
+        return tuple(own[k] for k in sorted(own))
 
     def size_of(self, twist: np.ndarray) -> float:
         """How much a twist turns or shifts, shifts by the robot's length [rad]."""

@@ -16,7 +16,6 @@ from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.body_springs import LoadedSpring, loaded_springs
 from robostiff.statics.critical_point import CriticalPoint
-from robostiff.statics.finite_turn import turn_between
 from robostiff.statics.flexible_platform import about_the_tool
 from robostiff.statics.loaded_parts import (
     BodyPlaces,
@@ -24,7 +23,7 @@ from robostiff.statics.loaded_parts import (
     base_reactions,
     body_places,
     loaded_parts,
-    shares,
+    shares_of,
 )
 from robostiff.statics.newton import FoundEquilibrium
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
@@ -113,9 +112,7 @@ class Equilibrium(InNotebooks):
     def displacement(self) -> np.ndarray:
         """Of the point and rotation vector of the platform, from the unloaded posture (r,)."""
         problem, found = self._require()
-        turn = turn_between(np.eye(3)[None], found.state.R[None])[0]
-        full = np.concatenate([found.state.p - problem.point, turn])
-        return full[list(problem.rows)]
+        return problem.displacement(found.state)
 
     @property
     def pose(self) -> np.ndarray:
@@ -197,11 +194,7 @@ class Equilibrium(InNotebooks):
         problem, found = self._require()
         if self._has_flexible_platform:
             return tuple(self._through_platform[0])
-        own: dict[int, np.ndarray] = {}
-        for group, state in zip(problem.groups, found.state.legs, strict=True):
-            carried = group.by_legs([state.W[i] for i in group.on_platform])
-            own |= dict(zip(group.indices, carried, strict=True))
-        return tuple(own[k] for k in sorted(own))
+        return problem.leg_wrenches(found.state)
 
     @property
     def reactions(self) -> tuple[np.ndarray, ...]:
@@ -210,8 +203,7 @@ class Equilibrium(InNotebooks):
         Weights of parts that the base carries itself are included.
         """
         problem, found = self._require()
-        share = 1.0 if self.loading is None else self.loading.shares(found.factor).value
-        return tuple(own for _, own in base_reactions(problem, found.state, share))
+        return base_reactions(problem, found.state, self._share)
 
     @property
     def wrench(self) -> np.ndarray:
@@ -246,8 +238,7 @@ class Equilibrium(InNotebooks):
     def parts(self) -> tuple[LoadedPart, ...]:
         """What every joint and elastic part carries, and how it has moved."""
         problem, found = self._require()
-        share = 1.0 if self.loading is None else self.loading.shares(found.factor).value
-        return loaded_parts(problem, found.state, share)
+        return loaded_parts(problem, found.state, self._share)
 
     @property
     def places(self) -> BodyPlaces:
@@ -259,13 +250,12 @@ class Equilibrium(InNotebooks):
     def springs(self) -> tuple[LoadedSpring, ...]:
         """Springs between bodies: how long they are, and how much they pull."""
         problem, found = self._require()
-        share = 1.0 if self.loading is None else self.loading.shares(found.factor).value
-        return loaded_springs(problem, found.state, share)
+        return loaded_springs(problem, found.state, self._share)
 
     @property
     def shares(self) -> tuple[PartShare, ...]:
         """Who bends: energy of every elastic part, largest first."""
-        return shares(self.parts)
+        return shares_of(self.parts)
 
     def __repr__(self) -> str:
         if not self.has_answer:
@@ -278,6 +268,12 @@ class Equilibrium(InNotebooks):
 
     def _repr_html_(self) -> str:
         return equilibrium_html(self)
+
+    @property
+    def _share(self) -> float:
+        """Of preloads and of forces on legs that acts."""
+        found = self._require()[1]
+        return 1.0 if self.loading is None else self.loading.shares(found.factor).value
 
     @property
     def _known_stiffness(self) -> Linearised:

@@ -25,9 +25,9 @@ from robostiff.statics.body_springs import small_pulls
 from robostiff.statics.equilibrated import LOST
 from robostiff.statics.from_snapshot import load_vector
 from robostiff.statics.given_loads import Gravity, Loads, acting_gravity, given_forces
-from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares
+from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares_of
 from robostiff.statics.loaded_posture import one_loaded_posture, places_of, postures_of
-from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
+from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 
 # Of the terms of an equation of a leg: what is left says that a load drives a free motion in it.
 _DRIVEN = 1e-6
@@ -190,7 +190,8 @@ class _Small:
         if not self.rest.has_answer:
             return self.none(self.rest.status)
         problem, stiffness = self.problem, self.stiffness
-        unit = LoadCase(np.zeros(problem.size), self.F)
+        nothing = np.zeros(problem.size)
+        unit = LoadCase(nothing, self.F)
         known = problem.linearised(problem.unloaded, unit, 0.0, 2)
         if _drives_legs(known):
             return self.none(Status.UNBALANCED)
@@ -211,10 +212,7 @@ class _Small:
             t = move_twist(carried.twist, -to_origin)
         steps = [a + B @ t for a, B in zip(known.factor_steps, known.by_twist, strict=True)]
         at_rest = problem.unloaded
-        legs = zip(problem.groups, at_rest.legs, steps, strict=True)
-        state = State(
-            at_rest.R, at_rest.p, tuple(group.stepped(own, step) for group, own, step in legs)
-        )
+        state = problem.moved(at_rest, nothing, steps)
         pulls = [
             small_pulls(group, at_rest, step[0, : group.free_size], t) if group.springs else []
             for group, step in zip(problem.groups, steps, strict=True)
@@ -225,10 +223,10 @@ class _Small:
             stiffness=stiffness,
             status=status,
             moved=t,
-            parts=shares(parts),
+            parts=shares_of(parts),
             reactions=_reactions(parts),
             actuators=self.actuators(parts),
-            leg_wrenches=tuple(move_wrench(W, to_origin) for W in _on_legs(problem, state)),
+            leg_wrenches=tuple(move_wrench(W, to_origin) for W in problem.leg_wrenches(state)),
             work_of_loads=self.work(known, steps, t),
         )
 
@@ -288,12 +286,3 @@ def _reactions(parts: tuple[LoadedPart, ...]) -> tuple[JointReaction, ...]:
         for part in parts
         if part.load is not None
     )
-
-
-def _on_legs(problem: EquilibriumProblem, state: State) -> list[np.ndarray]:
-    """What the platform exerts on each leg about its point (r,)."""
-    own: dict[int, np.ndarray] = {}
-    for group, legs in zip(problem.groups, state.legs, strict=True):
-        carried = group.by_legs([legs.W[i] for i in group.on_platform])
-        own |= dict(zip(group.indices, carried, strict=True))
-    return [own[k] for k in sorted(own)]

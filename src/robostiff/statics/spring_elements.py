@@ -3,36 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from robostiff.model import PlacedSpring
 from robostiff.spatial import Space, block_rotation, compliance_modes
 from robostiff.statics.beam_bowing import UniformBeam, uniform_beam
-from robostiff.statics.element import BeamShape, Element, FiniteSpring
-
-
-@dataclass(frozen=True)
-class _Own:
-    """What elements of one elastic part share.
-
-    Attributes
-    ----------
-    modes, stiffness : (1, 6, m) and (1, m) arrays
-        See `FiniteSpring`.
-    bowing : BeamShape or None
-    length : float
-        Of the beam that is cut [m].
-    parts : int
-    """
-
-    modes: np.ndarray
-    stiffness: np.ndarray
-    bowing: BeamShape | None
-    length: float
-    parts: int
-
+from robostiff.statics.element import Element, FiniteSpring
 
 # Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
 _BEAM, _OWN = "_beam", "_as_elements"
@@ -52,7 +30,7 @@ class SpringElements:
     """
 
     space: Space
-    known: dict[tuple[object, ...], _Own] = field(default_factory=dict)
+    known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
     beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
 
     def of(self, spring: PlacedSpring, parts_of: Callable[[], int]) -> list[Element]:
@@ -79,20 +57,16 @@ class SpringElements:
         if own is None:
             own = self._own(spring, C, free, beam if parts else None, parts)
         self.known[key] = kept[_OWN][key[2:]] = own
-        x = spring.rotation[:, 0] * own.length
-        rotation = np.array(spring.rotation, dtype=float)[None]
-        ends = [spring.point - x * (1 - (i + 1) / own.parts) for i in range(own.parts)]
-        return [
-            FiniteSpring(
-                (spring.name,),
-                np.array(end, dtype=float)[None],
-                rotation,
-                own.modes,
-                own.stiffness,
-                own.bowing,
-            )
-            for end in ends
-        ]
+        point, rotation = (
+            np.array([spring.point], dtype=float),
+            np.array([spring.rotation], dtype=float),
+        )
+        own = replace(own, names=(spring.name,), point=point, rotation=rotation)
+        if beam is None or parts < 2:
+            return [own]
+        x = rotation[0, :, 0] * beam.length
+        shifts = [x * (1 - (i + 1) / parts) for i in range(parts)]
+        return [replace(own, point=point - shift) for shift in shifts]
 
     def _own(
         self,
@@ -101,13 +75,14 @@ class SpringElements:
         free: np.ndarray,
         beam: UniformBeam | None,
         parts: int,
-    ) -> _Own:
-        if beam is None:
-            return _Own(*self._modes(spring, C, free), None, 0.0, 1)
-        shape = BeamShape(np.array([beam.EA / beam.length * parts]), beam.shortening(parts)[None])
-        own = C if parts == 1 else beam.compliance(parts)
-        modes, stiffness = self._modes(spring, own, free)
-        return _Own(modes, stiffness, shape, beam.length, parts)
+    ) -> FiniteSpring:
+        """The element of a part, or of one of so many parts of a beam, in no place."""
+        axial, G, nowhere = np.zeros(1), np.zeros((1, 6, 6)), np.zeros((1, 3))
+        if beam is not None:
+            axial, G = axial + beam.EA / beam.length * parts, beam.shortening(parts)[None]
+            C = C if parts == 1 else beam.compliance(parts)
+        modes, stiffness = self._modes(spring, C, free)
+        return FiniteSpring((), nowhere, np.zeros((1, 3, 3)), modes, stiffness, axial, G)
 
     def _modes(
         self, spring: PlacedSpring, C: np.ndarray, free: np.ndarray

@@ -15,23 +15,6 @@ _LOOSE = 1e-10
 
 
 @dataclass(frozen=True)
-class Vibrations:
-    """Natural vibrations, slowest first.
-
-    Attributes
-    ----------
-    squares : (k,) array
-        Of the angular frequencies [rad^2/s^2]; negative where the robot leaves the equilibrium.
-    shapes : (k, n) array
-        Motions of all legs' coordinates and bodies, group by group, then the twist of the platform;
-        of kinetic energy 1/2 at unit velocity.
-    """
-
-    squares: np.ndarray
-    shapes: np.ndarray
-
-
-@dataclass(frozen=True)
 class SmallMotions:
     """Stiffness, masses and closure of all legs and of the platform at a state.
 
@@ -56,16 +39,9 @@ class SmallMotions:
     def of(
         problem: EquilibriumProblem, weights: EquilibriumProblem, known: Linearised, state: State
     ) -> SmallMotions:
-        """About a state of a problem.
+        """About a state of a problem, where its equations are known.
 
-        Parameters
-        ----------
-        problem : EquilibriumProblem
-        weights : EquilibriumProblem
-            The same robot with its masses as forces of a gravity of 1 m/s^2.
-        known : Linearised
-            The equations of the problem at the state.
-        state : State
+        `weights` is the same robot with its masses as forces of a gravity of 1 m/s^2.
         """
         rows, r = list(problem.rows), problem.size
         n = sum(g.count * g.free_size for g in problem.groups) + r
@@ -104,11 +80,13 @@ class SmallMotions:
             0.5 * (K + K.T), np.concatenate([np.zeros((0, n)), *B]), C, _sizes(C, size)
         )
 
-    def vibrations(self) -> Vibrations:
-        """What vibrates, with motions without mass at rest in the others' balance.
+    def vibrations(self) -> tuple[np.ndarray, np.ndarray]:
+        """Squares of angular frequencies (k,) [rad^2/s^2], slowest first, and motions (k, n).
 
-        Where every motion meets stiffness, frequencies are the inverse singular values of ``B``
-        over motions of unit energy: the slow ones keep their digits beside the fast ones.
+        The squares are negative where the robot leaves the equilibrium; motions have the kinetic
+        energy 1/2 at unit velocity. Those without mass are at rest in the others' balance. Where
+        every motion meets stiffness, frequencies are the inverse singular values of ``B`` over
+        motions of unit energy: the slow ones keep their digits beside the fast ones.
         """
         Z = self._closed()
         K = Z.T @ self.K @ Z
@@ -119,9 +97,9 @@ class SmallMotions:
         _, values, Vt = np.linalg.svd(self.B @ unit, full_matrices=False)
         heavy = values > _MASSLESS * np.max(values, initial=0.0)
         shapes = (unit @ Vt[heavy].T / values[heavy]).T
-        return Vibrations(1.0 / values[heavy] ** 2, shapes)
+        return 1.0 / values[heavy] ** 2, shapes
 
-    def _loose(self, Z: np.ndarray, K: np.ndarray) -> Vibrations:
+    def _loose(self, Z: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where some motion meets no stiffness, or a negative one."""
         B = self.B @ Z
         _, values, Vt = np.linalg.svd(B)
@@ -132,7 +110,7 @@ class SmallMotions:
         follow = light @ Q[:, held]
         moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
         squares, own = np.linalg.eigh(moved.T @ K @ moved)
-        return Vibrations(squares, (Z @ moved @ own).T)
+        return squares, (Z @ moved @ own).T
 
     def _closed(self) -> np.ndarray:
         """Motions (n, k) that keep the robot together."""

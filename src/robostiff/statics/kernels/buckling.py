@@ -80,7 +80,7 @@ def buckling_of(
             rates = []
             for sign in (1.0, -1.0):
                 state = LegState((sign * force * x,), (sign * force * W,), start.bodies, start.held)
-                eq = group.equations(state, np.eye(3), problem.point, Share(0.0, 0.0))
+                (eq,) = group.family.equations([state], np.eye(3), problem.point, Share(0.0, 0.0))
                 m = group.free_size
                 found = margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
                 rates.append([_rate(own) / force for own in found])

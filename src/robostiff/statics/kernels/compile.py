@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -22,10 +21,10 @@ from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
-from robostiff.statics.kernels.loading import RecordedLoading, record_loading
+from robostiff.statics.kernels.loading import record_loading
 from robostiff.statics.kernels.springs import has_symbols
 from robostiff.statics.kernels.weights import StandingLoads
-from robostiff.statics.loaded_posture import LoadedPosture, Postures, postures_of
+from robostiff.statics.loaded_posture import LoadedPosture, postures_of
 from robostiff.statics.problem import EquilibriumProblem
 from robostiff.statics.status import EquilibriumStatus
 
@@ -113,27 +112,21 @@ def compile_loaded(
             hint='write compile_loaded(load("hexapod"))',
         )
     robot.check_platform_is_rigid("kernel under load")
-    if robot.is_coupled:
-        raise InputError(
-            f"kernel under load of {robot.name!r}",
-            got="coupled joints",
-            expected="joints that move by themselves",
-            hint="equilibrium takes couplings, pose by pose",
-        )
-    if parameters and any(map(has_symbols, robot.springs)):
-        raise InputError(
-            f"kernel under load of {robot.name!r}",
-            got="springs between bodies with symbols, beside parameters",
-            expected="springs in numbers",
-            hint="equilibrium takes them, pose by pose",
-        )
-    if robot.drives_with_laws:
-        raise InputError(
-            f"kernel under load of {robot.name!r}",
-            got=f"laws of force or stiffness: {', '.join(robot.drives_with_laws)}",
-            expected="constant stiffnesses",
-            hint="equilibrium follows laws, pose by pose",
-        )
+    with_laws = robot.drives_with_laws
+    with_symbols = parameters and any(map(has_symbols, robot.springs))
+    laws = f"laws of force or stiffness: {', '.join(with_laws)}"
+    for refused, got, expected in (
+        (robot.is_coupled, "coupled joints", "joints that move by themselves"),
+        (with_symbols, "springs between bodies with symbols, beside parameters", "numbers"),
+        (with_laws, laws, "constant stiffnesses"),
+    ):
+        if refused:
+            raise InputError(
+                f"kernel under load of {robot.name!r}",
+                got=got,
+                expected=expected,
+                hint="equilibrium takes them, pose by pose",
+            )
     code = code_of(backend)
     taken = [*(c.value for c in ALL_COORDINATES), *robot.space.wrench_order]
     robot = with_parameters(robot, parameters, taken)
@@ -155,7 +148,13 @@ def compile_loaded(
     def chosen(program: Program) -> MachineCode | ArrayCode:
         return code(program) if program.operations <= _LONGEST else ArrayCode(program)
 
-    kernel = _kernel(robot, loading, chosen)
+    kernel = Kernel(
+        inputs=loading.inputs,
+        outputs=(StiffnessMatrix(),),
+        checks=(*loading.checks, "open", "mode"),
+        space=robot.space,
+        code=ClosedCode.of(loading, loading.arrival, chosen),
+    )
     closure = None
     if recorded.closure is not None:
         names = recorded.joints
@@ -175,16 +174,6 @@ def compile_loaded(
     return _confirmed(found, finder, force)
 
 
-def _kernel(robot: Robot, loading: RecordedLoading, code: Callable[[Program], Any]) -> Kernel:
-    return Kernel(
-        inputs=loading.inputs,
-        outputs=(StiffnessMatrix(),),
-        checks=(*loading.checks, "open", "mode"),
-        space=robot.space,
-        code=ClosedCode.of(loading, loading.arrival, code),
-    )
-
-
 def _loaded_postures(
     finder: PostureFinder, standing: StandingLoads, beams: Beams
 ) -> list[LoadedPosture]:
@@ -199,7 +188,7 @@ def _loaded_postures(
     size = np.where(np.array(places) < 3, finder.length, 1.5)
     shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
     around = postures_of(robot, finder.home_pose[places] + shifts, None)
-    posture = around.posture if isinstance(around, Postures) else None
+    posture = around.posture
     if posture is None:
         return found
     reached = np.flatnonzero(posture.reached & posture.within_limits)[:_POSTURES]

@@ -250,7 +250,9 @@ class CompiledLoading:
         )
         if self.has_arms:
             answer.arms[where] = results[rows + 7 : last].T.reshape(-1, 3, 3)
-        answer.displacement[where] = displacement_of(place)[:, list(self.robot.space.rows)]
+        turn = vector_of_quaternion(place[[4, 5, 6, 3]].T)
+        moved = np.concatenate([place[:3].T, turn], axis=1)
+        answer.displacement[where] = moved[:, list(self.robot.space.rows)]
         unreachable = (checked.status_codes & int(Status.UNREACHABLE)) != 0
         answer.displacement[where][unreachable] = np.nan
         answer.stable[where] = ~unreachable
@@ -279,9 +281,3 @@ class CompiledLoading:
         if not isinstance(found, Equilibria):
             raise TypeError("a batch of poses gives equilibria")
         return found
-
-
-def displacement_of(place: np.ndarray) -> np.ndarray:
-    """Shift and rotation vector (N, 6) of rows of shifts and quaternions (7, N), scalar first."""
-    turn = vector_of_quaternion(place[[4, 5, 6, 3]].T)
-    return np.concatenate([place[:3].T, turn], axis=1)

@@ -10,6 +10,7 @@ import numpy as np
 from robostiff.model import PlacedFreedom, PlacedSpring
 from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
+from robostiff.statics.beam_bowing import shortening
 from robostiff.statics.element import FiniteSpring
 
 # Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
@@ -114,28 +115,19 @@ def recorded_springs(
 ) -> list[RecordedElement]:
     """An elastic part as one spring, or a beam as so many elements.
 
-    Parameters
-    ----------
-    spring : PlacedSpring
-        Of entries and numbers.
-    like : FiniteSpring
-        The same of one leg in numbers: whether it bows.
-    parts : int
-        Into how many elements it is cut.
-    space : Space
-    length : float
-        Of the robot [m].
+    `like` is the same part of one leg in numbers: whether it bows. `length` is that of the robot
+    [m].
     """
     C = np.array(spring.elasticity.compliance, dtype=object)
     free = np.array(spring.elasticity.freedoms, dtype=object)
     rotation = np.array(spring.rotation, dtype=object)
     point = np.array(spring.point, dtype=object)
     own: np.ndarray = np.eye(6, dtype=int).astype(object)
-    if like.bowing is None:
+    if not np.any(like.axial):
         axial, G, shifts = 0, np.zeros((6, 6), dtype=int).astype(object), [None]
     else:
         beam = 2 * C[1, 5] / C[5, 5]
-        axial, G = parts / C[0, 0], _shortening(beam * (1 / parts))
+        axial, G = parts / C[0, 0], shortening(beam * (1 / parts))
         C = _part(C, beam, parts)
         x = rotation[:, 0] * beam
         shifts = [x * ((i + 1) / parts - 1) if i + 1 < parts else None for i in range(parts)]
@@ -182,14 +174,6 @@ def _part(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
         found[d, d] = bending * L * (1 / 3) + shear * (1 / parts)
         found[d, r] = found[r, d] = bending * (sign * 0.5)
     return found
-
-
-def _shortening(L: Any) -> np.ndarray:
-    G = np.zeros((6, 6), dtype=int).astype(object)
-    for d, r, sign in ((1, 5, -1), (2, 4, 1)):
-        G[d, d], G[r, r] = 1.2 * reciprocal(L), L * (2 / 15)
-        G[d, r] = G[r, d] = 0.1 * sign
-    return G
 
 
 def _modes(C: np.ndarray) -> list[np.ndarray]:

@@ -81,20 +81,13 @@ class SymmetricElimination:
         """Eliminate a leg: bodies, pairs, what is elastic, then single multipliers.
 
         Free coordinates that move nothing and are held by nothing, such as the spin of a rod, are
-        left at zero.
-
-        Parameters
-        ----------
-        elastic, free, multipliers : sequences of str
-        carried : sequence of pairs of str
-            Motions of bodies between chains, and multipliers of a chain that takes them there:
-            they move as it does, which leaves its coordinates alone.
-        by_loads : float
-            Stiffness that the loads of the samples make.
+        left at zero. `carried` are motions of bodies between chains, and multipliers of a chain
+        that takes them there: they move as it does, which leaves its coordinates alone. `by_loads`
+        is the stiffness that the loads of the samples make.
 
         Raises
         ------
-        NoPivotError
+        RigidLegError
             When the leg has a direction without compliance.
         """
         for motion, multiplier in carried:
@@ -114,7 +107,7 @@ class SymmetricElimination:
             own = min(open_, key=lambda name: (len(self.A[name]), elastic.index(name)))
             open_.remove(own)
             pivot = self.A[own].get(own, 0)
-            self.pivots.append(_as_part(pivot, 1.0))
+            self.pivots.append(_as_part(pivot))
             self._one(own)
         for name in free_left:
             self._drop(name, by_loads)
@@ -126,7 +119,7 @@ class SymmetricElimination:
             if self._size(own, own)[0] * self._scale[own] ** 2 <= _LOST * softest:
                 raise RigidLegError(own)
             left.remove(own)
-            self.pivots.append(_as_part(-self.A[own][own], 1.0))
+            self.pivots.append(_as_part(-self.A[own][own]))
             self._one(own)
 
     def solution(self, known: dict[str, Any]) -> dict[str, Any]:
@@ -179,7 +172,7 @@ class SymmetricElimination:
         second.pop(q)
         right = {q: self.right.pop(q), j: self.right.pop(j)}
         minus = b * b - a * d
-        self.pivots.append(_as_part(minus, 1.0))
+        self.pivots.append(_as_part(minus))
         inverse = 1 / minus
         names = sorted({*first, *second})
         for name in names:
@@ -233,11 +226,9 @@ class SymmetricElimination:
         return least_size(value), usual_size(value)
 
 
-def _as_part(value: Any, sign: float) -> Any:
+def _as_part(value: Any) -> Any:
     """A pivot against its mean over the samples; a number as it is."""
-    if not isinstance(value, Entry):
-        return sign * value
-    return value * (sign / usual_size(value))
+    return value * (1 / usual_size(value)) if isinstance(value, Entry) else value
 
 
 def solved_with(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from robostiff.record import is_zero, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import Space, cross
+from robostiff.statics.chain import BodyLoad
 from robostiff.statics.element import FiniteSpring
 from robostiff.statics.from_snapshot import LegWalk
 from robostiff.statics.kernels.elements import (
@@ -25,9 +26,8 @@ from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.motion import (
     Body,
     ChainTerms,
-    RecordedLoad,
+    MovingChain,
     identity,
-    passed,
 )
 from robostiff.statics.kernels.springs import RecordedBodySpring, SpringEnds
 from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
@@ -44,14 +44,14 @@ class RecordedChain:
     start, end : int or None
         Bodies; None for base and platform.
     elements : tuple of RecordedElement
-    loads : tuple of RecordedLoad
+    loads : tuple of BodyLoad
     """
 
     name: str
     start: int | None
     end: int | None
     elements: tuple[RecordedElement, ...]
-    loads: tuple[RecordedLoad, ...] = ()
+    loads: tuple[BodyLoad, ...] = ()
 
     @property
     def coordinates(self) -> list[str]:
@@ -158,6 +158,12 @@ class RecordedLoadedLeg:
             found |= body.start
         return found
 
+    @property
+    def without_loads(self) -> RecordedLoadedLeg:
+        """The same, its springs relaxed and nothing acting on its bodies."""
+        chains = tuple(replace(chain, loads=()) for chain in self.chains)
+        return replace(self, chains=chains, springs=tuple(own.relaxed for own in self.springs))
+
     def samples(
         self, shares: np.ndarray, force: float, random: np.random.Generator
     ) -> dict[str, Any]:
@@ -185,8 +191,11 @@ class RecordedLoadedLeg:
         platform: Body,
         twist: Sequence[str],
         force: float,
-    ) -> LegAdded:
-        """Add its equations to those of the platform, and eliminate its unknowns."""
+    ) -> tuple[np.ndarray, list[Any]]:
+        """Add its equations to those of the platform, and eliminate its unknowns.
+
+        Returns the moment that it takes from the platform (3,), and squares of turns of its parts.
+        """
         rows, L = list(self.space.rows), self.length
         bodies = [body.moved(values) for body in self.bodies]
         motions = [[f"{body.name}.t{row}" for row in rows] for body in self.bodies]
@@ -200,7 +209,9 @@ class RecordedLoadedLeg:
         for chain in self.chains:
             x = np.array([values[name] for name in chain.coordinates], dtype=object)
             begin = _BASE if chain.start is None else bodies[chain.start]
-            moving.append(passed(chain.elements, x, begin, () if chain.start is None else rows))
+            moving.append(
+                MovingChain(chain.elements, x, begin, () if chain.start is None else rows)
+            )
             for name in chain.coordinates:
                 elimination.unknown(name, 1.0)
         names = [
@@ -228,7 +239,7 @@ class RecordedLoadedLeg:
             if chain.end is None:
                 moments = moments + W[3:]
         elimination.eliminate(elastic, free, multipliers, carried, force * L)
-        return LegAdded(moments, turns)
+        return moments, turns
 
     def _add_chain(
         self,
@@ -282,14 +293,6 @@ class RecordedLoadedLeg:
         return after, moved
 
 
-@dataclass(frozen=True)
-class LegAdded:
-    """Moment that a leg takes from the platform (3,), and squares of turns in its parts."""
-
-    moment: np.ndarray
-    turns: list[Any]
-
-
 _BASE = Body(
     identity(), np.zeros(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object)
 )
@@ -299,25 +302,14 @@ def recorded_legs(
     walks: Sequence[LegWalk],
     placed: Sequence[PlacedLeg],
     unloaded: RecordedRobot,
-    loads: Sequence[Mapping[int, Sequence[RecordedLoad]]],
+    loads: Sequence[Mapping[int, Sequence[BodyLoad]]],
     preload: Mapping[str, float],
     springs: Sequence[RecordedBodySpring],
 ) -> list[RecordedLoadedLeg | RecordedStrut]:
     """Legs on entries, of the same elements as those in numbers.
 
-    Parameters
-    ----------
-    walks : sequence of LegWalk
-        In numbers, at one posture.
-    placed : sequence of PlacedLeg
-        On entries, in the order of the robot.
-    unloaded : RecordedRobot
-        The stiffness of these legs without load.
-    loads : sequence of mappings of int to sequence of RecordedLoad
-        On the bodies of each leg, by chain.
-    preload : mapping of str to float
-        By ``leg/part``.
-    springs : sequence of RecordedBodySpring
+    `walks` has them in numbers at one posture, `placed` on entries, `unloaded` their stiffness
+    without load. Forces act on their bodies by chain, preloads in ``leg/part``.
     """
     legs = zip(walks, placed, unloaded.legs, loads, strict=True)
     return [
@@ -330,7 +322,7 @@ def _leg(
     walk: LegWalk,
     placed: PlacedLeg,
     own: RecordedLeg,
-    loads: Mapping[int, Sequence[RecordedLoad]],
+    loads: Mapping[int, Sequence[BodyLoad]],
     preload: Mapping[str, float],
     robot: RecordedRobot,
     springs: tuple[RecordedBodySpring, ...],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
 from typing import Any
@@ -152,6 +152,12 @@ class LoadedRobot:
         joints = [e for c in chains for e in c.elements if isinstance(e, RecordedJoint)]
         return any(c.loads for c in chains) or any(not is_zero(e.preload) for e in joints)
 
+    @property
+    def _at_rest(self) -> LoadedRobot:
+        """The same, springs between bodies relaxed and nothing acting on bodies."""
+        legs = [leg if isinstance(leg, RecordedStrut) else leg.without_loads for leg in self.legs]
+        return replace(self, legs=legs, springs=[own.relaxed for own in self.springs], dead=[])
+
     def equations(
         self, values: Mapping[str, Any], forces: Sequence[Any] | None = None
     ) -> _Equations:
@@ -170,9 +176,8 @@ class LoadedRobot:
         moment = moment + SpringEnds(body, twist, rows).add(alone, elimination)[1]
         for leg in self.legs:
             if isinstance(leg, RecordedLoadedLeg):
-                added = leg.add_to(elimination, values, body, twist, self.force)
-                moment = moment + added.moment
-                turns += added.turns
+                taken, turned = leg.add_to(elimination, values, body, twist, self.force)
+                moment, turns = moment + taken, turns + turned
         terms, struts = None, self.struts
         if struts:
             terms = strut_terms([*struts.values()], body, forces)
@@ -260,7 +265,10 @@ class LoadedRobot:
         The step that would be next is taken with what K has more than its share of the stiffness
         without load: where that is positive, the energy of this step is at least that of the other.
         """
-        rest = {place: own - self.unloaded.K[place] * SAFE for place, own in at.K_total.items()}
+        unloaded = self.unloaded.K
+        if self.springs:
+            unloaded = self._at_rest.equations({**values, **self.start}).K
+        rest = {place: own - unloaded[place] * SAFE for place, own in at.K_total.items()}
         none = np.zeros((self.space.size,) * 2, dtype=int)
         twist, pivots = solved_with(rest, none, at.right)
         left = [x for x in self.sizes(twist) if not is_zero(x)]
@@ -292,23 +300,11 @@ def record_loading(
     *,
     by_pose: bool,
 ) -> RecordedLoading:
-    """Record the equilibrium of a robot.
+    """Record the equilibrium of a robot, whose symbols are inputs.
 
-    Parameters
-    ----------
-    robot : Robot
-        Its symbols are inputs.
-    finder : PostureFinder
-        Of the same robot in numbers.
-    loaded_postures : sequence of LoadedPosture
-        In numbers, at several postures.
-    force : float
-        Under which the platform moves by about a thousandth of the robot's length [N].
-    standing : StandingLoads
-        What acts beside the wrench.
-    beams : Bowing or Linear
-    by_pose : bool
-        Whether its inputs are pose coordinates; otherwise the coordinates of all legs.
+    `finder` and `loaded_postures` have it in numbers, the latter at several postures. Under `force`
+    [N] the platform moves by about a thousandth of the robot's length. The other inputs are pose
+    coordinates (`by_pose`), or the coordinates of all legs.
     """
     gravity, springs = gravity_on(robot.numeric, standing), finder.robot.springs
     here = RobotOnEntries.of(

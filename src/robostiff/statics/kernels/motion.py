@@ -10,6 +10,7 @@ import numpy as np
 
 from robostiff.record import cosine, is_zero, sine
 from robostiff.spatial import cross
+from robostiff.statics.chain import BodyLoad
 from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
 
 #: Square of the turn of an elastic part beyond which its series lose digits [rad^2].
@@ -43,23 +44,6 @@ class Body:
     def of(self, point: np.ndarray) -> np.ndarray:
         """Where a point of the unloaded posture is."""
         return self.at + self.R @ (point - self.origin)
-
-
-@dataclass(frozen=True)
-class RecordedLoad:
-    """A force that keeps its direction on a body of a chain; see `BodyLoad`.
-
-    Attributes
-    ----------
-    after : int
-        How many elements lie before the body.
-    point, force : (3,) arrays of entries and numbers
-        At the unloaded posture [m], [N].
-    """
-
-    after: int
-    point: np.ndarray
-    force: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -108,10 +92,8 @@ class ChainTerms:
     turns: list[Any]
 
 
-def passed(
-    elements: Sequence[RecordedElement], x: np.ndarray, start: Body, body_rows: Sequence[int]
-) -> MovingChain:
-    """A chain at its coordinates.
+class MovingChain:
+    """A chain at its coordinates, passed from base to platform.
 
     Parameters
     ----------
@@ -121,19 +103,14 @@ def passed(
     body_rows : sequence of int
         Coordinates of the body at the start, where that moves.
     """
-    own = MovingChain(start, body_rows)
-    i = 0
-    for k, element in enumerate(elements):
-        y = x[i : i + element.size]
-        i += element.size
-        own.pass_(k, element, y)
-    return own
 
-
-class MovingChain:
-    """A chain as it is passed from base to platform."""
-
-    def __init__(self, start: Body, body_rows: Sequence[int]) -> None:
+    def __init__(
+        self,
+        elements: Sequence[RecordedElement],
+        x: np.ndarray,
+        start: Body,
+        body_rows: Sequence[int],
+    ) -> None:
         self.body, self.bodies = start, [start]
         self.columns: list[Column] = []
         self.stored: list[Any] = []  # gradient of the energy
@@ -144,14 +121,15 @@ class MovingChain:
         for row in body_rows:
             self.columns.append(Column(-1, unit[row, :3], unit[row, 3:], start.at))
             self.stored.append(0)
-
-    def pass_(self, k: int, element: RecordedElement, y: np.ndarray) -> None:
-        """Go over element k at its coordinates."""
-        if isinstance(element, RecordedJoint):
-            self._joint(k, element, y[0])
-        else:
-            self._spring(k, element, y)
-        self.bodies.append(self.body)
+        at = 0
+        for k, element in enumerate(elements):
+            y = x[at : at + element.size]
+            at += element.size
+            if isinstance(element, RecordedJoint):
+                self._joint(k, element, y[0])
+            else:
+                self._spring(k, element, y)
+            self.bodies.append(self.body)
 
     def _joint(self, k: int, joint: RecordedJoint, q: Any) -> None:
         R = self.body.R
@@ -208,23 +186,14 @@ class MovingChain:
             for own in self.columns
         ]
 
-    def terms(
-        self, end_point: np.ndarray, W: np.ndarray, loads: Sequence[RecordedLoad]
-    ) -> ChainTerms:
-        """Under the wrench that the body at its end exerts on it, and dead forces.
+    def terms(self, end_point: np.ndarray, W: np.ndarray, loads: Sequence[BodyLoad]) -> ChainTerms:
+        """Under the wrench (6,) that the body at its end exerts on it, and dead forces.
 
-        With a nearer the base than b the second derivative is ``w_a . h_b``, symmetric part,
-        ``h_b = v_b x f + s (f . w_b) - (s . f) w_b + w_b x m / 2``, where the wrench (f, m) acts at
-        s from the point of b; dead forces on bodies beyond add ``sum(s (f . w_b) - (s . f) w_b)``
-        alike.
-
-        Parameters
-        ----------
-        end_point : (3,) array of entries and numbers
-            At the unloaded posture [m].
-        W : (6,) array of entries and numbers
-            About the end point, where the chain has it.
-        loads : sequence of RecordedLoad
+        With a nearer the base than b the second derivative is ``w_a . h_b``, symmetric part, ``h_b
+        = v_b x f + s (f . w_b) - (s . f) w_b + w_b x m / 2``, where the wrench (f, m) acts at s
+        from the point of b; dead forces on bodies beyond add ``sum(s (f . w_b) - (s . f) w_b)``
+        alike. The wrench is about the end point, where the chain has it; the point is given at the
+        unloaded posture [m].
         """
         P = self.body.of(end_point)
         f, m = W[:3], W[3:]

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.model import (
-    Chain,
-    Element,
-    Joint,
     Leg,
-    Link,
-    ParallelBlock,
     PlacedBlock,
     PlacedBodySpring,
     PlacedElement,
@@ -24,12 +18,14 @@ from robostiff.model import (
     PlacedSpring,
 )
 from robostiff.model.body_spring import BASE, PLATFORM, BodySpring
-from robostiff.record import reciprocal, square_root, usual_size
+from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import cross, is_formula
+from robostiff.statics.chain import BodyLoad
 from robostiff.statics.from_snapshot import LegWalk
 from robostiff.statics.kernels.elimination import SymmetricElimination
-from robostiff.statics.kernels.motion import Body, MovingChain, RecordedLoad, identity
+from robostiff.statics.kernels.marks import marked
+from robostiff.statics.kernels.motion import Body, MovingChain, identity
 
 # Names a rigid part without extent, which shows where the frame of a body is that holds a spring.
 _ANCHOR = "\0anchor"
@@ -69,23 +65,31 @@ class RecordedBodySpring:
     Attributes
     ----------
     ends : two of RecordedAnchor
-    stiffness, constant : float
-        k [N/m] and c [N].
+    stiffness : float
+        k [N/m].
+    constant : entry or number
+        c [N].
     """
 
     ends: tuple[RecordedAnchor, RecordedAnchor]
     stiffness: float
-    constant: float
+    constant: Any
 
     @property
     def leg(self) -> int | None:
         """Whose bodies it is held on; None of base and platform alone."""
         return next((end.leg for end in self.ends if end.leg is not None), None)
 
+    @property
+    def relaxed(self) -> RecordedBodySpring:
+        """The same without tension at the unloaded posture."""
+        d = self.ends[1].point - self.ends[0].point
+        return replace(self, constant=square_root(d @ d) * -self.stiffness)
+
     def pulling(self, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[Any]]:
         """Force on its first point, the rate of that by ``b - a``, and what must be positive."""
         d = b - a
-        if self.constant == 0.0:
+        if is_zero(self.constant):
             return d * self.stiffness, identity() * self.stiffness, []
         square = d @ d
         by = reciprocal(square_root(square))
@@ -118,13 +122,13 @@ class SpringEnds:
 
     def add(
         self, springs: Sequence[RecordedBodySpring], elimination: SymmetricElimination
-    ) -> tuple[list[list[RecordedLoad]], np.ndarray]:
+    ) -> tuple[list[list[BodyLoad]], np.ndarray]:
         """Add ``J^T D J`` of springs, and all that they do to the platform.
 
         Returns their pulls on the bodies of each chain, which act in second order as dead forces
         do, and the moment (3,) that they take from the platform.
         """
-        pulls: list[list[RecordedLoad]] = [[] for _ in self.chains]
+        pulls: list[list[BodyLoad]] = [[] for _ in self.chains]
         moment = np.zeros(3, dtype=int).astype(object)
         for spring in springs:
             (a, J_a), (b, J_b) = (self._end(end) for end in spring.ends)
@@ -138,7 +142,7 @@ class SpringEnds:
                     elimination.add(name, other, rate @ column)
             for end, at, pull in zip(spring.ends, (a, b), (force, -force), strict=True):
                 if end.chain is not None:
-                    pulls[end.chain].append(RecordedLoad(end.after, end.point, pull))
+                    pulls[end.chain].append(BodyLoad(end.after, end.point, pull))
                 if end.on_platform:
                     moment = moment + self._on_platform(elimination, at - self.platform.at, -pull)
         return pulls, moment
@@ -181,28 +185,7 @@ def has_symbols(spring: BodySpring) -> bool:
 def with_anchors(leg: Leg, springs: Sequence[BodySpring]) -> Leg:
     """The same leg with a mark in the frame of each body that holds a spring."""
     bodies = {end.body for spring in springs for end in spring.between}
-    return replace(leg, chain=_marked(leg.chain, f"{leg.name}/", bodies)) if bodies else leg
-
-
-def _marked(chain: Chain, prefix: str, bodies: Collection[str]) -> Chain:
-    elements: list[Element] = []
-    for element in chain.elements:
-        own = element
-        if isinstance(element, ParallelBlock):
-            branches = (
-                replace(
-                    one, chain=_marked(one.chain, f"{prefix}{element.name}/{one.name}/", bodies)
-                )
-                for one in element.branches
-            )
-            own = replace(element, branches=tuple(branches))
-        pair: list[Element] = [own]
-        if prefix + element.name in bodies:
-            mark = Link(_NOWHERE, Elasticity(np.zeros((6, 6))), np.eye(3), _ANCHOR + element.name)
-            # behind a joint its body begins; a link is given in the frame before it
-            pair.insert(1 if isinstance(element, Joint | ParallelBlock) else 0, mark)
-        elements += pair
-    return replace(chain, elements=tuple(elements))
+    return marked(leg, _ANCHOR, lambda body, _: body in bodies)
 
 
 def without_anchors(here: RobotOnEntries) -> tuple[RobotOnEntries, Frames]:
@@ -240,17 +223,8 @@ def recorded_body_springs(
 ) -> list[RecordedBodySpring]:
     """Springs between bodies of a robot on entries.
 
-    Parameters
-    ----------
-    springs : sequence of BodySpring
-        In numbers.
-    placed : sequence of PlacedBodySpring
-        The same at one posture: their tension, and the bodies as snapshots name them.
-    here : RobotOnEntries
-    frames : mapping
-        Of the bodies that hold springs, by name.
-    walks : sequence of LegWalk
-        Of the legs in numbers.
+    They are given in numbers, with their tension and the names of their bodies in snapshots at one
+    posture (`placed`); `frames` are those of the bodies, `walks` the legs in numbers.
 
     Raises
     ------

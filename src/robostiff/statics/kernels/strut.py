@@ -85,21 +85,16 @@ def strut_terms(
     """Struts between the base and a body that has moved.
 
     With d along a strut of length l, c from the point of the body to its end, ``w = (d, c x d)/l``
-    and ``s = t/l``, W is the sum of ``t w``, and K, symmetric part, that of
-    ``(k - s) w w^T + s [[I, -c~], [c~, G - trace(G) I]]`` with G the symmetric part of
-    ``(d - c) c^T``. What s multiplies is summed over the struts first: ``d - c`` is from A to the
-    point of the body, which is the same for all.
+    and ``s = t/l``, W is the sum of ``t w``, and K, symmetric part, that of ``(k - s) w w^T + s
+    [[I, -c~], [c~, G - trace(G) I]]`` with G the symmetric part of ``(d - c) c^T``. What s
+    multiplies is summed over the struts first: ``d - c`` is from A to the point of the body, which
+    is the same for all.
 
-    Parameters
-    ----------
-    struts : sequence of RecordedStrut
-    body : Body
-    forces : sequence of entries and numbers, optional
-        Those that turn with the struts, t where left out. A Newton step with the forces that a long
-        step before it led to, as those of a wrench that is an unknown, comes closer: what stretches
-        a strut to second order is no force that holds.
+    `forces` are those that turn with the struts, t where left out. A Newton step with the forces
+    that a long step before it led to, as those of a wrench that is an unknown, comes closer: what
+    stretches a strut to second order is no force that holds.
     """
-    W = np.zeros(6, dtype=int).astype(object)
+    W = np.zeros(3 if forces is None else 6, dtype=int).astype(object)
     K: dict[tuple[int, int], Any] = {(i, j): 0 for i in range(6) for j in range(i, 6)}
     first = struts[0].A
     total, turning = 0, np.zeros(3, dtype=int).astype(object)
@@ -112,8 +107,9 @@ def strut_terms(
         by = reciprocal(length)
         unloaded = own.length(body.origin)
         t = own.stiffness * (length - unloaded)
-        w = np.concatenate([d, cross(c, d)]) * by
-        W = W + w * t
+        u = d * by
+        w = np.concatenate([u, cross(c, u)])
+        W = W + (w * t if forces is not None else u * t)
         s = (t if forces is None else forces[number]) * by
         scaled = w * (own.stiffness - s)
         for i in range(6):
@@ -126,6 +122,8 @@ def strut_terms(
         tensions.append(t)
         lengths.append(unloaded)
     G = turning[:, None] * (body.at - first)[None, :] - apart
+    if forces is None:  # c x t u is what G has of the other symmetry
+        W = np.array([*W, G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]], dtype=object)
     x, y, z = turning
     for i, j, k in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
         K[i, i] = K[i, i] + total
@@ -144,17 +142,9 @@ def recorded_strut(
     """A chain that carries a force along one line alone, as a spring; None for any other.
 
     It turns freely about two points, about one of them in all directions. What lies between is
-    straight, and a force along it bends nothing; springs at the points are equally soft in
-    all directions. Whether it stays straight is another question, of its buckling.
-
-    Parameters
-    ----------
-    elements : sequence of RecordedElement
-        From the base to the platform.
-    unloaded : RecordedLeg
-        What the chain transmits without load: a strut has its stiffness.
-    length : float
-        Of the robot [m].
+    straight, and a force along it bends nothing; springs at the points are equally soft in all
+    directions. Whether it stays straight is another question, of its buckling. Without load it
+    transmits what `unloaded` does: a strut has its stiffness. `length` is that of the robot [m].
     """
     turns = [
         (k, e)

@@ -10,10 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.elasticity import Elasticity
 from robostiff.model import (
     Chain,
-    Element,
     Joint,
     Leg,
     Link,
@@ -31,9 +29,10 @@ from robostiff.model import (
 )
 from robostiff.record import is_zero
 from robostiff.recorded.robot import RobotOnEntries
+from robostiff.statics.chain import BodyLoad
 from robostiff.statics.from_snapshot import DeadForce, LegWalk
 from robostiff.statics.given_loads import Gravity, Loads, acting_gravity, given_forces
-from robostiff.statics.kernels.motion import RecordedLoad
+from robostiff.statics.kernels.marks import marked
 
 # Names a rigid part without extent, which shows where the frame of the next one is.
 _FRAME = "\0frame"
@@ -56,20 +55,7 @@ class StandingLoads:
 
 def framed(leg: Leg) -> Leg:
     """The same leg with a mark in each frame in which masses are given."""
-    return replace(leg, chain=_framed(leg.chain))
-
-
-def _framed(chain: Chain) -> Chain:
-    elements: list[Element] = []
-    for element in chain.elements:
-        own = element
-        if isinstance(element, ParallelBlock):
-            branches = (replace(one, chain=_framed(one.chain)) for one in element.branches)
-            own = replace(element, branches=tuple(branches))
-        elif isinstance(element, Rigid | Link) and element.masses:
-            elements.append(Link(_NOWHERE, Elasticity(np.zeros((6, 6))), np.eye(3), _FRAME))
-        elements.append(own)
-    return replace(chain, elements=tuple(elements))
+    return marked(leg, _FRAME, lambda _, e: isinstance(e, Rigid | Link) and bool(e.masses))
 
 
 def with_recorded_masses(here: RobotOnEntries) -> RobotOnEntries:
@@ -162,28 +148,18 @@ def loads_on_legs(
     placed: Sequence[PlacedLeg],
     forces: Mapping[str, Sequence[DeadForce]],
     gravity: np.ndarray,
-) -> list[dict[int, list[RecordedLoad]]]:
-    """What acts on the bodies of each leg, by chain.
+) -> list[dict[int, list[BodyLoad]]]:
+    """What acts on the bodies of each leg, by chain: forces by ``leg/part``, and weights.
 
-    The weights of one body are one force at their centre.
-
-    Parameters
-    ----------
-    walks : sequence of LegWalk
-        Of the same legs in numbers.
-    placed : sequence of PlacedLeg
-        On entries.
-    forces : mapping of str to sequence of DeadForce
-        By ``leg/part``.
-    gravity : (3,) array
-        [m/s^2].
+    The weights of one body are one force at their centre. `walks` has the legs in numbers, `placed`
+    on entries.
     """
     found = []
     for walk, leg in zip(walks, placed, strict=True):
         points: dict[str, np.ndarray] = {}
         for element in leg.parts:  # the last freedom of a joint has its body behind it
             points[element.name] = points[element.name.partition("[")[0]] = element.point
-        own: dict[int, list[RecordedLoad]] = {}
+        own: dict[int, list[BodyLoad]] = {}
         weights: dict[tuple[int, int], list[tuple[Any, np.ndarray]]] = {}
         if np.any(gravity):
             for (_, behind), mass in zip(walk.weights, _masses(leg), strict=True):
@@ -194,7 +170,7 @@ def loads_on_legs(
                     weights.setdefault(at, []).append((point.value, point.point))
         for (chain, after), several in weights.items():
             value, centre = _together(several)
-            own.setdefault(chain, []).append(RecordedLoad(after, centre, gravity * value))
+            own.setdefault(chain, []).append(BodyLoad(after, centre, gravity * value))
         for name, part in walk.named.items():
             for force in forces.get(name, ()):
                 point = force.point
@@ -202,7 +178,7 @@ def loads_on_legs(
                     point = points[name.removeprefix(walk.prefix)]
                 at = np.array(point, dtype=object)
                 own.setdefault(part.chain, []).append(
-                    RecordedLoad(part.after, at, np.array(force.force, dtype=object))
+                    BodyLoad(part.after, at, np.array(force.force, dtype=object))
                 )
         still = {c for c, (start, _, _) in enumerate(walk.chains) if start is None}
         found.append(
