@@ -14,6 +14,7 @@ from robostiff import (
     InputError,
     Quantity,
     compile,
+    compliance,
     deflection,
     derive,
     load,
@@ -21,7 +22,9 @@ from robostiff import (
     stiffness_map,
 )
 from robostiff.elasticity import CrossSection, material
+from robostiff.kinematics import find_posture
 from robostiff.model import FlexiblePlatform, PlatformNode, Robot, platform_beam, rigid_member
+from robostiff.network import network_of_snapshot
 from tests.cases.metric import distance
 from tests.cases.reference_case import case
 
@@ -41,6 +44,15 @@ def test_star_platform_against_sixty_digits():
     assert distance(result.K, known.K, known.size) < 1e-13
     assert int(result.rank) == known.oracle["rank"]
     assert result.status == 0
+
+
+def test_far_above_the_base_a_deflection_keeps_its_digits():
+    """At 20 m the legs are almost parallel, and stiffnesses differ by 10^8 for the length."""
+    robot, pose = star(), [0.05, -0.03, 20.0, 0.02, 0.04, -0.05]
+    snapshot = find_posture(robot, pose).snapshot.one(0)
+    expected = np.asarray(compliance(network_of_snapshot(snapshot))) @ LOAD
+    for bent in (deflection(robot, pose, LOAD).twist, deflection(robot, [pose], LOAD).twist[0]):
+        np.testing.assert_allclose(bent, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
 
 
 def test_symbols_in_the_dimensions_of_a_platform():

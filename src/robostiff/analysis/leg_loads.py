@@ -78,7 +78,8 @@ def _by_matrices(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
     F, K = (wrench / s)[..., None], whole.matrix / (s[..., :, None] * s[..., None, :])
     among = np.arange(K.shape[-1]) < whole.rank[..., None]
     U = np.linalg.svd(whole.held)[0] * among[..., None, :]
-    held = U @ np.swapaxes(U, -1, -2)
+    # Of full rank nothing is projected: rounding of large entries would swamp the small ones.
+    held = np.where(among[..., -1:, None], np.eye(K.shape[-1]), U @ np.swapaxes(U, -1, -2))
     load = held @ F
     size = np.trace(K, axis1=-2, axis2=-1)[..., None, None]
     # What is free is held by a spring of its own, which no load that is balanced feels.
