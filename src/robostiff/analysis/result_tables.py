@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from robostiff.analysis.deflection_under_load import Deflection, PartShare
     from robostiff.analysis.result import RobotStiffness
     from robostiff.analysis.verification import Verification
+    from robostiff.cables import CableStatus
     from robostiff.spatial import Space
 
 
@@ -70,11 +71,16 @@ def load_table(space: Space, wrench: np.ndarray, moved: np.ndarray) -> Table:
             force,
             Number(float(F), "N m" if force.startswith("M") else "N"),
             motion,
-            Number(1e6 * float(t), "µrad" if motion.startswith("r") else "µm"),
+            small_motion(motion, t),
         ]
         for force, F, motion, t in names
     ]
     return Table(["load", "", "displacement", ""], rows)
+
+
+def small_motion(motion: str, value: float) -> Number:
+    """One component of a twist [m, rad] in millionths."""
+    return Number(1e6 * float(value), "µrad" if motion.startswith("r") else "µm")
 
 
 def tension_table(result: CableStiffness) -> Table:
@@ -107,7 +113,7 @@ def actuator_table(result: Deflection) -> Table | None:
         [
             f"{a.leg}/{a.joint}",
             Number(float(load), a.unit),
-            Number(a.travel, "rad" if a.unit == "N m" else "m"),
+            Number(1e6 * a.travel, "µrad" if a.unit == "N m" else "µm"),
         ]
         for a, load in zip(result.actuators, loads, strict=True)
     ]
@@ -127,6 +133,19 @@ def stiffness_html(result: RobotStiffness) -> str:
     if Status.UNREACHABLE not in result.status:
         blocks.append(Paragraph(f"rank {int(result.rank)} of {result.space.size}"))
         blocks.append(free_motion_table(result))
+    blocks.append(Bullets(tuple(result.advice)))
+    return element("div", head_html(result, result.status) + blocks_html(blocks))
+
+
+def cable_stiffness_html(result: CableStiffness) -> str:
+    """K with labels and units, rank, free motions, tensions and advice; of a batch, how many."""
+    if result.batch_shape:
+        return element("p", escaped(repr(result)))
+    blocks: list[Block | None] = []
+    if np.all(result.answered):
+        rank = Paragraph(f"rank {int(result.rank)} of {result.space.size}")
+        motions = free_motion_table(result)
+        blocks += [stiffness_matrix(result), rank, motions, tension_table(result)]
     blocks.append(Bullets(tuple(result.advice)))
     return element("div", head_html(result, result.status) + blocks_html(blocks))
 
@@ -169,7 +188,7 @@ def blocks_html(blocks: Sequence[Block | None]) -> str:
     return "".join(block_html(block) for block in blocks if block is not None)
 
 
-def head_html(result: RobotStiffness, status: Status) -> str:
+def head_html(result: RobotStiffness | CableStiffness, status: Status | CableStatus) -> str:
     """Name, pose, reference point and status."""
     place = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is not None:

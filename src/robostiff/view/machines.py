@@ -11,23 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness, Deflection, RobotStiffness, cable_response
-from robostiff.analysis.result_tables import stiffness_html, tension_table
+from robostiff.analysis import Deflection, RobotStiffness, cable_response
+from robostiff.analysis.result_tables import cable_stiffness_html, stiffness_html
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.io.results.cables import cable_response_text
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.linkage import Linkage
-from robostiff.markup import (
-    STIFFNESS_UNITS,
-    Bullets,
-    LabelledMatrix,
-    Paragraph,
-    block_html,
-    element,
-    escaped,
-)
+from robostiff.markup import element, escaped
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -316,22 +308,6 @@ class CableMachine(Machine):
             cable_stiffness_html(before),
             element("pre", escaped(load)) if load else "",
         )
-
-
-def cable_stiffness_html(result: CableStiffness) -> str:
-    """K with labels and units, rank, free motions, and the tensions."""
-    if not np.all(result.answered):
-        return ""
-    space = result.space
-    K = LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
-    motions = tuple(f"free: {motion}" for motion in result.free_motions)
-    blocks = (
-        K,
-        Paragraph(f"rank {int(result.rank)} of {space.size}"),
-        Bullets(motions),
-        tension_table(result),
-    )
-    return "".join(map(block_html, blocks))
 
 
 def parameters_written(source: Any, side: str | Path | None) -> Mapping[str, Any]:

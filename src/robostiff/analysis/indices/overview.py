@@ -139,6 +139,9 @@ class StiffnessIndices:
         """Status of the pose."""
         return self.result.status
 
+    def __repr__(self) -> str:
+        return f"<StiffnessIndices of {self.result.name!r}, status {self.status}>"
+
     def _repr_html_(self) -> str:
         tables = block_html(principal_table(self)) + block_html(ratio_table(self))
         return element("div", head_html(self.result, self.status) + tables)
