@@ -56,6 +56,13 @@ def test_deflection_shows_load_displacement_and_who_bends():
     assert "more parts" in text
 
 
+def test_rotations_that_are_rounding_are_shown_as_zero():
+    bent = rs.deflection(rs.load("double-pantograph"), wrench=[0, 0, -100, 0, 0, 0])
+    assert 0 < np.abs(bent.twist[3:]).max() < 1e-12
+    found = re.findall(r'<data value="([^"]*)">[^<]*</data>\sµrad', bent._repr_html_())
+    assert [float(value) for value in found] == [0, 0, 0]
+
+
 def test_answers_that_are_missing_show_why():
     robot = shipped("3-rrr")
     far = [2.0, 0.0, 0.0]

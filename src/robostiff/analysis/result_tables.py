@@ -21,7 +21,6 @@ from robostiff.markup import (
     element,
     escaped,
     row,
-    shown_vector,
 )
 
 if TYPE_CHECKING:
@@ -57,15 +56,31 @@ def free_motion_table(result: RobotStiffness | CableStiffness) -> Table | None:
     return Table(["free motion", f"twist ({', '.join(result.space.twist_order)})"], rows)
 
 
+_ROUNDING = 1e-9  # of the largest
+
+
+def shown_twist(result: Deflection) -> np.ndarray:
+    """Displacement (n,) [m, rad]; rounding errors are shown as zero."""
+    space, length = result.stiffness.space, float(result.stiffness.about_reference.length)
+    shifts = np.arange(space.size) < space.translations
+    sizes = np.abs(result.twist) * np.where(shifts, 1.0, length)
+    return np.where(sizes < _ROUNDING * np.max(sizes), 0.0, result.twist)
+
+
+def shown_loads(result: Deflection) -> list[float]:
+    """Loads on the actuators; rounding errors are shown as zero."""
+    largest = max((abs(actuator.load) for actuator in result.actuators), default=0.0)
+    return [a.load if abs(a.load) > _ROUNDING * largest else 0.0 for a in result.actuators]
+
+
 def displacement_table(result: Deflection) -> Table:
     """Load and displacement, axis by axis."""
-    return load_table(result.stiffness.space, result.wrench, result.twist)
+    return load_table(result.stiffness.space, result.wrench, shown_twist(result))
 
 
 def load_table(space: Space, wrench: np.ndarray, moved: np.ndarray) -> Table:
     """A wrench (n,) [N, N m] and a twist (n,) [m, rad], axis by axis."""
-    twist = shown_vector(moved, space.translations)
-    names = zip(space.wrench_order, wrench, space.twist_order, twist, strict=True)
+    names = zip(space.wrench_order, wrench, space.twist_order, moved, strict=True)
     rows = [
         [
             force,
@@ -108,14 +123,13 @@ def actuator_table(result: Deflection) -> Table | None:
     """Loads and deflections of the actuators; None where there are none."""
     if not result.actuators:
         return None
-    loads = shown_vector(np.array([a.load for a in result.actuators]), 0)
     rows = [
         [
             f"{a.leg}/{a.joint}",
             Number(float(load), a.unit),
             Number(1e6 * a.travel, "µrad" if a.unit == "N m" else "µm"),
         ]
-        for a, load in zip(result.actuators, loads, strict=True)
+        for a, load in zip(result.actuators, shown_loads(result), strict=True)
     ]
     return Table(["actuator", "load", "deflection"], rows)
 

@@ -52,7 +52,7 @@ from robostiff.network import Network
 
 def principal_table(found: StiffnessIndices) -> Table:
     """Principal stiffnesses with their directions, the smallest first."""
-    return Table(["load", "stiffness", "direction"], list(_principal(found)))
+    return Table(["load", "principal stiffness", "direction"], list(_principal(found)))
 
 
 def ratio_table(found: StiffnessIndices) -> Table:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.analysis.result_tables import small_motion, stiffness_matrix
+from robostiff.analysis.result_tables import shown_twist, small_motion, stiffness_matrix
 from robostiff.errors import NoAnswerError
 from robostiff.markup import (
     Bullets,
@@ -16,7 +16,6 @@ from robostiff.markup import (
     Paragraph,
     Table,
     Tone,
-    shown_vector,
 )
 from robostiff.model import Robot
 from robostiff.plot.energy_bars import comparison_picture
@@ -169,7 +168,7 @@ def _both_displacements(contents: ReportContents, names: tuple[str, str]) -> Tab
         raise ValueError("there are two deflections where they are compared")
     rows: list[list[Cell]] = []
     space = one.stiffness.space
-    both = (shown_vector(bent.twist, space.translations) for bent in (one, other.deflection))
+    both = (shown_twist(one), shown_twist(other.deflection))
     for name, first, second in zip(space.twist_order, *both, strict=True):
         ratio: Cell = Number(float(second / first)) if first else ""
         rows.append([name, small_motion(name, first), small_motion(name, second), ratio])
