@@ -33,12 +33,34 @@ def test_stiffness_shows_its_matrix_its_units_and_its_free_motions(singular):
         assert str(motion) in text
 
 
+def test_cable_robots_show_their_matrix_and_their_tensions():
+    result = rs.stiffness(rs.load("cable-8"))
+    html = result._repr_html_()
+    kept = [float(value) for value in re.findall('<data value="(.*?)">', html)]
+    pairs = [float(x) for pair in zip(result.tensions, result.axial, strict=True) for x in pair]
+    assert kept == [*result.K.ravel().tolist(), *pairs]
+
+
+def test_what_is_loaded_is_printed_in_a_line():
+    names = ("cable-8", "examples/wall-crane.json", "examples/portal.json")
+    loaded = [rs.load(name) for name in names]
+    for one in (*loaded, rs.load_linkage("double-pantograph"), rs.indices(shipped("3-rrr"))):
+        assert len(repr(one)) < 90
+
+
 def test_deflection_shows_load_displacement_and_who_bends():
     bent = rs.deflection(shipped("hexapod"), wrench=[0, 0, 1000, 0, 0, 0])
     text = text_of(bent._repr_html_())
     assert "1000 N" in text
     assert f"{bent.parts[0].leg}/{bent.parts[0].part}" in text
     assert "more parts" in text
+
+
+def test_rotations_that_are_rounding_are_shown_as_zero():
+    bent = rs.deflection(rs.load("double-pantograph"), wrench=[0, 0, -100, 0, 0, 0])
+    assert 0 < np.abs(bent.twist[3:]).max() < 1e-12
+    found = re.findall(r'<data value="([^"]*)">[^<]*</data>\sµrad', bent._repr_html_())
+    assert [float(value) for value in found] == [0, 0, 0]
 
 
 def test_answers_that_are_missing_show_why():

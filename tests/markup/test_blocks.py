@@ -23,7 +23,6 @@ from robostiff.markup import (
     block_html,
     block_typst,
     number_html,
-    shown_vector,
 )
 
 K = LabelledMatrix(
@@ -125,8 +124,3 @@ def test_typst_shows_what_it_is_given():
 
 def test_zero_has_no_sign():
     assert number_html(-0.0) == "0"
-
-
-def test_rounding_is_recognised_kind_by_kind():
-    twist = np.array([1e-6, 1e-18, 0.0, 1e-20, 3e-20, 0.0])
-    assert shown_vector(twist, 3).tolist() == [1e-6, 0.0, 0.0, 1e-20, 3e-20, 0.0]

@@ -51,7 +51,7 @@ def spatial(browser, tmp_path_factory):
 def test_every_plot_is_drawn(name, request):
     image = pytest.importorskip("PIL.Image")
     report = request.getfixturevalue(name)
-    assert len(report.plots) == {"planar": 4, "spatial": 4}[name]
+    assert len(report.plots) == {"planar": 7, "spatial": 5}[name]
     page = image.open(BytesIO(report.page.screenshot(full_page=True))).convert("RGB")
     for plot in report.plots:
         box = plot.bounding_box()
@@ -172,6 +172,10 @@ def test_what_is_printed_is_an_image_of_every_figure_on_light_ground(browser, pl
         drawn = image.open(BytesIO(shown.screenshot())).convert("RGB")
         assert drawn.getpixel((2, 2)) == (255, 255, 255)
         assert np.any(np.asarray(drawn) != 255, axis=-1).mean() > 0.003
+    assert page.locator("details").count() > 0
+    for event, state in (("beforeprint", ":not([open])"), ("afterprint", "[open]")):
+        page.evaluate(f"window.dispatchEvent(new Event('{event}'))")
+        assert page.locator(f"details{state}").count() == 0
     page.close()
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result import about_point, in_short
+from robostiff.analysis.result_tables import cable_stiffness_html
 from robostiff.cables import (
     CableStatus,
     TensionRule,
@@ -165,6 +166,9 @@ class CableStiffness(CableAnswer):
 
     def __repr__(self) -> str:
         return in_short(self, "CableStiffness")
+
+    def _repr_html_(self) -> str:
+        return cable_stiffness_html(self)
 
     def _in_words(self, kind: str) -> tuple[FreeMotion, ...]:
         if self.batch_shape:

@@ -272,7 +272,7 @@ def careful_stiffness(
             f"pose of {kind} {robot.name!r}",
             got=pose,
             expected=f"none: a {kind} is frozen at its own pose",
-            hint="describe the robot in a model file to move it",
+            hint="describe the robot in a model file, or use rs.load_linkage, to move it",
         )
     if isinstance(robot, Network):
         if method != DEFAULT_METHOD:

@@ -123,8 +123,9 @@ def compile_robot(
     """Record the stiffness of a robot or linkage once, for evaluation at millions of poses.
 
     Closure, frames, elimination of the passive joints and the sum over the legs become a list of
-    some hundred operations without branches, which is compiled to SIMD machine code or run by NumPy
-    in chunks. Poses where a recorded pivot is unsafe are computed again by the wrench basis form.
+    several hundred to two thousand operations without branches, which is compiled to SIMD machine
+    code or run by NumPy in chunks. Poses where a recorded pivot is unsafe are computed again by the
+    wrench basis form.
 
     Parameters
     ----------
@@ -134,7 +135,7 @@ def compile_robot(
         ``StiffnessMatrix()``, ``ComplianceMatrix()``, ``DeflectionUnder(wrench)``,
         ``PrincipalStiffness()``, ``WorstDeflection()``, ``Derivative(output, "x")``.
     parameters : sequence of str
-        Names of symbols that stay open, to be given with the poses. Working modes are those of
+        Names of symbols that remain inputs, to be given with the poses. Working modes are those of
         the nominal values.
     joints : sequence of str, optional
         Of a linkage, the joints that drive it; all actuated ones when left out. The other ones

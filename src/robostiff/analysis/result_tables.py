@@ -21,7 +21,6 @@ from robostiff.markup import (
     element,
     escaped,
     row,
-    shown_vector,
 )
 
 if TYPE_CHECKING:
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
     from robostiff.analysis.deflection_under_load import Deflection, PartShare
     from robostiff.analysis.result import RobotStiffness
     from robostiff.analysis.verification import Verification
+    from robostiff.cables import CableStatus
     from robostiff.spatial import Space
 
 
@@ -56,25 +56,46 @@ def free_motion_table(result: RobotStiffness | CableStiffness) -> Table | None:
     return Table(["free motion", f"twist ({', '.join(result.space.twist_order)})"], rows)
 
 
+_ROUNDING = 1e-9  # of the largest
+
+
+def shown_twist(result: Deflection) -> np.ndarray:
+    """Displacement (n,) [m, rad]; rounding errors are shown as zero."""
+    space, length = result.stiffness.space, float(result.stiffness.about_reference.length)
+    shifts = np.arange(space.size) < space.translations
+    sizes = np.abs(result.twist) * np.where(shifts, 1.0, length)
+    return np.where(sizes < _ROUNDING * np.max(sizes), 0.0, result.twist)
+
+
+def shown_loads(result: Deflection) -> list[float]:
+    """Loads on the actuators; rounding errors are shown as zero."""
+    largest = max((abs(actuator.load) for actuator in result.actuators), default=0.0)
+    return [a.load if abs(a.load) > _ROUNDING * largest else 0.0 for a in result.actuators]
+
+
 def displacement_table(result: Deflection) -> Table:
     """Load and displacement, axis by axis."""
-    return load_table(result.stiffness.space, result.wrench, result.twist)
+    return load_table(result.stiffness.space, result.wrench, shown_twist(result))
 
 
 def load_table(space: Space, wrench: np.ndarray, moved: np.ndarray) -> Table:
     """A wrench (n,) [N, N m] and a twist (n,) [m, rad], axis by axis."""
-    twist = shown_vector(moved, space.translations)
-    names = zip(space.wrench_order, wrench, space.twist_order, twist, strict=True)
+    names = zip(space.wrench_order, wrench, space.twist_order, moved, strict=True)
     rows = [
         [
             force,
             Number(float(F), "N m" if force.startswith("M") else "N"),
             motion,
-            Number(1e6 * float(t), "µrad" if motion.startswith("r") else "µm"),
+            small_motion(motion, t),
         ]
         for force, F, motion, t in names
     ]
     return Table(["load", "", "displacement", ""], rows)
+
+
+def small_motion(motion: str, value: float) -> Number:
+    """One component of a twist [m, rad] in millionths."""
+    return Number(1e6 * float(value), "µrad" if motion.startswith("r") else "µm")
 
 
 def tension_table(result: CableStiffness) -> Table:
@@ -102,14 +123,13 @@ def actuator_table(result: Deflection) -> Table | None:
     """Loads and deflections of the actuators; None where there are none."""
     if not result.actuators:
         return None
-    loads = shown_vector(np.array([a.load for a in result.actuators]), 0)
     rows = [
         [
             f"{a.leg}/{a.joint}",
             Number(float(load), a.unit),
-            Number(a.travel, "rad" if a.unit == "N m" else "m"),
+            Number(1e6 * a.travel, "µrad" if a.unit == "N m" else "µm"),
         ]
-        for a, load in zip(result.actuators, loads, strict=True)
+        for a, load in zip(result.actuators, shown_loads(result), strict=True)
     ]
     return Table(["actuator", "load", "deflection"], rows)
 
@@ -127,6 +147,19 @@ def stiffness_html(result: RobotStiffness) -> str:
     if Status.UNREACHABLE not in result.status:
         blocks.append(Paragraph(f"rank {int(result.rank)} of {result.space.size}"))
         blocks.append(free_motion_table(result))
+    blocks.append(Bullets(tuple(result.advice)))
+    return element("div", head_html(result, result.status) + blocks_html(blocks))
+
+
+def cable_stiffness_html(result: CableStiffness) -> str:
+    """K with labels and units, rank, free motions, tensions and advice; of a batch, how many."""
+    if result.batch_shape:
+        return element("p", escaped(repr(result)))
+    blocks: list[Block | None] = []
+    if np.all(result.answered):
+        rank = Paragraph(f"rank {int(result.rank)} of {result.space.size}")
+        motions = free_motion_table(result)
+        blocks += [stiffness_matrix(result), rank, motions, tension_table(result)]
     blocks.append(Bullets(tuple(result.advice)))
     return element("div", head_html(result, result.status) + blocks_html(blocks))
 
@@ -169,7 +202,7 @@ def blocks_html(blocks: Sequence[Block | None]) -> str:
     return "".join(block_html(block) for block in blocks if block is not None)
 
 
-def head_html(result: RobotStiffness, status: Status) -> str:
+def head_html(result: RobotStiffness | CableStiffness, status: Status | CableStatus) -> str:
     """Name, pose, reference point and status."""
     place = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is not None:

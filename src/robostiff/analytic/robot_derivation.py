@@ -184,6 +184,9 @@ class RobotDerivation(Derivation):
         form = self.at_vector_level.form
         return form if isinstance(form, InSeries | ArmOfSprings) else None
 
+    def __repr__(self) -> str:
+        return f"<RobotDerivation of {self.name!r}, {len(self.legs)} legs>"
+
     def __reduce__(self) -> tuple[Any, ...]:
         own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
         of_robot = (

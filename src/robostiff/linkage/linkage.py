@@ -159,6 +159,9 @@ class Linkage(Symbolic):
         """Without what is kept of earlier questions."""
         return {name: own for name, own in vars(self).items() if not name.startswith("_")}
 
+    def __repr__(self) -> str:
+        return f"<Linkage {self.name!r}, {len(self.bodies)} bodies, {len(self.joints)} joints>"
+
     @property
     def space(self) -> Space:
         """Spatial: all of its bodies have six freedoms."""

@@ -25,7 +25,6 @@ from robostiff.markup.numbers import (
     number_html,
     row,
     shown_matrix,
-    shown_vector,
     text_of,
 )
 
@@ -54,7 +53,6 @@ __all__ = [
     "number_html",
     "row",
     "shown_matrix",
-    "shown_vector",
     "text_of",
     "typst_text",
 ]

@@ -71,24 +71,3 @@ def shown_matrix(K: np.ndarray) -> np.ndarray:
     # A zero diagonal means a zero row: its entries are rounding beside the whole block.
     size = np.maximum(size, 1e-9 * size.max())
     return np.where(np.abs(K) < 1e-10 * np.outer(size, size), 0.0, K)
-
-
-def shown_vector(values: np.ndarray, first: int) -> np.ndarray:
-    """A twist or wrench; rounding errors beside other entries of their kind are shown as zero.
-
-    Parameters
-    ----------
-    values : (n,) array
-    first : int
-        How many of the values are translations or forces.
-
-    Examples
-    --------
-    >>> shown_vector(np.array([2e-6, 1e-20, 1e-21]), 2)
-    array([2.e-06, 0.e+00, 1.e-21])
-    """
-    shown = np.array(values, dtype=float)
-    for part in (slice(None, first), slice(first, None)):
-        largest = np.max(np.abs(shown[part]), initial=0.0)
-        shown[part] = np.where(np.abs(shown[part]) < 1e-9 * largest, 0.0, shown[part])
-    return shown

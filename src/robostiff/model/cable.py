@@ -183,6 +183,10 @@ class CableRobot:
             )
         self._check_plane()
 
+    def __repr__(self) -> str:
+        free = " ".join(coordinate.value for coordinate in self.coordinates)
+        return f"<CableRobot {self.name!r}, {len(self.cables)} cables, free in {free}>"
+
     @property
     def cable_names(self) -> list[str]:
         """Names of the cables."""

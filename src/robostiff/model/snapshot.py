@@ -283,6 +283,9 @@ class Snapshot:
             reference = np.broadcast_to(self.reference_point, (*batch, 3))
             object.__setattr__(self, "reference_point", reference)
 
+    def __repr__(self) -> str:
+        return f"<Snapshot {self.name!r}, legs {', '.join(leg.name for leg in self.legs)}>"
+
     def one(self, index: int) -> Snapshot:
         """The robot at one pose of a batch along one axis."""
         legs = tuple(leg.at(index) for leg in self.legs)
@@ -322,7 +325,7 @@ class Snapshot:
 
     @property
     def characteristic_length(self) -> np.ndarray:
-        """Root mean square distance of all joints, springs and leg ends from their mean (...) [m].
+        """RMS distance of springs, leg ends and joints but slides from their mean (...) [m].
 
         It does not depend on the reference point, scales with the unit of length, and is 0 for a
         robot that is all in one point.

@@ -106,6 +106,10 @@ class Network:
         if self.platform in self.fixed:
             raise InputError("platform", got=self.platform, expected="a node that is not fixed")
 
+    def __repr__(self) -> str:
+        counts = f"{len(self.nodes)} nodes, {len(self.beams)} beams, {len(self.springs)} springs"
+        return f"<Network {self.name!r}, {counts}, {len(self.joints)} joints>"
+
     @property
     def elements(self) -> Iterator[Element]:
         """Beams, springs and joints, in this order."""

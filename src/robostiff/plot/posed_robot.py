@@ -264,8 +264,7 @@ def chosen_exaggeration(snapshot: Snapshot, motion: RobotMotion) -> float:
     moved = [motion.platform.displacement(snapshot.reference_point)]
     for leg, own in zip(snapshot.legs, motion.legs, strict=True):
         moved.append(own.bodies[-1].displacement(leg.end))
-        for mark, body in zip(joint_marks(leg, own, 1.0), joint_marks(leg, own), strict=True):
-            moved.append(mark.point - body.point)
+        moved += [mark.point - mark.freedom.point for mark in joint_marks(leg, own, 1.0)]
     placed = snapshot.platform
     if placed is not None:
         for name, body in motion.nodes.items():

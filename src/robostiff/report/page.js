@@ -1,5 +1,16 @@
 "use strict";
 (async function () {
+  // What is folded is printed, too.
+  const folded = document.getElementsByTagName("details");
+  let unfolded = [];
+  window.addEventListener("beforeprint", function () {
+    unfolded = [...folded].filter((one) => !one.open);
+    for (const one of unfolded) one.open = true;
+  });
+  window.addEventListener("afterprint", function () {
+    for (const one of unfolded) one.open = false;
+  });
+
   // RFC 1924 with a full stop for the sign that begins a tag
   const digits = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;.=>?@^_`{|}~";
   const value = new Uint8Array(128);

@@ -110,12 +110,11 @@ class Screw:
         array([0., 0., 1., 0., 0., 0.])
         """
         # A slide before it moves the point of an axis that keeps its direction.
-        e = np.broadcast_to(
-            self.axis, np.broadcast_shapes(self.axis.shape, at.shape, np.shape(self.point))
-        )
+        shape = np.broadcast_shapes(self.axis.shape, at.shape, np.shape(self.point))
+        e = self.axis if self.axis.shape == shape else np.broadcast_to(self.axis, shape)
         if self.pitch is None:
             return _six(e, np.zeros(3, dtype=int) if e.dtype == object else np.zeros(3))
-        moved = cross(e, np.broadcast_to(at - self.point, e.shape))
+        moved = cross(e, at - self.point)
         return _six(moved + self.pitch * e if self.slides else moved, e)
 
 

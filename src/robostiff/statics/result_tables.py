@@ -50,7 +50,7 @@ def stability_in_words(result: Equilibrium) -> str:
     if not result.has_answer:
         return "No equilibrium was found."
     words = "The robot stays there" if result.stable else "The robot does not stay there"
-    return f"{words}; margin {result.margin:.3g}: 1 without load, 0 at the critical load."
+    return f"{words}; margin {result.margin:.3g} (1 without load, 0 at the critical load)."
 
 
 def without_rounding(moved: np.ndarray, space: Space) -> np.ndarray:

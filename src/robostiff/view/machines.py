@@ -11,23 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness, Deflection, RobotStiffness, cable_response
-from robostiff.analysis.result_tables import stiffness_html, tension_table
+from robostiff.analysis import Deflection, RobotStiffness, cable_response
+from robostiff.analysis.result_tables import cable_stiffness_html, stiffness_html
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.io.results.cables import cable_response_text
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.linkage import Linkage
-from robostiff.markup import (
-    STIFFNESS_UNITS,
-    Bullets,
-    LabelledMatrix,
-    Paragraph,
-    block_html,
-    element,
-    escaped,
-)
+from robostiff.markup import element, escaped
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -103,6 +95,35 @@ class Machine(ABC):
     @abstractmethod
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
+
+    def _of_network(self, network: Network, wrench: np.ndarray, look: Look) -> Answer:
+        """What is shown of a network under a load (n,) on its platform."""
+        bent = deflection(network, None, wrench)
+        result = bent.stiffness
+        colours = colours_of_network(network)
+        shapes, words = shapes_of(result, self._ellipsoids, self.size, look)
+        drawn = NetworkDrawing(network, 1.0, colours)
+        layers = {"robot": network_items(drawn), **shapes}
+        if bent.has_answer and np.any(wrench):
+            motions, scale = displaced_network(network, bent, look.exaggeration)
+            moved = replace(drawn, motions=motions, scale=scale)
+            layers["robot"] = network_items(moved)
+            if "shape without load" in look.seen:
+                layers["shape without load"] = network_ghost(drawn)
+            if "load" in look.seen:
+                layers["load"] = network_load(moved, bent)
+            words.append(f"displacements × {short(scale, 6)}")
+        load = load_html(bent, colours) if np.any(wrench) else ""
+        return Answer(
+            str(bent.status),
+            kind_of(bent.status.is_bad, not bent.status),
+            tuple(bent.advice),
+            without_empty(layers.items()),
+            stiffness_html(result),
+            load,
+            tuple(words),
+            colour_key(colours),
+        )
 
 
 def machine_of(robot: Any, pose: Any = None) -> Machine:
@@ -236,7 +257,7 @@ class NetworkMachine(Machine):
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown under a load (n,) on the platform."""
-        return network_answer(self.robot, wrench, self._ellipsoids, self.size, look)
+        return self._of_network(self.robot, wrench, look)
 
 
 class LinkageMachine(Machine):
@@ -254,39 +275,7 @@ class LinkageMachine(Machine):
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
         network = self.robot.network_at({s.name: values[s.name] for s in self.sliders})
-        return network_answer(network, wrench, self._ellipsoids, self.size, look)
-
-
-def network_answer(
-    network: Network, wrench: np.ndarray, ellipsoids: Ellipsoids, size: float, look: Look
-) -> Answer:
-    """What is shown of a network under a load (n,) on its platform."""
-    bent = deflection(network, None, wrench)
-    result = bent.stiffness
-    colours = colours_of_network(network)
-    shapes, words = shapes_of(result, ellipsoids, size, look)
-    drawn = NetworkDrawing(network, 1.0, colours)
-    layers = {"robot": network_items(drawn), **shapes}
-    if bent.has_answer and np.any(wrench):
-        motions, scale = displaced_network(network, bent, look.exaggeration)
-        moved = replace(drawn, motions=motions, scale=scale)
-        layers["robot"] = network_items(moved)
-        if "shape without load" in look.seen:
-            layers["shape without load"] = network_ghost(drawn)
-        if "load" in look.seen:
-            layers["load"] = network_load(moved, bent)
-        words.append(f"displacements × {short(scale, 6)}")
-    load = load_html(bent, colours) if np.any(wrench) else ""
-    return Answer(
-        str(bent.status),
-        kind_of(bent.status.is_bad, not bent.status),
-        tuple(bent.advice),
-        without_empty(layers.items()),
-        stiffness_html(result),
-        load,
-        tuple(words),
-        colour_key(colours),
-    )
+        return self._of_network(network, wrench, look)
 
 
 class CableMachine(Machine):
@@ -316,22 +305,6 @@ class CableMachine(Machine):
             cable_stiffness_html(before),
             element("pre", escaped(load)) if load else "",
         )
-
-
-def cable_stiffness_html(result: CableStiffness) -> str:
-    """K with labels and units, rank, free motions, and the tensions."""
-    if not np.all(result.answered):
-        return ""
-    space = result.space
-    K = LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
-    motions = tuple(f"free: {motion}" for motion in result.free_motions)
-    blocks = (
-        K,
-        Paragraph(f"rank {int(result.rank)} of {space.size}"),
-        Bullets(motions),
-        tension_table(result),
-    )
-    return "".join(map(block_html, blocks))
 
 
 def parameters_written(source: Any, side: str | Path | None) -> Mapping[str, Any]:

@@ -170,7 +170,7 @@ class LivePage:
         with gui.add_folder("Load on the platform"):
             self._add(of_load)
             self._add_reset("no load", of_load, 0.0)
-            self._automatic = gui.add_checkbox("visible displacements", initial_value=True)
+            self._automatic = gui.add_checkbox("automatic scale", initial_value=True)
             self._exaggeration = gui.add_number("displacements ×", 1000.0, min=0.0, max=_MOST)
             for handle in (self._automatic, self._exaggeration):
                 self._watch(handle)

@@ -117,15 +117,12 @@ class LayeredScene:
             yield f"words-{i}", "add_label", {"text": item.words, "position": item.point}
 
     def _lines(self, paths: Sequence[Path], weight: LineWeight) -> dict[str, Any]:
-        points, colours = [], []
-        for item in paths:
-            pieces = self._pieces(item)
-            points.append(pieces)
-            own = _linear(rgb(item.paint))
-            colours.append(np.broadcast_to(own, pieces.shape))
+        pieces = [self._pieces(item) for item in paths]
+        colours = np.array([_linear(rgb(item.paint)) for item in paths], dtype=np.uint8)
+        both_ends = np.repeat(colours[:, None], 2, axis=1)
         return {
-            "points": np.concatenate(points).astype(np.float32),
-            "colors": np.concatenate(colours),
+            "points": np.concatenate(pieces).astype(np.float32),
+            "colors": np.repeat(both_ends, [len(own) for own in pieces], axis=0),
             "thickness": _WIDTHS[weight] * self._size,
         }
 
@@ -194,11 +191,11 @@ class LayeredScene:
         }
 
 
-def _linear(colour: tuple[int, int, int]) -> np.ndarray:
+def _linear(colour: tuple[int, int, int]) -> list[int]:
     """A colour as lines take it: their shader encodes it once more (IEC 61966-2-1)."""
-    c = np.array(colour) / 255
-    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
-    return np.round(255 * linear).astype(np.uint8)
+    encoded = [c / 255 for c in colour]
+    linear = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in encoded)
+    return [round(255 * c) for c in linear]
 
 
 def rgb(paint: Paint) -> tuple[int, int, int]:

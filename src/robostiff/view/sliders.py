@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -60,19 +60,8 @@ def coordinate_sliders(
     names: Sequence[Coordinate], home: np.ndarray, start: np.ndarray, size: float
 ) -> tuple[Slider, ...]:
     """Of pose coordinates around home (6,), which begin at `start` (6,); `size` in metres."""
-    places = list(Coordinate)
-    sliders = []
-    for coordinate in names:
-        i = places.index(coordinate)
-        is_length = i < 3
-        unit, factor = ("mm", 1e-3) if is_length else ("deg", math.pi / 180)
-        half = _round_up(_REACH * size / factor) if is_length else _TURN
-        middle, value = _shown(home[i], factor), _shown(start[i], factor)
-        low, high = middle - half, middle + half
-        sliders.append(
-            Slider(coordinate.value, unit, min(low, value), max(high, value), value, factor)
-        )
-    return tuple(sliders)
+    places = [(own, list(Coordinate).index(own)) for own in names]
+    return tuple(_around(own.value, i >= 3, home[i], start[i], size) for own, i in places)
 
 
 def joint_sliders(robot: Robot, start: np.ndarray, size: float) -> tuple[Slider, ...]:
@@ -88,13 +77,12 @@ def joint_sliders(robot: Robot, start: np.ndarray, size: float) -> tuple[Slider,
     for place, (screw, name, role, value) in enumerate(joints):
         if place in held:
             continue
-        unit, factor = ("deg", math.pi / 180) if screw.turns else ("mm", 1e-3)
-        half = 180.0 if screw.turns else _round_up(_REACH * size / factor)
-        own = _shown(value, factor)
-        low, high = own - half, own + half
+        slider = _around(name, screw.turns, value, value, size, half_turn=180.0)
         if isinstance(role, Actuated) and role.limits is not None:
-            low, high = (_shown(limit, factor) for limit in role.limits)
-        sliders.append(Slider(name, unit, min(low, own), max(high, own), own, factor))
+            low, high = (_shown(limit, slider.factor) for limit in role.limits)
+            own = slider.start
+            slider = replace(slider, low=min(low, own), high=max(high, own))
+        sliders.append(slider)
     return tuple(sliders)
 
 
@@ -112,17 +100,10 @@ def linkage_sliders(
 
     They begin at `start`, where it has them.
     """
-    sliders = []
-    for name, (turns, home) in joints.items():
-        unit, factor, half = (
-            ("deg", math.pi / 180, _TURN)
-            if turns
-            else ("mm", 1e-3, _round_up(_REACH * size / 1e-3))
-        )
-        middle, value = _shown(home, factor), _shown(start.get(name, home), factor)
-        low, high = min(middle - half, value), max(middle + half, value)
-        sliders.append(Slider(name, unit, low, high, value, factor))
-    return tuple(sliders)
+    return tuple(
+        _around(name, turns, home, start.get(name, home), size)
+        for name, (turns, home) in joints.items()
+    )
 
 
 def load_sliders(space: Space, start: Sequence[float]) -> tuple[Slider, ...]:
@@ -159,6 +140,16 @@ def parameter_sliders(definitions: Mapping[str, Any]) -> tuple[Slider, ...]:
             low, high = sorted((0.5 * value, 2 * value))
             sliders.append(Slider(name, unit, low, high, value))
     return tuple(sliders)
+
+
+def _around(
+    name: str, turns: bool, home: float, start: float, size: float, half_turn: float = _TURN
+) -> Slider:
+    """From home to both sides, and to the start [m, rad]; in degrees or millimetres."""
+    unit, factor = ("deg", math.pi / 180) if turns else ("mm", 1e-3)
+    half = half_turn if turns else _round_up(_REACH * size / factor)
+    middle, value = _shown(home, factor), _shown(start, factor)
+    return Slider(name, unit, min(middle - half, value), max(middle + half, value), value, factor)
 
 
 def _shown(value: float, factor: float) -> float:

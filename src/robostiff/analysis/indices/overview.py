@@ -52,7 +52,7 @@ from robostiff.network import Network
 
 def principal_table(found: StiffnessIndices) -> Table:
     """Principal stiffnesses with their directions, the smallest first."""
-    return Table(["load", "stiffness", "direction"], list(_principal(found)))
+    return Table(["load", "principal stiffness", "direction"], list(_principal(found)))
 
 
 def ratio_table(found: StiffnessIndices) -> Table:
@@ -138,6 +138,9 @@ class StiffnessIndices:
     def status(self) -> Status:
         """Status of the pose."""
         return self.result.status
+
+    def __repr__(self) -> str:
+        return f"<StiffnessIndices of {self.result.name!r}, status {self.status}>"
 
     def _repr_html_(self) -> str:
         tables = block_html(principal_table(self)) + block_html(ratio_table(self))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.analysis import RobotStiffness
+from robostiff.analysis.result_tables import shown_loads, shown_twist
 from robostiff.elastostatics import Status
 from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix, text_of
 
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from robostiff.analysis import Deflection, PartShare, RobotStiffness
 
 
-_SHOWN = 1e-9  # of the largest: smaller is rounding
 _NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
 
 
@@ -58,7 +58,7 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
         load = f"{'' if load == 'none' else f'{load}; '}forces or weights at bodies"
     lines.append(f"load:       {load}")
     if result.has_answer:
-        shown = shown_twist(result)
+        shown = 1e6 * shown_twist(result)
         lines.append(f"deflection: {named(answer.space.twist_order, shown, 'um', 'urad')}")
         lines += [f"free:       {motion}" for motion in answer.free_motions]
         if result.energy > 0:
@@ -87,14 +87,6 @@ def posture_lines(result: RobotStiffness) -> list[str]:
     return [f"joints [{row(q)}] (m, rad)"]
 
 
-def shown_twist(result: Deflection) -> np.ndarray:
-    """Displacement in micrometres and microradians; rounding errors are shown as zero."""
-    space, length = result.stiffness.space, float(result.stiffness.about_reference.length)
-    shown = 1e6 * result.twist
-    sizes = np.abs(shown) * np.where(np.arange(space.size) < space.translations, 1.0, length)
-    return np.where(sizes < _SHOWN * np.max(sizes), 0.0, shown)
-
-
 def named_parts(parts: Sequence[PartShare], most: int) -> tuple[list[PartShare], list[PartShare]]:
     """Parts to name, of parts with the largest energy first, and the rest."""
     named_ones = [part for part in parts[:most] if part.share >= _NAMED]
@@ -110,12 +102,6 @@ def share_lines(energy: float, parts: Sequence[PartShare], most: int) -> list[st
         share = 100 * sum(p.share for p in rest)
         lines.append(f"{share:7.2f} %  {len(rest)} more parts")
     return lines
-
-
-def shown_loads(result: Deflection) -> list[float]:
-    """Loads on the actuators; rounding errors are shown as zero."""
-    largest = max((abs(actuator.load) for actuator in result.actuators), default=0.0)
-    return [a.load if abs(a.load) > _SHOWN * largest else 0.0 for a in result.actuators]
 
 
 def load_line(load: float, unit: str, name: str) -> str:

@@ -134,7 +134,7 @@ class _Place:
     body: BodyMotion
 
     def moved(self, scale: float) -> np.ndarray:
-        return self.point + scale * self.body.displacement(self.point)
+        return self.point + scale * self.body.displacement(self.point) if scale else self.point
 
 
 @dataclass(frozen=True)

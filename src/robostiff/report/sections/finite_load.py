@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.analysis.result_tables import stiffness_matrix
+from robostiff.analysis.result_tables import shown_twist, small_motion, stiffness_matrix
 from robostiff.errors import NoAnswerError
 from robostiff.markup import (
     Bullets,
@@ -16,7 +16,6 @@ from robostiff.markup import (
     Paragraph,
     Table,
     Tone,
-    shown_vector,
 )
 from robostiff.model import Robot
 from robostiff.plot.energy_bars import comparison_picture
@@ -73,10 +72,8 @@ def _displacements(known: AnswersUnderLoad, contents: ReportContents) -> Table:
     moved = without_rounding(result.displacement, result.space)
     small = None if small is None else without_rounding(small, result.space)
     for i, name in enumerate(result.space.twist_order):
-        unit = "µrad" if name.startswith("r") else "µm"
-        own: Cell = Number(1e6 * float(moved[i]), unit)
-        other: Cell = "none" if small is None else Number(1e6 * float(small[i]), unit)
-        rows.append([name, own, other])
+        other: Cell = "none" if small is None else small_motion(name, small[i])
+        rows.append([name, small_motion(name, moved[i]), other])
     return Table(["displacement", "under the load", "proportional to the load"], rows)
 
 
@@ -171,11 +168,8 @@ def _both_displacements(contents: ReportContents, names: tuple[str, str]) -> Tab
         raise ValueError("there are two deflections where they are compared")
     rows: list[list[Cell]] = []
     space = one.stiffness.space
-    both = (shown_vector(bent.twist, space.translations) for bent in (one, other.deflection))
+    both = (shown_twist(one), shown_twist(other.deflection))
     for name, first, second in zip(space.twist_order, *both, strict=True):
-        unit = "µrad" if name.startswith("r") else "µm"
         ratio: Cell = Number(float(second / first)) if first else ""
-        rows.append(
-            [name, Number(1e6 * float(first), unit), Number(1e6 * float(second), unit), ratio]
-        )
+        rows.append([name, small_motion(name, first), small_motion(name, second), ratio])
     return Table(["under the load", *names, "second over first"], rows)

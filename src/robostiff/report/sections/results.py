@@ -89,15 +89,11 @@ def weakest_section(contents: ReportContents) -> Section | None:
     if found is None:
         return None
     words = Paragraph(
-        "These are the stiffnesses along principal directions, for forces while the platform is "
-        "free to turn, and for moments while it is free to move; the first of each is the smallest."
+        "The principal stiffnesses are those with all other displacements and rotations held. The "
+        "largest displacement is with rotations free, the largest rotation with displacements free."
     )
-    parts: list[Part | None] = [
-        words,
-        SideBySide((principal_table(found), ratio_table(found))),
-    ]
-    parts.append(_ellipsoid(contents))
-    return section("weakest", "Where it is soft", parts)
+    tables = SideBySide((principal_table(found), ratio_table(found)))
+    return section("weakest", "Where it is soft", [words, tables, _ellipsoid(contents)])
 
 
 _LOAD = "Under the load"

@@ -164,10 +164,10 @@ def _parts_of(found: list[dict[str, Any]]) -> Iterator[Table]:
             [_joint(part) for part in joints],
         )
     if elastic:
-        yield Table(
-            ["elastic part", "end", "length", "forces x y z [N/m]", "moments x y z [N m/rad]"],
-            [_elastic(part) for part in elastic],
-        )
+        heads = ["elastic part", "end", "forces x y z [N/m]", "moments x y z [N m/rad]", "length"]
+        rows = [_elastic(part) for part in elastic]
+        width = len(heads) if any("length" in part for part in elastic) else -1
+        yield Table(heads[:width], [cells[:width] for cells in rows])
 
 
 def _couplings(robot: Robot) -> Table:
@@ -275,13 +275,12 @@ def _joint(part: dict[str, Any]) -> list[Cell]:
 
 
 def _elastic(part: dict[str, Any]) -> list[Cell]:
-    length = Number(part["length"], "m") if "length" in part else ""
     return [
         part["name"],
         f"({row(part['point'])})",
-        length,
         _alone(part["translation"]),
         _alone(part["rotation"]),
+        Number(part["length"], "m") if "length" in part else "",
     ]
 
 

@@ -63,7 +63,7 @@ def compile_loaded(
     robot : Robot
         Symbols that are no parameters take their nominal values.
     parameters : sequence of str
-        Names of symbols that stay open, to be given with the poses; masses may be symbols.
+        Names of symbols that remain inputs, to be given with the poses; masses may be symbols.
     loads, gravity, preload
         As for `equilibrium`; they act at every pose, beside the wrench.
     beams : Bowing or Linear
