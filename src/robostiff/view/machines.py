@@ -12,14 +12,17 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis import Deflection, RobotStiffness, cable_response
-from robostiff.analysis.result_tables import cable_stiffness_html, stiffness_html
+from robostiff.analysis.result_tables import (
+    blocks_html,
+    cable_load_blocks,
+    cable_stiffness_html,
+    stiffness_html,
+)
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
-from robostiff.io.results.cables import cable_response_text
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.linkage import Linkage
-from robostiff.markup import element, escaped
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -53,6 +56,7 @@ from robostiff.plot.structures import (
 )
 from robostiff.statics import deflection
 from robostiff.view.answer import (
+    UNDER_LOAD,
     Answer,
     Ellipsoids,
     Look,
@@ -294,7 +298,7 @@ class CableMachine(Machine):
         before = found.before
         shown = before if found.after is None else found.after
         layers = {"robot": cable_items(shown, 1.0)}
-        load = cable_response_text(found) if np.any(wrench) else ""
+        blocks = cable_load_blocks(found) if np.any(wrench) else []
         status = found.status if np.any(wrench) else before.status
         advice = tuple(dict.fromkeys([*before.advice, *found.advice]))
         return Answer(
@@ -303,7 +307,7 @@ class CableMachine(Machine):
             advice,
             without_empty(layers.items()),
             cable_stiffness_html(before),
-            element("pre", escaped(load)) if load else "",
+            UNDER_LOAD + blocks_html(blocks) if blocks else "",
         )
 
 
