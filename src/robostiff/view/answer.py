@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,7 +62,7 @@ class Answer:
     kind : str
         ok, note or bad.
     layers : mapping of str to sequence of Item
-        In metres; a layer that is left out has nothing to show.
+        In metres.
     stiffness, load : str
         HTML of the tables; empty where there is nothing to say.
     notes : tuple of str
@@ -186,8 +186,3 @@ def hue(paint: Paint) -> str:
 def kind_of(is_bad: bool, is_plain: bool) -> str:
     """ok, note or bad."""
     return "bad" if is_bad else "ok" if is_plain else "note"
-
-
-def without_empty(layers: Iterable[tuple[str, Sequence[Item]]]) -> dict[str, Sequence[Item]]:
-    """Layers that have something to show."""
-    return {name: items for name, items in layers if items}

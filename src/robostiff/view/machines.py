@@ -63,7 +63,6 @@ from robostiff.view.answer import (
     colour_key,
     kind_of,
     load_html,
-    without_empty,
 )
 from robostiff.view.sliders import (
     Slider,
@@ -122,7 +121,7 @@ class Machine(ABC):
             str(bent.status),
             kind_of(bent.status.is_bad, not bent.status),
             tuple(bent.advice),
-            without_empty(layers.items()),
+            layers,
             stiffness_html(result),
             load,
             tuple(words),
@@ -235,7 +234,7 @@ class RobotMachine(Machine):
             "load": lambda: load_items(drawing, bent, is_flat=False),
         }
         layers = {name: items() for name, items in drawn.items() if name in look.seen}
-        return without_empty({**layers, **shapes}.items()), (*notes, *words)
+        return {**layers, **shapes}, (*notes, *words)
 
 
 def shapes_of(
@@ -305,7 +304,7 @@ class CableMachine(Machine):
             str(status),
             kind_of(status.is_bad, not status),
             advice,
-            without_empty(layers.items()),
+            layers,
             cable_stiffness_html(before),
             UNDER_LOAD + blocks_html(blocks) if blocks else "",
         )
