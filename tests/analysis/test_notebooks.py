@@ -41,6 +41,16 @@ def test_cable_robots_show_their_matrix_and_their_tensions():
     assert kept == [*result.K.ravel().tolist(), *pairs]
 
 
+def test_a_load_on_cables_shows_displacement_tensions_and_slack():
+    found = rs.cable_response(rs.load("cable-8"), load=[0, 0, -200, 0, 0, 0])
+    text = text_of(found._repr_html_())
+    assert found.displacement is not None
+    assert text.count("slack") >= 4
+    assert f"{1e6 * found.displacement[2]:.5g}".replace("-", "−") in text
+    kept = [float(value) for value in re.findall('<data value="(.*?)">', found._repr_html_())]
+    assert kept[-36:] == found.K.ravel().tolist()
+
+
 def test_what_is_loaded_is_printed_in_a_line():
     names = ("cable-8", "examples/wall-crane.json", "examples/portal.json")
     loaded = [rs.load(name) for name in names]

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness, judged
 from robostiff.analysis.result import given_wrenches, require_one_pose
+from robostiff.analysis.result_tables import cable_load_html
 from robostiff.cables import CableStatus, TensionRule
 from robostiff.cables.equilibrium import Hanging, first_slack, load_path
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
@@ -109,6 +110,9 @@ class CableResponse:
     def __repr__(self) -> str:
         slack = f"slack {', '.join(self.slack) or 'none'}" if self.has_answer else "no rest"
         return f"<CableResponse of {self.before.name!r}: {slack}, status {self.status}>"
+
+    def _repr_html_(self) -> str:
+        return cable_load_html(self)
 
     def _answer(self) -> CableStiffness:
         if self.after is None:

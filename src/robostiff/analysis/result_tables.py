@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ from robostiff.markup import (
     STIFFNESS_UNITS,
     Block,
     Bullets,
+    Cell,
     LabelledMatrix,
     Number,
     Paragraph,
@@ -20,10 +22,12 @@ from robostiff.markup import (
     block_html,
     element,
     escaped,
+    number,
     row,
 )
 
 if TYPE_CHECKING:
+    from robostiff.analysis.cable_response import CableResponse
     from robostiff.analysis.cable_stiffness import CableStiffness
     from robostiff.analysis.deflection_under_load import Deflection, PartShare
     from robostiff.analysis.result import RobotStiffness
@@ -61,10 +65,15 @@ _ROUNDING = 1e-9  # of the largest
 
 def shown_twist(result: Deflection) -> np.ndarray:
     """Displacement (n,) [m, rad]; rounding errors are shown as zero."""
-    space, length = result.stiffness.space, float(result.stiffness.about_reference.length)
+    length = float(result.stiffness.about_reference.length)
+    return without_rounding(result.twist, result.stiffness.space, length)
+
+
+def without_rounding(moved: np.ndarray, space: Space, length: float = 1.0) -> np.ndarray:
+    """A twist (n,) with zero in place of what is rounding, rotations times a length [m]."""
     shifts = np.arange(space.size) < space.translations
-    sizes = np.abs(result.twist) * np.where(shifts, 1.0, length)
-    return np.where(sizes < _ROUNDING * np.max(sizes), 0.0, result.twist)
+    sizes = np.abs(moved) * np.where(shifts, 1.0, length)
+    return np.where(sizes < _ROUNDING * np.max(sizes), 0.0, moved)
 
 
 def shown_loads(result: Deflection) -> list[float]:
@@ -107,6 +116,33 @@ def tension_table(result: CableStiffness) -> Table:
         )
     ]
     return Table(["cable", "tension", "stiffness"], rows)
+
+
+def cable_load_blocks(found: CableResponse) -> list[Block]:
+    """A load that cables carry: displacement, tensions, the first slack cable, K of taut cables."""
+    before, after = found.before, found.after
+    if after is None or found.displacement is None:
+        return []
+    length = float(before.placed.characteristic_length)
+    moved = without_rounding(found.displacement, before.space, length)
+    rows: list[list[Cell]] = [
+        [name, Number(float(t), "N"), Number(float(now), "N") if now else "slack"]
+        for name, t, now in zip(before.cable_names, before.tensions, after.tensions, strict=True)
+    ]
+    tensions = Table(["cable", "without the load", "under the load"], rows)
+    blocks: list[Block] = [load_table(before.space, found.load, moved), tensions]
+    if found.first_slack is not None:
+        at = number(found.first_slack.factor)
+        blocks.append(
+            Paragraph(f"First slack cable: {found.first_slack.cable}, at {at} times the load.")
+        )
+    return [*blocks, replace(stiffness_matrix(after), symbol="K under load")]
+
+
+def cable_load_html(found: CableResponse) -> str:
+    """A load on a cable robot, as `cable_load_blocks`, with advice."""
+    blocks = [*cable_load_blocks(found), Bullets(tuple(found.advice))]
+    return element("div", head_html(found.before, found.status) + blocks_html(blocks))
 
 
 def energy_table(parts: Sequence[PartShare], most: int) -> Table:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from robostiff.analysis.result_tables import MOST_PARTS, blocks_html, energy_table, load_table
+from robostiff.analysis.result_tables import (
+    MOST_PARTS,
+    blocks_html,
+    energy_table,
+    load_table,
+    without_rounding,
+)
 from robostiff.markup import (
     COMPLIANCE_UNITS,
     STIFFNESS_UNITS,
@@ -24,7 +28,6 @@ from robostiff.markup import (
 from robostiff.statics.status import EquilibriumStatus
 
 if TYPE_CHECKING:
-    from robostiff.spatial import Space
     from robostiff.statics.modes import Modes
     from robostiff.statics.result import Equilibrium
 
@@ -51,13 +54,6 @@ def stability_in_words(result: Equilibrium) -> str:
         return "No equilibrium was found."
     words = "The robot stays there" if result.stable else "The robot does not stay there"
     return f"{words}; margin {result.margin:.3g} (1 without load, 0 at the critical load)."
-
-
-def without_rounding(moved: np.ndarray, space: Space) -> np.ndarray:
-    """Zero in place of what is rounding beside the largest shift, or the largest turn."""
-    shifts = np.arange(space.size) < space.translations
-    largest = np.where(shifts, np.abs(moved[shifts]).max(), np.abs(moved[~shifts]).max(initial=0.0))
-    return np.where(np.abs(moved) < KNOWN * np.maximum(largest, np.abs(moved).max()), 0.0, moved)
 
 
 def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:

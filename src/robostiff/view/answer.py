@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +21,7 @@ from robostiff.plot.theme import Theme
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis at home
 _LARGEST = 1.0  # of the robot: the longest semi-axis anywhere
 _BARS = 12
+UNDER_LOAD = element("p", element("b", "Under the load"))
 
 #: Layers of the picture, and whether each is seen at first.
 LAYERS = {
@@ -61,7 +62,7 @@ class Answer:
     kind : str
         ok, note or bad.
     layers : mapping of str to sequence of Item
-        In metres; a layer that is left out has nothing to show.
+        In metres.
     stiffness, load : str
         HTML of the tables; empty where there is nothing to say.
     notes : tuple of str
@@ -136,10 +137,9 @@ def _in_words(quality: Quality, axes: PrincipalAxes, size: float, longest: str) 
 
 def load_html(bent: Deflection, colours: Mapping[str, Paint]) -> str:
     """Displacements under the load, and the elastic energy of parts."""
-    heading = element("p", element("b", "Under the load"))
     if not bent.has_answer:
-        return heading + element("p", f"There is no deflection: status {escaped(bent.status)}.")
-    blocks = [heading, block_html(displacement_table(bent)), energy_bars(bent, colours)]
+        return UNDER_LOAD + element("p", f"There is no deflection: status {escaped(bent.status)}.")
+    blocks = [UNDER_LOAD, block_html(displacement_table(bent)), energy_bars(bent, colours)]
     if bent.energy > 0:
         blocks.append(block_html(energy_table(bent.parts, _BARS)))
     return "".join(blocks)
@@ -186,8 +186,3 @@ def hue(paint: Paint) -> str:
 def kind_of(is_bad: bool, is_plain: bool) -> str:
     """ok, note or bad."""
     return "bad" if is_bad else "ok" if is_plain else "note"
-
-
-def without_empty(layers: Iterable[tuple[str, Sequence[Item]]]) -> dict[str, Sequence[Item]]:
-    """Layers that have something to show."""
-    return {name: items for name, items in layers if items}

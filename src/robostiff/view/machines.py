@@ -12,14 +12,17 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis import Deflection, RobotStiffness, cable_response
-from robostiff.analysis.result_tables import cable_stiffness_html, stiffness_html
+from robostiff.analysis.result_tables import (
+    blocks_html,
+    cable_load_blocks,
+    cable_stiffness_html,
+    stiffness_html,
+)
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
-from robostiff.io.results.cables import cable_response_text
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.linkage import Linkage
-from robostiff.markup import element, escaped
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -53,13 +56,13 @@ from robostiff.plot.structures import (
 )
 from robostiff.statics import deflection
 from robostiff.view.answer import (
+    UNDER_LOAD,
     Answer,
     Ellipsoids,
     Look,
     colour_key,
     kind_of,
     load_html,
-    without_empty,
 )
 from robostiff.view.sliders import (
     Slider,
@@ -118,7 +121,7 @@ class Machine(ABC):
             str(bent.status),
             kind_of(bent.status.is_bad, not bent.status),
             tuple(bent.advice),
-            without_empty(layers.items()),
+            layers,
             stiffness_html(result),
             load,
             tuple(words),
@@ -231,7 +234,7 @@ class RobotMachine(Machine):
             "load": lambda: load_items(drawing, bent, is_flat=False),
         }
         layers = {name: items() for name, items in drawn.items() if name in look.seen}
-        return without_empty({**layers, **shapes}.items()), (*notes, *words)
+        return {**layers, **shapes}, (*notes, *words)
 
 
 def shapes_of(
@@ -294,16 +297,16 @@ class CableMachine(Machine):
         before = found.before
         shown = before if found.after is None else found.after
         layers = {"robot": cable_items(shown, 1.0)}
-        load = cable_response_text(found) if np.any(wrench) else ""
+        blocks = cable_load_blocks(found) if np.any(wrench) else []
         status = found.status if np.any(wrench) else before.status
         advice = tuple(dict.fromkeys([*before.advice, *found.advice]))
         return Answer(
             str(status),
             kind_of(status.is_bad, not status),
             advice,
-            without_empty(layers.items()),
+            layers,
             cable_stiffness_html(before),
-            element("pre", escaped(load)) if load else "",
+            UNDER_LOAD + blocks_html(blocks) if blocks else "",
         )
 
 

@@ -111,7 +111,8 @@ class LivePage:
         return answer
 
     def _answer(self) -> Answer:
-        values = self._values(self._of_pose)
+        of_pose, handles = self._of_pose, self._handles
+        values = {s.name: s.factor * float(handles[s.name].value) for s in of_pose}
         wrench = np.array([self._handles[slider.name].value for slider in self._of_load])
         written = {
             slider.name: f"{self._handles[_key(slider)].value!r} {slider.unit}".strip()
@@ -124,9 +125,6 @@ class LivePage:
         exaggeration = None if self._automatic.value else float(self._exaggeration.value)
         seen = frozenset(name for name, box in self._seen.items() if box.value)
         return self._machine.answer(values, wrench, Look(exaggeration, seen))
-
-    def _values(self, sliders: Sequence[Slider]) -> dict[str, float]:
-        return {s.name: s.factor * float(self._handles[s.name].value) for s in sliders}
 
     def _draw(self, answer: Answer) -> None:
         seen = {name: answer.layers[name] for name in answer.layers if self._seen[name].value}

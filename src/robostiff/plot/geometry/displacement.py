@@ -47,29 +47,18 @@ class BodyMotion:
 
     def displacement(self, point: np.ndarray) -> np.ndarray:
         """Displacement of a point (3,) of the body [m]."""
-        shift_x, shift_y, shift_z, turn_x, turn_y, turn_z = self.twist.tolist()
-        x, y, z = (point - self.about).tolist()
-        # np.cross takes ten times as long for one vector
-        return np.array(
-            [
-                shift_x + turn_y * z - turn_z * y,
-                shift_y + turn_z * x - turn_x * z,
-                shift_z + turn_x * y - turn_y * x,
-            ]
-        )
+        return self.twist[:3] + self.turned(point - self.about)
 
     def twist_about(self, point: np.ndarray) -> np.ndarray:
         """Its twist (6,) about another point (3,)."""
         return move_twist(self.twist, point - self.about)
 
-    @property
-    def rotation(self) -> np.ndarray:
-        """Rotation of the body (3,) [rad]."""
-        return self.twist[3:]
-
     def turned(self, along: np.ndarray) -> np.ndarray:
         """Change of a vector (3,) that the body carries."""
-        return np.cross(self.rotation, along)
+        a, b, c = self.twist[3:].tolist()
+        x, y, z = along.tolist()
+        # np.cross takes ten times as long for one vector
+        return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.analysis.result_tables import shown_twist, small_motion, stiffness_matrix
+from robostiff.analysis.result_tables import (
+    shown_twist,
+    small_motion,
+    stiffness_matrix,
+    without_rounding,
+)
 from robostiff.errors import NoAnswerError
 from robostiff.markup import (
     Bullets,
@@ -28,7 +33,6 @@ from robostiff.statics.result_tables import (
     matrix_under_load,
     mode_table,
     stability_in_words,
-    without_rounding,
 )
 
 _TITLE = "Under finite load"
@@ -68,9 +72,8 @@ def _displacements(known: AnswersUnderLoad, contents: ReportContents) -> Table:
     """Displacement under the finite load beside that of small loads."""
     result, bent = known.equilibrium, contents.deflection
     rows: list[list[Cell]] = []
-    small = bent.twist if isinstance(bent, Deflection) and bent.has_answer else None
+    small = shown_twist(bent) if isinstance(bent, Deflection) and bent.has_answer else None
     moved = without_rounding(result.displacement, result.space)
-    small = None if small is None else without_rounding(small, result.space)
     for i, name in enumerate(result.space.twist_order):
         other: Cell = "none" if small is None else small_motion(name, small[i])
         rows.append([name, small_motion(name, moved[i]), other])

@@ -11,16 +11,16 @@ from robostiff.analysis import CableResponse, CableStiffness
 from robostiff.analysis.indices.overview import principal_table, ratio_table
 from robostiff.analysis.result_tables import (
     actuator_table,
+    cable_load_blocks,
     compliance_matrix,
     displacement_table,
     energy_table,
     free_motion_table,
-    load_table,
     stiffness_matrix,
     tension_table,
 )
 from robostiff.errors import NoAnswerError
-from robostiff.markup import Bullets, Cell, Number, Paragraph, Table, Tone, number
+from robostiff.markup import Bullets, Paragraph, Tone
 from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.free_motion_screws import free_motions_picture
@@ -28,7 +28,6 @@ from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.posture import surroundings
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Figure, Folded, Part, Section, SideBySide, one_figure, section
-from robostiff.statics.result_tables import without_rounding
 
 _TITLE = "Stiffness and compliance"
 
@@ -124,22 +123,13 @@ def bending_section(contents: ReportContents) -> Section | None:
 
 def _cables_bent(contents: ReportContents, bent: CableResponse) -> Iterator[Part]:
     """Displacement, the robot where it rests, tensions, and when the first cable is slack."""
-    before, after = bent.before, bent.after
-    if after is None or bent.displacement is None or contents.posed is None:
+    if bent.after is None or contents.posed is None:
         part = f"{100 * bent.carried:.4g} % of it are carried"
         yield Paragraph(f"The load is not carried: status {bent.status}; {part}.")
         yield Bullets(tuple(bent.advice), Tone.WARNING)
         return
-    space = before.space
-    yield load_table(space, bent.load, without_rounding(bent.displacement, space))
+    displacement, *rest = cable_load_blocks(bent)
+    yield displacement
     caption = "The robot where it rests under the load, and without it in dashed lines."
     yield one_figure("deformed", caption, picture_of_posed(contents.posed, bent))
-    pairs = zip(before.cable_names, before.tensions, after.tensions, strict=True)
-    rows: list[list[Cell]] = [
-        [name, Number(float(t), "N"), Number(float(now), "N") if now else "slack"]
-        for name, t, now in pairs
-    ]
-    yield Table(["cable", "without the load", "under the load"], rows)
-    if bent.first_slack is not None:
-        at = number(bent.first_slack.factor)
-        yield Paragraph(f"First slack cable: {bent.first_slack.cable}, at {at} times the load.")
+    yield from rest
