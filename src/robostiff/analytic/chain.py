@@ -59,18 +59,8 @@ def _motion_and_rule(entries: list[Any]) -> tuple[str, str]:
     return f"oblique {motion}", "recursion (15)"
 
 
-@dataclass(frozen=True)
-class NamedStage:
-    """One step of the recursion (15), its intermediates named."""
-
-    u: Any
-    mu: sp.Expr
-    K: Any
-    definitions: tuple[Definition, ...]
-
-
-def eliminate_by_name(K: Any, J: Any, stage: int) -> NamedStage:
-    """Stiffness after one more passive joint, with names u_i_j, mu_i and K_i_jk, eq. (15).
+def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[Definition, ...]]:
+    """u, mu and K after one more passive joint, with names u_i_j, mu_i and K_i_jk, eq. (15).
 
     A joint along one coordinate takes the index rule (19), (20): its row and column vanish.
 
@@ -80,7 +70,7 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> NamedStage:
     Examples
     --------
     >>> K = sp.Matrix(sp.MatrixSymbol("K", 2, 2))
-    >>> [str(d.symbol) for d in eliminate_by_name(K, sp.Matrix([0, 1]), 1).definitions]
+    >>> [str(d.symbol) for d in eliminate_by_name(K, sp.Matrix([0, 1]), 1)[3]]
     ['K_1_11']
     """
     n = K.rows
@@ -101,9 +91,7 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> NamedStage:
             entry = K[i, j] - u[i] * u[j] / mu if u[i] != 0 and u[j] != 0 else K[i, j]
             after[i, j] = names.give(f"K_{stage}_{i + 1}{j + 1}", entry)
             after[j, i] = after[i, j]
-    return NamedStage(
-        sp.ImmutableMatrix(u), mu, sp.ImmutableMatrix(after), tuple(names.definitions)
-    )
+    return sp.ImmutableMatrix(u), mu, sp.ImmutableMatrix(after), tuple(names.definitions)
 
 
 class _Names:
@@ -243,10 +231,8 @@ def _by_steps(start: Any, columns: Mapping[str, sp.ImmutableMatrix], name: str) 
             rule = rule_in_words(J, redundant=True)
             stages.append(Stage(joint, J, rule, none, sp.Integer(0), K))
             continue
-        stage = eliminate_by_name(K, J, number)
-        K = stage.K
-        rule = rule_in_words(J, redundant=False)
-        stages.append(Stage(joint, J, rule, stage.u, stage.mu, K, stage.definitions))
+        u, mu, K, own = eliminate_by_name(K, J, number)
+        stages.append(Stage(joint, J, rule_in_words(J, redundant=False), u, mu, K, own))
     definitions = tuple(d for stage in stages for d in stage.definitions)
     return Derivation(name, start, tuple(stages), K, definitions)
 

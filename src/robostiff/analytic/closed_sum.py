@@ -148,15 +148,9 @@ def closed_sum(
 ) -> ClosedSum:
     """Add w w^T / c over the wrenches of all legs.
 
-    Parameters
-    ----------
-    legs : sequence of (W, A)
-        SymPy expressions: m transmitted wrenches of n entries, and the compliance A = W^T C W
-        (m x m) that they meet.
-    n : int
-        Size of a wrench.
-    limit : int
-        Most terms that an entry may have on the way.
+    `legs`: sequence of (W, A): SymPy expressions: m transmitted wrenches of n entries, and the
+    compliance A = W^T C W (m x m) that they meet; `n`: size of a wrench; `limit`: most terms
+    that an entry may have on the way.
 
     Raises
     ------

@@ -149,13 +149,8 @@ def formula_function(
 ) -> FormulaFunction:
     """A derivation as a function, see `Derivation.lambdify`.
 
-    Parameters
-    ----------
-    derivation : Derivation or FormulaDerivative
-    arguments : sequence of str or Symbol
-        In the order wanted; in alphabetical order when empty.
-    also : sequence of Symbol
-        Further arguments, such as components of a load that have no part in K.
+    `arguments`: in the order wanted; in alphabetical order when empty; `also`: further
+    arguments, such as components of a load that have no part in K.
 
     Raises
     ------

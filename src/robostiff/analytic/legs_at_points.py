@@ -39,15 +39,8 @@ class LegAtPoints:
     ) -> LegAtPoints:
         """A leg of joints and springs in series.
 
-        Parameters
-        ----------
-        leg : PlacedLeg
-            On entries of the record of the points.
-        points : ExactPoints
-        reference : (3,) array
-            Reference point, entries or numbers.
-        rows : sequence of int
-            Which of six directions there are.
+        `leg`: on entries of the record of the points; `reference` (3,): reference point,
+        entries or numbers; `rows`: which of six directions there are.
         """
         found = [_Flexibility.of(leg, points, i, reference, rows) for i in range(points.count)]
         lost = [own.redundant for own in found]

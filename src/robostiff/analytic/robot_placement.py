@@ -31,7 +31,7 @@ from robostiff.kinematics.formula import (
     place_leg_at_joints,
 )
 from robostiff.model import Leg, Robot, with_entries
-from robostiff.model.entries import without_rounding
+from robostiff.model.entries import as_meant
 from robostiff.record import Entry, Record
 from robostiff.recorded import entry_reader
 from robostiff.spatial import exact_number
@@ -84,7 +84,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     InputError
         When a symbol has no nominal value, or a leg has no closed form away from home.
     """
-    robot = robot if robot.has_formulas else without_rounding(robot)
+    robot = robot if robot.has_formulas else as_meant(robot)
     finder = posture_finder(robot.numeric)
     given = coordinate_expressions(robot, pose)
     rotation = ABOUT_WORLD_AXES if isinstance(pose, AtHome) else pose.rotation

@@ -49,7 +49,7 @@ def with_entries(robot: OfSymbols, convert: Callable[[Any], Any]) -> OfSymbols:
     return _converted(robot, convert, {}, lambda array: array)
 
 
-def without_rounding(robot: OfSymbols) -> OfSymbols:
+def as_meant(robot: OfSymbols) -> OfSymbols:
     """The same robot, or linkage, with the numbers that were meant in place of rounded ones.
 
     A component of a vector or rotation that is rounding beside the largest one is 0, and a number
@@ -61,7 +61,7 @@ def without_rounding(robot: OfSymbols) -> OfSymbols:
     >>> from robostiff.spatial import Frame
     >>> turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]) + np.pi * np.eye(3) * 2e-17
     >>> link = Rigid(Frame(turn, np.array([0.1 + 0.2, 1e-17, 0])))
-    >>> (meant,) = without_rounding(Chain((link,))).elements
+    >>> (meant,) = as_meant(Chain((link,))).elements
     >>> meant.transform.p, bool(meant.transform.R[0, 0] == 0)
     (array([0.3, 0. , 0. ]), True)
     """

@@ -16,6 +16,7 @@ from robostiff.analytic.export.code_printer import (
     convention,
     guard_test,
     named_symbols,
+    plain_text,
     where_it_holds,
 )
 from robostiff.analytic.export.derivative_outline import refuse_derivative
@@ -134,17 +135,17 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
 def _comment(derivation: Derivation, compute: FormulaProgram, out: str, p: str) -> list[str]:
     n = derivation.K.rows
     words = f"{out}, {n} x {n}, row after row, {convention(n)}"
-    order = [f"{p}[{i}] {_plain(symbol.name)}" for i, symbol in enumerate(compute.arguments)]
+    order = [f"{p}[{i}] {plain_text(symbol.name)}" for i, symbol in enumerate(compute.arguments)]
     values = f"Values: {', '.join(order)}." if order else f"{p} is not used and may be null."
     returns = f"Returns 0; 1, and writes nothing, {where_it_holds(compute)}."
     lines = [
-        f"Stiffness matrix {_plain(derivation.name)} about the reference point.",
+        f"Stiffness matrix {plain_text(derivation.name)} about the reference point.",
         "",
         *wrapped_words(words, _WIDTH - 3),
         "",
         *wrapped_words(values, _WIDTH - 3),
         "",
-        *wrapped_words(_plain(returns), _WIDTH - 3),
+        *wrapped_words(plain_text(returns), _WIDTH - 3),
     ]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
 
@@ -205,12 +206,6 @@ def _guard(
 
 def _assigned(target: str, expression: str) -> list[str]:
     return wrapped_formula(f"{expression};", _WIDTH, f"    {target} = ", " " * 8)
-
-
-def _plain(name: str) -> str:
-    """A name inside a comment."""
-    kept = "".join(c for c in name if c.isascii() and c.isprintable() and c not in "*/\\?")
-    return " ".join(kept.split()) or "without a plain name"
 
 
 class _CPrinter(CodePrinter):

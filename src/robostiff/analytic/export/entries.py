@@ -162,13 +162,13 @@ def in_decimals(expression: Any) -> Any:
     return expression.func(*map(in_decimals, expression.args))
 
 
-def without_rounding(K: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
+def without_lost_digits(K: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
     """A stiffness matrix in decimals, with 0 for what its digits do not hold beside the diagonal.
 
     Examples
     --------
     >>> tiny = sp.Rational(1, 3**40)
-    >>> without_rounding(sp.ImmutableMatrix([[2, tiny], [tiny, 3]]))
+    >>> without_lost_digits(sp.ImmutableMatrix([[2, tiny], [tiny, 3]]))
     Matrix([
     [2, 0],
     [0, 3]])

@@ -17,7 +17,7 @@ from robostiff.analytic.export.entries import (
     operations,
     readable,
     readable_matrix,
-    without_rounding,
+    without_lost_digits,
 )
 from robostiff.analytic.vector_form import Equation
 from robostiff.errors import printable
@@ -267,7 +267,7 @@ def stiffness_equation(
     K: sp.ImmutableMatrix, name: MatrixName, names: EntryNames
 ) -> MatrixEquation:
     """``name = factor * matrix`` of a stiffness matrix."""
-    K = without_rounding(K)
+    K = without_lost_digits(K)
     factor, rest = factored_matrix(K)
     return MatrixEquation(name, factor, rest, readable_matrix(K), names.entries_of(name))
 
