@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast, overload
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -97,6 +97,9 @@ def stiffness(
     >>> rs.stiffness(linkage, {"screw": [-0.1, 0, 0.2]}).rank
     array([ 6,  6, -1])
     """
+    how: dict[str, Any] = {"method": method, "near": near, "tolerance": tolerance}
+    if isinstance(robot, Robot):
+        return answered_at(robot, pose, at, **how, by_record=True)
     from robostiff.model.cable import CableRobot
 
     if isinstance(robot, CableRobot):
@@ -110,9 +113,7 @@ def stiffness(
         from robostiff.analysis.cable_stiffness import cable_stiffness
 
         return cable_stiffness(robot, cast("Pose", pose), at=at, tolerance=tolerance)
-    return answered_at(
-        robot, pose, at, method=method, near=near, tolerance=tolerance, by_record=True
-    )
+    return answered_at(robot, pose, at, **how, by_record=True)
 
 
 def compliance(

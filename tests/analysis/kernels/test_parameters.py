@@ -60,7 +60,8 @@ def test_left_out_parameters_are_nominal_and_other_symbols_stay_so():
 def test_guarded_poses_are_computed_with_their_own_values():
     robot = model("gough-stewart-a", "R", "k")
     compiled = rs.compile(robot, parameters=("R", "k"), backend=rs.Backend.ARRAYS)
-    pose = np.zeros((4, 6))  # the platform in the base plane: the legs' forces lie in it
+    pose = np.zeros((4, 6))
+    pose[:, 2] = 1e-12  # the platform nearly in the base plane: the legs' forces lie in it
     pose[[0, 3]] = [[0.05, 0.02, 0.8, 0, 0.1, 0], [0.02, 0.05, 0.75, 0.1, 0, 0]]
     values = {"R": np.array([0.5, 0.5, 0.55, 0.5]), "k": np.array([1e8, 1e8, 2e8, 3e8])}
     answer = compiled.evaluate(pose, parameters=values)
