@@ -28,17 +28,9 @@ _NONE = 1e-12
 
 @dataclass(frozen=True)
 class Anchor:
-    """A point of a body that holds an end of a spring.
+    """A point of a body that holds an end of a spring, at the unloaded posture [m].
 
-    Attributes
-    ----------
-    point : (3,) array
-        At the unloaded posture [m].
-    chain : int or None
-        Of the legs computed together; None for the base, and for the platform.
-    place : int
-        Which of the anchors of that chain.
-    on_platform : bool
+    It is one of the anchors of a chain; without a chain on the base, or on the platform.
     """
 
     point: np.ndarray
@@ -105,18 +97,10 @@ class FiniteBodySpring:
 
 @dataclass(frozen=True)
 class Pulling:
-    """A spring at a state.
+    """A spring at a state: its force (3,) on its first point; the opposite acts on the second [N].
 
-    Attributes
-    ----------
-    force : (3,) array
-        On its first point; the opposite acts on the second [N].
-    rate : (3,) array
-        Of the force by the share of loads [N].
-    D : (3, 3) array
-        Of the force by the vector between its points [N/m].
-    length, tension : float
-        [m], [N].
+    `rate` is that of the force by the share of loads, D that by the vector between the points
+    [N/m].
     """
 
     force: np.ndarray

@@ -7,7 +7,7 @@ the energy that they store, is computed for all elements of a chain together, in
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -148,11 +148,10 @@ _Alike = TypeVar("_Alike", bound=Element)
 
 def stacked(elements: Sequence[_Alike]) -> _Alike:
     """The same joint or elastic part of several legs as one element."""
-    found = {}
-    for field in fields(elements[0]):
-        own = [getattr(e, field.name) for e in elements]
-        if isinstance(own[0], np.ndarray):
-            found[field.name] = np.concatenate(own)
-        elif isinstance(own[0], tuple):
-            found[field.name] = tuple(x for each in own for x in each)
-    return replace(elements[0], **found)
+    found = dict(vars(elements[0]))
+    for name, value in found.items():
+        if isinstance(value, np.ndarray):
+            found[name] = np.concatenate([vars(e)[name] for e in elements])
+        elif isinstance(value, tuple):
+            found[name] = tuple(x for e in elements for x in vars(e)[name])
+    return type(elements[0])(**found)

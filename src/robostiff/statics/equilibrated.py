@@ -106,15 +106,9 @@ def equilibrated(A: np.ndarray, arrow: Arrow | None = None) -> Equilibrated:
 class _Blocks:
     """Systems solved block by block.
 
-    Attributes
-    ----------
-    arrow : Arrow
-    inverses : tuple of (N, C, b, b) arrays
-        Of the blocks.
-    after, before : tuples of (N, C, b, k) and (N, C, k, b) arrays
-        These times the columns of the unknowns left, and the rows of these.
-    left : Equilibrated
-        What the blocks leave of the other unknowns.
+    `inverses` (N, C, b, b) are those of the blocks; `after` (N, C, b, k) these times the columns of
+    the unknowns left, `before` (N, C, k, b) the rows of these; `left` is what the blocks leave of
+    them.
     """
 
     arrow: Arrow

@@ -112,15 +112,8 @@ def group_of(
 class _Bodies:
     """Which nodes are one body.
 
-    Attributes
-    ----------
-    network : Network
-    of_node : mapping of str to str
-        The node that stands for the body of each: a fixed one, the platform, or any.
-    between : tuple of str
-        Bodies that are neither.
-    points : mapping of str to (3,) arrays
-        Of all nodes [m].
+    For each node `of_node` has the one that stands for its body: a fixed one, the platform, or any;
+    `between` are those that are neither. Points are those of all nodes [m].
     """
 
     network: Network

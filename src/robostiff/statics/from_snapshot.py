@@ -116,18 +116,10 @@ def legs_of(
 
 @dataclass(frozen=True)
 class _Part:
-    """What a name stands for.
+    """What a name stands for: a place behind some elements of a chain, and its point (3,) [m].
 
-    Attributes
-    ----------
-    chain, after : int
-        The chain, and how many of its elements lie before the body behind the part.
-    point : (3,) array
-        Of the part [m].
-    drive : int or None
-        Which element is its joint.
-    sum : int or None
-        Which coupling it is; its joint is the one that follows.
+    `drive` is the element that is its joint, `sum` the coupling that it is, of whose joint it
+    follows.
     """
 
     chain: int
@@ -141,18 +133,8 @@ class _Part:
 class _Behind:
     """A body behind some elements of a leg.
 
-    Attributes
-    ----------
-    body : int or None
-        Between chains, where `chain` is None: that body; None for base, or platform at the end.
-    chain : int or None
-        Of the last element before it.
-    after : int
-        How many elements of the chain lie before it.
-    point : (3,) array
-        Of that element [m].
-    is_end : bool
-        Whether `body` is None for the platform.
+    Behind `after` elements of a chain, the last of them at a point [m]; or, without a chain, a body
+    between chains, with None for the base, or for the platform at the end.
     """
 
     body: int | None

@@ -295,12 +295,14 @@ class LegGroup:
 
     def stepped(self, state: LegState, step: np.ndarray) -> LegState:
         """The state after a step (N, n) of its unknowns."""
-        bodies = []
-        for body, place in zip(state.bodies, self.body_places, strict=True):
-            twist = np.zeros((self.count, 6))
+        twists = np.zeros((len(self.points), self.count, 6))
+        for twist, place in zip(twists, self.body_places, strict=True):
             twist[:, list(self.rows)] = step[:, place]
-            R = matrix_of_rotation(twist[:, 3:]) @ body.R
-            bodies.append(MovingBody(R, body.p + twist[:, :3]))
+        turns = matrix_of_rotation(twists[..., 3:])
+        bodies = [
+            MovingBody(R @ body.R, body.p + twist[:, :3])
+            for R, twist, body in zip(turns, twists, state.bodies, strict=True)
+        ]
         return LegState(
             tuple(x + step[:, s] for x, s in zip(state.x, self.coordinates, strict=True)),
             tuple(W + step[:, s] for W, s in zip(state.W, self.wrench_places, strict=True)),

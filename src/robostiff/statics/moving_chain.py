@@ -7,7 +7,6 @@ elements. An elastic part has six coordinates here; those that it lacks are empt
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,25 +16,7 @@ from robostiff.statics.element import BodyPlace, Element, FiniteJoint, Law
 from robostiff.statics.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
 
 _IDENTITY = np.eye(3)
-
-
-@dataclass(frozen=True)
-class _Steps:
-    """What the coordinates of elements do.
-
-    Attributes
-    ----------
-    E : (N, K, 3, 3) array
-        Turn of every element, in world axes of the unloaded posture.
-    far : (N, K, 3) array
-        Where that takes the far end, in these axes [m].
-    turned : FiniteTurn
-        Of the elastic parts, in their own axes.
-    """
-
-    E: np.ndarray
-    far: np.ndarray
-    turned: FiniteTurn
+_Steps = tuple[np.ndarray, np.ndarray, FiniteTurn]
 
 
 class MovingChains:
@@ -159,6 +140,10 @@ class MovingChains:
         return self._moved(self._steps(x), start)
 
     def _steps(self, x: np.ndarray) -> _Steps:
+        """Turns of all elements, in world axes of the unloaded posture, and of elastic parts.
+
+        Between them where the far ends are taken, in these axes [m].
+        """
         E, far = np.empty((*self.point.shape, 3)), self.point.copy()
         q = x[:, self.joint_places][..., None]
         angle = (q * self.turning)[..., None]
@@ -173,13 +158,14 @@ class MovingChains:
         own = self.own_axes
         E[:, self.spring_elements] = own @ turned.R @ np.swapaxes(own, -1, -2)
         far[:, self.spring_elements] += (own @ th[..., :3, None])[..., 0]
-        return _Steps(E, far, turned)
+        return E, far, turned
 
     def _moved(self, steps: _Steps, start: BodyPlace | None) -> Moved:
         N, K = self.point.shape[:2]
         M = np.zeros((N, K, 4, 4))
-        M[..., :3, :3], M[..., 3, 3] = steps.E, 1.0
-        M[..., :3, 3] = steps.far - (steps.E @ self.point[..., None])[..., 0]
+        E, far, _ = steps
+        M[..., :3, :3], M[..., 3, 3] = E, 1.0
+        M[..., :3, 3] = far - (E @ self.point[..., None])[..., 0]
         T = np.empty((N, K + 1, 4, 4))
         T[:, 0] = np.eye(4)
         if start is not None:
@@ -264,7 +250,7 @@ class MovingChains:
             axes = motion.T[:, self.spring_elements, :3, :3] @ self.own_axes
             about = (np.swapaxes(axes, -1, -2) @ beyond[..., None])[..., 0]
             V = self.modes[:, :, 3:]
-            block = curvature - np.swapaxes(V, -1, -2) @ steps.turned.rate_felt(about) @ V
+            block = curvature - np.swapaxes(V, -1, -2) @ steps[2].rate_felt(about) @ V
             flat = tangent.reshape(self.count, -1)
             flat[:, self.block_places] += block.reshape(self.count, -1)[:, self.block_pairs]
         return ChainTerms(motion.end, np.swapaxes(J, -1, -2), tangent, gradient, by_share)
@@ -273,10 +259,11 @@ class MovingChains:
         self, steps: _Steps, motion: Moved, centre: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Angular velocities and velocities (N, n, 3) about points of the elements (N, K, 3)."""
+        _, far, turned = steps
         before, body = motion.T[:, :-1], len(self.body_rows)
-        C = (before[..., :3, :3] @ steps.far[..., None])[..., 0] + before[..., :3, 3]
+        C = (before[..., :3, :3] @ far[..., None])[..., 0] + before[..., :3, 3]
         local = self.local.copy()
-        turning = self.own_axes @ steps.turned.W @ self.modes[:, :, 3:]
+        turning = self.own_axes @ turned.W @ self.modes[:, :, 3:]
         local[:, self.spring_places, 1] = self._columns_of_springs(turning)
         axes = before[:, self.order[body:] - bool(body), :3, :3]
         both = local @ np.swapaxes(axes, -1, -2)

@@ -140,17 +140,9 @@ def _ended(
 
 @dataclass(frozen=True)
 class PathStep:
-    """An equilibrium on a path, and the way there from the one before.
+    """An equilibrium on a path, and the way to it from the one before: direction (r + 1,) and arc.
 
-    Attributes
-    ----------
-    here, found : FoundEquilibrium
-        The one before, and the next.
-    direction : (r + 1,) array
-        Of the path at the one before.
-    arc : float
-    unit : float
-        Shift that counts as much as the whole load [m].
+    `unit` is the shift that counts as much as the whole load [m].
     """
 
     here: FoundEquilibrium

@@ -73,15 +73,8 @@ class Closure:
 class Bordered:
     """Steps of legs with rigid parts.
 
-    Attributes
-    ----------
-    inverse : Equilibrated
-    found : (N, n, k) array
-        Without what is carried in the missing directions.
-    gaps : (N, d, k) array
-        What is left of the closure there.
-    carried : (N, n, d) array
-        Unit wrenches Λ of these directions among the unknowns.
+    `found` (N, n, k) is without what is carried in the missing directions, `gaps` (N, d, k) what is
+    left of the closure there, `carried` (N, n, d) unit wrenches Λ of these among the unknowns.
     """
 
     inverse: Equilibrated

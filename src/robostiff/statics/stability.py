@@ -155,16 +155,9 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
 def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | None]:
     """Of legs built alike; None for one that the platform holds."""
     Q0 = group.unloaded_curvature
-    # Unit energy where a part has any, unit motion elsewhere: what springs between bodies add to a
-    # passive joint may be rounding, of one whose axis meets them.
+    # Without springs between bodies: what these add to a passive joint may be rounding.
     stiff = np.diagonal(group.own_curvature, axis1=-2, axis2=-1)
-    scale = np.where(stiff > 0, 1.0 / np.sqrt(np.where(stiff > 0, stiff, 1.0)), 1.0)
-    norms = np.linalg.norm(C * scale[:, None], axis=1)
-    for own, elastic, passive, size in zip(
-        scale, (stiff > 0) & (norms > 0), (stiff == 0) & (norms > 0), norms, strict=True
-    ):
-        if np.any(elastic):
-            own[passive] = np.median(size[elastic]) / size[passive]
+    scale = np.array([unit_sizes(*own) for own in zip(C, stiff, strict=True)])
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
@@ -176,6 +169,19 @@ def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | N
         for leg, own, least in zip(legs, N, margins(*pairs), strict=True):
             found[leg] = least.among(own)
     return found
+
+
+def unit_sizes(C: np.ndarray, stiff: np.ndarray) -> np.ndarray:
+    """Units of coordinates (m,) that have a stiffness each, or none, in closures (c, m).
+
+    Of unit energy; those without stiffness move the ends of chains as far as the others do.
+    """
+    size = np.where(stiff > 0, 1.0 / np.sqrt(np.where(stiff > 0, stiff, 1.0)), 1.0)
+    moved = np.linalg.norm(C * size, axis=0)
+    elastic, passive = (stiff > 0) & (moved > 0), (stiff <= 0) & (moved > 0)
+    typical = np.median(moved[elastic]) if np.any(elastic) else 1.0
+    size[passive] = typical / moved[passive]
+    return size
 
 
 def _left_by(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.statics.problem import EquilibriumProblem, Linearised, State
+from robostiff.statics.stability import unit_sizes
 
 # Of the largest singular value: of closure, and of the masses, whose roots are taken.
 _CLOSED, _MASSLESS = 1e-10, 1e-9
@@ -45,18 +46,18 @@ class SmallMotions:
         """
         rows, r = list(problem.rows), problem.size
         n = sum(g.count * g.free_size for g in problem.groups) + r
-        K, size, at = np.zeros((n, n)), np.ones(n), 0
+        K, stiff, at = np.zeros((n, n)), np.zeros(n), 0
         B, closure = [], []
         parts = zip(problem.groups, weights.groups, known.equations, state.legs, strict=True)
         for group, heavy, eq, own in parts:
             m = group.free_size
             moving, forces = heavy.load_velocities(own)
-            stiff = np.diagonal(group.unloaded_curvature, axis1=-2, axis2=-1)
+            own_stiff = np.diagonal(group.unloaded_curvature, axis1=-2, axis2=-1)
             for i in range(group.count):
                 here = slice(at, at + m)
                 at += m
                 K[here, here] = eq.A[i, :m, :m]
-                size[here] = np.where(stiff[i] > 0, 1 / np.sqrt(np.maximum(stiff[i], 1e-300)), 0.0)
+                stiff[here] = own_stiff[i]
                 closed = np.zeros((eq.A.shape[1] - m, n))
                 closed[:, here], closed[:, n - r :] = eq.A[i, m:, :m], eq.A_t[i, m:]
                 closure.append(closed)
@@ -77,7 +78,7 @@ class SmallMotions:
             B.append(np.sqrt(np.linalg.norm(force)) * rate)
         C = np.concatenate(closure)
         return SmallMotions(
-            0.5 * (K + K.T), np.concatenate([np.zeros((0, n)), *B]), C, _sizes(C, size)
+            0.5 * (K + K.T), np.concatenate([np.zeros((0, n)), *B]), C, unit_sizes(C, stiff)
         )
 
     def vibrations(self) -> tuple[np.ndarray, np.ndarray]:
@@ -120,12 +121,3 @@ class SmallMotions:
         _, values, Vt = np.linalg.svd(C)
         rank = int(np.sum(values > _CLOSED * np.max(values, initial=0.0)))
         return Vt[rank:].T * self.size[:, None]
-
-
-def _sizes(C: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Of all coordinates: those without energy move their ends as far as the others do."""
-    moved = np.linalg.norm(C, axis=0)
-    elastic = (size > 0) & (moved > 0)
-    typical = float(np.median((moved * size)[elastic])) if np.any(elastic) else 1.0
-    passive = np.where(moved > 0, typical / np.where(moved > 0, moved, 1.0), 1.0)
-    return np.where(size > 0, size, passive)

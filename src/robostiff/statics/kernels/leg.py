@@ -35,16 +35,9 @@ from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
 
 @dataclass(frozen=True)
 class RecordedChain:
-    """A chain from one body to another; see `FiniteChain`.
+    """A chain from one body to another, None for base and platform; see `FiniteChain`.
 
-    Attributes
-    ----------
-    name : str
-        Its unknowns begin with it.
-    start, end : int or None
-        Bodies; None for base and platform.
-    elements : tuple of RecordedElement
-    loads : tuple of BodyLoad
+    Its unknowns begin with its name.
     """
 
     name: str

@@ -48,16 +48,9 @@ class Body:
 
 @dataclass(frozen=True)
 class Column:
-    """How a chain moves by one coordinate.
+    """How a chain moves by one coordinate, of an element, or of the body at the start (-1).
 
-    Attributes
-    ----------
-    element : int
-        Which element moves; -1 of the body at the start.
-    v, w : (3,) arrays of entries and numbers
-        Velocity about `at`, and angular velocity.
-    at : (3,) array of entries and numbers
-        Point of the element [m].
+    With velocity v about a point [m], and angular velocity w, (3,) arrays of entries and numbers.
     """
 
     element: int

@@ -38,17 +38,9 @@ Frames = Mapping[str, tuple[np.ndarray, np.ndarray]]
 
 @dataclass(frozen=True)
 class RecordedAnchor:
-    """A point of a body that holds an end of a spring.
+    """A point (3,) of a body that holds an end of a spring, at the unloaded posture [m].
 
-    Attributes
-    ----------
-    point : (3,) array of entries and numbers
-        At the unloaded posture [m].
-    leg, chain : int or None
-        None for the base, and for the platform.
-    after : int
-        How many elements of the chain lie before the body.
-    on_platform : bool
+    The body is behind some elements of a chain of a leg; without these the base, or the platform.
     """
 
     point: np.ndarray

@@ -55,16 +55,9 @@ class RecordedStrut:
 class StrutTerms:
     """What some struts carry together, and each of them.
 
-    Attributes
-    ----------
-    W : (6,) array of entries and numbers
-        Wrench on the struts, about the point of the platform.
-    K : dict of (row, column) to entries or numbers
-        Upper triangle of the symmetric part of their stiffness.
-    along : list of (6,) arrays
-        Of each, its unit wrench: rate of its length by the twist of the platform.
-    t, lengths : lists of entries and numbers
-        Of each, its force [N] and its unloaded length [m].
+    W (6,) is their wrench about the point of the platform, K the symmetric part of their stiffness,
+    upper triangle; of each, `along` is its unit wrench, the rate of its length by the twist of the
+    platform, t its force [N], and `lengths` are without load [m].
     """
 
     W: np.ndarray
