@@ -291,3 +291,14 @@ def test_every_symbol_is_an_argument_once(closed):
     for order in (("h", "R"), ("R", "r", "h", "k", "k"), ("R", "r", "h", "q")):
         with pytest.raises(rs.InputError, match="each of R, h, k, r once"):
             closed.lambdify(*order)
+
+
+def test_a_design_whose_legs_do_not_reach_is_refused_where_its_root_cancels():
+    """K of a 3-RRR has the square of a root alone: beyond reach a negative stiffness."""
+    formula = rs.derive("3-rrr", symbols=("R", "l1", "l2", "r"))
+    apart = {"R": 0.33, "l1": 0.45, "l2": 0.16, "r": 0.07}  # l1 - l2 > R - r
+    with pytest.raises(rs.InputError, match="a gap of"):
+        rs.load("3-rrr", apart)
+    for evaluate in (formula.substituted, formula.subs):
+        with pytest.raises(rs.InputError, match=r"got 'a negative stiffness -.*expected values at"):
+            evaluate(apart)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, Derivation, WrittenField
-from robostiff.analytic.substitution import Substitution, refuse_failing
+from robostiff.analytic.substitution import Substitution, refuse_failing, refuse_negative
 from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
 
 
@@ -201,9 +201,16 @@ class RobotDerivation(Derivation):
         )
         return RobotDerivation, (*own, *of_robot)
 
+    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
+        """K at given values of all its symbols, refused where the legs do not reach."""
+        K = super().substituted(values)
+        refuse_negative(K, f"formula {self.name!r}")
+        return K
+
     def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
         parts = super()._parts_at(put_in)
         refuse_failing(self.conditions, put_in, f"formula {self.name!r}")
+        refuse_negative(parts["K"], f"formula {self.name!r}")
         kept = {d.symbol: d for d in parts["definitions"]}
         legs = tuple(
             replace(

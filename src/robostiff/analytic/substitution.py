@@ -232,6 +232,22 @@ def refuse_undefined(expressions: Iterable[Any], subject: str) -> None:
             )
 
 
+def refuse_negative(K: Any, subject: str) -> None:
+    """Raise where K has a negative diagonal: a leg does not reach, and its root cancels in K.
+
+    Raises
+    ------
+    InputError
+    """
+    for entry in K.diagonal():
+        if not entry.free_symbols and entry.is_negative:
+            raise InputError(
+                f"{subject} at these values",
+                got=f"a negative stiffness {entry.evalf(6)}",
+                expected="values at which the legs reach the platform",
+            )
+
+
 def refuse_failing(conditions: Iterable[Any], put_in: Substitution, subject: str) -> None:
     """Raise where a condition of a formula does not hold; those that keep symbols are left open.
 
