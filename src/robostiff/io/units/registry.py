@@ -154,9 +154,8 @@ def make_quantity(magnitude: Any, unit: Unit | None = None) -> Quantity:
         return Quantity(magnitude * (factor * above / below), unit.base)
     if unit.ratio == 1 or not math.isfinite(magnitude):
         return Quantity(magnitude, unit.base)
-    decimals = Fraction(repr(float(magnitude)))
     try:
-        return Quantity(float(decimals * unit.ratio), unit.base)
+        return Quantity(float(Fraction(repr(float(magnitude))) * unit.ratio), unit.base)
     except OverflowError:
         return Quantity(math.copysign(math.inf, magnitude), unit.base)
 
