@@ -100,12 +100,7 @@ def _free_motions(recorded: RecordedRobot) -> list[list[Any]]:
 def _check_free_motions(
     recorded: RecordedRobot, components: Sequence[int], rates: Sequence[np.ndarray], free: Any
 ) -> None:
-    """Raise where the load does work on a free motion, or K changes along one.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise where the load does work on a free motion, or K changes along one."""
     space, name = recorded.space, recorded.name
     sizes = [1.0 if row < 3 else recorded.length for row in space.rows]
     largest = max(most_size(x) / (sizes[i] * sizes[j]) for (i, j), x in recorded.K.items())

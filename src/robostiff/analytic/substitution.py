@@ -86,12 +86,7 @@ def _value(symbol: sp.Symbol, value: Any) -> Any:
 
 
 def refuse_names_of_steps(values: Mapping[Any, Any], definitions: Iterable[Any]) -> None:
-    """Raise where a formula that is put in has a symbol with the name of a step.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise where a formula that is put in has a symbol with the name of a step."""
     names = {d.symbol.name for d in definitions}
     for symbol, formula in values.items():
         taken = names & {str(s) for s in formula.free_symbols}
@@ -213,12 +208,7 @@ def _digits(number: Any) -> int:
 
 
 def refuse_undefined(expressions: Iterable[Any], subject: str) -> None:
-    """Raise where a value is infinite, undefined or not real.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise where a value is infinite, undefined or not real."""
     for expression in expressions:
         if expression.has(*_UNDEFINED) or (
             not expression.free_symbols and expression.has(sp.I) and expression.is_real is False
@@ -233,12 +223,7 @@ def refuse_undefined(expressions: Iterable[Any], subject: str) -> None:
 
 
 def refuse_negative(K: Any, subject: str) -> None:
-    """Raise where K has a negative diagonal: a leg does not reach, and its root cancels in K.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise where K has a negative diagonal: a leg does not reach, and its root cancels in K."""
     for entry in K.diagonal():
         if not entry.free_symbols and entry.is_negative:
             raise InputError(
@@ -249,12 +234,7 @@ def refuse_negative(K: Any, subject: str) -> None:
 
 
 def refuse_failing(conditions: Iterable[Any], put_in: Substitution, subject: str) -> None:
-    """Raise where a condition of a formula does not hold; those that keep symbols are left open.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise where a condition of a formula does not hold; those that keep symbols are left open."""
     for condition in conditions:
         value = put_in(condition.expression)
         if value.free_symbols:

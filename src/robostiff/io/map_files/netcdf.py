@@ -92,12 +92,7 @@ def read_map_netcdf(path: Path) -> xarray.Dataset:
 
 
 def check_netcdf() -> None:
-    """Raise when the packages for NetCDF are not installed; to be called before the computation.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise when the packages for NetCDF are not installed; to be called before the computation."""
     with needs_extra("maps", "maps"):
         import h5netcdf  # noqa: F401
         import h5py  # noqa: F401
