@@ -91,8 +91,8 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
         )
     symbols, samples, twin = _sampled(snapshot)
     record = Record(samples)
-    exact: Any = with_entries(snapshot, exact_number)  # pyright: ignore
-    entries: Any = with_entries(exact, entry_reader(record, exact=True))
+    exact = with_entries(snapshot, exact_number)
+    entries = with_entries(exact, entry_reader(record, exact=True))
     length = float(twin.characteristic_length) or 1.0
     recorder = LegRecorder(record, entries.reference_point, snapshot.space, length)
     read = ClosedReading(record, symbols)
@@ -120,11 +120,7 @@ def _sampled(snapshot: Snapshot) -> tuple[dict[str, Any], dict[str, Any], Snapsh
         ]
         if np.all(np.isfinite(np.array(each, dtype=float))):
             return symbols, samples, _in_numbers(snapshot, entries, each[0])
-    raise InputError(
-        f"formula of snapshot {snapshot.name!r}",
-        got="entries without a real value where all symbols are between 0.1 and 1.5",
-        expected="formulas that hold there: scale lengths to metres near 1",
-    )
+    raise _without_values(snapshot, "entries without a real value")
 
 
 def _symbols(entries: list[Any]) -> set[Any]:
@@ -133,7 +129,7 @@ def _symbols(entries: list[Any]) -> set[Any]:
 
 def _in_numbers(snapshot: Snapshot, entries: list[Any], values: list[Any]) -> Snapshot:
     known = dict(zip(entries, map(float, values), strict=True))
-    return with_entries(snapshot, lambda x: known.get(x, x))  # pyright: ignore
+    return with_entries(snapshot, lambda x: known.get(x, x))
 
 
 def _check(K: Any, snapshot: Snapshot) -> None:
@@ -158,3 +154,12 @@ def _check(K: Any, snapshot: Snapshot) -> None:
             where, length = f"snapshot {snapshot.name!r}", float(twin.characteristic_length) or 1.0
             check_value(K, (), values, result.K, AGREED, where, length)
             return
+    raise _without_values(snapshot, "no stiffness to compare with")
+
+
+def _without_values(snapshot: Snapshot, got: str) -> InputError:
+    return InputError(
+        f"formula of snapshot {snapshot.name!r}",
+        got=f"{got} at {_TRIES} sets of symbols between 0.1 and 1.5",
+        expected="formulas that hold there: scale lengths to metres near 1",
+    )

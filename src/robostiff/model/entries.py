@@ -12,18 +12,19 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_number, is_formula
 
+Part = TypeVar("Part")
 OfSymbols = TypeVar("OfSymbols", bound="Symbolic")
 
 # Limits and laws of drives and nominal values of symbols are not part of a formula.
 _NO_ENTRIES = frozenset(("limits", "nominal", "laws"))
 
 
-def with_entries(robot: OfSymbols, convert: Callable[[Any], Any]) -> OfSymbols:
-    """The same robot, or linkage, with ``convert(entry)`` in place of every number or formula.
+def with_entries(robot: Part, convert: Callable[[Any], Any]) -> Part:
+    """The same robot, or part of one, with ``convert(entry)`` in place of every number or formula.
 
     Parameters
     ----------
-    robot : Robot or Linkage
+    robot : Robot, Linkage, or a part of one
     convert : callable
         Gets a Python float, or a formula as it is; gives a float or a formula, of SymPy or of any
         kind that has ``free_symbols``. The limits of drives and the nominal values of symbols are
@@ -31,7 +32,7 @@ def with_entries(robot: OfSymbols, convert: Callable[[Any], Any]) -> OfSymbols:
 
     Returns
     -------
-    Robot or Linkage
+    Robot, Linkage or part
         With arrays of floats where all their entries are floats, and of objects elsewhere.
 
     Raises
@@ -49,8 +50,8 @@ def with_entries(robot: OfSymbols, convert: Callable[[Any], Any]) -> OfSymbols:
     return _converted(robot, convert, {}, lambda array: array)
 
 
-def as_meant(robot: OfSymbols) -> OfSymbols:
-    """The same robot, or linkage, with the numbers that were meant in place of rounded ones.
+def as_meant(robot: Part) -> Part:
+    """The same robot, or part of one, with the numbers that were meant in place of rounded ones.
 
     A component of a vector or rotation that is rounding beside the largest one is 0, and a number
     that rounding separates from a short decimal is this one. So no rounding enters a formula.
