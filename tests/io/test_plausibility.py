@@ -101,6 +101,17 @@ def test_numbers_in_other_units(right, slip, warning, tmp_path):
     assert facts["warnings"][0].endswith(warning)
 
 
+def test_values_of_parameters_without_the_unit_of_the_file():
+    slip = "parameter k_joint = 250: 250 N/m .* in place of 4e[+]08 N/m"
+    for symbols in ((), rs.ALL_PARAMETERS):
+        with pytest.warns(rs.PlausibilityWarning, match=slip):
+            rs.load("hexapod", {"k_joint": 250}, symbols=symbols)
+    with pytest.warns(rs.PlausibilityWarning, match="parameter k = 30: 30 N/m"):
+        rs.load("gough-stewart-a", {"k": "30"})
+    rs.load("hexapod", {"k_joint": 2.5e8})
+    rs.load("hexapod", {"k_joint": "250 N/m"})  # who writes the unit means it
+
+
 def test_angles_with_their_unit_and_soft_materials_do_not_warn():
     for right, other in (("20 deg", "700 deg"), ("210 GPa", "0.07 MPa"), ("300 mm", "99 m")):
         with warnings.catch_warnings():

@@ -10,7 +10,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, warn_of_slip
 from robostiff.io.expression.evaluate import Expression, known_names, parse
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import Words, did_you_mean
@@ -27,6 +27,7 @@ from robostiff.io.units import (
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 _MOST = 4000
 _LONGEST_SHOWN = 70
+_FAR = 999.0  # times what a parameter was: as millimetres that are taken for metres
 
 
 class ParameterError(InputError):
@@ -204,7 +205,9 @@ def _like(original: Quantity, value: Quantity, name: str, written: object) -> Qu
     if is_bare(original):
         return value
     if is_bare(value):
-        return make_quantity(value.magnitude, original.units)
+        meant = make_quantity(value.magnitude, original.units)
+        _question(name, written, meant, original)
+        return meant
     same = same_dimension(original, value) and not (
         original.units.powers[:3] == (0, 0, 0) and original.units.powers != value.units.powers
     )
@@ -213,3 +216,15 @@ def _like(original: Quantity, value: Quantity, name: str, written: object) -> Qu
             name, got=written, expected=f"the same dimension as {describe(original)}"
         )
     return value
+
+
+def _question(name: str, written: object, meant: Quantity, original: Quantity) -> None:
+    """Warn when a number without a unit is probably meant in the unit of the model file."""
+    sizes = [x.magnitude for x in (meant, original)]
+    if all(isinstance(x, Real) and x != 0 for x in sizes):
+        times = abs(float(sizes[0]) / float(sizes[1]))
+        if max(times, 1 / times) >= _FAR:
+            warn_of_slip(
+                f"parameter {name} = {written}: {describe(meant)}, in place of "
+                f"{describe(original)}; numbers without a unit are in SI units: write the unit"
+            )
