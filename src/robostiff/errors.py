@@ -199,6 +199,10 @@ def warn_of_slip(text: str) -> None:
     warnings.warn(text, PlausibilityWarning, stacklevel=level)
 
 
+class OpenAtHomeError(InputError):
+    """A leg does not close in the home configuration of the robot."""
+
+
 class NoAnswerError(RobostiffError):
     """A result has no such quantity; the message gives status and advice."""
 

@@ -17,7 +17,7 @@ from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import Derivative, Kernel, Output, rows_of, unpack, whole_threads
 from robostiff.compiled.arrays import POSES_A_CHUNK, chunks_of, in_shares
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError
+from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.recorded import CLOSED, SHORT
 from robostiff.spatial.batch import empty_batch
 
@@ -216,6 +216,12 @@ def checked_chunks(
         yield where, checked_results(kernel, results, missed, loose, general, rows)
 
 
+def _put_unreachable(answer: CompiledAnswer, rows: np.ndarray) -> None:
+    answer.status_codes[rows], answer.rank[rows] = int(Status.UNREACHABLE), -1
+    for values in answer.values.values():
+        values[rows] = np.nan
+
+
 def put_careful(
     answer: CompiledAnswer,
     rows: np.ndarray,
@@ -331,8 +337,12 @@ class CompiledStiffness(AtGeneralPoses, ABC):
         kernel, inputs, given, values = self._given(pose, parameters)
         answer = attempted(kernel, inputs, self, threads)
         for robot, rows in values.groups(answer.guarded):
-            result = self._careful(robot, pose, given[rows])
-            put_careful(answer, rows, result, self.kernel.outputs, self.rank)
+            try:
+                result = self._careful(robot, pose, given[rows])
+            except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
+                _put_unreachable(answer, rows)
+            else:
+                put_careful(answer, rows, result, self.kernel.outputs, self.rank)
         return answer
 
     def attempt(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.careful_form import CHUNK
-from robostiff.errors import InputError
+from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import (
     ActuatorCoordinates,
     JointCoordinates,
@@ -182,7 +182,13 @@ class KernelInputs:
                 finder = posture_finder(robot)
                 for start in range(0, len(group), CHUNK):
                     own = group[start : start + CHUNK]
-                    posture = finder.find(JointCoordinates(given[own]) if by_joints else given[own])
+                    try:
+                        posture = finder.find(
+                            JointCoordinates(given[own]) if by_joints else given[own]
+                        )
+                    except OpenAtHomeError:
+                        rows[:, own], missed[own] = 0.0, True
+                        continue
                     rows[:, own] = np.concatenate([q.T for q in posture.coordinates])
                     missed[own] = ~posture.reached
                     loose[own] = posture.reached & ~posture.meets(_MET)

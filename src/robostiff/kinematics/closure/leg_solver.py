@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics.closure.assembly import (
     Mode,
     all_modes,
@@ -348,7 +348,7 @@ def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -
     where, shift, turn = _gap_at_home(leg, q, home_pose, length)
     if max(shift, turn) > _CLOSED:
         place = f"at the end of branch {where!r}" if where else "at the platform"
-        raise InputError(
+        raise OpenAtHomeError(
             f"home configuration of leg {leg.name!r}",
             got=f"a gap of {shift * length:.4g} m and {np.degrees(turn):.4g} deg {place}",
             expected="a leg that closes at the home pose"

@@ -15,7 +15,7 @@ from robostiff.compiled.arrays import chunks_of, in_shares
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError
+from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, Pose
 from robostiff.model import Robot
 from robostiff.recorded import CLOSED
@@ -213,7 +213,12 @@ class CompiledLoading:
         in_shares(fill, count, threads)
         for other, rows in values.groups(answer.guarded):
             some = JointCoordinates(given[rows]) if by_joints else given[rows]
-            self._compute_again(other, some, F[rows], rows, answer)
+            try:
+                self._compute_again(other, some, F[rows], rows, answer)
+            except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
+                answer.K_sym[rows], answer.displacement[rows] = np.nan, np.nan
+                answer.stable[rows] = False
+                answer.status_codes[rows] = int(EquilibriumStatus.UNREACHABLE)
         return answer
 
     @property
