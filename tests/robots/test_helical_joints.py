@@ -146,7 +146,7 @@ def test_deflection_energy_and_picture_are_those_of_slides():
     for leg, own in zip(snapshot.legs, motion.legs, strict=True):
         (i,) = (i for i, e in enumerate(leg.elements) if e.name == "actuator")
         screw, before, after = leg.elements[i], own.bodies[i], own.bodies[i + 1]
-        turn = (after.rotation - before.rotation) @ screw.axis
+        turn = (after.twist - before.twist)[3:] @ screw.axis
         shift = after.displacement(screw.point) - before.displacement(screw.point)
         assert shift == pytest.approx(H * turn * screw.axis, abs=1e-15)
     # Along the screw the line is that of a slide.

@@ -28,6 +28,7 @@ __all__ = [
 _HERE = Path(__file__).parent
 _FOLDERS = ("", "cables", "linkages")
 _ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".xml", ".mjcf")
+_OF_CABLES = "a cable robot is computed with numbers, not formulas"
 _HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
 
 
@@ -203,7 +204,7 @@ def load(
         if isinstance(document.data, dict) and "cables" in document.data:
             from robostiff.io.model_file.build_cables import cable_robot_from_document
 
-            descriptions.refuse_symbols(name, symbols, "a cable robot is computed with numbers")
+            descriptions.refuse_symbols(name, symbols, _OF_CABLES)
             return cable_robot_from_document(document, parameters)
         from robostiff.io.model_file import model_from_document
 
