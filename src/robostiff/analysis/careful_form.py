@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 _SAME = 1e-6
 _MOVES = 1e-6  # radians and parts of the length: less is rounding
 _POSES = 3  # of a batch that are looked at, where the robot has no home
-_QUESTION = "legs whose posture nobody chose"
+_QUESTION = "legs whose posture was not chosen"
 
 
 def posture_advice(

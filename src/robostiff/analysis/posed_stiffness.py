@@ -83,7 +83,7 @@ class Details:
 class PosedStiffness(RobotStiffness):
     """K_C of a robot at poses: matrix, rank and status at once, the rest when it is asked for.
 
-    Where the robot's record gives the matrix, all that only the careful form knows (legs, free
+    Where the robot's record gives the matrix, all that only the careful form has (legs, free
     motions, compliance, joint coordinates) is worked out at the poses of which it is asked. Both
     must agree.
 
@@ -117,7 +117,7 @@ class PosedStiffness(RobotStiffness):
         return cls(details, recorded, details.rows)
 
     def __getattr__(self, name: str) -> Any:
-        """What the careful form knows, at the first time it is asked for."""
+        """The result of the careful form, computed when it is first used."""
         if name not in _FIELDS or "_details" not in vars(self):
             raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
         match name:

@@ -234,7 +234,7 @@ class Roots:
 
 
 def factors_of(polynomial: Any, written: Callable[[Any], Any]) -> dict[Any, int]:
-    """Powers of -1, the primes and the irreducible factors of a polynomial, as SymPy knows them."""
+    """Powers of -1, the primes and the irreducible factors of a polynomial, as SymPy finds them."""
     content, parts = polynomial.factor()
     powers: dict[Any, int] = {}
     for base, power in parts:

@@ -15,7 +15,7 @@ from robostiff.analytic.unit_wrenches import WrenchSearch
 from robostiff.analytic.wrenches_alike import WrenchesAlike
 from robostiff.record import Entry, is_zero
 
-#: Operations of all of K, beyond which nobody reads it at a glance.
+#: Operations of all of K, beyond which it is not read at a glance.
 PRINTED = 600
 _FEW = 6  # products that are also written one by one
 _MOST = 5000  # operations of a sum that is written out to see whether it becomes shorter

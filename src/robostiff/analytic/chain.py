@@ -163,8 +163,8 @@ def derive_chain(
     Raises
     ------
     InputError
-        When a shape does not fit, K0 is not symmetric, C has no inverse, or an expression is none
-        that exact arithmetic knows.
+        When a shape does not fit, K0 is not symmetric, C has no inverse, or an expression is
+        none of exact arithmetic.
     DisagreementError
         When the formula and the block form differ at random values.
     FormulaTooLargeError

@@ -199,7 +199,7 @@ class PolynomialWriter:
 def quotient_of(above: Any, below: Any) -> Any:
     """A sum over another without a common factor, as SymPy would write it.
 
-    SymPy first asks whether any term is infinite, which takes longer than all the rest.
+    SymPy first tests whether any term is infinite, which takes longer than all the rest.
 
     Examples
     --------

@@ -52,7 +52,7 @@ class KnownReading(NamedReading):
 
 
 class KnownContributions(ContributionReader):
-    """Writes contributions with names for squares that the leg knows."""
+    """Writes contributions with names for known squares of the leg."""
 
     def _sum(self, *pairs: tuple[Any, Any]) -> Any:
         total: Any = sum((x * y for x, y in pairs), sp.Integer(0))

@@ -1,7 +1,7 @@
 """Legs at exact points: their stiffness in ball arithmetic, and which of them are turns of others.
 
 The equilibrium of springs and joints is inverted as a whole, eq. (7), in numbers that enclose the
-exact ones: no formula is written, and whoever derives one by elimination is contradicted if wrong.
+exact ones: no formula is written, and a wrong derivation by elimination differs from them.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ class NamedReading:
         Raises
         ------
         FormulaTooLargeError
-            When nobody would print it.
+            When it is too long to be printed.
         """
         return self.fraction(self._expression(value))
 

@@ -1,6 +1,6 @@
 """Questions about a sum of springs, asked of its names: compliances and lengths stay symbols.
 
-Written out, a compliance of some springs is a long sum, of which nobody asks where it vanishes: the
+Written out, a compliance of some springs is a long sum, whose zeros are of no interest: the
 rank is that of the wrenches, and drops where they do, or where a spring has no stiffness. Names
 stand for formulas that may depend on one another, so that an answer in names is only taken where it
 is that of the formulas at random numbers.

@@ -41,7 +41,7 @@ from robostiff.model import Joint, JointKind, Link, PlacedSpring, Rigid, Stiffne
 from robostiff.record import Entry
 from robostiff.spatial import Screw, exact_number
 
-_PRINTED = 500  # operations of a compliance beyond which nobody reads it
+_PRINTED = 500  # operations of a compliance beyond which it is not printed
 _WHOLE = 1e-9
 
 

@@ -11,7 +11,7 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.operation_count import count_of
 
-# Degree in sine and cosine, and operations, beyond which nobody would look for a shorter form.
+# Degree in sine and cosine, and operations, beyond which no shorter form is looked for.
 _DEGREE = 4
 _LONGEST = 60
 # Phases are multiples of this part of a turn about pi: 15 degrees.

@@ -71,7 +71,7 @@ def kinematics_alone(root: XmlElement) -> bytes:
         for tag in ("parent", "child", *_NUMBERS):
             element = joint.one(tag)
             if element is not None:
-                # What nobody reads, such as an effort, must not stop the reader.
+                # What is not used, such as an effort, must not stop the reader.
                 read = {"link", "joint", *_NUMBERS.get(tag, ())}
                 kept = {key: text for key, text in element.attributes.items() if key in read}
                 ElementTree.SubElement(copy, tag, kept)

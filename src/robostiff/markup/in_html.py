@@ -179,7 +179,7 @@ class InNotebooks:
     """A result that notebooks show as HTML, with its picture where it has one.
 
     A notebook shows one format of a result only, so the picture is part of the HTML. A terminal
-    asks for no HTML, and no picture is drawn there.
+    needs no HTML, and no picture is drawn there.
     """
 
     def _repr_mimebundle_(
@@ -195,7 +195,7 @@ class InNotebooks:
 
 
 def _shows_html() -> bool:
-    """Whether the running IPython shows HTML; what asks without IPython does."""
+    """Whether the running IPython shows HTML; True without IPython."""
     ipython: Any = sys.modules.get("IPython")
     shell = None if ipython is None else ipython.get_ipython()
     return shell is None or "text/html" in shell.display_formatter.active_types

@@ -70,7 +70,7 @@ def as_meant(robot: Part) -> Part:
 
 
 _ROUNDING = 4 * float(np.finfo(float).eps)
-_SHORT = 12  # digits of a number that somebody wrote
+_SHORT = 12  # digits of a number as it is written
 
 
 def _meant(value: Any) -> Any:

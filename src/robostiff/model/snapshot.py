@@ -1,6 +1,6 @@
 """A robot frozen at a pose: its joints and springs in world coordinates.
 
-This is what a model becomes once its pose is known, and what somebody with a CAD model can write
+This is what a model becomes once its pose is known, and what can be written from a CAD model
 down directly. Every array may have leading batch axes: many poses of one robot.
 """
 

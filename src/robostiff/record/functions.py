@@ -105,7 +105,7 @@ def angle_of(sine_: Any, cosine_: Any, near: float = 0.0) -> Any:
 
 
 def with_turn(angle: Any, sine_: Any, cosine_: Any) -> Any:
-    """The same angle, of which the record knows the sine and the cosine."""
+    """The same angle, whose sine and cosine the record has."""
     if isinstance(angle, Entry):
         angle.record.turns[angle.step] = sine_, cosine_
     return angle

@@ -59,12 +59,12 @@ def equilibrium(
         Legs with parallel blocks to any depth, on a rigid or a flexible platform; or bodies, joints
         and elastic parts in any arrangement.
     pose : RigidTransform, array, JointCoordinates or None
-        The unloaded posture, as for `stiffness`; a batch (N, 6) asks for an answer at each.
+        The unloaded posture, as for `stiffness`; a batch (N, 6) gives an answer at each.
         Of a linkage the coordinates of its joints, by name.
     wrench : (6,) array, or (3,) for a planar robot
         Force [N] and moment [N m] of the environment on the platform about `at`, in world axes,
         which keep their directions while the platform moves; none when left out. A batch (N, 6)
-        asks for an answer under each.
+        gives an answer under each.
     displacement : (6,) array, or (3,) for a planar robot
         Of the point `at` [m] and rotation vector of the platform [rad], from the unloaded posture,
         world axes; in place of the wrench.

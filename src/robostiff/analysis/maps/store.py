@@ -2,7 +2,7 @@
 
 A block is one chunk of every array. When its chunks are safely on disk, one line is added to a
 journal, with the summary of the block; what the journals hold is done, anything else is computed
-again, into the same chunks. A worker has a journal of its own, so that nobody waits for a lock.
+again, into the same chunks. A worker has a journal of its own, so that no worker waits for a lock.
 When all blocks are done the summary moves to the attributes of the store, and the journals go.
 """
 
@@ -180,7 +180,7 @@ def sync(path: Path) -> None:
 
 
 class MapStore:
-    """Writes blocks, and knows which are done; picklable, one copy a process.
+    """Writes blocks, and has a list of those that are done; picklable, one copy a process.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ def damaged(path: Path, what: str) -> InputError:
 
 
 def read_store(path: Path) -> StoredMap:
-    """Read and check the description of a map: nothing is allocated that it asks for."""
+    """Read and check the description of a map: nothing is allocated by it."""
     if not (path / "zarr.json").is_file():
         raise InputError(
             "store of a map", got=str(path), expected="a map that was begun by robostiff"
@@ -194,7 +194,7 @@ class CheckedChunks(LocalStore):
     Parameters
     ----------
     read_only : bool
-        Always; Zarr asks.
+        Always, as Zarr requires.
     """
 
     def __init__(self, stored: StoredMap, *, read_only: bool = True) -> None:

@@ -32,7 +32,7 @@ _MOST_PARTS = 100_000
 
 @dataclass(frozen=True)
 class _Reader:
-    """Reads expressions, and knows the size of all matrices."""
+    """Reads expressions, and matrices of one size."""
 
     symbols: Mapping[str, sp.Symbol]
     trees: TreeReader

@@ -130,7 +130,7 @@ def placed_rod(ends: RodEnds) -> ClosedLeg:
     if rod.is_at_poses:  # out of reach, the direction that it reaches
         ends = replace(ends, d=rod.direction(joints.along))
     far, more_misses, more_lacks = _at_second(ends, rod)
-    if A.is_ball:  # what spin the joint at B asks for is the ball's
+    if A.is_ball:  # the ball takes the spin that the joint at B leaves
         rod = _spun(ends, far, -1) if not B.is_ball else far
     if B.is_ball:
         far = _spun(ends, rod, 1)

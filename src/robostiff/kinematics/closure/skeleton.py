@@ -37,8 +37,8 @@ class Slide:
 class Skeleton:
     """A leg in its base frame at zero coordinates (locked joints at home)."""
 
-    # From base to platform; a freedom that turns and slides at once is a part by itself, which no
-    # closed form knows
+    # From base to platform; a freedom that turns and slides at once is a part by itself, which
+    # has no closed form
     parts: tuple[Cluster | Slide | Screw, ...]
     # End frame
     R_end: np.ndarray
