@@ -126,7 +126,6 @@ BAD = [
     ("report", "hexapod", "-o", "."),
     ("report", "hexapod", "-o", "new.html", "--map", "missing.nc"),
     ("report", "hexapod", "-o", "new.html", "--map", "."),
-    ("report", "cable-8", "-o", "new.html"),
     *[("map", "hexapod", "--x", given, "-o", "n.csv") for given in ("", "1", "0 1 0", "0 1 -3")],
     *[("map", "hexapod", "--x", given, "-o", "n.csv") for given in ("0 0 3", "0 1 1", "1 2 nan")],
     *[("map", "hexapod", "--x", given, "-o", "n.csv") for given in ("0 1 1e14", "0 1 1e300")],

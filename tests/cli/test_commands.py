@@ -203,7 +203,7 @@ BAD = {
     ("stiffness", "gough-stewart-b", "--pose", "0 0 0.8 0 0 10 dog"): "did you mean deg?",
     ("stiffness", "gough-stewart-b", "--pose", "0 0 0.8 kg 0 0 0"): "expected a length",
     ("stiffness", "gough-stewart-b", "--at", "0 0"): "--at: got 2 numbers, expected 3",
-    ("stiffness", "gough-stewart-b", "--joints", "0 0"): "joints pose serial arms only",
+    ("stiffness", "gough-stewart-b", "--joints", "0 0"): "got 2 numbers, expected 6",
     ("stiffness", "gough-stewart-b", "--set", "R"): "NAME=VALUE",
     ("stiffness", "gough-stewart-b", "--set", "q=1"): "one of the parameters R, r, h, k",
     ("stiffness", "gugh-stewart-b"): "did you mean gough-stewart-b?",

@@ -12,6 +12,8 @@ from robostiff.elastostatics import Status
 from tests.generators.planted_poses import PoseSpace
 
 _FREE = 1e-6
+# Of a direction in which nothing is stiff: the form that recomputes poses leaves rounding there.
+_ROUNDED, _IDLE = 1e-9, 1e-3
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,8 @@ def agreement(compiled: CompiledRobot, space: PoseSpace, rows: np.ndarray) -> Ag
     K = result.about_reference.matrix[answered]
     size = np.sqrt(np.einsum("nii->ni", K))
     # What rounding leaves of a zero on the diagonal is no measure; the robots are about a metre.
-    size = np.maximum(size, _FREE * size.max(axis=-1, keepdims=True, initial=0.0))
+    largest = size.max(axis=-1, keepdims=True, initial=0.0)
+    size = np.where(size < _ROUNDED * largest, _IDLE * largest, np.maximum(size, _FREE * largest))
     allowed = size[:, :, None] * size[:, None, :]
     difference = np.zeros(len(rows))
     apart = np.abs(own[answered] - K) / np.where(allowed > 0, allowed, 1.0)

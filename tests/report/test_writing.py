@@ -153,7 +153,6 @@ def test_words_of_a_model_are_text_not_markup():
         (("hexapod", "--map", "folder.zarr", "-o", "x.html"), "a map that was begun by robostiff"),
         (("hexapod", "--map", "map.nc", "-o", "x.html"), "robot of the map: got '3-rpr'"),
         (("hexapod", "--wrench", "1 2 3", "-o", "x.html"), "got 3 numbers, expected 6"),
-        (("cable-8", "-o", "x.html"), "robostiff cables for cable robots"),
     ],
 )
 def test_misuse(arguments, said, tmp_path):
