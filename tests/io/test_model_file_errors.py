@@ -172,7 +172,7 @@ def test_overrides(overrides, message):
 
 
 def test_override_that_makes_the_robot_impossible_points_to_the_file():
-    assert complaint(parameters={"k": -1.0}).startswith("robot.yaml:14:61: legs.chain[1].stiffness")
+    assert complaint(parameters={"k": "-1 N/m"}).startswith("robot.yaml:14:61: legs.chain[1].stiffness")
 
 
 # --- frames ---
