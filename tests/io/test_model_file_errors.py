@@ -172,7 +172,8 @@ def test_overrides(overrides, message):
 
 
 def test_override_that_makes_the_robot_impossible_points_to_the_file():
-    assert complaint(parameters={"k": "-1 N/m"}).startswith("robot.yaml:14:61: legs.chain[1].stiffness")
+    said = complaint(parameters={"k": "-1 N/m"})
+    assert said.startswith("robot.yaml:14:61: legs.chain[1].stiffness")
 
 
 # --- frames ---
