@@ -56,3 +56,10 @@ def test_exact_dimensions_are_those_of_the_robot():
     assert np.allclose(
         rs.stiffness(exact).K, rs.stiffness(rs.load("us-ups")).K, rtol=1e-12, atol=1e-3
     )
+
+
+@pytest.mark.parametrize("name", ["hexapod", UR5, "cable-8"])
+@pytest.mark.parametrize("symbols", [5, "k"])
+def test_symbols_that_are_no_names_are_refused(name, symbols):
+    with pytest.raises(InputError, match=rf"symbols.*got '?{symbols}'?, expected"):
+        rs.derive(name, symbols=symbols)

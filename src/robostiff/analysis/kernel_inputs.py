@@ -182,10 +182,9 @@ class KernelInputs:
                 finder = posture_finder(robot)
                 for start in range(0, len(group), CHUNK):
                     own = group[start : start + CHUNK]
+                    wanted = JointCoordinates(given[own]) if by_joints else given[own]
                     try:
-                        posture = finder.find(
-                            JointCoordinates(given[own]) if by_joints else given[own]
-                        )
+                        posture = finder.find(wanted)
                     except OpenAtHomeError:
                         rows[:, own], missed[own] = 0.0, True
                         continue

@@ -163,8 +163,8 @@ def derive_chain(
     Raises
     ------
     InputError
-        When a shape does not fit, K0 is not symmetric, C has no inverse, or an expression is
-        none of exact arithmetic.
+        When a shape does not fit, K0 is not symmetric, C has no inverse, or exact arithmetic
+        does not have an expression.
     DisagreementError
         When the formula and the block form differ at random values.
     FormulaTooLargeError

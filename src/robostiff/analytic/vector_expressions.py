@@ -190,14 +190,14 @@ class VectorForm:
             known[definition.symbol.name] = values_of([definition.expression], given)[0]
         for equation in self.pose:
             known[equation.name] = vector_value(equation.expression, known)
+        compliances = self.columns.keys() & {c for _, c in self.wrenches}
         for number in range(len(self.legs)):
             own = dict(known)
-            compliances = {c for _, c in self.wrenches}
             for name in self.columns.keys() - compliances:
                 own[name] = vector_value(self.columns[name][number], known)
             for equation in self.leg:
                 own[equation.name] = vector_value(equation.expression, own)
-            for name in self.columns.keys() & compliances:  # of the length of the leg
+            for name in compliances:  # which may depend on the length of the leg
                 own[name] = vector_value(self.columns[name][number], own)
             yield (
                 np.array([own[w] for w, _ in self.wrenches]),

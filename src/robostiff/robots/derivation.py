@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from types import NoneType
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -145,9 +144,11 @@ def symbolic_robot(robot: Robot | str | Path, symbols: Symbols | None) -> Robot:
             expected="a Robot, the name of a shipped robot, or a model file",
             hint="a snapshot of formulas is derived by robostiff.analytic.snapshot_formula",
         )
-    if not isinstance(symbols, ParameterChoice | NoneType) and not isinstance(symbols, str):
+    if symbols is None:
+        symbols = ParameterChoice.ALL
+    elif isinstance(symbols, Iterable) and not isinstance(symbols, str):
         symbols = tuple(symbols) or ParameterChoice.NONE
-    loaded = load(robot, symbols=ParameterChoice.ALL if symbols is None else symbols)
+    loaded = load(robot, symbols=symbols)
     return robot_of_legs(loaded, str(robot))
 
 

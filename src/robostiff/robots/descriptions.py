@@ -189,7 +189,7 @@ def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:
     if symbols and not isinstance(symbols, ParameterChoice):
         raise InputError(
             f"symbols of {name!r}",
-            got=symbols if isinstance(symbols, str) else list(symbols),
+            got=list(symbols) if isinstance(symbols, list | tuple) else symbols,
             expected=f"none: {expected}",
             hint="write symbols=(), --symbols none on the command line",
         )

@@ -1,7 +1,7 @@
 """Legs as a tree of moving frames, placed level by level: gaps and rates of closure at many poses.
 
-`place_chain` makes names, springs and elasticities as well; Newton's method needs none of them, at
-many hundred postures. What a joint does does not depend on the pose, so that it is read once.
+`place_chain` makes names, springs and elasticities as well; Newton's method needs none of them, but
+frames at many hundred postures. The kinds of joints do not depend on the pose, and are read once.
 """
 
 from __future__ import annotations
