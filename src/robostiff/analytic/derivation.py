@@ -181,6 +181,8 @@ class Derivation:
         A closed form of K before it is written in SymPy: polynomials over one denominator.
     conditions : tuple of Condition
         What must hold besides regular denominators and roots.
+    meanings : mapping of str to str
+        Of given symbols, such as "length, 0.35 m in the model".
     """
 
     name: str
@@ -190,11 +192,16 @@ class Derivation:
     definitions: tuple[Definition, ...] = ()
     exact: ExactMatrix | None = field(default=None, compare=False, repr=False)
     conditions: WrittenField = WrittenField(())
+    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # FLINT's polynomials cannot be pickled.
+        return Derivation, self._pickled
+
+    @property
+    def _pickled(self) -> tuple[Any, ...]:
+        """Its fields but `exact`: FLINT's polynomials cannot be pickled."""
         own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
-        return Derivation, own
+        return (*own, self.meanings)
 
     def _repr_html_(self) -> str:
         from robostiff.analytic.export.html import derivation_html

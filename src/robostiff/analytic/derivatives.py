@@ -73,6 +73,11 @@ class FormulaDerivative:
         """What must hold besides regular denominators and roots."""
         return self.derivation.conditions
 
+    @property
+    def meanings(self) -> Mapping[str, str]:
+        """Of given symbols, in words."""
+        return self.derivation.meanings
+
     def substituted(
         self, values: Mapping[Any, Any]
     ) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
@@ -190,7 +195,8 @@ def series_formula(
         coefficients[i * rows : (i + 1) * rows, :] * step**i / sp.factorial(i) for i in range(n)
     ]
     K = sp.ImmutableMatrix(sum(parts[1:], parts[0]))
-    return Derivation(derivation.name, K, (), K, used_definitions(at.definitions, [K]))
+    used = used_definitions(at.definitions, [K])
+    return Derivation(derivation.name, K, (), K, used, meanings=derivation.meanings)
 
 
 def derivative_formula(K: Any, symbol: sp.Symbol) -> sp.ImmutableMatrix:

@@ -68,9 +68,8 @@ class LegElimination(Derivation):
     coordinates: tuple[str, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
         of_leg = (self.leg, self.where, self.elastic, self.C, self.axes, self.arm)
-        return LegElimination, (*own, *of_leg, self.coordinates)
+        return LegElimination, (*self._pickled, *of_leg, self.coordinates)
 
     @property
     def space(self) -> Space:
@@ -217,6 +216,7 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
         axes=axes,
         arm=arm,
         coordinates=placed.coordinates,
+        meanings=placed.robot.meanings,
     )
 
 

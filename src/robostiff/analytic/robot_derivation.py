@@ -188,7 +188,6 @@ class RobotDerivation(Derivation):
         return f"<RobotDerivation of {self.name!r}, {len(self.legs)} legs>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
         of_robot = (
             self.legs,
             self.where,
@@ -199,7 +198,7 @@ class RobotDerivation(Derivation):
             VectorLevel.of(self.at_vector_level.form),
             self.general_rank,
         )
-        return RobotDerivation, (*own, *of_robot)
+        return RobotDerivation, (*self._pickled, *of_robot)
 
     def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
         """K at given values of all its symbols, refused where the legs do not reach."""

@@ -332,6 +332,7 @@ def _derivation(
         named=named,
         at_vector_level=VectorLevel(lambda: vector_form(placed) or series_form(placed)),
         general_rank=numbers.rank,
+        meanings=placed.robot.meanings,
     )
 
 

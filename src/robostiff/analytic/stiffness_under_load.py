@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -64,6 +64,8 @@ class StiffnessUnderLoad:
         Named intermediates in the order in which they can be computed; empty in closed form.
     conditions : tuple of Condition
         What must hold besides regular denominators and roots.
+    meanings : mapping of str to str
+        Of given symbols, such as "length, 0.35 m in the model".
     """
 
     name: str
@@ -73,6 +75,7 @@ class StiffnessUnderLoad:
     K1: sp.ImmutableMatrix
     definitions: tuple[Definition, ...] = ()
     conditions: tuple[Condition, ...] = ()
+    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def K(self) -> sp.ImmutableMatrix:
@@ -83,7 +86,8 @@ class StiffnessUnderLoad:
     def derivation(self) -> Derivation:
         """K with all that it follows from, as programs are written of it."""
         K = self.K
-        return Derivation(self.name, K, (), K, self.definitions, conditions=self.conditions)
+        own: dict[str, Any] = {"conditions": self.conditions, "meanings": self.meanings}
+        return Derivation(self.name, K, (), K, self.definitions, **own)
 
     @property
     def is_closed(self) -> bool:
@@ -281,6 +285,7 @@ class _Loaded:
             K1=sp.ImmutableMatrix(K1),
             definitions=tuple(definitions),
             conditions=conditions_of(self.placed),
+            meanings=self.placed.robot.meanings,
         )
 
 

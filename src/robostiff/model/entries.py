@@ -16,7 +16,7 @@ Part = TypeVar("Part")
 OfSymbols = TypeVar("OfSymbols", bound="Symbolic")
 
 # Limits and laws of drives and nominal values of symbols are not part of a formula.
-_NO_ENTRIES = frozenset(("limits", "nominal", "laws"))
+_NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "laws"))
 
 
 def with_entries(robot: Part, convert: Callable[[Any], Any]) -> Part:

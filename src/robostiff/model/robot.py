@@ -123,6 +123,8 @@ class Robot(InNotebooks, Symbolic):
         What it is, and where its numbers come from.
     nominal : mapping of str to float
         The values in SI units that a model file gives to its symbols.
+    meanings : mapping of str to str
+        What the symbols of a model file stand for, such as "length, 0.35 m in the model".
     platform : FlexiblePlatform or None
         What bends between the legs and the reference point; None for a rigid platform.
     platform_masses : tuple of Mass
@@ -145,6 +147,7 @@ class Robot(InNotebooks, Symbolic):
     title: str = ""
     source: str = ""
     nominal: Mapping[str, float] = field(default_factory=dict)
+    meanings: Mapping[str, str] = field(default_factory=dict)
     platform: FlexiblePlatform | None = None
     platform_masses: tuple[Mass, ...] = ()
     gravity: Any = None
@@ -155,6 +158,7 @@ class Robot(InNotebooks, Symbolic):
         point = vector3(f"reference point of {self.name!r}", self.reference_point)
         object.__setattr__(self, "reference_point", point)
         object.__setattr__(self, "nominal", dict(self.nominal))
+        object.__setattr__(self, "meanings", dict(self.meanings))
         object.__setattr__(self, "platform_masses", masses_of(self.platform_masses))
         if self.gravity is not None:
             gravity = gravity_vector(f"gravity of {self.name!r}", self.gravity)

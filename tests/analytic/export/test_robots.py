@@ -1,5 +1,7 @@
 """Derivations of whole robots in all languages."""
 
+import ast
+import copy
 import json
 
 import pytest
@@ -10,10 +12,14 @@ from robostiff.analytic.export import (
     c_function,
     derivation_data,
     derivation_from_data,
+    derivation_html,
     derivation_latex,
     derivation_markdown,
     derivation_text,
     derivation_typst,
+    julia_function,
+    matlab_function,
+    python_function,
 )
 from robostiff.errors import InputError
 
@@ -32,6 +38,37 @@ def derivation(request):
 def test_json_reads_back_with_the_legs(derivation):
     data = json.loads(json.dumps(derivation_data(derivation)))
     assert derivation_from_data(data) == derivation
+
+
+def test_meanings_of_parameters_stand_in_all_languages():
+    derivation = rs.derive("3-rrr")
+    words = "rotational stiffness, 20000 N m/rad in the model"
+    assert derivation.meanings["k"] == words
+    read_back = derivation_from_data(json.loads(json.dumps(derivation_data(derivation))))
+    for own in (derivation, read_back, copy.deepcopy(derivation)):
+        for write in (derivation_text, derivation_markdown, derivation_latex, derivation_typst):
+            assert words in " ".join(write(own).replace("\\", "").split())
+        for write in (c_function, julia_function, matlab_function):
+            assert f"k: {words}" in write(own).replace("`", "")
+        assert f"k : float or array\n        {words.capitalize()[:10]}" in python_function(own)
+    assert "l1: length, 0.2 m in the model\n" in derivation_text(derivation.subs("R", 0.3))
+    assert "k: rotational stiffness" in derivation_text(rs.derive("3-rrr", leg="leg1"))
+    loaded = rs.derive_under_load("planar-link", ["-P", 0, 0])
+    assert "L: length, 0.5 m in the model" in derivation_text(loaded)
+
+
+def test_meanings_from_elsewhere_do_no_harm():
+    data = derivation_data(rs.derive("gough-stewart-b"))
+    data["meanings"] = {"k": 'a" */ <b>\\end{document}\n$x$ %'}
+    read = derivation_from_data(data)
+    assert "*/" not in c_function(read).split("*/", 1)[0]
+    assert "int stiffness(" in c_function(read).split("*/", 1)[1]
+    assert "\\end{document}" not in derivation_latex(read).split("Nomenclature")[1].split("\n\n")[0]
+    assert "<b>" not in derivation_html(read)
+    ast.parse(python_function(read))
+    data["meanings"] = {"k": 3}
+    with pytest.raises(InputError, match="meaning of k"):
+        derivation_from_data(data)
 
 
 def test_json_with_a_wrench_too_many_is_refused(derivation):

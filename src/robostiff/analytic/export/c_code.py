@@ -12,6 +12,7 @@ from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_word
 from robostiff.analytic.export.code_printer import (
     CodePrinter,
     Identifiers,
+    about_argument,
     ascii_identifier,
     convention,
     guard_test,
@@ -136,14 +137,20 @@ def _comment(derivation: Derivation, compute: FormulaProgram, out: str, p: str) 
     n = derivation.K.rows
     words = f"{out}, {n} x {n}, row after row, {convention(n)}"
     order = [f"{p}[{i}] {plain_text(symbol.name)}" for i, symbol in enumerate(compute.arguments)]
-    values = f"Values: {', '.join(order)}." if order else f"{p} is not used and may be null."
+    about = [about_argument(x.name, x, compute.meanings) for x in compute.arguments]
+    if any(about):
+        each = zip(order, about, strict=True)
+        values = ["Values:", *("  " + f"{own}: {words}".removesuffix(": ") for own, words in each)]
+    else:
+        text = f"Values: {', '.join(order)}." if order else f"{p} is not used and may be null."
+        values = wrapped_words(text, _WIDTH - 3)
     returns = f"Returns 0; 1, and writes nothing, {where_it_holds(compute)}."
     lines = [
         f"Stiffness matrix {plain_text(derivation.name)} about the reference point.",
         "",
         *wrapped_words(words, _WIDTH - 3),
         "",
-        *wrapped_words(values, _WIDTH - 3),
+        *values,
         "",
         *wrapped_words(plain_text(returns), _WIDTH - 3),
     ]

@@ -189,10 +189,30 @@ def plain_text(name: str) -> str:
     Examples
     --------
     >>> plain_text('K "of"  a */ leg%')
-    'K of a leg'
+    'K of a / leg'
     """
-    kept = "".join(c for c in name if c.isascii() and c.isprintable() and c not in '"*/\\?%$`#')
+    kept = "".join(c for c in name if c.isascii() and c.isprintable() and c not in '"*\\?%$`#')
     return " ".join(kept.split()) or "without a plain name"
+
+
+def about_argument(
+    written: str,
+    symbol: sp.Symbol,
+    meanings: Mapping[str, str],
+    plain: Callable[[str], str] = plain_text,
+) -> str:
+    """What a comment says of an argument: its name in the formula where it has another, and more.
+
+    `plain` makes a name fit for the comment.
+
+    Examples
+    --------
+    >>> about_argument("lambda_", sp.Symbol("lambda"), {"lambda": "length, 0.3 m in the model"})
+    'lambda of the formula, length, 0.3 m in the model'
+    """
+    own = [] if written == symbol.name else [f"{plain(symbol.name)} of the formula"]
+    meaning = meanings.get(symbol.name)
+    return ", ".join([*own, plain(meaning)] if meaning else own)
 
 
 def title_of_function(derivation: Derivation | FormulaDerivative) -> str:

@@ -33,6 +33,7 @@ from robostiff.analytic.export.outline import (
     column_equation,
     equations,
     meaning_of_result,
+    meanings_of_given,
     outline,
     stiffness_equation,
     title_of,
@@ -90,9 +91,9 @@ def loaded_outline(loaded: StiffnessUnderLoad) -> tuple[Block, ...]:
         ((names.result,), meaning_of_result(whole)),
         ((unloaded, added), "its part without load, and what the load adds"),
         ((load,), "wrench on the platform"),
-        (names.given, "given"),
+        *meanings_of_given(names.given, whole.meanings),
     ]
-    return (*blocks, Nomenclature(tuple(row for row in rows if row[0])))
+    return (*blocks, Nomenclature(tuple(rows)))
 
 
 def _free(name: str, taken: tuple[str, ...]) -> MatrixName:
@@ -310,10 +311,8 @@ def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclatur
     pose = tuple(name for name in derivation.coordinates if name in names.given)
     if pose:
         rows.append((pose, _of_pose(pose)))
-    given = tuple(name for name in names.given if name not in pose)
-    if given:
-        rows.append((given, "given"))
-    return Nomenclature(tuple(rows))
+    given = (name for name in names.given if name not in pose)
+    return Nomenclature((*rows, *meanings_of_given(given, derivation.meanings)))
 
 
 def _of_pose(names: Sequence[str]) -> str:
@@ -382,5 +381,6 @@ def derivative_outline(derivative: FormulaDerivative) -> tuple[Block, ...]:
     entries = names.entries_of(result)
     blocks.append(MatrixEquation(result, factor, rest, readable_matrix(dK), entries))
     meaning = f"derivative of {names.result.name} by {symbol.name}, all other given symbols held"
-    blocks.append(Nomenclature((((result,), meaning), (names.given, "given"))))
+    given = meanings_of_given(names.given, derivative.derivation.meanings)
+    blocks.append(Nomenclature((((result,), meaning), *given)))
     return tuple(blocks)

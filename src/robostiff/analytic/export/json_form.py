@@ -173,7 +173,16 @@ _PARTS = {
     "K": _MATRIX,
     "definitions": _ALL_DEFINITIONS,
 }
+
+
+def _meanings(_: _Reader, data: Any, what: str) -> dict[str, str]:
+    if not isinstance(data, dict):
+        raise InputError(what, got=shown(data), expected="an object")
+    return {name: _text(words, f"meaning of {shown(name)}") for name, words in data.items()}
+
+
 _ROBOT_PARTS = {
+    "meanings": _Kind(dict, _meanings),
     "legs": _LEGS,
     "where": _TEXT,
     "coordinates": _many(_TEXT),
@@ -240,7 +249,14 @@ def derivation_from_data(data: Any) -> Derivation:
     is_robot = isinstance(data, dict) and "legs" in data
     parts = {**_PARTS, **_ROBOT_PARTS} if is_robot else _PARTS
     if is_robot:  # absent in older files
-        data = {"following": [], "conditions": [], "remark": "", "named": None, **data}
+        data = {
+            "following": [],
+            "conditions": [],
+            "remark": "",
+            "named": None,
+            "meanings": {},
+            **data,
+        }
     fields = _fields(data, "derivation", ("robostiff_derivation", "symbols", *parts))
     version = fields["robostiff_derivation"]
     if version != _VERSION or version is True:

@@ -12,6 +12,7 @@ from robostiff.analytic.export.code_printer import (
     NO_ANSWER,
     CodePrinter,
     Identifiers,
+    about_argument,
     ascii_identifier,
     assigned,
     convention,
@@ -134,13 +135,11 @@ def _documentation(
     what = plain_text(title_of_function(derivation))
     title = f"Stiffness matrix {what} about the reference point, {n} x {n}."
     lines += [*wrapped_words(title, _WIDTH), "", *wrapped_words(f"It {convention(n)}", _WIDTH), ""]
-    renamed = [
-        f"`{written}` is {plain_text(symbol.name)} of the formula."
-        for written, symbol in zip(arguments, compute.arguments, strict=True)
-        if written != symbol.name
-    ]
+    each = zip(arguments, compute.arguments, strict=True)
+    about = [(x, about_argument(x, symbol, compute.meanings)) for x, symbol in each]
+    known = [f"- `{written}`: {words}" for written, words in about if words]
     words = f"A `DomainError` is thrown {plain_text(where_it_holds(compute))}."
-    return ['"""', *lines, *renamed, *wrapped_words(words, _WIDTH), '"""']
+    return ['"""', *lines, *known, *[""][: len(known)], *wrapped_words(words, _WIDTH), '"""']
 
 
 class _JuliaPrinter(CodePrinter):

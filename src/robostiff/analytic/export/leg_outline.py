@@ -29,6 +29,7 @@ from robostiff.analytic.export.outline import (
     column_equation,
     equations,
     matrix_equation,
+    meanings_of_given,
     stiffness_equation,
 )
 from robostiff.analytic.leg_elimination import LegElimination
@@ -176,5 +177,5 @@ def _nomenclature(derivation: LegElimination, names: EntryNames) -> Nomenclature
     pose = tuple(name for name in derivation.coordinates if name in given)
     if pose:
         rows.append((pose, "coordinates of the pose"))
-    rest = tuple(sorted(given - set(pose)))
-    return Nomenclature((*rows, *(((rest, "given"),) if rest else ())))
+    rest = meanings_of_given(sorted(given - set(pose)), derivation.meanings)
+    return Nomenclature((*rows, *rest))

@@ -12,6 +12,7 @@ from robostiff.analytic.export.code_printer import (
     NO_ANSWER,
     CodePrinter,
     Identifiers,
+    about_argument,
     ascii_identifier,
     convention,
     filled,
@@ -133,9 +134,10 @@ def _comment(
     )
     lines = [*wrapped_words(title, _WIDTH - 2, "  "), ""]
     lines += wrapped_words(f"It {convention(n)}", _WIDTH - 4)
-    for written, symbol in zip(arguments, compute.arguments, strict=True):
-        if written != symbol.name:
-            lines.append(f"{written} is {plain_text(symbol.name)} of the formula.")
+    each = zip(arguments, compute.arguments, strict=True)
+    about = [(x, about_argument(x, symbol, compute.meanings)) for x, symbol in each]
+    known = [f"{written}: {words}" for written, words in about if words]
+    lines += ["", *known] if known else []
     words = f"It raises the error robostiff:formula {plain_text(where_it_holds(compute))}."
     lines += ["", *wrapped_words(words, _WIDTH - 4)]
     first, *others = lines

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import sympy as sp
@@ -336,6 +336,20 @@ def _nomenclature(derivation: Derivation, names: EntryNames) -> Nomenclature:
             (listed(lambda i: names.scalar("mu", i)), "stiffness against its unit motion"),
             (listed(names.stiffness), "stiffness after the joint"),
         ]
-    if names.given:
-        rows.append((names.given, "given"))
-    return Nomenclature(tuple(rows))
+    return Nomenclature((*rows, *meanings_of_given(names.given, derivation.meanings)))
+
+
+def meanings_of_given(
+    given: Iterable[str], meanings: Mapping[str, str]
+) -> list[tuple[tuple[str, ...], str]]:
+    """Rows of given symbols; those with the same meaning stand in one.
+
+    Examples
+    --------
+    >>> meanings_of_given(["k", "l", "m"], {"l": "length, 2 m in the model"})
+    [(('k', 'm'), 'given'), (('l',), 'length, 2 m in the model')]
+    """
+    rows: dict[str, list[str]] = {}
+    for name in given:
+        rows.setdefault(meanings.get(name, "given"), []).append(name)
+    return [(tuple(names), meaning) for meaning, names in rows.items()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import sympy as sp
@@ -61,9 +61,7 @@ def scaled(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
 
 def _power(factor: Any, rest: Any, exponent: Any) -> tuple[Any, Any]:
     """A power; of a root only an even power of ten comes out."""
-    outside = (
-        factor if exponent.is_Integer else _even_power(factor) if exponent.q == 2 else sp.S.One
-    )
+    outside = {1: factor, 2: _even_power(factor)}.get(exponent.q, sp.S.One)
     return outside**exponent, product(factor / outside, rest) ** exponent
 
 
@@ -198,6 +196,7 @@ class FormulaProgram:
     # what must hold besides, such as the signs of arguments that were assumed: in words, and an
     # expression that is not negative where it does
     conditions: tuple[tuple[str, Any], ...] = ()
+    meanings: Mapping[str, str] = field(default_factory=dict)  # of arguments, by their names
 
     @property
     def entries(self) -> sp.ImmutableMatrix:
@@ -309,6 +308,7 @@ def _in_order(
             *_signs(arguments),
             *((c.words, expression) for c, expression in zip(conditions, beside, strict=True)),
         ),
+        derivation.meanings,
     )
 
 

@@ -14,6 +14,7 @@ from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_word
 from robostiff.analytic.export.code_printer import (
     CodePrinter,
     Identifiers,
+    about_argument,
     ascii_identifier,
     assigned,
     convention,
@@ -143,9 +144,9 @@ def _docstring(title: str, compute: FormulaProgram, names: Mapping[sp.Symbol, st
     if compute.arguments:
         lines += ["", "Parameters", "----------"]
         for symbol in compute.arguments:
-            renamed = names[symbol] != symbol.name
             lines.append(f"{names[symbol]} : float or array")
-            lines += [f"    In the formula {unquoted(symbol.name)}."] if renamed else []
+            about = about_argument(names[symbol], symbol, compute.meanings, unquoted)
+            lines += [f"    {about[0].upper()}{about[1:]}."] if about else []
     lines += ["", "Raises", "------", "ValueError"]
     where = where_it_holds(compute)
     fails = wrapped_words(f"{where[0].upper()}{where[1:]}.", _WIDTH - 8)

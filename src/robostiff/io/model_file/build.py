@@ -31,6 +31,7 @@ from robostiff.io.model_file.symbols import (
     Symbols,
     chosen_parameters,
     completed,
+    meaning_of,
     symbolic_values,
 )
 from robostiff.io.model_file.written_robot import (
@@ -133,10 +134,11 @@ def build_robot(
         return robot
     exact = exact_mathematics()
     quantities, nominal = symbolic_values(names, top.names)
+    meanings = {name: meaning_of(top.names[name]) for name in names}
     top = top_place(document, written.parameters, {**overrides, **quantities}, exact)
     files = replace(files, build=_unverified, nominal=nominal)
     symbolic, _ = _assembled(top, written, files, robot.holds)
-    return completed(symbolic, robot, nominal)
+    return completed(symbolic, robot, nominal, meanings)
 
 
 def _opened(document: Document) -> tuple[Path, ...]:

@@ -9,7 +9,8 @@ from enum import Enum
 from robostiff.errors import InputError
 from robostiff.io.expression import parse
 from robostiff.io.suggest import did_you_mean, listing
-from robostiff.io.units import Quantity, make_quantity
+from robostiff.io.units import Quantity, dimension_of, is_bare, make_quantity
+from robostiff.markup import number
 from robostiff.model import Actuated, Chain, ParallelBlock, Robot, with_entries
 from robostiff.model.chain import Element
 from robostiff.model.entries import formulas
@@ -81,7 +82,26 @@ def symbolic_values(
     return quantities, nominal
 
 
-def completed(symbolic: Robot, numeric: Robot, nominal: Mapping[str, float]) -> Robot:
+def meaning_of(value: Quantity) -> str:
+    """What a symbol stands for, and its value in the model file.
+
+    Examples
+    --------
+    >>> from robostiff.io.units import parse_quantity
+    >>> meaning_of(parse_quantity("350 mm")), meaning_of(parse_quantity("2"))
+    ('length, 0.35 m in the model', '2 in the model')
+    """
+    dimension = dimension_of(value)
+    if dimension is None:
+        unit = "" if is_bare(value) else f" {value.units}"
+        return f"{number(value.magnitude)}{unit} in the model"
+    what = dimension.with_article.split(" ", 1)[1]
+    return f"{what}, {number(value.magnitude)} {dimension.si_unit} in the model"
+
+
+def completed(
+    symbolic: Robot, numeric: Robot, nominal: Mapping[str, float], meanings: Mapping[str, str]
+) -> Robot:
     """The robot of formulas, all exact, with what was found out about the robot of numbers."""
     import sympy as sp
 
@@ -94,6 +114,7 @@ def completed(symbolic: Robot, numeric: Robot, nominal: Mapping[str, float]) -> 
         legs=legs,
         coordinates=numeric.coordinates,
         nominal=nominal,
+        meanings=meanings,
         laws=numeric.laws,
     )
     exact = with_entries(robot, exact_number)

@@ -3,6 +3,7 @@
 from robostiff.io.units.dimension import (
     Dimension,
     describe,
+    dimension_of,
     is_bare,
     is_number,
     parse_quantities,
@@ -28,6 +29,7 @@ __all__ = [
     "Quantity",
     "Unit",
     "describe",
+    "dimension_of",
     "exact_quantity",
     "is_bare",
     "is_number",

@@ -159,10 +159,24 @@ def describe(quantity: Quantity) -> str:
     number = f"{float(magnitude):.6g}" if isinstance(magnitude, Real) else str(magnitude)
     if is_bare(quantity):
         return f"the plain number {number}"
-    for dimension in Dimension:
-        if _equal(quantity.units.powers, _powers(dimension)):
-            return f"{number} {dimension.si_unit} ({dimension.with_article})"
-    return f"{number} {quantity.units}"
+    dimension = dimension_of(quantity)
+    if dimension is None:
+        return f"{number} {quantity.units}"
+    return f"{number} {dimension.si_unit} ({dimension.with_article})"
+
+
+def dimension_of(quantity: Quantity) -> Dimension | None:
+    """The first dimension with the unit of a quantity; None where it has none, or another one.
+
+    Examples
+    --------
+    >>> dimension_of(parse_quantity("70 GPa"))
+    <Dimension.MODULUS: ('an elastic modulus', 'Pa', '70 GPa')>
+    """
+    if is_bare(quantity):
+        return None
+    powers = quantity.units.powers
+    return next((own for own in Dimension if _equal(powers, _powers(own))), None)
 
 
 def _measures(quantity: Quantity, dimension: Dimension) -> bool:
