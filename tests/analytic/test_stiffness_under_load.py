@@ -9,6 +9,7 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic import Definition, FormulaTooLargeError
 from robostiff.analytic.leg_response import LegResponse
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 from robostiff.robots import robot_file
 from robostiff.spatial import skew
@@ -215,6 +216,23 @@ def test_wrong_formula_is_not_returned(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(LegResponse, "shapes", lambda *_: [])
     with pytest.raises(rs.DisagreementError, match="equilibria under small loads"):
         rs.derive_under_load("planar-link", ["-P", 0, 0])
+
+
+def test_platform_on_springs_under_its_load_has_a_closed_form():
+    """Case B of the paper under -F along z, of which K33 follows from z alone.
+
+    With L^2 = s + z^2 and unloaded lengths L0 the force is 6 k (L - L0) z/L; its second derivative
+    at z = h is 18 k s h/L^4, and the platform sinks by F L^2/(6 k h^2).
+    """
+    loaded = rs.derive_under_load("gough-stewart-b", [0, 0, "-F", 0, 0, 0])
+    R, h, r = (next(s for s in loaded.symbols if s.name == name) for name in "Rhr")
+    F = next(s for s in loaded.symbols if s.name == "F")
+    across = R**2 - R * r + r**2
+    assert loaded.is_closed
+    assert sp.simplify(loaded.K1[2, 2] + 3 * F * across / (h * (across + h**2))) == 0
+    assert loaded.K1[0, 0] == loaded.K1[1, 1]
+    assert max(map(count_of, loaded.K1)) < 50
+    assert loaded.K1[0, 1] == loaded.K1[0, 2] == loaded.K1[3, 5] == 0
 
 
 def test_a_formula_that_names_a_step_is_refused():

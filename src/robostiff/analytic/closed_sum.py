@@ -180,10 +180,12 @@ def closed_sum(
             total[place] = _added(total.get(place, []), entry)
         written.append(_matrix(field, {place: [entry] for place, entry in leg.K.items()}, n))
         wrenches.append(
-            tuple(sp.ImmutableMatrix([_expression(field, x) for x in w]) for w in leg.wrenches)
+            tuple(
+                sp.ImmutableMatrix([fraction_in_factors(field, x) for x in w]) for w in leg.wrenches
+            )
         )
         compliances.append(
-            tuple(sp.Mul(*(_expression(field, c) for c in factors)) for factors in leg.met)
+            tuple(sp.Mul(*(fraction_in_factors(field, c) for c in factors)) for factors in leg.met)
         )
     return ClosedSum(_matrix(field, total, n), tuple(written), tuple(wrenches), tuple(compliances))
 
@@ -232,7 +234,7 @@ def _matrix(
     field: ExactField, upper: dict[tuple[int, int], list[Element]], n: int
 ) -> sp.ImmutableMatrix:
     written = {
-        place: sp.Add(*(_expression(field, fraction) for fraction in fractions))
+        place: sp.Add(*(fraction_in_factors(field, fraction) for fraction in fractions))
         for place, fractions in upper.items()
     }
     return sp.ImmutableMatrix(n, n, lambda i, j: written[min(i, j), max(i, j)])
@@ -250,10 +252,10 @@ def factored_fraction(expression: Any) -> Any:
     if expression.is_Symbol or expression.is_Number:
         return expression
     field = ExactField([expression])
-    return _expression(field, field.element(expression))
+    return fraction_in_factors(field, field.element(expression))
 
 
-def _expression(field: ExactField, element: Element) -> sp.Expr:
+def fraction_in_factors(field: ExactField, element: Element) -> sp.Expr:
     """A fraction, its numerator and denominator factored where they are short."""
     if element.terms > _FACTORED:
         return field.expression(element)

@@ -34,8 +34,6 @@ class LoadedTerms:
 
     K: np.ndarray  # (n, n)
     K_by: np.ndarray  # (n, n, m): derivative of K by each component of the wrench
-    # what it was computed from, in order: fractions that are worth bringing to lowest terms
-    stages: tuple[Any, ...]
 
 
 def loaded_terms(
@@ -65,7 +63,6 @@ def loaded_terms(
     free = _free_motions(recorded)
     along_free = [zeros(n, n) for _ in free]
     K_by = zeros(n, n, len(components))
-    stages: list[Any] = [x for t in deflections for x in t]
     for own, leg in zip(placed.legs, recorded.legs, strict=True):
         upper = stiffness_entries([leg], n)
         K_leg = zeros(n, n)
@@ -73,7 +70,6 @@ def loaded_terms(
             K_leg[i, j] = K_leg[j, i] = value
         response = LegResponse.of(own.leg, placed, K_leg)
         B, shapes = response.second_derivative(), response.shapes(is_beam, placed.record.count)
-        stages += [*upper.values(), *response.entries, *B.flat]
         for i, t in enumerate(free):
             along_free[i] += _rate(K_leg, B, shapes, t, times(K_leg, t))
         for m, t in enumerate(deflections):
@@ -81,7 +77,7 @@ def loaded_terms(
             W = [int(i == components[m]) for i in range(n)] if alone else times(K_leg, t)
             K_by[:, :, m] += _rate(K_leg, B, shapes, t, W)
     _check_free_motions(recorded, components, along_free, free)
-    return LoadedTerms(K, K_by, (*K.flat, *stages))
+    return LoadedTerms(K, K_by)
 
 
 def _free_motions(recorded: RecordedRobot) -> list[list[Any]]:

@@ -107,12 +107,6 @@ class LegResponse:
             moved = [m if isinstance(m, _Moved) else _joint_moved(m, next(found)) for m in moved]
         return cls(tuple(m for m in moved if isinstance(m, _Moved)), rows)
 
-    @property
-    def entries(self) -> list[Any]:
-        """What each of them does."""
-        each = [part for one in self.moved for part in (one.v, one.w, one.own)]
-        return [x for part in each if part is not None for x in part.flat]
-
     def second_derivative(self) -> np.ndarray:
         """B (n, n, n): rows, then the column that turns along, then the motion."""
         n = len(self.rows)

@@ -63,11 +63,6 @@ class ClosedReading:
                 self._known[step] = self.written(step, self._known)
         return self._known[value.step]
 
-    def shorten(self, value: Any, expression: sp.Expr) -> None:
-        """Write an entry by an expression of the same value from now on."""
-        if isinstance(value, Entry):
-            self._known[value.step] = expression
-
     def written(self, step: int, known: dict[int, Any]) -> sp.Expr:
         """One step in terms of the steps before it."""
         operation, a, _ = self.record.operations[step]
@@ -77,8 +72,7 @@ class ClosedReading:
             return exact(a)
         a, b, *_ = [*self.record.arguments(step), None]
         if operation in (Operation.LEAST, Operation.GREATER):
-            # A formula has one branch: that of the samples, which lie around the nominal values.
-            is_greater = bool(np.mean(self.record.sample(a) - self.record.sample(b)) > 0)
+            is_greater = chooses_greater(self.record, step)
             if operation is Operation.GREATER:
                 return sp.Integer(is_greater)
             return known[b if is_greater else a]
@@ -296,6 +290,12 @@ class _Products:
                     if a < b < step and self.points.are_equal(step, (a, b), sign):
                         return self.record.step(Operation.MULTIPLY, a, b), sign
         return None
+
+
+def chooses_greater(record: Record, step: int) -> bool:
+    """The branch of a formula: that of the samples, which lie around the nominal values."""
+    a, b = map(record.sample, record.arguments(step))
+    return bool(np.mean(a - b) > 0)
 
 
 def _shorter(radicand: sp.Expr) -> sp.Expr:

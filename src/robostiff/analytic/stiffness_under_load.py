@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -12,15 +12,15 @@ import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
 from robostiff.analytic.chain import Closed, Steps
-from robostiff.analytic.closed_sum import factored_fraction
 from robostiff.analytic.conditions import conditions_of
 from robostiff.analytic.derivation import Condition, Definition, Derivation
+from robostiff.analytic.exact_reading import ExactReading
 from robostiff.analytic.first_order import LoadedTerms, loaded_terms
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.loaded_agreement import LoadedK, check_under_load
 from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.products import FormulaTooLargeError
-from robostiff.analytic.record_reading import ClosedReading, StepReading
+from robostiff.analytic.record_reading import StepReading
 from robostiff.analytic.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols, PoseFormula
 from robostiff.analytic.substitution import (
@@ -32,7 +32,6 @@ from robostiff.analytic.substitution import (
 )
 from robostiff.errors import InputError
 from robostiff.model import Robot
-from robostiff.record import Entry
 from robostiff.recorded import assembled
 from robostiff.spatial import Space, exact_number
 from robostiff.spatial.formula import is_formula
@@ -42,6 +41,7 @@ _NUMBER = re.compile(r"\d+(\.\d*)?([eE][-+]?\d{1,2})?|\.\d+([eE][-+]?\d{1,2})?")
 # Most terms of an entry by default, and operations for each of them.
 _READABLE = 100
 _OPERATIONS_A_TERM = 10
+_LONGEST_ON_THE_WAY = 1000  # terms of a fraction from which they follow
 
 
 @dataclass(frozen=True)
@@ -252,7 +252,13 @@ class _Loaded:
         return cls(placed, load, components, loaded_terms(placed, robot, components, is_beam))
 
     def closed(self, limit: int) -> StiffnessUnderLoad:
-        return self._written(_Canonical(self.placed, self.terms.stages, limit))
+        placed, terms = self.placed, self.terms
+        results = [*terms.K.flat, *terms.K_by.flat]
+        read = ExactReading(placed.record, placed.symbols, results, max(limit, _LONGEST_ON_THE_WAY))
+        formula = self._written(read)
+        if max(map(count_of, (*formula.K0, *formula.K1))) > _OPERATIONS_A_TERM * limit:
+            raise FormulaTooLargeError.beyond(limit)
+        return formula
 
     def in_steps(self) -> StiffnessUnderLoad:
         placed, terms = self.placed, self.terms
@@ -287,27 +293,6 @@ class _Loaded:
             conditions=conditions_of(self.placed),
             meanings=self.placed.robot.meanings,
         )
-
-
-class _Canonical:
-    """Reads entries as canonical fractions, one stage after the other, so that none is long."""
-
-    def __init__(self, placed: PlacedRobot, stages: Iterable[Any], limit: int) -> None:
-        self._limit = limit
-        self._read = ClosedReading(placed.record, placed.symbols)
-        self._known: dict[Any, Any] = {}
-        for x in stages:
-            self._read.shorten(x, self(x))
-
-    def __call__(self, value: Any) -> Any:
-        key = value.step if isinstance(value, Entry) else None
-        if key is None:
-            return self._read(value)
-        if key not in self._known:
-            found = self._known[key] = factored_fraction(self._read(value))
-            if count_of(found) > _OPERATIONS_A_TERM * self._limit:
-                raise FormulaTooLargeError.beyond(self._limit)
-        return self._known[key]
 
 
 def _load(robot: Robot, wrench: Sequence[Any] | str | None, space: Space) -> list[Any]:

@@ -1,0 +1,86 @@
+"""Records read as formulas in exact arithmetic: canonical fractions, step after step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.closed_sum import fraction_in_factors
+from robostiff.analytic.element import Element
+from robostiff.analytic.exact_points import ExactPoints, exact
+from robostiff.analytic.field import ExactField
+from robostiff.analytic.products import FormulaTooLargeError
+from robostiff.analytic.record_reading import ClosedReading, chooses_greater
+from robostiff.record import OPERATORS, Entry, Operation, Record
+
+# Steps whose values are generators of a field: symbols, roots, sines and cosines.
+_ATOMS = (Operation.INPUT, Operation.NUMBER, Operation.SQUARE_ROOT, Operation.SINE)
+_ATOMS += (Operation.COSINE, Operation.ARC_COSINE, Operation.ARC_TANGENT)
+
+
+class ExactReading:
+    """Writes entries of a record as canonical fractions, every step one of the same field.
+
+    Steps that are equal up to a sign at random points in exact arithmetic are computed once.
+
+    `symbols`: one for each input; `results`: everything that will be read; `limit`: most terms
+    that a fraction may have on the way.
+
+    Raises
+    ------
+    FormulaTooLargeError
+        When a fraction would have more.
+
+    Examples
+    --------
+    >>> record = Record({"x": [3.0, 4.0]})
+    >>> x = record.input("x")
+    >>> square = x * x - 1
+    >>> reading = ExactReading(record, {"x": sp.Symbol("x")}, [square / (x + 1)], 10)
+    >>> reading(square / (x + 1))
+    x - 1
+    """
+
+    def __init__(
+        self, record: Record, symbols: dict[str, sp.Symbol], results: Iterable[Any], limit: int
+    ) -> None:
+        steps = record.needed([value.step for value in results if isinstance(value, Entry)])
+        self._same = ExactPoints(record).same(steps)
+        own = [step for step in steps if self._same[step].step == step]
+        atoms = {step for step in own if record.operations[step][0] in _ATOMS}
+        closed = ClosedReading(record, symbols)
+        written = {step: closed(Entry(record, step)) for step in sorted(atoms)}
+        numbers = {same.factor for same in self._same.values()}
+        self._field = ExactField([*written.values(), *numbers])
+        self._known: dict[int, Element] = {}
+        for step in own:
+            if step in atoms:
+                self._known[step] = self._field.element(written[step])
+            else:
+                self._known[step] = self._computed(record, step)
+            if self._known[step].terms > limit:
+                raise FormulaTooLargeError.beyond(limit)
+
+    def __call__(self, value: Any) -> sp.Expr:
+        """The expression of a number, or of an entry among the results."""
+        if not isinstance(value, Entry):
+            return exact(value)
+        return fraction_in_factors(self._field, self._element(value.step))
+
+    def _element(self, step: int) -> Element:
+        same = self._same[step]
+        if same.step is None:
+            return self._field.element(same.factor)
+        known = self._known[same.step]
+        return known if same.factor == 1 else -known
+
+    def _computed(self, record: Record, step: int) -> Element:
+        operation, arguments = record.operations[step][0], record.arguments(step)
+        if operation in (Operation.LEAST, Operation.GREATER):
+            is_greater = chooses_greater(record, step)
+            if operation is Operation.GREATER:
+                return self._field.one if is_greater else self._field.zero
+            return self._element(arguments[1 if is_greater else 0])
+        return OPERATORS[operation](*map(self._element, arguments))
