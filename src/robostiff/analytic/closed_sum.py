@@ -257,5 +257,4 @@ def _expression(field: ExactField, element: Element) -> sp.Expr:
     """A fraction, its numerator and denominator factored where they are short."""
     if element.terms > _FACTORED:
         return field.expression(element)
-    above: Any = factored(field, element.num)
-    return above / factored(field, element.den)
+    return factored(field, element.num, element.den)

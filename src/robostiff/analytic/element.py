@@ -212,7 +212,15 @@ def quotient_of(above: Any, below: Any) -> Any:
     inverse: Any = sp.Pow(below, -1, evaluate=False)
     if not above.is_Add:
         return above * inverse
-    return sp.Mul._from_args(tuple(sorted((above, inverse), key=_IN_ORDER)), True)
+    return product_in_order(sp.S.One, [above, inverse])
+
+
+def product_in_order(number: Any, factors: Sequence[Any]) -> Any:
+    """A number times factors that SymPy would not merge; a sum behind it is not multiplied out."""
+    ordered = sorted(factors, key=_IN_ORDER) if len(factors) > 1 else list(factors)
+    if number is not sp.S.One:
+        ordered.insert(0, number)
+    return sp.Mul._from_args(tuple(ordered), True)
 
 
 def _number(c: Any) -> tuple[str, int, int]:
