@@ -193,4 +193,3 @@ def _nearest(parts: int, angle: Any, amplitude: Any) -> Iterator[tuple[Any, Any]
     forms += [(sp.cos, 1, parts - _PARTS // 2), (sp.cos, -1, parts + _PARTS // 2)]
     function, sign, own = min(forms, key=lambda form: abs(form[2]))
     yield function(angle + sp.Rational(own, _PARTS) * sp.pi), sign * amplitude
-
