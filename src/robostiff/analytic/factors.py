@@ -69,9 +69,9 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
         powers += [(base, -int(exponent)) for base, exponent in parts]
     factors = []
     for base, exponent in powers:
-        if _starts_with_minus(field, base):
-            base, constant = -base, constant * (-1) ** abs(exponent)
-        factors.append((field.polynomial_expression(base), exponent))
+        is_minus = _starts_with_minus(field, base)
+        constant *= -1 if is_minus and exponent % 2 else 1
+        factors.append((field.polynomial_expression(-base if is_minus else base), exponent))
     number = rational(constant)
     if all(base.is_Symbol or (base.is_Add and base.free_symbols) for base, _ in factors):
         # Coprime, so that SymPy has nothing to merge, and takes long to find out.
