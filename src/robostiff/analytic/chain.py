@@ -116,10 +116,11 @@ class Closed:
     Attributes
     ----------
     limit : int
-        Most terms that an entry may have on the way. With a full stiffness matrix of 21 symbols
-        the default answers for any joints along the axes, and for one joint whose axis and place
-        are all symbols. Two such joints need a limit of 500 000, and get 160 000 terms in 2
-        seconds; their expressions take 5 more to write, and 400 MB. Three are out of reach.
+        Most terms that an entry may have on the way; of a robot also a tenth of the digits of its
+        numbers. With a full stiffness matrix of 21 symbols the default answers for any joints along
+        the axes, and for one joint whose axis and place are all symbols. Two such joints need a
+        limit of 500 000, and get 160 000 terms in 2 seconds; their expressions take 5 more to
+        write, and 400 MB. Three are out of reach.
     """
 
     limit: int = 20_000

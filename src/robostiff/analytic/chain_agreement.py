@@ -12,20 +12,20 @@ import sympy as sp
 from robostiff.analytic.agreement import AGREED, check_value, length_of, matrix_distance
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact_matrix import ExactMatrix
-from robostiff.analytic.numeric_value import DIGITS, many_digits_of, values_of
+from robostiff.analytic.numeric_value import BITS, balls_of, values_of
 from robostiff.errors import DisagreementError, InputError
 
 _SETS = 2
 _TRIES = 10  # for values at which all expressions are numbers without cancellation
 _SEED = 15
 _PARTS = 2**20
-_ZERO = 1e-30  # of its terms, computed with 60 digits
+_ZERO = 1e-30  # of its terms, computed with ninety digits
 _FLOOR = 1e-3
 _CLEAR = 1e-7  # of the largest singular value: what is not zero
 
 
 def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
-    """Redundant joints, decided at random values of the symbols with 60 digits.
+    """Redundant joints, decided at random values of the symbols with many digits.
 
     A polynomial that is zero at random values is zero (Schwartz and Zippel).
 
@@ -34,25 +34,18 @@ def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
     InputError
         When K0 is indefinite: J^T K J = 0 for a joint with K J not zero.
     """
-    from mpmath import mp
-
     found: list[bool] | None = None
     for values, _ in _random_values([*K0, *(x for J in columns for x in J)]):
-        with mp.workdps(DIGITS):
-            n = K0.rows
-            entries = many_digits_of([K0[i, j] for i in range(n) for j in range(n)], values)
-            K = mp.matrix(n, n)
-            for place, entry in enumerate(entries):
-                K[place // n, place % n] = entry
+        with flint.ctx.workprec(BITS):
+            K = flint.arb_mat(K0.rows, K0.rows, balls_of(K0.flat(), values))
             here = []
             for J in columns:
-                column = mp.matrix(many_digits_of(list(J), values))
+                column = flint.arb_mat(K0.rows, 1, balls_of(list(J), values))
                 u = K * column
-                mu = (column.T * u)[0]
-                size = mp.norm(column)
-                largest = max(abs(x) for x in K)
-                is_zero = abs(mu) <= _ZERO * size**2 * largest
-                if is_zero and max(abs(x) for x in u) > 1e-15 * size * largest:
+                mu = (column.transpose() * u)[0, 0]
+                size, largest, feels = (_largest(x) for x in (column, K, u))
+                is_zero = abs(float(mu)) <= _ZERO * size**2 * largest
+                if is_zero and feels > 1e-15 * size * largest:
                     raise InputError(
                         "stiffness matrix",
                         got="a joint whose motion causes forces but stores no energy, J^T K J = 0",
@@ -60,9 +53,13 @@ def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
                     )
                 here.append(bool(is_zero))
                 if not is_zero:
-                    K = K - u * u.T / mu
+                    K = K - u * u.transpose() / mu
         found = here if found is None else [a and b for a, b in zip(found, here, strict=True)]
     return tuple(found or [False] * len(columns))
+
+
+def _largest(M: Any) -> float:
+    return max(abs(float(x)) for x in M.entries())
 
 
 def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
@@ -134,12 +131,10 @@ def _block_form(K: np.ndarray, J: np.ndarray) -> np.ndarray | None:
 
 def _exact_value(K: ExactMatrix, values: Mapping[Any, float]) -> np.ndarray:
     """Polynomials at rational numbers, so that cancellation loses no digits."""
-    from mpmath import mp
-
     known = {x: flint.fmpq(*value.as_integer_ratio()) for x, value in values.items()}
     if others := [x for x in K.field.generators if x not in known]:
-        with mp.workdps(DIGITS):
-            known |= zip(others, map(_rational, many_digits_of(others, values)), strict=True)
+        with flint.ctx.workprec(BITS):
+            known |= zip(others, map(_rational, balls_of(others, values)), strict=True)
     rational = [known[x] for x in K.field.generators]
     n = len(K.entries)
     below = K.denominator(*rational)
@@ -153,8 +148,6 @@ def _exact_value(K: ExactMatrix, values: Mapping[Any, float]) -> np.ndarray:
     return found
 
 
-def _rational(number: Any) -> Any:
-    from mpmath import mp
-
-    shift = 2**200
-    return flint.fmpq(int(mp.nint(number * shift)), shift)
+def _rational(ball: Any) -> Any:
+    mantissa, exponent = ball.mid().man_exp()
+    return flint.fmpq(int(mantissa)) * flint.fmpq(2) ** int(exponent)

@@ -121,11 +121,16 @@ def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], 
 
 
 def _within(element: Element, limit: int) -> Element:
-    if element.terms > limit:
+    """An entry that is no longer than allowed; long numbers count as several terms."""
+    coefficients = (*element.num.coeffs(), *element.den.coeffs())
+    bits = sum(int(x).bit_length() for c in coefficients for x in (c.p, c.q))
+    if element.terms > limit or bits > _BITS_A_TERM * limit:
         raise FormulaTooLargeError.beyond(limit)
     return element
 
 
+# Of all numbers of an entry, for each allowed term: ten digits.
+_BITS_A_TERM = 33
 # Terms of a fraction that is factored: longer ones would take long, and would not be read.
 _FACTORED = 100
 
@@ -259,5 +264,4 @@ def fraction_in_factors(field: ExactField, element: Element) -> sp.Expr:
     """A fraction, its numerator and denominator factored where they are short."""
     if element.terms > _FACTORED:
         return field.expression(element)
-    above: Any = factored(field, element.num)
-    return above / factored(field, element.den)
+    return factored(field, element.num, element.den)

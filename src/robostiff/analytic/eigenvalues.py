@@ -288,7 +288,7 @@ def _eigenvectors(M: sp.ImmutableMatrix, value: Any) -> tuple[sp.ImmutableMatrix
     shift = field.element(value)
     rows = [[field.element(M[i, j]) - shift * int(i == j) for j in range(n)] for i in range(n)]
     return tuple(
-        sp.ImmutableMatrix([factored(field, e.num) / factored(field, e.den) for e in vector])
+        sp.ImmutableMatrix([factored(field, e.num, e.den) for e in vector])
         for vector in null_space(field, rows, n)
     )
 

@@ -207,12 +207,33 @@ def quotient_of(above: Any, below: Any) -> Any:
     >>> quotient_of(x + 1, x + y) == (x + 1) / (x + y), quotient_of(x, 2 * y) == x / (2 * y)
     (True, True)
     """
-    if not below.is_Add:
+    if below is sp.S.One:
+        return above
+    top, bottom = _plain_factors(above), _plain_factors(below)
+    if top is None or bottom is None or bottom[0] is not sp.S.One:
         return above / below
-    inverse: Any = sp.Pow(below, -1, evaluate=False)
-    if not above.is_Add:
-        return above * inverse
-    return sp.Mul._from_args(tuple(sorted((above, inverse), key=_IN_ORDER)), True)
+    powers = [(x.base, -x.exp) if x.is_Pow else (x, sp.S.NegativeOne) for x in bottom[1]]
+    inverses = [sp.Pow(base, power, evaluate=False) for base, power in powers]
+    return product_in_order(top[0], [*top[1], *inverses])
+
+
+def _plain_factors(product: Any) -> tuple[Any, list[Any]] | None:
+    """The number and the other factors of a product; None where SymPy might merge some of them."""
+    factors = list(product.args) if product.is_Mul else [product]
+    number = factors.pop(0) if factors[0].is_Rational else sp.S.One
+    is_plain = all(
+        x.is_Symbol or x.is_Add or (x.is_Pow and x.base.is_Symbol and x.exp.is_Integer)
+        for x in factors
+    )
+    return (number, factors) if is_plain and number else None
+
+
+def product_in_order(number: Any, factors: Sequence[Any]) -> Any:
+    """A number times factors that SymPy would not merge; a sum behind it is not multiplied out."""
+    ordered = sorted(factors, key=_IN_ORDER) if len(factors) > 1 else list(factors)
+    if number is not sp.S.One:
+        ordered.insert(0, number)
+    return sp.Mul._from_args(tuple(ordered), True)
 
 
 def _number(c: Any) -> tuple[str, int, int]:

@@ -15,10 +15,9 @@ import flint
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.numeric_value import balls_of
+from robostiff.analytic.numeric_value import BITS, balls_of
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
-BITS = 300
 _DIGITS = 40
 _ACCURATE = 140  # bits of a ball that are compared
 _NOTHING = 1e-40  # size of a value that is zero: no quantity of a machine is as small

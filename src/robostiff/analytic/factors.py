@@ -9,6 +9,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.cache import cacheit
 
+from robostiff.analytic.element import product_in_order
 from robostiff.analytic.field import Element, ExactField
 from robostiff.analytic.operation_count import count_of
 
@@ -44,30 +45,49 @@ def product_of(field: ExactField, formula: Any) -> Product:
     return Product(number, tuple(powers))
 
 
-def factored(field: ExactField, polynomial: Any) -> Any:
-    """A polynomial as a product of powers, ``R - r`` rather than ``-R + r`` where possible.
+def factored(field: ExactField, above: Any, below: Any = None) -> Any:
+    """A polynomial, or a quotient of two without a common factor, as a product of powers.
+
+    ``R - r`` rather than ``-R + r`` where possible. A number in front of a sum is not multiplied
+    out.
 
     Examples
     --------
     >>> R, r = sp.symbols("R r")
     >>> field = ExactField([R, r])
-    >>> factored(field, field.element(r**2 - R**2).num)
-    -(R - r)*(R + r)
+    >>> p = field.element(r**2 - R**2).num
+    >>> factored(field, p), factored(field, field.element(3 * R).num, p)
+    (-(R - r)*(R + r), -3*R/((R - r)*(R + r)))
     """
-    if polynomial.is_zero():
+    if above.is_zero():
         return sp.Integer(0)
-    constant, powers = polynomial.factor()
-    number: Any = rational(constant)
+    constant, parts = above.factor()
+    powers = [(base, int(exponent)) for base, exponent in parts]
+    if below is not None and not below.is_one():
+        below_constant, parts = below.factor()
+        constant = constant / below_constant
+        powers += [(base, -int(exponent)) for base, exponent in parts]
     factors = []
     for base, exponent in powers:
-        written: Any = field.polynomial_expression(base)
-        if starts_with_minus(written):
-            written, number = -written, number * (-1) ** int(exponent)
-        factors.append(written ** int(exponent))
-    product = sp.Mul(*factors)
-    # A number in front of a sum is not multiplied out.
-    is_kept = product.is_Add and number != 1
-    return sp.Mul(number, product, evaluate=not is_kept)
+        is_minus = _starts_with_minus(field, base)
+        constant *= -1 if is_minus and exponent % 2 else 1
+        factors.append((field.polynomial_expression(-base if is_minus else base), exponent))
+    number = rational(constant)
+    if all(base.is_Symbol or (base.is_Add and base.free_symbols) for base, _ in factors):
+        # Coprime, so that SymPy has nothing to merge, and takes long to find out.
+        written = [sp.Pow(b, n, evaluate=False) if n != 1 else b for b, n in factors]
+        return product_in_order(number, written)
+    product = sp.Mul(*(base**exponent for base, exponent in factors))
+    return sp.Mul(number, product, evaluate=not (product.is_Add and number != 1))
+
+
+def _starts_with_minus(field: ExactField, polynomial: Any) -> bool:
+    """Whether a polynomial would be printed with a minus sign in front."""
+    degrees = zip(field.generators, polynomial.degrees(), strict=True)
+    is_plain = all(generator.is_Symbol for generator, degree in degrees if degree)
+    if is_plain and (len(polynomial) != 2 or any(polynomial.monomial(1))):
+        return len(polynomial) > 1 and bool(polynomial.leading_coefficient() < 0)
+    return starts_with_minus(field.polynomial_expression(polynomial))  # 1 - 2 x, not -(2 x - 1)
 
 
 @cacheit
@@ -278,4 +298,4 @@ def _root_sign(field: ExactField, radicand: Any) -> Any:
 def _quotient(field: ExactField, above: Any, below: Any) -> Any:
     """A fraction as a quotient of products."""
     fraction = field.fraction(above, below)
-    return factored(field, fraction.num) / factored(field, fraction.den)
+    return factored(field, fraction.num, fraction.den)

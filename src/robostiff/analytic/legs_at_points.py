@@ -14,7 +14,8 @@ from typing import Any
 import flint
 import numpy as np
 
-from robostiff.analytic.exact_points import BITS, ExactPoints
+from robostiff.analytic.exact_points import ExactPoints
+from robostiff.analytic.numeric_value import BITS
 from robostiff.analytic.orbits import MIRRORS, Image
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, PlacedSpring

@@ -220,6 +220,8 @@ class NamedReading:
 
     def _written(self, step: int) -> Any:
         operation = self.record.operations[step][0]
+        if operation is Operation.NEGATE:
+            return -self._raw[self.record.arguments(step)[0]]
         if operation in (Operation.SINE, Operation.COSINE):
             expression = self._closed.written(step, self._raw)
             for turning in expression.atoms(sp.sin, sp.cos):

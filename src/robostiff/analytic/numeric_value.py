@@ -12,8 +12,8 @@ import sympy as sp
 from robostiff.analytic.derivation import Definition
 from robostiff.errors import InputError
 
-#: Digits of the careful evaluation.
-DIGITS = 60
+#: Precision of balls, some ninety digits.
+BITS = 300
 
 _FUNCTIONS = {
     "sin": np.sin,
@@ -42,7 +42,7 @@ def values_of(
     """Values of expressions, of definitions one after the other; not a number where there is none.
 
     `values`: mapping of symbols to floats, or to arrays of them; `definitions`: steps that the
-    expressions need, in order; `careful`: with `DIGITS` digits, for numbers only; this avoids
+    expressions need, in order; `careful`: by balls of `BITS`, for numbers only; this avoids
     cancellation in floats.
 
     Examples
@@ -52,7 +52,8 @@ def values_of(
     [1.0, inf]
     """
     if careful:
-        return [float(x) for x in many_digits_of(expressions, values, definitions)]
+        with flint.ctx.workprec(BITS):
+            return [float(x) for x in balls_of(expressions, values, definitions)]
     known: dict[Any, Any] = {
         symbol: value if isinstance(value, np.ndarray) else float(value)
         for symbol, value in values.items()
@@ -61,22 +62,12 @@ def values_of(
         return _values(expressions, known, definitions, float, _in_floats)
 
 
-def many_digits_of(
-    expressions: Iterable[Any],
-    values: Mapping[Any, Any],
-    definitions: Iterable[Definition] = (),
-) -> list[Any]:
-    """The same as numbers of mpmath, with `DIGITS` digits."""
-    known = {symbol: _many_digits(value) for symbol, value in values.items()}
-    return _values(expressions, known, definitions, _many_digits, _careful)
-
-
 def balls_of(
     expressions: Iterable[Any],
     values: Mapping[Any, Any],
     definitions: Iterable[Definition] = (),
 ) -> list[Any]:
-    """The same as balls of FLINT that contain the value, at its precision; values are exact.
+    """Values as balls of FLINT that contain them, at its precision; given values are exact.
 
     Examples
     --------
@@ -154,37 +145,13 @@ def _in_floats(expression: Any, arguments: list[Any]) -> Any:
     return function(*arguments)
 
 
-def _careful(expression: Any, arguments: list[Any]) -> Any:
-    from mpmath import mp
-
-    with mp.workdps(DIGITS):
-        try:
-            if expression.is_Add:
-                return mp.fsum(arguments)
-            if expression.is_Mul:
-                return mp.fprod(arguments)
-            if expression.is_Pow:
-                power = arguments[0] ** arguments[1]
-                return power if mp.im(power) == 0 else mp.nan
-            name = type(expression).__name__
-            return getattr(mp, "fabs" if name == "Abs" else name)(*arguments)
-        except (ZeroDivisionError, ValueError):
-            return mp.nan
-
-
-def _many_digits(number: Any) -> Any:
-    from mpmath import mp
-
-    with mp.workdps(DIGITS):
-        if isinstance(number, sp.Rational):
-            return mp.mpf(int(number.p)) / int(number.q)
-        return mp.mpf(str(sp.N(number, DIGITS)) if isinstance(number, sp.Basic) else float(number))
-
-
 def _ball(number: Any) -> Any:
     if number is sp.pi:
         return flint.arb.pi()
-    exact = cast("sp.Rational", sp.Rational(number))  # finite
+    known = sp.sympify(number)
+    if not known.is_Number:  # such as E
+        known = sp.N(known, BITS)
+    exact = cast("sp.Rational", sp.Rational(known))  # finite
     return flint.arb(flint.fmpq(int(exact.p), int(exact.q)))
 
 
@@ -199,4 +166,5 @@ def _in_balls(expression: Any, arguments: list[Any]) -> Any:
         if exponent.is_Rational and exponent.q == 2:
             return base.sqrt() ** int(exponent.p)
         return base ** int(exponent) if exponent.is_Integer else base ** arguments[1]
-    return getattr(flint.arb, type(expression).__name__)(*arguments)
+    name = type(expression).__name__
+    return abs(*arguments) if name == "Abs" else getattr(flint.arb, name)(*arguments)

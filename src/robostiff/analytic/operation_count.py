@@ -31,9 +31,10 @@ def count_of(expression: Any) -> int:
         return _of_product(expression)
     parts = expression.args
     if expression.is_Add:
-        minus = [_has_minus(x) for x in parts]
-        own = sum(count_of(-x if m else x) for x, m in zip(parts, minus, strict=True))
-        return own + len(parts) - 1 + all(minus)
+        minus = [x for x in parts if _has_minus(x)]
+        subtracted = sum(x.is_Mul or x.is_Rational for x in minus)
+        own = sum(map(count_of, parts)) - subtracted
+        return own + len(parts) - 1 + (len(minus) == len(parts))
     is_counted = bool(parts) and (expression.is_Pow or expression.is_Function)
     if expression.is_Pow and expression.exp is sp.S.NegativeOne:
         parts = (expression.base,)
@@ -41,14 +42,34 @@ def count_of(expression: Any) -> int:
 
 
 def _of_product(product: Any) -> int:
+    """Of what `sympy.fraction` finds above and below, without making it."""
+    number, rest = product.args[0], list(product.args)
     negative = _has_minus(product)
-    plain = -product if negative else product
-    if not plain.is_Mul:
-        return 1 + count_of(plain)
-    above, below = sp.fraction(plain)
-    if below is sp.S.One:
-        return negative + len(plain.args) - 1 + sum(map(count_of, plain.args))
-    return negative + 1 + sum(count_of(x) for x in (above, below) if not x.is_Integer)
+    if negative:
+        rest[0] = -number
+    if rest[0] is sp.S.One:
+        del rest[0]
+        if len(rest) == 1:
+            return 1 + count_of(rest[0])
+    above: list[Any] = []
+    below: list[Any] = []
+    for x in rest:
+        if x.is_Rational:
+            above += [sp.Integer(x.p)] * (x.p != 1)
+            below += [sp.Integer(x.q)] * (x.q != 1)
+        elif x.is_Pow and x.exp.is_Rational and x.exp.is_negative:
+            below.append(x.base if x.exp is sp.S.NegativeOne else sp.Pow(x.base, -x.exp))
+        else:
+            above.append(x)
+    if not below:
+        return negative + len(rest) - 1 + sum(map(count_of, rest))
+    return negative + 1 + _of_factors(above) + _of_factors(below)
+
+
+def _of_factors(factors: list[Any]) -> int:
+    if len(factors) == 2 and factors[0].is_Integer and factors[1].is_Add:
+        return count_of(factors[0] * factors[1])  # multiplied out, as SymPy does
+    return sum(map(count_of, factors)) + max(0, len(factors) - 1)
 
 
 def _has_minus(term: Any) -> bool:

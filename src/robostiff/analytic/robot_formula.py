@@ -146,7 +146,7 @@ def derive_robot(
             at = within(enough, recorded, "record of a formula")
         except FormulaTooLargeError:
             pass
-    return replace(_in_steps(at.placed, at.recorded), remark=remark)
+    return _in_steps(at.placed, at.recorded, remark)
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def _stiffness(leg: SpringLeg, n: int) -> sp.ImmutableMatrix:
     return sp.ImmutableMatrix(sum(products, sp.zeros(n)))
 
 
-def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:
+def _in_steps(placed: PlacedRobot, recorded: RecordedRobot, remark: str) -> RobotDerivation:
     """The record itself, its steps named."""
     for number, leg in enumerate(recorded.legs, start=1):
         _give_names(leg, number)
@@ -259,7 +259,7 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in leg.wrenches)
         c = tuple(reading(mu) for mu in leg.mu)
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, definitions=own, K=None))
-    return _derivation(placed, K, legs, reading.definitions)
+    return _derivation(placed, K, legs, reading.definitions, remark=remark)
 
 
 def _added(recorded: RecordedRobot) -> dict[tuple[int, int], Any]:
@@ -305,6 +305,7 @@ def _derivation(
     definitions: tuple[Definition, ...] = (),
     named: InNames | None = None,
     written_out: Callable[[Any], Any] | None = None,
+    remark: str = "",
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
     numbers = RobotInNumbers.of(placed)
@@ -328,6 +329,7 @@ def _derivation(
         where=placed.where,
         coordinates=placed.coordinates,
         following=placed.following,
+        remark=remark,
         conditions=Unwritten(lambda: conditions_of(placed)),
         named=named,
         at_vector_level=VectorLevel(lambda: vector_form(placed) or series_form(placed)),

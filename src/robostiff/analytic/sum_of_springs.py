@@ -257,15 +257,12 @@ def _with_components(
 
 def _always_one_at(placed: PlacedRobot) -> Callable[[Written, Any], bool]:
     """Whether an expression in names is one at the samples of the record."""
-    record = placed.record
-    samples = [
-        {s: float(record.input(name).sample[i]) for name, s in placed.symbols.items()}
-        for i in range(record.count)
-    ]
+    samples = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
 
     def is_one(written: Written, expression: Any) -> bool:
-        found = [values_of([expression], at, written.definitions)[0] for at in samples]
-        return all(abs(x - 1) < _SAME for x in found)
+        needed = used_definitions(written.definitions, [expression])
+        (found,) = values_of([expression], samples, needed)
+        return bool(np.all(np.abs(found - 1) < _SAME))
 
     return is_one
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import sympy as sp
@@ -16,6 +17,8 @@ _DEGREE = 4
 _LONGEST = 60
 # Phases are multiples of this part of a turn about pi: 15 degrees.
 _PARTS = 12
+# What stands for the sine and cosine of one angle.
+_SINE, _COSINE = sp.Dummy("s"), sp.Dummy("c")
 
 
 def shortest_trigonometry(expression: Any) -> Any:
@@ -103,24 +106,27 @@ def _walked(expression: Any) -> Any:
 
 def _in_harmonics(expression: Any, x: sp.Symbol) -> Iterator[Any]:
     """The expression in sines and cosines of multiples of x, if it is a polynomial in these."""
-    s, c = sp.Dummy(), sp.Dummy()
-    plain = expression.xreplace({sp.sin(x): s, sp.cos(x): c})
-    if plain.has(x) or not plain.is_polynomial(s, c):
+    plain = expression.xreplace({sp.sin(x): _SINE, sp.cos(x): _COSINE})
+    if plain.has(x) or not plain.is_polynomial(_SINE, _COSINE):
         return
-    polynomial = sp.Poly(plain, s, c)
-    turning = [degrees for degrees in polynomial.monoms() if any(degrees)]
-    if polynomial.total_degree() > _DEGREE or (len(turning) == 1 and 0 in turning[0]):
+    terms = _terms_of(plain)
+    turning = {powers for powers in terms if any(powers)}
+    if max(map(sum, terms), default=0) > _DEGREE:
         return
-    waves: dict[int, Any] = {}  # amplitudes of exp(i k x)
-    for (m, n), coefficient in polynomial.terms():
-        for k, amplitude in _power(m, n).items():
-            waves[k] = waves.get(k, 0) + coefficient * amplitude
-    total: Any = sp.factor_terms(sp.expand(waves.get(0, sp.Integer(0))))
+    if len(turning) == 1 and 0 in next(iter(turning)):
+        return
+    # Numbers before the products of symbols in the amplitudes of cos(k x) and sin(k x).
+    waves: dict[int, tuple[_Numbers, _Numbers]] = {}
+    for (m, n), numbers in terms.items():
+        for k, amplitudes in _harmonics(m, n).items():
+            for wave, amplitude in zip(waves.setdefault(k, ({}, {})), amplitudes, strict=True):
+                for symbols, number in numbers.items() if amplitude else ():
+                    wave[symbols] = wave.get(symbols, 0) + amplitude * number
+    constant = waves.pop(0, ({}, {}))[0]
+    total: Any = sp.factor_terms(sp.Add(*(number * own for own, number in constant.items())))
     functions: dict[Any, Any] = {}
-    for k in sorted({abs(k) for k in waves} - {0}):
-        even = sp.expand(waves.get(k, 0) + waves.get(-k, 0))
-        odd = sp.expand(sp.I * (waves.get(k, 0) - waves.get(-k, 0)))
-        for function, amplitude in _with_phases(even, odd, k * x):
+    for k in sorted(waves):
+        for function, amplitude in _with_phases(*waves[k], k * x):
             functions[function] = functions.get(function, 0) + amplitude
     for function, amplitude in functions.items():
         total += sp.factor_terms(amplitude) * function
@@ -128,8 +134,29 @@ def _in_harmonics(expression: Any, x: sp.Symbol) -> Iterator[Any]:
     yield sp.factor_terms(total)
 
 
-def _power(m: int, n: int) -> dict[int, Any]:
-    """Amplitudes of exp(i k x) in sin(x)^m cos(x)^n."""
+_Numbers = dict[Any, Any]  # for each product of symbols the number before it
+
+
+def _terms_of(polynomial: Any) -> dict[tuple[int, int], _Numbers]:
+    """For each power of sine and cosine the products of symbols before it."""
+    found: dict[tuple[int, int], _Numbers] = {}
+    for term in sp.Add.make_args(sp.expand(polynomial)):
+        powers, numbers, symbols = [0, 0], [], []
+        for factor in sp.Mul.make_args(term):
+            base, exponent = factor.as_base_exp()
+            if base is _SINE or base is _COSINE:
+                powers[base is _COSINE] = int(exponent)
+            else:
+                (symbols if factor.free_symbols else numbers).append(factor)
+        own = found.setdefault((powers[0], powers[1]), {})
+        product = sp.Mul(*symbols)
+        own[product] = own.get(product, 0) + sp.Mul(*numbers)
+    return found
+
+
+@cache
+def _harmonics(m: int, n: int) -> dict[int, tuple[Any, Any]]:
+    """Amplitudes of cos(k x) and sin(k x) in sin(x)^m cos(x)^n, from those of exp(i k x)."""
     waves: dict[int, Any] = {0: sp.Integer(1)}
     half = sp.Rational(1, 2)
     for up, down in [(-sp.I * half, sp.I * half)] * m + [(half, half)] * n:
@@ -138,17 +165,20 @@ def _power(m: int, n: int) -> dict[int, Any]:
             raised[k + 1] = raised.get(k + 1, 0) + up * amplitude
             raised[k - 1] = raised.get(k - 1, 0) + down * amplitude
         waves = raised
-    return waves
+    both = {k: (waves.get(k, 0), waves.get(-k, 0)) for k in {abs(k) for k in waves} - {0}}
+    found = {k: (sp.expand(a + b), sp.expand(sp.I * (a - b))) for k, (a, b) in both.items()}
+    return found | {0: (waves.get(0, 0), 0)}
 
 
-def _with_phases(even: Any, odd: Any, angle: Any) -> Iterator[tuple[Any, Any]]:
-    """Functions and amplitudes of ``even cos(angle) + odd sin(angle)``, term by term."""
-    cosines, sines = _numbers_of_terms(even), _numbers_of_terms(odd)
-    for term in sorted(cosines | sines, key=str):
+def _with_phases(cosines: _Numbers, sines: _Numbers, angle: Any) -> Iterator[tuple[Any, Any]]:
+    """Functions and amplitudes of sums of cos(angle) and sin(angle), term by term."""
+    for term in sorted(cosines.keys() | sines.keys(), key=str):
         a, b = sines.get(term, sp.Integer(0)), cosines.get(term, sp.Integer(0))
+        if a == b == 0:
+            continue
         parts = round(_PARTS * math.atan2(float(b), float(a)) / math.pi)
         phase = sp.Rational(parts, _PARTS) * sp.pi
-        across = sp.expand(a * sp.sin(phase) - b * sp.cos(phase))
+        across = sp.expand(a * sp.sin(phase) - b * sp.cos(phase)) if a and b else a or b
         if not (a and b) or sp.sqrtdenest(across) != 0:
             yield sp.sin(angle), a * term
             yield sp.cos(angle), b * term
@@ -163,14 +193,3 @@ def _nearest(parts: int, angle: Any, amplitude: Any) -> Iterator[tuple[Any, Any]
     forms += [(sp.cos, 1, parts - _PARTS // 2), (sp.cos, -1, parts + _PARTS // 2)]
     function, sign, own = min(forms, key=lambda form: abs(form[2]))
     yield function(angle + sp.Rational(own, _PARTS) * sp.pi), sign * amplitude
-
-
-def _numbers_of_terms(expression: Any) -> dict[Any, Any]:
-    """For each product of symbols the number before it."""
-    found: dict[Any, Any] = {}
-    for term in sp.Add.make_args(expression):
-        number, symbols = term.as_independent(*term.free_symbols, as_Add=False)
-        if not term.free_symbols:
-            number, symbols = term, sp.Integer(1)
-        found[symbols] = found.get(symbols, 0) + number
-    return {symbols: number for symbols, number in found.items() if number != 0}
