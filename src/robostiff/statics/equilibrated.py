@@ -81,13 +81,9 @@ def equilibrated(A: np.ndarray, arrow: Arrow | None = None) -> Equilibrated:
     """
     scale, size = np.ones(A.shape[:2]), np.abs(A)
     for _ in range(3):
-        largest = size.max(2, initial=0.0)
-        own = 1.0 / np.sqrt(largest + (largest == 0))
-        scale = scale * own
-        size *= own[:, :, None]
-        size *= own[:, None, :]
-    scaled = np.multiply(A, scale[:, :, None], out=size)
-    scaled *= scale[:, None, :]
+        largest = scale * (size * scale[:, None]).max(2, initial=0.0)
+        scale = scale / np.sqrt(largest + (largest == 0))
+    scaled = A * scale[:, :, None] * scale[:, None]
     if arrow is not None:
         blocks = _Blocks.of(scaled, arrow)
         if blocks is not None:
