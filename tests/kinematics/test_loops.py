@@ -89,7 +89,7 @@ def test_copies_are_where_newton_finds_them(name):
         followed = task.follow(finder.home_pose, [solver.home], full)
         assert followed.closed.all()
         (found,) = followed.coordinates
-        iterated, _ = replace(solver, closed_form=None).solve(full, np.tile(np.eye(3), (12, 1, 1)))
+        iterated, *_ = replace(solver, closed_form=None).solve(full, np.tile(np.eye(3), (12, 1, 1)))
         assert np.array_equal(iterated, found)
         turning = leg.chain.size > 10  # the spin of a Delta's rods is left to either
         assert turning or np.abs(found - q).max() < 1e-10

@@ -15,9 +15,9 @@ from tests.statics.robots_under_load import joint, loaded
 A, B, K = 0.5, 0.1, 1e5
 
 
-def shallow_truss() -> Snapshot:
-    """Two struts over a span 2 A, their common point B above it: von Mises' truss."""
-    z, tip = [0, 0, 1], np.array([0, B, 0])
+def shallow_truss(rise: float = B) -> Snapshot:
+    """Two struts over a span 2 A, their common point above it: von Mises' truss."""
+    z, tip = [0, 0, 1], np.array([0, rise, 0])
     legs = []
     for name, x in (("left", -A), ("right", A)):
         foot = np.array([x, 0, 0])
@@ -53,6 +53,18 @@ def test_path_follows_a_truss_through_its_limit_point():
     at_limit = float(np.linspace(0, B, 20001)[np.argmax(push(np.linspace(0, B, 20001)))])
     assert np.array_equal(stable, np.abs(h) >= at_limit - 1e-6)
     assert not stable.all()
+
+
+@pytest.mark.parametrize("rise", [1e-3, 1e-2, B])
+@pytest.mark.parametrize("times", [0.1, 1e2, 1e4])
+def test_a_small_snap_under_a_large_load_is_not_jumped_over(rise: float, times: float):
+    """At ``h = A sqrt((L0/A)^(2/3) - 1)`` the push is largest."""
+    rest = np.hypot(A, rise)
+    h = A * np.sqrt((rest / A) ** (2 / 3) - 1)
+    limit = 2 * K * (rest - np.hypot(A, h)) * h / np.hypot(A, h)
+    found = rs.critical_load(shallow_truss(rise), None, [0, -times * limit, 0])
+    assert found.is_limit
+    assert found.factor * times == pytest.approx(1, rel=1e-8)
 
 
 def test_curve_is_that_of_equilibria():

@@ -153,7 +153,7 @@ class PostureFinder:
         chain = place_chain(leg.chain, rows, leg.base.R, leg.base.p)
         R, p = platform_at_end(leg, chain)
         pose = six_coordinates(R, p)
-        return self.placed(q.shape[:-1], pose, poses_side_by_side(R, 2), [rows], chain=chain)
+        return self.placed(q.shape[:-1], pose, poses_side_by_side(R, 2), [rows], chains=[chain])
 
     def at_poses(self, request: PoseRequest, near: Sequence[np.ndarray] | None = None) -> Posture:
         """Posture at platform poses; the other coordinates follow from the legs.
@@ -166,25 +166,27 @@ class PostureFinder:
         """
         if request.open and not self.open_stay_at_home:
             return self._with_open(request, near)
-        q, elsewhere = self._alone(request, near, from_afar=True)
-        return self.placed(request.batch, request.coordinates, request.R, q, elsewhere)
+        alone = self._alone(request, near, from_afar=True)
+        return self.placed(request.batch, request.coordinates, request.R, *alone)
 
     def _alone(
         self, request: PoseRequest, near: Sequence[np.ndarray] | None, *, from_afar: bool
-    ) -> tuple[list[np.ndarray], np.ndarray]:
-        """Each leg closed for itself, and where one closes in another assembly mode only."""
+    ) -> tuple[list[np.ndarray], np.ndarray, list[PlacedChain | None] | None]:
+        """Each leg closed for itself, where one closes in another assembly mode only; chains."""
         pose, R = request.coordinates, request.R
         if near is not None:
             each = zip(self.solvers, near, strict=True)
             q = [solver.solve_near(own, pose, R) for solver, own in each]
-            return q, np.zeros(len(pose), dtype=bool)
+            return q, np.zeros(len(pose), dtype=bool), None
         q, elsewhere = [np.zeros((0, 0))] * len(self.solvers), np.zeros(len(pose), dtype=bool)
+        chains = []
         for legs in self._groups(len(pose)):
-            found = legs.solve(pose, R, from_afar=from_afar)
-            for place, (own, away) in zip(legs.places, found, strict=True):
+            each, away, chain = legs.solve(pose, R, from_afar=from_afar)
+            for place, own in zip(legs.places, each, strict=True):
                 q[place] = own
-                elsewhere |= away
-        return q, elsewhere
+            elsewhere |= np.any(away, axis=0)
+            chains.append(chain)
+        return q, elsewhere, chains
 
     def _groups(self, count: int) -> tuple[LegsAlike, ...]:
         """Legs that are computed together at so many poses; each for itself at many."""
@@ -204,7 +206,7 @@ class PostureFinder:
         rows = np.flatnonzero(~found.closed | (near is not None))
         if rows.size:
             part = PoseRequest((rows.size,), request.coordinates[rows], (), request.R[rows])
-            q, away = self._alone(part, near, from_afar=False)
+            q, away, _ = self._alone(part, near, from_afar=False)
             alone = self.placed(part.batch, part.coordinates, part.R, q, away)
             own = (alone.reached & alone.meets(_MET)) | ~met[rows]
             pose[rows[own]], elsewhere[rows[own]] = part.coordinates[own], away[own]
@@ -279,16 +281,17 @@ class PostureFinder:
         R: np.ndarray,
         q: list[np.ndarray],
         elsewhere: np.ndarray | None = None,
-        chain: PlacedChain | None = None,
+        chains: Sequence[PlacedChain | None] | None = None,
     ) -> Posture:
         """Posture at poses (N, 6), rotations R among them, with coordinates q of every leg.
 
-        The chain of a leg that is alone may be placed already.
+        Chains of legs that are computed together may be placed already.
         """
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
         legs = {}
         gaps = np.empty((2, len(robot.legs), len(pose)))
-        for group in self._groups(len(pose)):
+        groups = self._groups(len(pose))
+        for group, chain in zip(groups, chains or [None] * len(groups), strict=True):
             placed, *missed = group.placed([q[i] for i in group.places], R, p, chain)
             legs |= dict(zip(group.places, placed, strict=True))
             gaps[:, list(group.places)] = missed

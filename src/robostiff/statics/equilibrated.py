@@ -79,15 +79,12 @@ def equilibrated(A: np.ndarray, arrow: Arrow | None = None) -> Equilibrated:
     >>> found.solve(np.array([[[1.0], [0.0]]]), 2)[0, 1, 0]
     np.float64(-0.001001...)
     """
-    scale, size = np.ones(A.shape[:2]), np.abs(A)
+    scale, size, scaled = np.ones(A.shape[:2]), np.abs(A), np.empty(A.shape)
     for _ in range(3):
-        largest = size.max(2, initial=0.0)
-        own = 1.0 / np.sqrt(largest + (largest == 0))
-        scale = scale * own
-        size *= own[:, :, None]
-        size *= own[:, None, :]
-    scaled = np.multiply(A, scale[:, :, None], out=size)
-    scaled *= scale[:, None, :]
+        largest = scale * np.multiply(size, scale[:, None], out=scaled).max(2, initial=0.0)
+        scale = scale / np.sqrt(largest + (largest == 0))
+    np.multiply(A, scale[:, None], out=scaled)
+    scaled *= scale[:, :, None]
     if arrow is not None:
         blocks = _Blocks.of(scaled, arrow)
         if blocks is not None:
@@ -121,22 +118,22 @@ class _Blocks:
     def of(A: np.ndarray, arrow: Arrow) -> _Blocks | None:
         """The systems; None where a block, or what is left, is nearly singular."""
         inverses, every_after, every_before = [], [], []
-        rest = A[:, arrow.left[:, None], arrow.left]
+        left = arrow.left
+        rest = _entries(A, left[:, None], left)
         for places in arrow.blocks:
-            block = A[:, places[:, :, None], places[:, None]]
-            inverse, condition = _inverted(block)
+            inverse, condition = _inverted(_entries(A, places[:, :, None], places[:, None]))
             if not np.all(condition < _BLOCK):
                 return None
-            after = inverse @ A[:, places[:, :, None], arrow.left]
-            before = A[:, arrow.left[:, None], places[:, None]]
+            after = inverse @ _entries(A, places[:, :, None], left)
+            before = _entries(A, left[:, None], places[:, None])
             rest = rest - np.sum(before @ after, axis=1)
             inverses.append(inverse)
             every_after.append(after)
             every_before.append(before)
-        left = equilibrated(rest)
-        if not np.all(left.regular):
+        last = equilibrated(rest)
+        if not np.all(last.regular):
             return None
-        return _Blocks(arrow, tuple(inverses), tuple(every_after), tuple(every_before), left)
+        return _Blocks(arrow, tuple(inverses), tuple(every_after), tuple(every_before), last)
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """X (N, n, k)."""
@@ -151,6 +148,11 @@ class _Blocks:
         for places, own, after in zip(self.arrow.blocks, alone, self.after, strict=True):
             x[:, places] = own - after @ rest[:, None]
         return x
+
+
+def _entries(A: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """``A[:, rows, columns]`` of matrices that lie in one piece, several times as fast."""
+    return A.reshape(len(A), -1).take(rows * A.shape[-1] + columns, axis=1)
 
 
 def _inverted(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -159,8 +159,10 @@ def solved(
     margins = _margins(problem, found.known, unloaded) if found.converged else {}
     near = not found.converged or found.cut or min(margins.values()) < _SAFE
     if displacement is None and near:
-        found, critical = _confirmed(problem, loading, unloaded, found)
-        margins = _margins(problem, found.known, unloaded) if found.converged else {}
+        confirmed, critical = _confirmed(problem, loading, unloaded, found)
+        if confirmed is not found:
+            found = confirmed
+            margins = _margins(problem, found.known, unloaded) if found.converged else {}
     if displacement is not None and _is_against_rigid_parts(problem, found.known):
         status |= EquilibriumStatus.NO_EQUILIBRIUM
         return Equilibrium(loaded.name, loaded.space, status, held=True)

@@ -19,6 +19,9 @@ _NOTHING, _SOON = 1e-14, 1e-5
 _STEPS = 40
 # Steps of a path at most, and how far one of them shifts the platform, by the robot's length.
 _LONGEST, _FURTHEST = 250, 0.1
+# The first of them, and how far it does: each may be 1.6 times the one before, so that none is long
+# beside the way there, where another branch may be near.
+_FIRST, _NEAREST = 0.02, 1e-5
 _REFINEMENTS = 2
 # Part by which sizes of equations and steps may differ that are the same; so many of them in a row.
 _REPEATS, _ENDLESS = 1e-9, 4
@@ -168,7 +171,8 @@ def path(
     converge is halved; the path ends where that does not help. Up to the whole load, steps of the
     load factor are at most `largest`; beyond it they grow with the load.
     """
-    here, h, unit = start, 0.02, _unit(problem, start)
+    here, unit = start, _unit(problem, start)
+    h = min(_FIRST, _NEAREST * problem.length / unit)
     direction = _direction(problem, here, None, unit)
     shortest = 1e-7 * h
     for _ in range(_LONGEST):

@@ -157,7 +157,7 @@ def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | N
     Q0 = group.unloaded_curvature
     # Without springs between bodies: what these add to a passive joint may be rounding.
     stiff = np.diagonal(group.own_curvature, axis1=-2, axis2=-1)
-    scale = np.array([unit_sizes(*own) for own in zip(C, stiff, strict=True)])
+    scale = unit_sizes(C, stiff)
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
@@ -172,16 +172,19 @@ def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | N
 
 
 def unit_sizes(C: np.ndarray, stiff: np.ndarray) -> np.ndarray:
-    """Units of coordinates (m,) that have a stiffness each, or none, in closures (c, m).
+    """Units of coordinates (..., m) that have a stiffness each, or none, in closures (..., c, m).
 
     Of unit energy; those without stiffness move the ends of chains as far as the others do.
     """
     size = np.where(stiff > 0, 1.0 / np.sqrt(np.where(stiff > 0, stiff, 1.0)), 1.0)
-    moved = np.linalg.norm(C * size, axis=0)
+    moved = np.sqrt(np.sum((C * size[..., None, :]) ** 2, axis=-2))
     elastic, passive = (stiff > 0) & (moved > 0), (stiff <= 0) & (moved > 0)
-    typical = np.median(moved[elastic]) if np.any(elastic) else 1.0
-    size[passive] = typical / moved[passive]
-    return size
+    number = np.sum(elastic, axis=-1, keepdims=True)
+    ordered = np.sort(np.where(elastic, moved, np.inf), axis=-1)
+    middle = np.concatenate([np.maximum(number - 1, 0) // 2, number // 2], axis=-1)
+    median = 0.5 * np.sum(np.take_along_axis(ordered, middle, -1), axis=-1, keepdims=True)
+    typical = np.where(number > 0, median, 1.0)
+    return np.where(passive, typical / np.where(passive, moved, 1.0), size)
 
 
 def _left_by(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -30,7 +30,7 @@ from robostiff.kinematics.closure.leg_equations import (
 from robostiff.kinematics.closure.recognised import ClosedForm, recognised
 from robostiff.kinematics.closure.rod import Rod
 from robostiff.kinematics.closure.strut import Strut
-from robostiff.kinematics.frames import Loop, place_chain
+from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
@@ -69,10 +69,11 @@ class LegSolver:
 
     def solve(
         self, pose: np.ndarray, R_platform: np.ndarray, *, from_afar: bool = True
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> tuple[np.ndarray, np.ndarray, PlacedChain | None]:
         """Leg coordinates (N, size) at platform poses, the nearest where out of reach.
 
-        The second result is where the leg closes, but in another assembly mode than at home (N,).
+        The second result is where the leg closes, but in another assembly mode than at home (N,);
+        the third its chain at these coordinates, where that was needed to find them.
         Poses (N, 6) come with their rotation matrices, which the legs share. With `from_afar`,
         poses far from home are looked for in many small steps.
         """
@@ -83,16 +84,20 @@ class LegSolver:
                 q, elsewhere = found.coordinates[0], found.elsewhere
             else:
                 q = self._task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
-            return on_turn_of_home(self.leg.chain, q, self._as_given), elsewhere
+            return on_turn_of_home(self.leg.chain, q, self._as_given), elsewhere, None
         q = self._copies_at(self.closed_form, pose, R_platform)
-        if self.leg.chain.has_blocks and from_afar:
-            rows = np.flatnonzero(self._leaves_loops_open(q, pose, R_platform))
-            if rows.size:
-                found = self._iterated(pose[rows])
-                met = found.closed | found.elsewhere
-                q[rows[met]] = found.coordinates[0][met]
-                elsewhere[rows] = found.elsewhere
-        return on_turn_of_home(self.leg.chain, q, self._as_given), elsewhere
+        q = on_turn_of_home(self.leg.chain, q, self._as_given)
+        if not (self.leg.chain.has_blocks and from_afar):
+            return q, elsewhere, None
+        leaves_open, placed = self._leaves_loops_open(q, pose, R_platform)
+        rows = np.flatnonzero(leaves_open)
+        if not rows.size:
+            return q, elsewhere, placed
+        found = self._iterated(pose[rows])
+        met = found.closed | found.elsewhere
+        q[rows[met]] = found.coordinates[0][met]
+        elsewhere[rows] = found.elsewhere
+        return on_turn_of_home(self.leg.chain, q, self._as_given), elsewhere, None
 
     def solve_near(self, near: np.ndarray, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Leg coordinates (N, size) at platform poses, in the posture nearest to given ones.
@@ -207,14 +212,14 @@ class LegSolver:
 
     def _leaves_loops_open(
         self, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray
-    ) -> np.ndarray:
-        """Where the leg meets the platform and a loop inside it stays open (N,).
+    ) -> tuple[np.ndarray, PlacedChain]:
+        """Where the leg meets the platform and a loop inside it stays open (N,); its chain.
 
         There the body after a block is turned so that its branches are no copies any more.
         """
         frame = attachment_frame(self.leg, R_platform, pose[..., :3])
         placed = place_chain(self.leg.chain, q, self.leg.base.R, self.leg.base.p)
-        return self.leaves_open(gaps(self.leg, placed, *frame))
+        return self.leaves_open(gaps(self.leg, placed, *frame)), placed
 
     def leaves_open(self, ends: Iterable[Loop]) -> np.ndarray:
         """The same, of gaps at the platform and of loops (N,)."""
@@ -262,7 +267,7 @@ class LegSolver:
         if self.closed_form is None:
             return self
         q = self._copies_at(self.closed_form, pose, R_platform)
-        if not np.any(self._leaves_loops_open(q, pose, R_platform)):
+        if not np.any(self._leaves_loops_open(q, pose, R_platform)[0]):
             return self
         return replace(self, closed_form=None, copies=np.arange(self.leg.chain.size))
 

@@ -32,12 +32,15 @@ class LegsAlike:
 
     def solve(
         self, pose: np.ndarray, R: np.ndarray, *, from_afar: bool
-    ) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Coordinates (N, size) of each leg at poses (N, 6); see `LegSolver.solve`."""
+    ) -> tuple[list[np.ndarray], list[np.ndarray], PlacedChain | None]:
+        """Coordinates (N, size) of each leg at poses (N, 6); see `LegSolver.solve`.
+
+        The third result is for `placed`.
+        """
         first, count = self.solvers[0], len(pose)
-        form = first.closed_form
+        form, placed = first.closed_form, None
         if form is None or len(self.solvers) == 1:
-            return [one.solve(pose, R, from_afar=from_afar) for one in self.solvers]
+            return self._one_by_one(pose, R, from_afar=from_afar)
         ends = self._ends(R, pose[:, :3])
         R_base, p_base = self._bases(count)
         inside = transposed(R_base)
@@ -46,10 +49,17 @@ class LegsAlike:
         if from_afar and first.leg.chain.has_blocks:
             placed = place_chain(first.leg.chain, q, R_base, p_base)
             if np.any(first.leaves_open(gaps(first.leg, placed, *ends))):
-                return [one.solve(pose, R, from_afar=from_afar) for one in self.solvers]
-        nowhere = np.zeros(count, dtype=bool)
+                return self._one_by_one(pose, R, from_afar=from_afar)
         rows = range(0, len(q), count)
-        return [(q[start : start + count], nowhere) for start in rows]
+        each = [q[start : start + count] for start in rows]
+        return each, [np.zeros(count, dtype=bool)] * len(each), placed
+
+    def _one_by_one(
+        self, pose: np.ndarray, R: np.ndarray, *, from_afar: bool
+    ) -> tuple[list[np.ndarray], list[np.ndarray], PlacedChain | None]:
+        each = [one.solve(pose, R, from_afar=from_afar) for one in self.solvers]
+        alone = each[0][2] if len(each) == 1 else None
+        return [q for q, _, _ in each], [away for _, away, _ in each], alone
 
     def placed(
         self,
@@ -60,7 +70,7 @@ class LegsAlike:
     ) -> tuple[list[PlacedLeg], np.ndarray, np.ndarray]:
         """The legs at coordinates (N, size) of each, with the platform at (R, p).
 
-        The chain of a leg that is alone may be placed already.
+        The chain of all of them may be placed already.
 
         Returns
         -------
