@@ -141,3 +141,13 @@ def test_a_symbol_called_lambda_is_no_clash():
 def test_a_matrix_that_is_not_symmetric_is_refused():
     with pytest.raises(InputError, match="symmetric"):
         eigenvalue_formulas(sp.Matrix(3, 3, range(9)))
+
+
+def test_two_equal_roots_are_one_value_of_multiplicity_two():
+    """x^2 - 2 sqrt(a) x + a is a square, and no product of polynomials of a."""
+    a, b = sp.symbols("a b", positive=True)
+    Q = sp.Matrix([[2, -2, 1], [1, 2, 2], [2, 1, -2]]) / 3
+    K = sp.diag(Q * sp.diag(sp.sqrt(a), sp.sqrt(a), b) * Q.T, sp.zeros(3))
+    found = {e.value: e for e in eigenvalue_formulas(K).values}
+    assert {value: e.multiplicity for value, e in found.items()} == {sp.sqrt(a): 2, b: 1}
+    assert [len(found[value].vectors) for value in (sp.sqrt(a), b)] == [2, 1]

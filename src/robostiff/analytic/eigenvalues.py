@@ -212,18 +212,21 @@ def _eigenvalues(M: sp.ImmutableMatrix, part: StiffnessPart, length: Any) -> Eig
             if factor.degrees()[place]:
                 known = powers.get(str(factor), (factor, 0))[1]
                 powers[str(factor)] = (factor, known + int(exponent))
-    values: list[Eigenvalue] = []
+    multiplicities: dict[Any, int] = {}
     for factor, multiplicity in powers.values():
         degree = factor.degrees()[place]
         if degree > 2:
             unsolved.append(Unsolved(_collected(field, factor, symbol), degree, multiplicity))
             continue
+        # A square of x - sqrt(a) is no power of a factor: its two zeros are one.
         for value in quadratic_roots(field, factor, symbol):
-            vectors = _eigenvectors(M, value)
-            if is_scaled:
-                vectors = tuple(_twist(vector, length) for vector in vectors)
-            values.append(Eigenvalue(value, multiplicity, vectors))
-    values.sort(key=lambda e: sp.default_sort_key(e.value))
+            multiplicities[value] = multiplicities.get(value, 0) + multiplicity
+    values: list[Eigenvalue] = []
+    for value in sorted(multiplicities, key=sp.default_sort_key):
+        vectors = _eigenvectors(M, value)
+        if is_scaled:
+            vectors = tuple(_twist(vector, length) for vector in vectors)
+        values.append(Eigenvalue(value, multiplicities[value], vectors))
     return Eigenvalues(tuple(values), tuple(unsolved), symbol)
 
 

@@ -7,9 +7,12 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import Condition, Derivation, RobotDerivation, differentiate
+from robostiff.analytic.agreement import closed_places
 from robostiff.analytic.export import julia_function, matlab_function
 from robostiff.analytic.export.julia_code import JULIA_WORDS
 from robostiff.analytic.export.matlab_code import MATLAB_WORDS
+from robostiff.analytic.export.program import program
+from robostiff.analytic.robot_placement import place_robot
 from tests.analytic.export import small_readers
 from tests.analytic.export.derivations import (
     ALL,
@@ -72,6 +75,40 @@ def test_octave_gives_the_substituted_formula(tmp_path):
     assert len(rows) == len(ALL)
     for row, K in zip(rows, expected, strict=True):
         assert largest_difference(np.array(row.split(), dtype=float).reshape(K.shape), K) < 1e-13
+
+
+# Closed forms and steps, parameters and poses, legs by closed forms and by joint coordinates.
+POSED = {
+    "3-rps": rs.AtSymbols(),
+    "3-rrr": rs.AtJoints(),
+    "agile-eye": rs.AtHome(),
+    "delta": rs.AtSymbols(),
+    "gantry-tau": rs.AtSymbols(),
+    "h4": rs.AtHome(),
+    "hexaglide": rs.AtSymbols(),
+    "orthoglide": rs.AtSymbols(rs.EulerAngles("ZXZ")),
+    "six-joint-arm": rs.AtSymbols(),
+    "us-ups": rs.AtHome(),
+}
+
+
+@pytest.mark.skipif(OCTAVE is None, reason="Octave is not installed")
+def test_octave_gives_the_stiffness_of_robots(tmp_path):
+    lines, expected = [], []
+    for name, pose in POSED.items():
+        robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+        derivation = rs.derive(robot, pose=pose)
+        own = name.replace("-", "_") + "_"
+        own = own if own[0].isalpha() else f"robot_{own}"
+        (tmp_path / f"{own}.m").write_text(matlab_function(derivation, own), encoding="utf-8")
+        for values, result, _ in closed_places(place_robot(robot, pose), sets=2, poses=2):
+            given = [repr(float(values[s.name])) for s in program(derivation).arguments]
+            lines.append(f"printf('%.17g ', {own}({', '.join(given)})'); printf('\\n');")
+            expected.append(result.K)
+    rows = octave(tmp_path, "\n".join(lines) + "\n").splitlines()
+    for row, K in zip(rows, expected, strict=True):
+        found = np.array(row.split(), dtype=float).reshape(K.shape)
+        assert largest_difference(found, K) < 1e-12
 
 
 def guarded():

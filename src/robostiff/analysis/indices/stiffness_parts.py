@@ -206,9 +206,10 @@ def _schur(A: np.ndarray, B: np.ndarray, D: EigenPart) -> np.ndarray:
 def _readable(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Eigenvectors as rows, those of equal values as near to the axes as they can be."""
     rows, start = [], 0
-    scale = 1e-9 * values[-1]
+    # Soft directions beside a stiff one differ by their own size.
+    alike = 1e-9 * values + 10 * _ROUNDING * values[-1]
     for end in range(1, len(values) + 1):
-        if end == len(values) or values[end] - values[end - 1] > scale:
+        if end == len(values) or values[end] - values[end - 1] > alike[end]:
             rows += _along_axes(vectors[start:end])
             start = end
     return np.array(rows)

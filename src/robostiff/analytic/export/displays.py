@@ -133,7 +133,8 @@ def _named(block: MatrixEquation, measure: Measure, limit: float) -> Displayed:
     whole = block.whole
     for i, row in enumerate(rows(whole)):
         for j, entry in enumerate(row):
-            if not entry.is_Atom and entry not in names and measure(entry) > limit:
+            short = entry.is_Atom and not entry.is_Float
+            if not short and entry not in names and measure(entry) > limit:
                 names[entry] = named[entry] = sp.Symbol(block.entry_name(i, j))
                 names.setdefault(-entry, -names[entry])
             shown.append(names.get(entry, entry))

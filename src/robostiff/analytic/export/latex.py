@@ -176,7 +176,7 @@ def derivation_latex(derivation: Derivation | FormulaDerivative) -> str:
     \]
     """
     written = [text for block in outline_of(derivation) for text in _written(block)]
-    start = "% needs \\usepackage{amsmath}\n\\begingroup\\allowdisplaybreaks"
+    start = "% needs \\usepackage{amsmath}\n\\begingroup\\allowdisplaybreaks\\sloppy"
     return "\n\n".join([start, *written, "\\endgroup"]) + "\n"
 
 
@@ -186,7 +186,7 @@ def _written(block: Block) -> list[str]:
             command = "subsection" if level == 1 else "paragraph"
             return [f"\\{command}*{{{latex_words(text)}}}"]
         case OutlineText(text):
-            return [latex_words(text)]
+            return [latex_words(text).replace("/", "/\\allowbreak{}")]
         case Nomenclature(rows):
             return ["\\paragraph*{Nomenclature}", _nomenclature(rows)]
         case Table():
@@ -204,7 +204,7 @@ def _table(table: Table) -> str:
     body = " \\\\\n".join([f"{names} \\\\\n\\hline", *lines])
     body = body.replace("\\hline \\\\", "\\hline")
     columns = "l" * (len(table.head) + 1)
-    return f"\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}"
+    return f"{{\\tabcolsep=3pt\n\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}}}"
 
 
 def _display(formula: Display) -> str:
