@@ -31,6 +31,7 @@ def test_what_is_no_robot(robot):
         np.array(POSE) + 1j,
         [np.nan] * 6,
         [1e200] * 6,
+        np.ma.masked_greater(POSE, 0.5),
     ],
 )
 def test_what_is_no_pose(pose):

@@ -130,6 +130,11 @@ def test_an_array_with_one_unit_fits_where_the_rest_is_zero(robot):
         rs.stiffness(robot, Q([0, 0, 800, 0, 0, 0.1], "mm"))
 
 
+def test_masked_entries_of_quantities_are_no_numbers(robot):
+    with pytest.raises(InputError, match="pose of"):
+        rs.stiffness(robot, Q(np.ma.masked_equal([0, 0, 0.8, 0, 0, 0], 0.8), "m"))
+
+
 def test_points_and_lengths(robot):
     expected = rs.stiffness(robot, AT, at=[0.1, 0.2, 0.9])
     found = rs.stiffness(robot, AT, at=Q([100, 200, 900], "mm"))

@@ -14,10 +14,20 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from robostiff import JointCoordinates, Robot, compliance, load, stiffness
+from robostiff import JointCoordinates, Leg, Robot, compliance, load, stiffness
 from robostiff.cli.main import app
-from robostiff.elasticity import CrossSection, material
+from robostiff.elasticity import (
+    BeamSegment,
+    CrossSection,
+    beam_compliance,
+    elasticity_from_compliance,
+    material,
+    tapered_compliance,
+)
+from robostiff.errors import InputError
+from robostiff.io.opensees import opensees_script
 from robostiff.kinematics import PostureFinder
+from robostiff.model import Actuated, Chain, Link, revolute
 from robostiff.network import (
     DistributedForce,
     Network,
@@ -26,6 +36,7 @@ from robostiff.network import (
     network_of_snapshot,
     network_response,
 )
+from robostiff.spatial import Frame
 from tests.generators.metric import distance
 from tests.network.frames import graph
 from tests.peers.opensees import (
@@ -117,3 +128,24 @@ def test_frame_with_loaded_beams_and_a_foot_that_settles(by_opensees):
     found = network_response(frame, loads, settlements={"c": t})
     for name, twist in by_opensees(frame, q, "c", t, by=loaded_frame).items():
         assert np.allclose(found.twists[name], twist, rtol=1e-9, atol=1e-12)
+
+
+UNEVEN = CrossSection(A=1e-3, Iy=4e-7, Iz=1e-7, J=2e-7), CrossSection(1e-3, 1e-7, 2e-7, 2e-7)
+
+
+@pytest.mark.parametrize("off", ["taper", "measured"])
+def test_matrices_that_are_no_beam_are_no_beam_in_opensees(off):
+    """A uniform beam has three numbers more than these matrices agree with."""
+    steel = material("steel")
+    if off == "taper":
+        segments = [BeamSegment(0.5, steel, section) for section in UNEVEN]
+        C = tapered_compliance(segments)
+    else:
+        C = beam_compliance(1.0, steel, UNEVEN[0])
+        C[0, 4] = C[4, 0] = 0.3 * np.sqrt(C[0, 0] * C[4, 4])
+    link = Link(np.array([1.0, 0, 0]), elasticity_from_compliance(C), np.eye(3), "arm")
+    turn = revolute([0, 0, 1], Actuated(1e5), name="hinge")
+    arm = Robot("arm", (Leg("arm", Frame.identity(), Chain((turn, link)), Frame.identity()),))
+    network = network_of_snapshot(PostureFinder(arm).find(None).snapshot.one(0))
+    with pytest.raises(InputError, match="a uniform beam, or a spring along its own axes"):
+        opensees_script(network)

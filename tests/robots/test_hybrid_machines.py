@@ -233,6 +233,30 @@ def test_flexible_platform_is_refused_as_a_module():
         rs.Module("star", rs.load(str(STAR)))
 
 
+def test_springs_between_bodies_and_force_laws_of_modules_are_not_lost_in_silence():
+    """They act under finite loads, by names of bodies that a machine does not have."""
+    arm = rs.load("two-link-arm")
+    bodies = rs.BodyPoint("base", [0, 0, 1]), rs.BodyPoint("platform")
+    sprung = arm.with_springs([rs.BodySpring("balance", bodies, 1e3, free_length=0.1)])
+    with pytest.raises(rs.InputError, match="springs between bodies: balance"):
+        rs.Module("arm", sprung)
+    law = rs.ForceLaw([(-0.1, -900), (0, 0), (0.1, 900)])
+    with pytest.raises(rs.InputError, match="force laws of arm/shoulder"):
+        rs.Module("arm", replace(arm, laws={"arm/shoulder": law}))
+
+
+@pytest.mark.parametrize("at", [[0, 0, 0], [0.1, 0.2, 0.03]])
+def test_loops_whose_axes_all_meet_leave_their_freedoms(at):
+    """Rates at which they would open are rounding, and hold nothing."""
+    eye = rs.Module("eye", rs.load("agile-eye"), rs.Frame(np.eye(3), np.array(at)))
+    slide = rs.Module("slide", Chain((prismatic([1, 0, 0], rs.Actuated(1e6), name="x"),)))
+    machine = rs.hybrid_machine([eye, slide])
+    assert [own.value for own in machine.coordinates] == ["x", "rx", "ry", "rz"]
+    moved = rs.stiffness(machine, rs.ActuatorCoordinates([0.1, -0.05, 0.02, 0.03]))
+    again = rs.stiffness(machine, moved.transform)
+    np.testing.assert_allclose(again.K, moved.K, rtol=1e-9, atol=1e-9 * np.abs(moved.K).max())
+
+
 def test_coordinates_that_do_not_fit_are_refused_with_those_that_do(machine):
     tricept = rs.load(str(ROOT / "examples/tricept.yaml"))
     with pytest.raises(rs.InputError, match=r"3 freedoms.*write x y z"):

@@ -91,7 +91,7 @@ def opensees_script(network: Network, *, in_python: bool = False, stiff: float =
     Raises
     ------
     InputError
-        When a spring is neither a beam nor along its own axes, or axes of a joint do not meet.
+        When a spring is neither a uniform beam nor along its own axes, or axes of a joint do not meet.
 
     Examples
     --------
@@ -235,8 +235,17 @@ def _add_beam(
 
 
 def _is_beam(elasticity: Elasticity) -> bool:
+    """Whether it is that of a uniform beam, which is bent in both planes over the same length."""
     C = elasticity.compliance
-    return elasticity.freedoms.shape[1] == 0 and C[1, 5] > 0 and bool(np.all(np.diagonal(C) > 0))
+    sizes = np.sqrt(np.abs(np.diagonal(C)))
+    if elasticity.freedoms.shape[1] or C[1, 5] <= 0 or not sizes.all():
+        return False
+    L = 2 * C[1, 5] / C[5, 5]
+    beam = np.diag(np.diagonal(C))
+    beam[[1, 5], [5, 1]] = L * C[5, 5] / 2
+    beam[[2, 4], [4, 2]] = -L * C[4, 4] / 2
+    bent = L * L / 3 * C[[5, 4], [5, 4]] <= (1 + _ROUNDING) * C[[1, 2], [1, 2]]
+    return bool(bent.all() and np.all(np.abs(C - beam) <= _ROUNDING * np.outer(sizes, sizes)))
 
 
 def _add_spring(model: _Model, spring: SpringElement) -> None:
@@ -247,9 +256,9 @@ def _add_spring(model: _Model, spring: SpringElement) -> None:
     if np.any(C - np.diag(np.diagonal(C))) or spring.elasticity.freedoms.shape[1]:
         raise InputError(
             f"spring {spring.name!r} for OpenSees",
-            got="a matrix with entries off its diagonal",
-            expected="a beam, or a spring along its own axes",
-            hint="OpenSees has no element for a 6 x 6 matrix",
+            got="a matrix with entries off its diagonal, as of a tapered beam",
+            expected="a uniform beam, or a spring along its own axes",
+            hint="OpenSees has no element for a 6 x 6 matrix; CalculiX has",
         )
     stiff = np.repeat(model.stiff, 3)
     values = [1 / c if c > 0 else k for c, k in zip(np.diagonal(C), stiff, strict=True)]

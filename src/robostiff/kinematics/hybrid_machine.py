@@ -82,6 +82,14 @@ class Module:
             )
         if isinstance(self.part, Robot):
             self.part.check_platform_is_rigid(f"module {self.name!r}: series of modules")
+            self.part.check_has_no_springs(f"module {self.name!r}: series of modules")
+            if self.part.laws:
+                raise InputError(
+                    f"module {self.name!r}",
+                    got=f"force laws of {', '.join(self.part.laws)}",
+                    expected="drives with stiffnesses alone",
+                    hint="give the laws to the machine: replace(machine, laws={...})",
+                )
         if self.mount is not None:
             object.__setattr__(self, "mount", Frame.of(self.mount))
 

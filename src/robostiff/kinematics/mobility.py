@@ -57,22 +57,25 @@ def determine_pose(mobility: np.ndarray, coordinates: Sequence[Coordinate]) -> b
 
 
 def _end_motions(leg: Leg, placed: PlacedChain, at: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Twists that a leg can give to its end, its loops kept closed; scaled columns (6, m)."""
+    """Twists that a leg can give to its end, its loops kept closed; scaled columns (6, m).
+
+    Motions of joints have the size one. Rows are not scaled: in loops of which all axes meet, some
+    rows are rounding.
+    """
     freedoms, free = placed.freedoms, leg.chain.free
     J = np.zeros((6, len(freedoms)))
     main = leg.chain.main_places
     J[:, main] = freedom_twists([freedoms[i] for i in main], at)
-    J = J[:, free] * scale[:, None]
-    if not placed.loops:
-        return J
-    opening = [closing_rates(loop, placed)[:, free] * scale[:, None] for loop in placed.loops]
-    return J @ _complement(np.concatenate(opening).T)
+    opening = [closing_rates(loop, placed) for loop in placed.loops]
+    rates = np.stack([J, *opening])[:, :, free] * scale[:, None]
+    sizes = np.linalg.norm(rates, axis=(0, 1))
+    rates = rates / np.where(sizes > 0, sizes, 1.0)
+    return rates[0] @ _complement(rates[1:].reshape(6 * len(opening), rates.shape[-1]).T)
 
 
 def _complement(columns: np.ndarray) -> np.ndarray:
     """Orthonormal basis of the complement of the columns."""
     if columns.shape[-1] == 0:
         return np.eye(columns.shape[0])
-    sizes = np.linalg.norm(columns, axis=0)
-    U, values, _ = np.linalg.svd(columns / np.where(sizes > 0, sizes, 1.0))
+    U, values, _ = np.linalg.svd(columns)
     return U[:, np.count_nonzero(values > _INDEPENDENT) :]

@@ -238,20 +238,21 @@ def as_floats(subject: str, value: Any, expected: str, units: Units | None = Non
     Raises
     ------
     InputError
-        For texts, truth values, complex or ragged input, for numbers that are not finite or beyond
-        1e30, and for quantities that measure something else.
+        For texts, truth values, complex, ragged or masked input, for numbers that are not finite or
+        beyond 1e30, and for quantities that measure something else.
 
     Examples
     --------
     >>> as_floats("point", [0, 0, 1], "three numbers")
     array([0., 0., 1.])
     """
+    masked = np.ma.is_masked(getattr(value, "magnitude", value))
     value = in_si(subject, value, expected, units)
     try:
         array = np.asarray(value)
     except ValueError:
         array = np.asarray(None)
-    if array.dtype.kind not in "iuf":
+    if array.dtype.kind not in "iuf" or masked:
         raise InputError(subject, got=value, expected=expected)
     # NaN fails the comparisons as well. Most batches are right, and need no array of their own.
     if array.size and not (array.max() <= _LARGEST and array.min() >= -_LARGEST):

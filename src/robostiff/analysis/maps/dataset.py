@@ -58,9 +58,9 @@ def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
     for variable in job.evaluator.variables:
         for dim, labels in zip(variable.dims, variable.labels, strict=False):
             found[dim] = CoordinateArray((dim,), np.array(labels), {"long_name": dim})
-        if not variable.units:
+        if not isinstance(variable.units, str):
             about = {"long_name": f"unit of each entry of {variable.name}"}
-            own = CoordinateArray(variable.dims, variable.units_of_entries, about)
+            own = CoordinateArray(variable.dims, np.array(variable.units), about)
             found[f"{variable.name}_units"] = own
     taken = {v.name for v in job.evaluator.variables} | {d for v in job.variables for d in v.dims}
     for name in source.names:
@@ -77,13 +77,15 @@ def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
 def own_coordinates(job: MapJob) -> list[str]:
     """Names of the coordinates that are no dimension: of single poses, time, units of entries."""
     parameter = job.source.parameter()
-    units = [f"{v.name}_units" for v in job.evaluator.variables if not v.units]
+    several = [v.name for v in job.evaluator.variables if not isinstance(v.units, str)]
+    units = [f"{name}_units" for name in several]
     return [v.name for v in job.coordinates] + ([parameter[0]] if parameter else []) + units
 
 
 def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
     """Units and words of a variable, and the flags of the status (CF conventions, 3.5)."""
-    attributes: dict[str, Any] = {"units": variable.units} if variable.units else {}
+    has_one = isinstance(variable.units, str)
+    attributes: dict[str, Any] = {"units": variable.units} if has_one else {}
     attributes["long_name"] = variable.long_name
     if variable in job.coordinates:
         attributes["long_name"] = _meaning(job, variable.name)

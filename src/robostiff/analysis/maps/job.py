@@ -94,8 +94,8 @@ def summarize(
     codes = np.bincount(status)
     ranges: dict[str, tuple[float, float]] = {}
     for variable in variables:
-        # Smallest and largest entry of a matrix of four units mean nothing.
-        if variable.is_float and variable.units and "," not in variable.units:
+        # Smallest and largest entry of several units mean nothing.
+        if variable.is_float and isinstance(variable.units, str):
             values = arrays[variable.name]
             low, high = np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None)
             if np.isfinite(low):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
@@ -29,31 +30,13 @@ class Variable:
     name: str
     dims: tuple[str, ...]  # after those of the poses
     shape: tuple[int, ...]
-    # Empty where the entries of a pose have several: the coordinate ``NAME_units`` has them
-    units: str
+    # Nested like the entries of a pose where they have several: ``NAME_units`` has them
+    units: str | tuple[Any, ...]
     long_name: str
     dtype: str = "float32"  # of NumPy
     # Of its last dimension, where the places have names (of both dimensions for K)
     labels: tuple[tuple[str, ...], ...] = ()
     note: str = ""  # what a reader must know
-
-    @property
-    def units_of_entries(self) -> np.ndarray:
-        """Units of the entries of a stiffness matrix, as UDUNITS reads them.
-
-        Examples
-        --------
-        >>> order = (("Fx", "Mx"), ("dx", "rx"))
-        >>> Variable("K", ("row", "column"), (2, 2), "", "", labels=order).units_of_entries.tolist()
-        [['N m-1', 'N'], ['N', 'N m rad-1']]
-        """
-        rows, columns = self.labels
-        moments = [name.startswith("M") for name in rows]
-        rotations = [name.startswith("r") for name in columns]
-        named = ("N m-1", "N", "N m rad-1")  # a radian is 1, and so is a metre per metre
-        return np.array(
-            [[named[of_row + of_column] for of_column in rotations] for of_row in moments]
-        )
 
     def poses_first(self, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
         """Values (*self.shape, N) as an array (*shape, *self.shape) of N poses in that shape."""
@@ -184,9 +167,9 @@ def map_variables(robot: Robot | Linkage, quantities: Iterable[Quantity]) -> tup
     return (*found, RANK, STATUS)
 
 
-def actuator_labels(robot: Robot | Linkage) -> tuple[tuple[str, ...], str]:
-    """``leg/joint`` of every actuated freedom, and the unit of their loads."""
-    names, units = [], set()
+def actuator_labels(robot: Robot | Linkage) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """``leg/joint`` of every actuated freedom, and the unit of its load."""
+    names, units = [], []
     if isinstance(robot, Linkage):
         raise InputError(
             f"quantity of a map of linkage {robot.name!r}",
@@ -201,8 +184,8 @@ def actuator_labels(robot: Robot | Linkage) -> tuple[tuple[str, ...], str]:
         ):
             if isinstance(role, Actuated):
                 names.append(f"{leg.name}/{name}")
-                units.add(screw.load_unit)
-    return tuple(names), units.pop() if len(units) == 1 else "N or N m"
+                units.append(screw.load_unit)
+    return tuple(names), tuple(units)
 
 
 def _of(quantity: Quantity, robot: Robot | Linkage) -> Iterator[Variable]:
@@ -211,11 +194,14 @@ def _of(quantity: Quantity, robot: Robot | Linkage) -> Iterator[Variable]:
     twist = space.twist_order
     match quantity:
         case Quantity.STIFFNESS:
+            # as UDUNITS reads them; a radian is 1, and so is a metre per metre
+            named = ("N m-1", "N", "N m rad-1")
+            turns = [name.startswith("r") for name in twist]
             yield Variable(
                 "K",
                 ("row", "column"),
                 (n, n),
-                "",
+                tuple(tuple(named[row + column] for column in turns) for row in turns),
                 "Cartesian stiffness matrix about the reference point, world axes",
                 dtype="float64",
                 labels=(space.wrench_order, twist),
@@ -275,7 +261,7 @@ def _of(quantity: Quantity, robot: Robot | Linkage) -> Iterator[Variable]:
                 labels=(twist[d:],),
             )
         case Quantity.ACTUATOR_FORCES:
-            names, unit = actuator_labels(robot)
+            names, units = actuator_labels(robot)
             if not names:
                 raise InputError(
                     f"actuator forces of {robot.name!r}",
@@ -286,7 +272,7 @@ def _of(quantity: Quantity, robot: Robot | Linkage) -> Iterator[Variable]:
                 "actuator_force",
                 ("actuator",),
                 (len(names),),
-                unit,
+                units[0] if len(set(units)) == 1 else units,
                 "load on the actuator along its coordinate under the wrench",
                 labels=(names,),
                 note="the drive holds the opposite",

@@ -88,6 +88,8 @@ def _columns(
             unit = array.attrs.get("units", "1")
             if len(words) == 2:
                 unit = _UNITS_OF_K[words[0][0], words[1][0]]
+            elif f"{name}_units" in found.coords:
+                unit = str(found[f"{name}_units"].values[index])
             heading = "_".join([str(name), *words])
             heading += "" if unit == "1" else f" [{unit}]"
             yield _field(heading), along, values[(..., *index)]

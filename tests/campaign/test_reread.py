@@ -1,0 +1,52 @@
+"""Model files read once more, without the library: K and poses, to rounding."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from tests.campaign.reread_answers import KINDS, SHIPPED, compared, drawn, is_right
+from tests.project.shown_output import ROOT
+
+FILES = (
+    *SHIPPED.glob("*.yaml"),
+    *(path for path in (ROOT / "examples").glob("*.yaml") if "stiffness" not in path.name),
+    ROOT / "docs/star-platform.yaml",
+)
+
+
+@pytest.mark.parametrize("path", sorted(FILES), ids=lambda path: path.stem)
+def test_files_that_are_shipped(path: Path):
+    answers = list(compared(path, np.random.default_rng(1), poses=2))
+    assert [own for own in answers if not is_right(own)] == []
+    assert "K" in answers[0]
+
+
+@pytest.mark.parametrize("part", range(2))
+@pytest.mark.parametrize("kind", KINDS)
+def test_random_files(kind: str, part: int, tmp_path: Path):
+    found = 0
+    for number in range(4 * part, 4 * part + 4):
+        path = drawn(kind, 20261123, number, tmp_path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", rs.PlausibilityWarning)
+            try:
+                answers = list(compared(path, np.random.default_rng([20261123, number])))
+            except (
+                rs.FileError,
+                rs.NoAnswerError,
+            ):  # too short a telescope
+                continue
+        assert [own for own in answers if not is_right(own)] == [], number
+        found += sum("K" in own for own in answers)
+    assert found >= 6
+
+
+def test_a_thousandth_of_a_millimetre_is_seen():
+    path = SHIPPED / "3-rps.yaml"
+    (right,) = compared(path, np.random.default_rng(1), poses=1)
+    (wrong,) = compared(path, np.random.default_rng(1), poses=1, given={"r": "200.001 mm"})
+    assert is_right(right)
+    assert not is_right(wrong)
