@@ -32,7 +32,7 @@ from robostiff.model import (
 from robostiff.model.snapshot import PlacedBlock
 from robostiff.network import Network, motions_under, network_of_snapshot
 from robostiff.network.network import platform_node
-from robostiff.spatial import Space, move_twist, move_wrench
+from robostiff.spatial import Space, cross, move_twist, move_wrench
 from robostiff.statics import BodyPlace, BodyPlaces
 
 Element = PlacedFreedom | PlacedSpring | PlacedBlock
@@ -55,10 +55,7 @@ class BodyMotion:
 
     def turned(self, along: np.ndarray) -> np.ndarray:
         """Change of a vector (3,) that the body carries."""
-        a, b, c = self.twist[3:].tolist()
-        x, y, z = along.tolist()
-        # np.cross takes ten times as long for one vector
-        return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+        return cross(self.twist[3:], along)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from math import dist
 
 import numpy as np
 
@@ -188,7 +189,7 @@ class _LegWalk:
             yield Member(self.name, part, points, kind)
 
     def _is_long(self, start: np.ndarray, end: np.ndarray) -> bool:
-        return bool(np.linalg.norm(end - start) > self.apart)
+        return dist(start, end) > self.apart
 
 
 def bent_line(
