@@ -173,7 +173,7 @@ def select(
     InputError
         When a name is not in the map, or something remains to be chosen.
     """
-    check_map(found)
+    found = checked_map(found)
     refused = () if with_classes else CLASSES
     if variable not in found.data_vars or variable in refused:
         names = [str(name) for name in found.data_vars if name not in refused]
@@ -239,14 +239,25 @@ def coordinate_axis(found: xarray.Dataset, name: str) -> PlotAxis:
     )
 
 
-def check_map(found: Any) -> None:
-    """Raise an InputError unless it is a map."""
+def checked_map(found: Any) -> xarray.Dataset:
+    """A map; of a list of poses over their time, or over their numbers from 0.
+
+    Raises
+    ------
+    InputError
+        When it is no map.
+    """
     with needs_extra("plots", "plot"):
         import xarray
     if not isinstance(found, xarray.Dataset) or not {"rank", "status"} <= set(found.data_vars):
         raise InputError(
             "map of a plot", got=type(found).__name__, expected="a result of rs.stiffness_map"
         )
+    if found["status"].dims == ("pose",) and "pose" not in found.coords:
+        if "time" in found.coords:
+            return found.swap_dims(pose="time")
+        return found.assign_coords(pose=np.arange(found.sizes["pose"]))
+    return found
 
 
 def _chosen(
