@@ -320,11 +320,17 @@ def load_curve_picture(curve: xarray.Dataset, twist: str | None = None) -> Curve
     marks = times * np.where(curve["stable"].to_numpy(), at, np.nan)
     factors = curve["factor"].to_numpy()
     curves.append(Curve("at the given loads", marks, factors, Category(0), has_marks=True))
-    wrench = ", ".join(f"{value:g}" for value in curve.attrs["wrench"])
+    words = [
+        f"{letter}{name[1:]} {short(own * float(value))} {shown}"
+        for name, value in zip(names, curve.attrs["wrench"], strict=True)
+        for letter, base in [("F", "N") if name.startswith("d") else ("M", "N m")]
+        for own, shown in [prefixed(abs(float(value)), base)]
+        if value
+    ]
     return Curves(
         f"{curve.attrs['robot']} under load",
         f"{twist} [{unit}]",
         "times the wrench",
         tuple(curves),
-        (f"wrench ({wrench}) N, N m",),
+        (f"wrench {', '.join(words) or 'none'}",),
     )

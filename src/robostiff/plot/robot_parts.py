@@ -40,7 +40,7 @@ from robostiff.spatial import Screw, Space
 
 _ARROW = 0.2  # of the robot
 _SEEN = 0.1  # of the robot: the largest displacement drawn with the default exaggeration
-_ONE_PLACE = 0.04  # of the robot: names nearer than that would overlap
+_ONE_PLACE = 0.08  # of the robot: names nearer than that would overlap
 
 
 @dataclass(frozen=True)
