@@ -92,13 +92,7 @@ class RobotMotion:
 
 
 def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
-    """Motions of the bodies of a robot under the load of a deflection.
-
-    Parameters
-    ----------
-    snapshot : Snapshot
-        The robot at the single pose that was loaded.
-    bent : Deflection
+    """Motions of the bodies of a robot, at the single pose that was loaded, of a deflection.
 
     Raises
     ------
@@ -301,15 +295,7 @@ class FiniteMotion(BodyMotion):
 
 
 def finite_motion(snapshot: Snapshot, places: BodyPlaces) -> RobotMotion:
-    """Motions of all bodies of a robot.
-
-    Parameters
-    ----------
-    snapshot : Snapshot
-        The robot at the unloaded posture.
-    places : BodyPlaces
-        Of its bodies.
-    """
+    """Motions of all bodies of a robot from its unloaded posture to their places."""
     platform = FiniteMotion.of(places.platform)
     still = FiniteMotion.of(BodyPlace(np.eye(3), np.zeros(3)))
     known = {name: FiniteMotion.of(own) for name, own in places.behind.items()}

@@ -56,17 +56,7 @@ class JointMark:
 def leg_members(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> list[Member]:
     """The lines of a leg at a single pose, its bodies displaced by `scale` times their motion.
 
-    Parameters
-    ----------
-    leg : PlacedLeg
-    motion : LegMotion
-    scale : float
-        0 for the leg as it is.
-
-    Returns
-    -------
-    list of Member
-        From base to platform, without lines too short to be visible.
+    From base to platform, without lines too short to be visible.
     """
     return list(_LegWalk(leg.name, scale, _apart(leg)).along(leg, motion, None))
 
@@ -195,18 +185,10 @@ class _LegWalk:
 def bent_line(
     start: np.ndarray, end: np.ndarray, first: BodyMotion, last: BodyMotion, scale: float
 ) -> np.ndarray:
-    """Line of a beam (n, 3) whose ends move with two bodies.
+    """Line of a beam (n, 3) from start to end (3,) [m], which move with two bodies, exaggerated.
 
     Across the beam the cubic with the displacements and slopes of its ends, along it a straight
     line: exact for a uniform Euler-Bernoulli beam that is loaded at its ends.
-
-    Parameters
-    ----------
-    start, end : (3,) arrays
-        [m].
-    first, last : BodyMotion
-    scale : float
-        By how much displacements are exaggerated.
     """
     along = end - start
     s = np.linspace(0.0, 1.0, _BENDS)[:, None]
