@@ -191,7 +191,7 @@ def colour_key(colours: Mapping[str, Paint]) -> str:
     if not colours:
         return ""
     spans = (
-        element("span", f"&#9632;&nbsp;{escaped(name)}", style=f"color:{hue(paint)}")
+        element("span", "&#9632;", style=f"color:{hue(paint)}") + f"&nbsp;{escaped(name)}"
         for name, paint in colours.items()
     )
     return element("p", " &nbsp; ".join(spans), style="margin:0.2em 0;line-height:1.4")

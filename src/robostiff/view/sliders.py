@@ -136,7 +136,9 @@ def slider_around(
     unit, factor = ("deg", math.pi / 180) if turns else ("mm", 1e-3)
     half = half_turn if turns else _round_up(_REACH * size / factor)
     middle, value = _shown(home, factor), _shown(start, factor)
-    return Slider(name, unit, min(middle - half, value), max(middle + half, value), value, factor)
+    digits = max(0, 2 - math.floor(math.log10(half)))
+    low, high = (round(end, digits) for end in (middle - half, middle + half))
+    return Slider(name, unit, min(low, value), max(high, value), value, factor)
 
 
 def _shown(value: float, factor: float) -> float:
