@@ -103,6 +103,7 @@ bench: $(STAMP)-bench
 	$(BIN)/python benchmarks/linkages.py
 	$(BIN)/python benchmarks/map_workers.py
 	$(BIN)/python benchmarks/under_load.py
+	$(BIN)/python benchmarks/view.py
 	$(BIN)/python benchmarks/size.py
 
 proof: $(STAMP)-bench
@@ -138,7 +139,7 @@ $(STAMP)-test: $(STAMP)-runtime
 
 # Other programs to compare with.
 $(STAMP)-bench: $(STAMP)-test
-	$(PIP) --editable '.[test,fast,maps,urdf,mjcf,plot,bench]'
+	$(PIP) --editable '.[test,fast,maps,urdf,mjcf,plot,view,bench]'
 	@touch $@
 
 # Pyright runs on Node.js, which need not be there: it comes as a wheel.

@@ -150,6 +150,23 @@ def test_freedoms_of_one_leg(tmp_path):
     assert "this platform has 3 freedoms at home: x y z" in run(str(file)).stdout
 
 
+def test_a_beam_longer_than_its_telescope_is_named_instead_of_parts_of_negative_length(tmp_path):
+    file = tmp_path / "ram.yaml"
+    beams = "beams: [{fixed: 1.5 m, share: 0, %s}, {share: 1, %s}]" % (2 * (STEEL,))
+    file.write_text(RAM.replace("home: 1.2 m}", f"{beams}}}"))
+    found = facts(str(file), "--parts")
+    assert "leg 'ram': the length [m] of beam 2 of 'telescope1' would be -0.3" in str(found["home"])
+    assert not {"parts", "masses"} & set(found)
+    assert "at home: status unreachable" in run(str(file)).stdout
+
+
+def test_what_rounding_leaves_beside_metres_and_radians_is_zero():
+    words = run("gough-stewart-b", "--parts").stdout
+    assert "e-1" not in words.partition("from base")[2]
+    assert "at (-0.5, 0, 0) m" in words or "at (-0.25, 0.433013, 0) m" in words
+
+
+STEEL = "material: steel, section: {circle: {diameter: 50 mm}}"
 RAM = """
 robostiff: 1
 name: ram

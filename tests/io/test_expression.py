@@ -544,12 +544,12 @@ def test_overrides_reach_what_depends_on_them():
         ({"R": "1 m", "h": "R + 10 deg"}, {}, "h", "parameter h: expression 'R + 10 deg', "
          "column 3: got 1 m (a length) and 0.174533 rad (an angle), "
          "expected quantities of one dimension to add"),
-        ({"mm": "1"}, {}, "mm", "parameter mm: got this name, expected a name that is not a unit; "
+        ({"mm": "1"}, {}, "mm", "parameter mm: got the name of a unit, expected another name; "
          "write for instance mm_0"),
-        ({"sin": "1"}, {}, "sin", "parameter sin: got this name, expected a name that is not "
-         "a function; write for instance sin_0"),
-        ({"pi": "1"}, {}, "pi", "parameter pi: got this name, expected a name that is not "
-         "a constant; write for instance pi_0"),
+        ({"sin": "1"}, {}, "sin", "parameter sin: got the name of a function, expected another "
+         "name; write for instance sin_0"),
+        ({"pi": "1"}, {}, "pi", "parameter pi: got the name of a constant, expected another "
+         "name; write for instance pi_0"),
         ({"__x__": "1"}, {}, "__x__", "parameter __x__: got this name, expected letters a-z, "
          "digits and underscores, with a letter first"),
         ({"a b": "1"}, {}, "a b", "parameter a b: got this name, expected letters a-z, digits "

@@ -146,7 +146,7 @@ def test_lists_of_wrong_length():
         ("{R: 2*R, k: 1e6}", "4:17: parameters.R: parameter R: got R -> R, expected parameters "
                              "that do not depend on themselves"),
         ("{R: 1, mm: 2, k: 1e6}",
-         "4:24: parameters.mm: parameter mm: got this name, expected a name that is not a unit; "
+         "4:24: parameters.mm: parameter mm: got the name of a unit, expected another name; "
          "write for instance mm_0"),
     ],
 )  # fmt: skip

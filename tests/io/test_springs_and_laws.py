@@ -124,7 +124,7 @@ def test_table_and_expression_of_one_law_are_one():
 @pytest.mark.parametrize(
     ("law", "words"),
     [
-        ("2*drive*q", "that of its drive, 5000"),
+        ("2*drive*q", "the stiffness of its drive, 5000.*write stiffness: 10000"),
         ("drive*q + 10 N m", "without motion"),
         ("drive*p", "p"),
         ("drive*q/(1 m)", "moment"),

@@ -149,9 +149,27 @@ def test_an_overview_chooses_what_is_left_open():
     assert isinstance(bands, Bands)
     (line,) = {len(p.values) for p in bands.percentiles}
     assert line == 3
-    listed = rs.stiffness_map(robot("3-puu"), rs.PoseList(("x", "z"), [[0, 0.3], [0.1, 0.3]]))
-    with pytest.raises(rs.InputError, match="without a grid"):
-        rs.plot.map_overview(listed)
+    with pytest.raises(rs.InputError, match="all coordinates cut"):
+        rs.plot.map_overview(found, at={"x": 0, "y": 0, "z": 0.3})
+
+
+@pytest.mark.parametrize(
+    ("time", "label", "places"), [([2, 5], "time [s]", [2, 5]), (None, "pose", [0, 1])]
+)
+def test_a_list_of_poses_is_drawn_over_its_time_or_its_numbers(time, label, places):
+    path = rs.PoseList(("x", "z"), [[0, 0.3], [0.1, 0.35]], time=time)
+    found = rs.stiffness_map(robot("3-puu"), path, [rs.Quantity.WORST_DEFLECTION])
+    picture = overview_picture(found)
+    assert isinstance(picture, Bands)
+    assert picture.x.label == label
+    np.testing.assert_array_equal(picture.x.values, places)
+    (curve,) = picture.percentiles
+    np.testing.assert_allclose(curve.values, 1e6 * found.worst_deflection.values, rtol=1e-6)
+    axes = rs.plot.map_overview(found)
+    assert axes.get_legend() is None
+    figure = axes.figure
+    box = figure.get_tightbbox(figure.canvas.get_renderer())
+    assert box.x0 >= 0
 
 
 def test_isolines_are_round_and_between_the_ends():

@@ -305,3 +305,51 @@ def test_what_is_refused(dh, more, words):
 def test_rows_hold_finite_numbers(key, value):
     with pytest.raises(rs.InputError, match=f"^{key} of a row"):
         rs.DHRow(**{key: value})
+
+
+@pytest.mark.parametrize("convention", ["standard", "modified"])
+def test_weights_of_links_load_the_drives_by_the_gradient_of_their_potential(tmp_path, convention):
+    rows = [(0.1, 1.2, 0.4, 0.1), (0.5, 0.3, -0.1, 0.2), (0.3, -0.8, 0.2, -0.4)]
+    masses = [(12.0, [0.1, 0.02, -0.3]), (9.0, [-0.2, 0.1, 0.05]), (4.0, [0.0, -0.05, 0.1])]
+    at, payload, tool = np.array([0.3, -0.5, 0.7]), (3.0, [0.02, 0.0, 0.08]), [0, 0, 0.12]
+    lines = [
+        f"    - {{a: {a}, alpha: {alpha}, d: {d}, theta: {theta}, stiffness: 1e5 N m/rad, "
+        f"mass: {mass} kg, centre: {centre}}}"
+        for (a, alpha, d, theta), (mass, centre) in zip(rows, masses, strict=True)
+    ]
+    text = f"""robostiff: 1
+name: heavy
+source: a test
+gravity: -z
+platform_masses: [{{mass: {payload[0]} kg, centre: {payload[1]}}}]
+dh:
+  convention: {convention}
+  base: {{turn: [{{x: 0.4}}]}}
+  tool: {{at: {tool}}}
+  joints:
+"""
+    path = tmp_path / "heavy.yaml"
+    path.write_text(text + "\n".join(lines) + "\n")
+    robot = rs.load(path)
+
+    def Rz_Tz(theta, d):
+        c, s = np.cos(theta), np.sin(theta)
+        return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, d], [0, 0, 0, 1]])
+
+    def Rx_Tx(alpha, a):
+        c, s = np.cos(alpha), np.sin(alpha)
+        return np.array([[1, 0, 0, a], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
+
+    def potential(q):
+        T, U = Rx_Tx(0.4, 0), 0.0
+        for (a, alpha, d, theta), (mass, centre), own in zip(rows, masses, q, strict=True):
+            z, x = Rz_Tz(theta + own, d), Rx_Tx(alpha, a)
+            T = T @ (z @ x if convention == "standard" else x @ z)
+            U += mass * 9.80665 * (T @ [*centre, 1])[2]
+        T[:3, 3] += T[:3, :3] @ tool
+        return U + payload[0] * 9.80665 * (T @ [*payload[1], 1])[2]
+
+    h = 1e-6
+    expected = [(potential(at - e) - potential(at + e)) / (2 * h) for e in h * np.eye(3)]
+    bent = rs.deflection(robot, rs.JointCoordinates(at), gravity="-z")
+    np.testing.assert_allclose([own.load for own in bent.actuators], expected, rtol=1e-7)

@@ -107,11 +107,11 @@ def part_in_words(part: dict[str, Any]) -> str:
     if part["kind"] == "cable":
         return _cable_in_words(part)
     between = f"between {' and '.join(part['between'])}, " if "between" in part else ""
-    at = between + f"at ({', '.join(f'{x:.6g}' for x in part['point'])}) m"
+    at = between + f"at ({_rounded(*part['point'])}) m"
     if part["kind"] == "joint":
         words = [f"{part['name']}: {part['motion']}, {part['role']}, {at}"]
         if "coordinate" in part:
-            words.append(f"home {part['coordinate']:.6g} {part['unit']}")
+            words.append(f"home {_rounded(part['coordinate'])} {part['unit']}")
         if part["stiffness"] is not None:
             unit = "N/m" if part["unit"] == "m" else "N m/rad"
             words.append(f"stiffness {number(part['stiffness'])} {unit}")
@@ -128,7 +128,7 @@ def part_in_words(part: dict[str, Any]) -> str:
 
 
 def _cable_in_words(cable: dict[str, Any]) -> str:
-    exit_point, end = (", ".join(f"{x:.6g}" for x in cable[key]) for key in ("exit", "point"))
+    exit_point, end = (_rounded(*cable[key]) for key in ("exit", "point"))
     least, greatest = cable["tension_limits"]
     EA, winch = cable["EA"], cable["winch_stiffness"]
     words = [
@@ -142,6 +142,11 @@ def _cable_in_words(cable: dict[str, Any]) -> str:
     if cable["guide_length"]:
         words.insert(2, f"guide {cable['guide_length']:.6g} m")
     return ", ".join(words)
+
+
+def _rounded(*values: float) -> str:
+    """Values in metres and radians; what rounding leaves beside them is zero."""
+    return ", ".join(f"{round(x, 12) + 0.0:.6g}" for x in values)
 
 
 def _stiffnesses(values: list[float | None]) -> str:

@@ -147,6 +147,7 @@ def cable_load_html(found: CableResponse) -> str:
 
 def energy_table(parts: Sequence[PartShare], most: int) -> Table:
     """The parts with the largest share of the elastic energy."""
+    most += len(parts) == most + 1  # a single one has a name rather than a count
     rows = [[f"{part.leg}/{part.part}", Number(100 * part.share, "%")] for part in parts[:most]]
     rest = parts[most:]
     if rest:

@@ -18,7 +18,15 @@ from robostiff.cli.written_arguments import (
     where_from,
     wrench_from,
 )
-from robostiff.elastostatics import Block, Form, IndexRules, Recursive, SaddlePoint, WrenchBasis
+from robostiff.elastostatics import (
+    Block,
+    Form,
+    IndexRules,
+    Recursive,
+    SaddlePoint,
+    Status,
+    WrenchBasis,
+)
 from robostiff.errors import InputError
 from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
 from robostiff.model import Robot, Snapshot
@@ -69,7 +77,7 @@ def _add_details(facts: dict[str, Any], robot: Any, details: Details) -> None:
 
     if isinstance(robot, Robot) and robot.coordinates:
         facts["mobility"] = mobility_at_home(robot)
-    if details.parts:
+    if details.parts and str(Status.UNREACHABLE) not in facts["home"]["status"]:
         facts["parts"] = parts_at_home(robot)
 
 

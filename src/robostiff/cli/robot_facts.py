@@ -9,6 +9,7 @@ import numpy as np
 
 from robostiff.analysis import CableStiffness, RobotStiffness, stiffness
 from robostiff.analysis.parts_at_home import part_in_words
+from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import row, text_of
@@ -86,7 +87,7 @@ def robot_facts(robot: Robot) -> dict[str, Any]:
     return {
         **head_facts(robot, "model", legs),
         **of_platform,
-        **mass_facts(robot),
+        **({} if Status.UNREACHABLE in home.status else mass_facts(robot)),
         "home": home_facts(home),
     }
 
@@ -202,7 +203,8 @@ def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
         count, free = mobility["freedoms"], " ".join(mobility["coordinates"])
         yield f"this platform has {count} freedoms at home: {free}; poses outside are unreachable"
     home = facts["home"]
-    yield f"at home: rank {home['rank']}, status {home['status']}"
+    rank = f"rank {home['rank']}, " if home["rank"] >= 0 else ""
+    yield f"at home: {rank}status {home['status']}"
     yield from (f"free: {motion}" for motion in home["free_motions"])
     yield from (f"advice: {advice}" for advice in home["advice"])
     if "picture" in facts:

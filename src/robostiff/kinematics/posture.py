@@ -82,11 +82,10 @@ class Posture:
         for i, leg in enumerate(self.robot.legs):
             if not self.closed[0, i]:
                 sentences.append(self._shortfall(leg, self.shift_gaps[0, i], self.turn_gaps[0, i]))
-        for i, leg in enumerate(self.robot.legs):
-            if self.closed[0, i] and not self._long_enough[0, i]:
-                sentences.append(
-                    f"leg {leg.name!r} would need a telescope of negative length at this pose"
-                )
+        for i, what, values in self._positive:
+            if self.closed[0, i] and not values[0] > 0:
+                name = self.robot.legs[i].name
+                sentences.append(f"leg {name!r}: {what} would be {values[0]:.4g} at this pose")
         if not sentences and self.elsewhere[0]:
             sentences.append(
                 "the legs close at this pose in another assembly mode only: the straight way from "
@@ -117,16 +116,25 @@ class Posture:
     def _long_enough(self) -> np.ndarray:
         """Where no beam of a telescope, and no stiffness of a drive, is negative (N, legs)."""
         enough = np.ones(self.shift_gaps.shape, dtype=bool)
+        for i, _, values in self._positive:
+            enough[:, i] &= values > 0
+        return enough
+
+    @property
+    def _positive(self) -> Iterator[tuple[int, str, np.ndarray]]:
+        """What must be positive: number of the leg, what it is, and its values (N,)."""
         for i, (leg, q) in enumerate(zip(self.robot.legs, self.coordinates, strict=True)):
             for element, where in leg.chain.moving:
                 if isinstance(element, Telescope):
-                    for beam in element.beams:
-                        enough[:, i] &= beam.fixed + beam.share * q[:, where.start] > 0
-            for k, role in enumerate(leg.chain.roles):
+                    for number, beam in enumerate(element.beams, start=1):
+                        what = f"the length [m] of beam {number} of {element.name!r}"
+                        yield i, what, beam.fixed + beam.share * q[:, where.start]
+            for role, name, own in zip(
+                leg.chain.roles, leg.chain.coordinate_names, q.T, strict=True
+            ):
                 law = None if isinstance(role, Passive) else role.stiffness
                 if isinstance(law, StiffnessLaw):
-                    enough[:, i] &= law.at(q[:, k]) > 0
-        return enough
+                    yield i, f"the stiffness of {name!r}", law.at(own)
 
     def _shortfall(self, leg: Leg, shift: float, turn: float) -> str:
         parts = []

@@ -18,6 +18,7 @@ from robostiff.model.chain import Chain, Element
 from robostiff.model.checks import check_distinct
 from robostiff.model.joint import Actuated, Joint, prismatic, revolute
 from robostiff.model.link import Rigid
+from robostiff.model.mass import Mass
 from robostiff.model.robot import Coordinate, Leg, Robot
 from robostiff.spatial import Frame, as_float, exact_number, is_formula
 from robostiff.spatial.formula import exact_array, is_possible
@@ -61,11 +62,14 @@ class DHRow:
         Whether the joint slides along z; otherwise it turns about z.
     name : str
         Of the joint; ``joint1``, ``joint2`` ... when left out.
+    masses : tuple of Mass
+        Of the link behind the joint, their centres in the frame of the row; without a centre in the
+        middle between the ends of the link.
 
     Examples
     --------
-    >>> DHRow(a=0.4318, alpha=0.0, d=0.0)
-    DHRow(a=0.4318, alpha=0.0, d=0.0, theta=0.0, slides=False, name='')
+    >>> DHRow(a=0.4318).a
+    0.4318
     """
 
     a: Any = 0.0
@@ -74,6 +78,7 @@ class DHRow:
     theta: Any = 0.0
     slides: bool = False
     name: str = ""
+    masses: tuple[Mass, ...] = ()
 
     def __post_init__(self) -> None:
         for key, unit, words in (
@@ -183,8 +188,10 @@ def serial_arm(
     first, links = _links(rows, convention)
     start = (Frame.identity() if base is None else Frame.of(base)) @ first
     elements: list[Element] = []
-    for number, (joint, link) in enumerate(zip(joints, links, strict=True), start=1):
-        elements += [joint, Rigid(link, f"link{number}")]
+    for number, (row, joint, link) in enumerate(zip(rows, joints, links, strict=True), start=1):
+        own = link if convention is DHConvention.STANDARD else row.about_z
+        masses = tuple(_seen_from_joint(mass, own) for mass in row.masses)
+        elements += [joint, Rigid(link, f"link{number}", masses)]
     if tool is not None:
         elements.append(Rigid(Frame.of(tool), "tool"))
     leg = Leg("arm", start, Chain(tuple(elements)), Frame.identity())
@@ -197,6 +204,14 @@ def _links(rows: Sequence[DHRow], convention: DHConvention) -> tuple[Frame, list
         return Frame.identity(), [row.about_z @ row.about_x for row in rows]
     after = [row.about_x for row in rows[1:]] + [Frame.identity()]
     return rows[0].about_x, [row.about_z @ next_ for row, next_ in zip(rows, after, strict=True)]
+
+
+def _seen_from_joint(mass: Mass, row: Frame) -> Mass:
+    """A mass in the frame of its row, in that behind its joint."""
+    if mass.centre is None:
+        return mass
+    inertia = None if mass.inertia is None else row.R @ mass.inertia @ row.R.T
+    return replace(mass, centre=row.p + row.R @ mass.centre, inertia=inertia)
 
 
 def _joint(row: DHRow, number: int, role: Actuated, home: Any) -> Joint:

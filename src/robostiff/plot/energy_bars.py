@@ -87,7 +87,8 @@ def energy_picture(deflection: Deflection) -> Bars:
 
 def _of_network(deflection: Deflection) -> Bars:
     """A bar for each part, the rest in one."""
-    parts, rest = deflection.parts[:_BARS], deflection.parts[_BARS:]
+    most = _BARS + (len(deflection.parts) == _BARS + 1)
+    parts, rest = deflection.parts[:most], deflection.parts[most:]
     names = [part.part if part.leg == "network" else f"{part.leg}/{part.part}" for part in parts]
     values = [100 * part.share for part in parts]
     if rest:

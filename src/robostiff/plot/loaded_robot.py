@@ -27,7 +27,6 @@ from robostiff.plot.posed_robot import (
     check_exaggeration,
     chosen_exaggeration,
     energy_colours,
-    robot_scene,
 )
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.robot_parts import (
@@ -35,6 +34,7 @@ from robostiff.plot.robot_parts import (
     ghost,
     is_plane,
     robot_items,
+    robot_scene,
     unit_of,
     wrench_on_platform,
 )
@@ -137,7 +137,7 @@ def equilibrium_picture(
         notes = (*notes, "the robot does not stay there")
     label, top = "share of elastic energy [%]", max(shares.values(), default=0.0)
     colours = ColourScale(label, 0, top) if shares else None
-    named = robot_scene(snapshot, unit, items, is_flat, colours, notes)
+    named = robot_scene(snapshot.name, items, unit, is_flat, colours, notes)
     return Scene(
         f"{snapshot.name} under load", named.axes, named.items, colours, is_flat, notes=notes
     )
@@ -205,7 +205,7 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
     colours = ColourScale("share of elastic energy [%]", 0, max(shares.values(), default=1.0))
     is_flat = is_plane(snapshot) and _stays_in_plane(motion)
-    scene = robot_scene(snapshot, unit, items, is_flat, colours)
+    scene = robot_scene(snapshot.name, items, unit, is_flat, colours)
     margin = factor * 0.1 * extent(snapshot)
     low, high = scene.box
     return Scene(
@@ -320,11 +320,17 @@ def load_curve_picture(curve: xarray.Dataset, twist: str | None = None) -> Curve
     marks = times * np.where(curve["stable"].to_numpy(), at, np.nan)
     factors = curve["factor"].to_numpy()
     curves.append(Curve("at the given loads", marks, factors, Category(0), has_marks=True))
-    wrench = ", ".join(f"{value:g}" for value in curve.attrs["wrench"])
+    words = [
+        f"{letter}{name[1:]} {short(own * float(value))} {shown}"
+        for name, value in zip(names, curve.attrs["wrench"], strict=True)
+        for letter, base in [("F", "N") if name.startswith("d") else ("M", "N m")]
+        for own, shown in [prefixed(abs(float(value)), base)]
+        if value
+    ]
     return Curves(
         f"{curve.attrs['robot']} under load",
         f"{twist} [{unit}]",
         "times the wrench",
         tuple(curves),
-        (f"wrench ({wrench}) N, N m",),
+        (f"wrench {', '.join(words) or 'none'}",),
     )

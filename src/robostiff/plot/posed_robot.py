@@ -18,18 +18,20 @@ from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import RobotMotion, at_rest, motion_under
 from robostiff.plot.geometry.legs import extent, joint_marks
-from robostiff.plot.picture import ColourScale, Item, PlainColour, Scene
+from robostiff.plot.picture import ColourScale, PlainColour, Scene
 from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import (
     Drawing,
     colours_of_parts,
+    exaggerated,
     ghost,
     is_plane,
     joint_names,
     load_items,
     part_names,
     robot_items,
+    robot_scene,
     round_factor,
     unit_of,
 )
@@ -199,7 +201,7 @@ def robot_picture(
         colours = colours_of_parts(part_names(snapshot)) if named else {}
         items = robot_items(drawing, {}, PlainColour.INK, colours)
         items += joint_names(drawing) if named else []
-        return robot_scene(snapshot, unit, items, is_plane(snapshot))
+        return robot_scene(snapshot.name, items, unit, is_plane(snapshot))
     motion, scale = displaced(snapshot, bent, exaggeration)
     if is_arm and colouring is Colouring.LEGS:
         colouring = Colouring.PARTS
@@ -214,11 +216,10 @@ def robot_picture(
         items = [*ghost(Drawing(snapshot, motion, 0.0, factor)), *items]
     is_flat = is_plane(snapshot) and _stays_in_plane(bent, motion)
     items += load_items(drawing, bent, is_flat)
-    notes = (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
     label = "share of elastic energy [%]"
     top = max(shares.values(), default=0.0)
     values = ColourScale(label, 0, top) if shares else None
-    return robot_scene(snapshot, unit, items, is_flat, values, notes)
+    return robot_scene(snapshot.name, items, unit, is_flat, values, exaggerated(scale))
 
 
 def displaced(
@@ -303,16 +304,3 @@ def _stays_in_plane(bent: Deflection, motion: RobotMotion) -> bool:
     moved = motion.platform.twist * np.repeat([1.0, length], 3)
     size = float(np.linalg.norm(moved))
     return not np.any(bent.wrench[out]) and bool(np.abs(moved[out]).max() <= _ROUNDING * size)
-
-
-def robot_scene(
-    snapshot: Snapshot,
-    unit: str,
-    items: list[Item],
-    is_flat: bool,
-    scale: ColourScale | None = None,
-    notes: tuple[str, ...] = (),
-) -> Scene:
-    """A scene of a robot, its axes in `unit`."""
-    x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
-    return Scene(snapshot.name, (x, y, z), tuple(items), scale, is_flat, notes=notes)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.model import Actuated, Passive, PlacedSpring, Snapshot
+from robostiff.model import Actuated, Passive, PlacedSpring, Role, Snapshot
 from robostiff.plot.geometry.displacement import RobotMotion, at_rest
 from robostiff.plot.geometry.ellipsoid import screw_line
 from robostiff.plot.geometry.legs import (
@@ -25,6 +25,7 @@ from robostiff.plot.geometry.surfaces import plate
 from robostiff.plot.picture import (
     Arrow,
     Category,
+    ColourScale,
     Face,
     Item,
     LineWeight,
@@ -32,6 +33,7 @@ from robostiff.plot.picture import (
     Paint,
     Path,
     PlainColour,
+    Scene,
     Shape,
     Text,
 )
@@ -40,7 +42,7 @@ from robostiff.spatial import Screw, Space
 
 _ARROW = 0.2  # of the robot
 _SEEN = 0.1  # of the robot: the largest displacement drawn with the default exaggeration
-_ONE_PLACE = 0.04  # of the robot: names nearer than that would overlap
+_ONE_PLACE = 0.08  # of the robot: names nearer than that would overlap
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,24 @@ def round_factor(displacements: np.ndarray, size: float) -> float:
     wanted = _SEEN * size / largest
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(max(step * power for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9)))
+
+
+def exaggerated(scale: float) -> tuple[str, ...]:
+    """A note about the factor of displacements, where they are drawn larger."""
+    return (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
+
+
+def robot_scene(
+    name: str,
+    items: Sequence[Item],
+    unit: str,
+    is_flat: bool,
+    scale: ColourScale | None = None,
+    notes: tuple[str, ...] = (),
+) -> Scene:
+    """A scene of a robot, its axes in `unit`."""
+    x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
+    return Scene(name, (x, y, z), tuple(items), scale, is_flat, notes=notes)
 
 
 def backdrop(snapshot: Snapshot, factor: float) -> list[Item]:
@@ -180,21 +200,24 @@ def _platform_parts(
     return items
 
 
+_KINDS = (
+    ("passive joint", Shape.RING),
+    ("actuator", Shape.SQUARE),
+    ("locked joint", Shape.DIAMOND),
+)
+
+
+def joint_kind(role: Role) -> tuple[str, Shape]:
+    """Name in the legend, and mark, of a joint."""
+    return _KINDS[0 if isinstance(role, Passive) else 1 if isinstance(role, Actuated) else 2]
+
+
 def _joints(
     marks: list[JointMark], shares: Mapping[tuple[str, str], float], factor: float
 ) -> list[Item]:
-    kinds = (
-        ("passive joint", Shape.RING, lambda role: isinstance(role, Passive)),
-        ("actuator", Shape.SQUARE, lambda role: isinstance(role, Actuated)),
-        (
-            "locked joint",
-            Shape.DIAMOND,
-            lambda role: not isinstance(role, Passive) and not isinstance(role, Actuated),
-        ),
-    )
     items: list[Item] = []
-    for label, shape, belongs in kinds:
-        own = [mark for mark in marks if belongs(mark.freedom.role)]
+    for label, shape in _KINDS:
+        own = [mark for mark in marks if joint_kind(mark.freedom.role) == (label, shape)]
         if own:
             points = factor * np.array([mark.point for mark in own])
             names = tuple(f"{mark.leg}/{mark.freedom.name}" for mark in own)

@@ -9,7 +9,6 @@ from typing import cast
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness, Deflection
-from robostiff.model import Actuated
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import BodyMotion, network_motion
 from robostiff.plot.geometry.legs import bent_line, clamped_end
@@ -27,9 +26,11 @@ from robostiff.plot.picture import (
     Scene,
     Shape,
 )
-from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import (
     colours_of_parts,
+    exaggerated,
+    joint_kind,
+    robot_scene,
     round_factor,
     unit_of,
     words_at,
@@ -97,7 +98,7 @@ def network_scene(
     if bent is None:
         colours = colours_of_network(network)
         items = network_items(NetworkDrawing(network, factor, colours))
-        return _scene(network.name, items, unit, is_flat, notes=notes)
+        return robot_scene(network.name, items, unit, is_flat, notes=notes)
     motions, scale = displaced_network(network, bent, exaggeration)
     moved = motions[network.platform].displacement(bent.stiffness.reference_point)
     is_flat = is_flat and abs(moved[2]) <= _SAME * float(np.linalg.norm(moved))
@@ -108,7 +109,7 @@ def network_scene(
     items += network_load(drawn, bent, is_flat)
     top = 100 * max((part.share for part in bent.parts), default=0.0)
     known = ColourScale("share of elastic energy [%]", 0, top) if top else None
-    return _scene(network.name, items, unit, is_flat, known, (*notes, *_exaggerated(scale)))
+    return robot_scene(network.name, items, unit, is_flat, known, (*notes, *exaggerated(scale)))
 
 
 def colours_of_network(network: Network) -> dict[str, Paint]:
@@ -143,10 +144,6 @@ def energies_by_name(bent: Deflection) -> dict[str, Paint]:
         for name in (f"{part.leg}/{part.part}", part.part):
             shares.setdefault(name, 100 * part.share)
     return shares
-
-
-def _exaggerated(scale: float) -> tuple[str, ...]:
-    return (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
 
 
 def network_items(d: NetworkDrawing) -> list[Item]:
@@ -223,20 +220,12 @@ def _joints(d: NetworkDrawing) -> list[Item]:
     kinds: dict[tuple[str, Shape], list[tuple[np.ndarray, str]]] = {}
     for joint in d.network.joints:
         for freedom in joint.freedoms:
-            driven = isinstance(freedom.role, Actuated)
-            kind = ("actuator", Shape.SQUARE) if driven else ("passive joint", Shape.RING)
-            if not driven and not freedom.is_passive:
-                kind = ("locked joint", Shape.DIAMOND)
             (at,) = d.moved(joint.a, freedom.point[None])
-            kinds.setdefault(kind, []).append((at, f"{joint.name}/{freedom.name}"))
+            kinds.setdefault(joint_kind(freedom.role), []).append(
+                (at, f"{joint.name}/{freedom.name}")
+            )
     return [
-        Marks(
-            np.array([point for point, _ in own]),
-            d.ink,
-            shape,
-            label,
-            tuple(name for _, name in own),
-        )
+        Marks(np.array([p for p, _ in own]), d.ink, shape, label, tuple(name for _, name in own))
         for (label, shape), own in kinds.items()
     ]
 
@@ -285,7 +274,7 @@ def cable_scene(result: CableStiffness | CableResponse, exaggeration: float | No
         points = cable_points(result)
         factor, unit = unit_of(size_of(points))
         is_flat = result.space is Space.PLANAR or is_level(points)
-        return _scene(result.name, cable_items(result, factor), unit, is_flat)
+        return robot_scene(result.name, cable_items(result, factor), unit, is_flat)
     _ = result.tensions  # raises with the reason where the load is not carried
     before, after = result.before, cast("CableStiffness", result.after)
     points = cable_points(before)
@@ -303,7 +292,7 @@ def cable_scene(result: CableStiffness | CableResponse, exaggeration: float | No
         *cable_items(after, factor, shift=shift, point=at),
         *wrench_items(factor * at, factor * size_of(points), F, is_flat),
     ]
-    return _scene(before.name, items, unit, is_flat, notes=_exaggerated(scale))
+    return robot_scene(before.name, items, unit, is_flat, notes=exaggerated(scale))
 
 
 def cable_points(result: CableStiffness) -> np.ndarray:
@@ -381,15 +370,3 @@ def network_points(network: Network) -> np.ndarray:
 def is_level(points: np.ndarray) -> bool:
     """Whether points (n, 3) lie in one plane z = constant."""
     return bool(np.ptp(points[:, 2]) <= _SAME * size_of(points))
-
-
-def _scene(
-    name: str,
-    items: list[Item],
-    unit: str,
-    is_flat: bool,
-    scale: ColourScale | None = None,
-    notes: tuple[str, ...] = (),
-) -> Scene:
-    x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
-    return Scene(name, (x, y, z), tuple(items), scale, is_flat, notes=notes)

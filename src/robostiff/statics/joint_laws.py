@@ -34,9 +34,9 @@ def check_own_laws(laws: Laws, snapshot: Snapshot) -> None:
         if abs(own - k) > _ALIKE * max(abs(own), abs(k)):
             raise InputError(
                 f"law of {name!r}",
-                got=f"a stiffness of {own:.8g} without motion",
-                expected=f"that of its drive, {k:.8g}",
-                hint="small loads meet the stiffness of the drive: write the same in both places",
+                got=f"a slope of {own:.8g} without motion",
+                expected="the stiffness of its drive, " + (f"{k:.8g}" if k else "which is rigid"),
+                hint=f"small loads meet that of the drive: write stiffness: {own:.8g} there",
             )
 
 

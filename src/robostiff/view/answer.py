@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robostiff.analysis import Deflection, RobotStiffness
-from robostiff.analysis.result_tables import displacement_table, energy_table
+from robostiff.analysis.result_tables import displacement_table, energy_table, stiffness_html
 from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Tone, block_html, element, escaped
 from robostiff.plot.ellipsoids import ellipsoid_items
@@ -95,6 +95,25 @@ class Answer:
         return "".join(blocks)
 
 
+def answer_of(
+    bent: Deflection,
+    layers: Mapping[str, Sequence[Item]],
+    notes: Sequence[str],
+    colours: Mapping[str, Paint],
+) -> Answer:
+    """What is shown of a robot in these colours, under the load of a deflection."""
+    return Answer(
+        str(bent.status),
+        kind_of(bent.status.is_bad, not bent.status),
+        tuple(bent.advice),
+        layers,
+        stiffness_html(bent.stiffness),
+        load_html(bent, colours) if np.any(bent.wrench) else "",
+        tuple(notes),
+        colour_key(colours),
+    )
+
+
 def refusal(error: Exception) -> Answer:
     """What is shown where there is no robot to be shown: the reason alone."""
     return Answer("no answer", "bad", (str(error),))
@@ -172,7 +191,7 @@ def colour_key(colours: Mapping[str, Paint]) -> str:
     if not colours:
         return ""
     spans = (
-        element("span", f"&#9632;&nbsp;{escaped(name)}", style=f"color:{hue(paint)}")
+        element("span", "&#9632;", style=f"color:{hue(paint)}") + f"&nbsp;{escaped(name)}"
         for name, paint in colours.items()
     )
     return element("p", " &nbsp; ".join(spans), style="margin:0.2em 0;line-height:1.4")

@@ -16,7 +16,6 @@ from robostiff.analysis.result_tables import (
     blocks_html,
     cable_load_blocks,
     cable_stiffness_html,
-    stiffness_html,
 )
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
@@ -60,16 +59,15 @@ from robostiff.view.answer import (
     Answer,
     Ellipsoids,
     Look,
-    colour_key,
+    answer_of,
     kind_of,
-    load_html,
 )
 from robostiff.view.sliders import (
     Slider,
     coordinate_sliders,
     joint_sliders,
     joint_values,
-    linkage_sliders,
+    slider_around,
 )
 
 _AXIS = 0.3  # of the robot: half the axis of a free motion
@@ -116,17 +114,7 @@ class Machine(ABC):
             if "load" in look.seen:
                 layers["load"] = network_load(moved, bent)
             words.append(f"displacements × {short(scale, 6)}")
-        load = load_html(bent, colours) if np.any(wrench) else ""
-        return Answer(
-            str(bent.status),
-            kind_of(bent.status.is_bad, not bent.status),
-            tuple(bent.advice),
-            layers,
-            stiffness_html(result),
-            load,
-            tuple(words),
-            colour_key(colours),
-        )
+        return answer_of(bent, layers, words, colours)
 
 
 def machine_of(robot: Any, pose: Any = None) -> Machine:
@@ -195,23 +183,12 @@ class RobotMachine(Machine):
         """What is shown at values in SI units, under a load (n,) on the platform."""
         bent = deflection(self.robot, self.pose(values), wrench)
         result = bent.stiffness
-        kind = kind_of(bent.status.is_bad, not bent.status)
         if Status.UNREACHABLE in result.status:
-            return Answer(str(bent.status), kind, tuple(bent.advice))
+            return Answer(str(bent.status), "bad", tuple(bent.advice))
         snapshot = self.robot if isinstance(self.robot, Snapshot) else result.snapshot()
         colours = colours_of_parts(part_names(snapshot))
         layers, notes = self._layers(snapshot, bent, colours, look)
-        load = load_html(bent, colours) if np.any(wrench) else ""
-        return Answer(
-            str(bent.status),
-            kind,
-            tuple(bent.advice),
-            layers,
-            stiffness_html(result),
-            load,
-            notes,
-            colour_key(colours),
-        )
+        return answer_of(bent, layers, notes, colours)
 
     def _layers(
         self,
@@ -268,12 +245,15 @@ class LinkageMachine(Machine):
 
     def __init__(self, linkage: Linkage, start: Mapping[str, float]) -> None:
         super().__init__(linkage, network_points(linkage.network_at()))
-        moved = {
-            joint.name: (bool(joint.freedoms[0].turns), float(np.asarray(joint.home)[0]))
+        moved = [
+            (joint.name, bool(joint.freedoms[0].turns), float(np.asarray(joint.home)[0]))
             for joint in linkage.joints
             if joint.size == 1 and joint.name in linkage.held
-        }
-        self.sliders = linkage_sliders(moved, start, self.size)
+        ]
+        self.sliders = tuple(
+            slider_around(name, turns, home, start.get(name, home), self.size)
+            for name, turns, home in moved
+        )
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown at values in SI units, under a load (n,) on the platform."""

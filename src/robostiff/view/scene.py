@@ -66,7 +66,7 @@ class LayeredScene:
 
     def __init__(self, scene: Any, size: float, *, is_flat: bool = False) -> None:
         self._scene, self._size, self._is_flat = scene, size or 1.0, is_flat
-        self._nodes: dict[str, tuple[str, Any]] = {}
+        self._nodes: dict[str, tuple[str, Any, dict[str, Any]]] = {}
         self._faces = 0
 
     @property
@@ -90,11 +90,13 @@ class LayeredScene:
         known = self._nodes.get(path)
         if known is not None and known[0] == kind:
             for name, value in props.items():
-                setattr(known[1], name, value)
+                if not np.array_equal(value, known[2][name]):
+                    setattr(known[1], name, value)
+            known[2].update(props)
             return
         if known is not None:
             known[1].remove()
-        self._nodes[path] = (kind, getattr(self._scene, kind)(path, **props))
+        self._nodes[path] = (kind, getattr(self._scene, kind)(path, **props), props)
 
     def _nodes_of(self, items: Sequence[Item]) -> Iterable[tuple[str, str, dict[str, Any]]]:
         """Name, kind and properties of the nodes that draw the items of a layer."""

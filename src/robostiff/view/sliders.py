@@ -61,7 +61,7 @@ def coordinate_sliders(
 ) -> tuple[Slider, ...]:
     """Of pose coordinates around home (6,), which begin at `start` (6,); `size` in metres."""
     places = [(own, list(Coordinate).index(own)) for own in names]
-    return tuple(_around(own.value, i >= 3, home[i], start[i], size) for own, i in places)
+    return tuple(slider_around(own.value, i >= 3, home[i], start[i], size) for own, i in places)
 
 
 def joint_sliders(robot: Robot, start: np.ndarray, size: float) -> tuple[Slider, ...]:
@@ -77,7 +77,7 @@ def joint_sliders(robot: Robot, start: np.ndarray, size: float) -> tuple[Slider,
     for place, (screw, name, role, value) in enumerate(joints):
         if place in held:
             continue
-        slider = _around(name, screw.turns, value, value, size, half_turn=180.0)
+        slider = slider_around(name, screw.turns, value, value, size, half_turn=180.0)
         if isinstance(role, Actuated) and role.limits is not None:
             low, high = (_shown(limit, slider.factor) for limit in role.limits)
             own = slider.start
@@ -91,19 +91,6 @@ def joint_values(robot: Robot, values: Mapping[str, float]) -> np.ndarray:
     chain = robot.legs[0].chain
     each = zip(chain.coordinate_names, chain.home, strict=True)
     return np.array([values.get(name, float(own)) for name, own in each])
-
-
-def linkage_sliders(
-    joints: Mapping[str, tuple[bool, float]], start: Mapping[str, float], size: float
-) -> tuple[Slider, ...]:
-    """Of joints by name, around home: whether each turns, and its coordinate there [m, rad].
-
-    They begin at `start`, where it has them.
-    """
-    return tuple(
-        _around(name, turns, home, start.get(name, home), size)
-        for name, (turns, home) in joints.items()
-    )
 
 
 def load_sliders(space: Space, start: Sequence[float]) -> tuple[Slider, ...]:
@@ -142,14 +129,16 @@ def parameter_sliders(definitions: Mapping[str, Any]) -> tuple[Slider, ...]:
     return tuple(sliders)
 
 
-def _around(
+def slider_around(
     name: str, turns: bool, home: float, start: float, size: float, half_turn: float = _TURN
 ) -> Slider:
-    """From home to both sides, and to the start [m, rad]; in degrees or millimetres."""
+    """Of a coordinate, from home to both sides, and to the start [m, rad]; in degrees or mm."""
     unit, factor = ("deg", math.pi / 180) if turns else ("mm", 1e-3)
     half = half_turn if turns else _round_up(_REACH * size / factor)
     middle, value = _shown(home, factor), _shown(start, factor)
-    return Slider(name, unit, min(middle - half, value), max(middle + half, value), value, factor)
+    digits = max(0, 2 - math.floor(math.log10(half)))
+    low, high = (round(end, digits) for end in (middle - half, middle + half))
+    return Slider(name, unit, min(low, value), max(high, value), value, factor)
 
 
 def _shown(value: float, factor: float) -> float:

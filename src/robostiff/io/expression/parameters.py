@@ -112,8 +112,8 @@ def _check_name(name: object) -> None:
         if taken:
             raise ParameterError(
                 name,
-                got=Words("this name"),
-                expected=f"a name that is not {kind}",
+                got=Words(f"the name of {kind}"),
+                expected="another name",
                 hint=f"write for instance {name}_0",
             )
 

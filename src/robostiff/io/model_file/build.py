@@ -9,7 +9,7 @@ from pathlib import Path
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.build_chain import build_legs
-from robostiff.io.model_file.build_link import build_gravity, build_platform_masses
+from robostiff.io.model_file.build_link import build_gravity, build_masses, build_platform_masses
 from robostiff.io.model_file.build_machine import (
     ModuleFiles,
     ShippedFile,
@@ -248,7 +248,12 @@ def build_arm(top: Place, written: WrittenArm, coordinates: Sequence[Coordinate]
             title=written.title,
             source=written.source,
         )
-    return replace(arm, reference_point=point(top / "reference_point", written.reference_point))
+    return replace(
+        arm,
+        reference_point=point(top / "reference_point", written.reference_point),
+        platform_masses=build_platform_masses(top / "platform_masses", written.platform_masses),
+        gravity=build_gravity(top / "gravity", written.gravity),
+    )
 
 
 def _row(place: Place, written: WrittenDHRow) -> tuple[DHRow, Joint]:
@@ -262,6 +267,7 @@ def _row(place: Place, written: WrittenDHRow) -> tuple[DHRow, Joint]:
             theta=(place / "theta").number(written.theta, Dimension.ANGLE),
             slides=written.type == "prismatic",
             name=written.name or "",
+            masses=build_masses(place, written),
         )
     return row, joint
 

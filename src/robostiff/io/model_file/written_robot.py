@@ -23,6 +23,7 @@ from robostiff.io.model_file.written_parts import (
     Written,
     WrittenFrame,
     WrittenHead,
+    WrittenMass,
     WrittenMaterial,
     WrittenRepeat,
     WrittenSection,
@@ -168,7 +169,7 @@ def check_version(
         )
 
 
-class WrittenDHRow(Written):
+class WrittenDHRow(WrittenMass):
     """A row of the table: the joint, and the link that goes with it."""
 
     name: Text | None = None
@@ -201,6 +202,8 @@ class WrittenArm(WrittenHead):
 
     coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
     reference_point: Vector | None = None
+    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
+    gravity: Direction | None = None
     dh: WrittenDH = Field(description="convention, and a row for each joint")
     planar: ClassVar[bool] = False
     home: ClassVar[None] = None

@@ -90,6 +90,8 @@ def posture_lines(result: RobotStiffness) -> list[str]:
 def named_parts(parts: Sequence[PartShare], most: int) -> tuple[list[PartShare], list[PartShare]]:
     """Parts to name, of parts with the largest energy first, and the rest."""
     named_ones = [part for part in parts[:most] if part.share >= _NAMED]
+    if len(named_ones) == len(parts) - 1:  # a single one has a name rather than a count
+        named_ones = list(parts)
     return named_ones, list(parts[len(named_ones) :])
 
 

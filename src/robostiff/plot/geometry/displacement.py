@@ -32,7 +32,7 @@ from robostiff.model import (
 from robostiff.model.snapshot import PlacedBlock
 from robostiff.network import Network, motions_under, network_of_snapshot
 from robostiff.network.network import platform_node
-from robostiff.spatial import Space, move_twist, move_wrench
+from robostiff.spatial import Space, cross, move_twist, move_wrench
 from robostiff.statics import BodyPlace, BodyPlaces
 
 Element = PlacedFreedom | PlacedSpring | PlacedBlock
@@ -55,10 +55,7 @@ class BodyMotion:
 
     def turned(self, along: np.ndarray) -> np.ndarray:
         """Change of a vector (3,) that the body carries."""
-        a, b, c = self.twist[3:].tolist()
-        x, y, z = along.tolist()
-        # np.cross takes ten times as long for one vector
-        return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+        return cross(self.twist[3:], along)
 
 
 @dataclass(frozen=True)
@@ -95,13 +92,7 @@ class RobotMotion:
 
 
 def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
-    """Motions of the bodies of a robot under the load of a deflection.
-
-    Parameters
-    ----------
-    snapshot : Snapshot
-        The robot at the single pose that was loaded.
-    bent : Deflection
+    """Motions of the bodies of a robot, at the single pose that was loaded, of a deflection.
 
     Raises
     ------
@@ -304,15 +295,7 @@ class FiniteMotion(BodyMotion):
 
 
 def finite_motion(snapshot: Snapshot, places: BodyPlaces) -> RobotMotion:
-    """Motions of all bodies of a robot.
-
-    Parameters
-    ----------
-    snapshot : Snapshot
-        The robot at the unloaded posture.
-    places : BodyPlaces
-        Of its bodies.
-    """
+    """Motions of all bodies of a robot from its unloaded posture to their places."""
     platform = FiniteMotion.of(places.platform)
     still = FiniteMotion.of(BodyPlace(np.eye(3), np.zeros(3)))
     known = {name: FiniteMotion.of(own) for name, own in places.behind.items()}

@@ -78,11 +78,6 @@ def principal_axes(result: Stiffness, quality: Quality) -> PrincipalAxes:
     Where free motions F t = 0 remain, the compliance is that of the wrenches which do no work on
     them; along the directions that the free motions cover it has no limit.
 
-    Parameters
-    ----------
-    result : RobotStiffness or CableStiffness
-    quality : Quality
-
     Raises
     ------
     NoAnswerError
@@ -190,15 +185,10 @@ class ScrewLine:
 
 
 def screw_line(screw: Screw, near: np.ndarray, half_length: float) -> ScrewLine:
-    """Lines that show a screw near a point.
+    """Lines that show a screw near a point (3,), with an axis of a half length [m].
 
-    Parameters
-    ----------
-    screw : Screw
-    near : (3,) array
-        A translation is drawn here, an axis where it passes nearest [m].
-    half_length : float
-        Of the axis [m]. A helix turns no further than its axis is long.
+    A translation is drawn at the point, an axis where it passes nearest. A helix turns no further
+    than its axis is long.
 
     Examples
     --------

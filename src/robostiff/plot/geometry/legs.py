@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from math import dist
 
 import numpy as np
 
@@ -55,17 +56,7 @@ class JointMark:
 def leg_members(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> list[Member]:
     """The lines of a leg at a single pose, its bodies displaced by `scale` times their motion.
 
-    Parameters
-    ----------
-    leg : PlacedLeg
-    motion : LegMotion
-    scale : float
-        0 for the leg as it is.
-
-    Returns
-    -------
-    list of Member
-        From base to platform, without lines too short to be visible.
+    From base to platform, without lines too short to be visible.
     """
     return list(_LegWalk(leg.name, scale, _apart(leg)).along(leg, motion, None))
 
@@ -188,24 +179,16 @@ class _LegWalk:
             yield Member(self.name, part, points, kind)
 
     def _is_long(self, start: np.ndarray, end: np.ndarray) -> bool:
-        return bool(np.linalg.norm(end - start) > self.apart)
+        return dist(start, end) > self.apart
 
 
 def bent_line(
     start: np.ndarray, end: np.ndarray, first: BodyMotion, last: BodyMotion, scale: float
 ) -> np.ndarray:
-    """Line of a beam (n, 3) whose ends move with two bodies.
+    """Line of a beam (n, 3) from start to end (3,) [m], which move with two bodies, exaggerated.
 
     Across the beam the cubic with the displacements and slopes of its ends, along it a straight
     line: exact for a uniform Euler-Bernoulli beam that is loaded at its ends.
-
-    Parameters
-    ----------
-    start, end : (3,) arrays
-        [m].
-    first, last : BodyMotion
-    scale : float
-        By how much displacements are exaggerated.
     """
     along = end - start
     s = np.linspace(0.0, 1.0, _BENDS)[:, None]

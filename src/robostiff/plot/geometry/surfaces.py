@@ -21,20 +21,10 @@ _AROUND, _ALONG = 33, 17
 def ellipsoid_mesh(
     half_axes: np.ndarray, open_axes: tuple[int, ...] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Surface of an ellipsoid around the origin.
+    """Vertices (n, 3) and triangles (m, 3) of an ellipsoid around the origin.
 
-    Parameters
-    ----------
-    half_axes : (3, 3) array
-        Rows: half axes as vectors. A zero row makes it flat.
-    open_axes : tuple of int
-        Infinite axes, shown up to the given half axis: one makes a tube, two
-        make a pair of plates.
-
-    Returns
-    -------
-    vertices : (n, 3) array
-    triangles : (m, 3) array of int
+    Rows of `half_axes` (3, 3) are vectors; a zero row makes it flat. Open axes are infinite and
+    shown up to the given half axis: one makes a tube, two make a pair of plates.
 
     Examples
     --------
@@ -107,20 +97,9 @@ _CORNERS = np.array(list(product((0, 1), repeat=3)))
 def isosurface(
     values: np.ndarray, level: float, axes: tuple[np.ndarray, np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles on which values between the points of a grid are those of a level.
+    """Vertices (m, 3) and triangles (m / 3, 3) on which values on a grid are those of a level.
 
-    Parameters
-    ----------
-    values : (n_x, n_y, n_z) array
-        NaN where there is none.
-    level : float
-    axes : three arrays
-        Coordinates of the grid.
-
-    Returns
-    -------
-    vertices : (m, 3) array
-    triangles : (m / 3, 3) array of int
+    Values (n_x, n_y, n_z) are NaN where there is none; `axes` are the coordinates of the grid.
 
     Examples
     --------

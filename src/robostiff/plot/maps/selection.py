@@ -34,20 +34,11 @@ _NAMES = (*_INSTEAD, RANK_DEFICIENT, NO_VALUE, *_OVER)
 
 
 def regions(found: xarray.Dataset, values: np.ndarray, full_rank: int) -> tuple[Region, ...]:
-    """Regions of a map or of a part of it.
+    """Regions of a map or of a part of it, with values of the shape of its ``status``.
 
     Every pose has a value to be shown or lies in one region instead: out of reach, rank-deficient
     whatever its value, and so on. Poses that are ill-conditioned or beyond limits keep their value,
     and lie in a region over it.
-
-    Parameters
-    ----------
-    found : Dataset
-        With the variables ``rank`` and ``status``.
-    values : array
-        Of the quantity, of the shape of ``status``.
-    full_rank : int
-        A pose with less is rank-deficient.
     """
     status, rank = found["status"].values, found["rank"].values
     flags = {name: flag for flag, name in status_flags().items()}
@@ -150,30 +141,17 @@ def select(
     others: bool = False,
     with_classes: bool = False,
 ) -> Selection:
-    """Values of a variable of a map over coordinates `along`, in this order.
+    """Values of a variable of a map over coordinates `along`, in this order, cut `at` others.
 
-    Parameters
-    ----------
-    found : Dataset
-        What ``rs.stiffness_map`` returns over a grid.
-    variable : str
-    along : tuple of str
-    at : mapping of str to float, str or int
-        Coordinates at which to cut, the nearest of the grid; names of components
-        (``displacement_axis="dz"``), or their numbers from 0.
-    full_rank : int, optional
-        Number of rows of the stiffness matrix when left out.
-    others : bool
-        Whether the coordinates that are not named follow as further axes.
-    with_classes : bool
-        Whether rank and status may be shown, as a region for each.
+    With `others` the coordinates that are not named follow as further axes; `with_classes` rank and
+    status may be shown, as a region for each.
 
     Raises
     ------
     InputError
         When a name is not in the map, or something remains to be chosen.
     """
-    check_map(found)
+    found = checked_map(found)
     refused = () if with_classes else CLASSES
     if variable not in found.data_vars or variable in refused:
         names = [str(name) for name in found.data_vars if name not in refused]
@@ -239,14 +217,25 @@ def coordinate_axis(found: xarray.Dataset, name: str) -> PlotAxis:
     )
 
 
-def check_map(found: Any) -> None:
-    """Raise an InputError unless it is a map."""
+def checked_map(found: Any) -> xarray.Dataset:
+    """A map; of a list of poses over their time, or over their numbers from 0.
+
+    Raises
+    ------
+    InputError
+        When it is no map.
+    """
     with needs_extra("plots", "plot"):
         import xarray
     if not isinstance(found, xarray.Dataset) or not {"rank", "status"} <= set(found.data_vars):
         raise InputError(
             "map of a plot", got=type(found).__name__, expected="a result of rs.stiffness_map"
         )
+    if found["status"].dims == ("pose",) and "pose" not in found.coords:
+        if "time" in found.coords:
+            return found.swap_dims(pose="time")
+        return found.assign_coords(pose=np.arange(found.sizes["pose"]))
+    return found
 
 
 def _chosen(

@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.maps.selection import CLASSES, At, check_map, select
+from robostiff.plot.maps.selection import CLASSES, At, checked_map, select
 from robostiff.plot.picture import Bands, ColourScale, Cover, Field, Percentile
 
 if TYPE_CHECKING:
@@ -126,6 +126,8 @@ def map_overview(
 ) -> Drawn:
     """Draw a quantity of a map over its first two coordinates, or along its only one.
 
+    A list of poses is drawn over its time, or over the numbers of its poses.
+
     Parameters
     ----------
     found : Dataset
@@ -148,7 +150,7 @@ def map_overview(
     Raises
     ------
     InputError
-        When a name is not in the map, or it is over no grid.
+        When a name is not in the map, or a single pose is left.
 
     Examples
     --------
@@ -167,7 +169,7 @@ def overview_picture(
     full_rank: int | None = None,
 ) -> Field | Bands:
     """The picture of `map_overview`, as data."""
-    check_map(found)
+    found = checked_map(found)
     if variable is None:
         others = [str(name) for name in found.data_vars if name not in CLASSES]
         first = [name for name in OVERVIEW if name in found]
@@ -182,9 +184,8 @@ def overview_picture(
     if not axes:
         raise InputError(
             "map of a plot",
-            got="poses without a grid, or all of them cut",
-            expected="a map over a coordinate or two",
-            hint='map over a grid: --x "-0.1 0.1 21" --y "-0.1 0.1 21"',
+            got="a single pose, or all coordinates cut",
+            expected="poses over a coordinate or two, or a list of poses",
         )
     for name in axes[2:]:
         values = found[name].values
@@ -230,7 +231,7 @@ def map_bands(
     """Draw percentiles of a quantity along one coordinate, over all poses of the others.
 
     The percentiles are those of the poses that have a value; beside them stands the share of poses
-    that have none, and why.
+    that have none, and why. A single pose at each place is a curve.
 
     Parameters
     ----------
@@ -289,6 +290,8 @@ def bands_picture(
     part = select(found, variable, (along,), at or {}, full_rank, others=True)
     count = len(part.axes[0].values)
     rows = part.values.reshape(count, -1)
+    one_pose = rows.shape[1] == 1
+    p = np.array([50.0]) if one_pose else p
     curves = np.full((len(p), count), np.nan)
     for i, row in enumerate(rows):
         known = row[np.isfinite(row)]
@@ -305,5 +308,5 @@ def bands_picture(
         part.label,
         tuple(Percentile(float(q), curve) for q, curve in zip(p, curves, strict=True)),
         left_out,
-        notes=(f"each of {count} places: {rows.shape[1]} poses",),
+        notes=() if one_pose else (f"each of {count} places: {rows.shape[1]} poses",),
     )

@@ -97,6 +97,18 @@ class Canvas:
         figure: Any = ax.figure
         figure.get_layout_engine().execute(figure)
         figure.set_layout_engine("none")
+        box = self._within_width(figure)
+        tall = figure.get_figheight()
+        low, whole = box.y0 - _EDGE, box.height + 2 * _EDGE
+        for own in figure.axes:
+            x, y, width, height = own.get_position(original=True).bounds
+            own.set_position((x, (y * tall - low) / whole, width, height * tall / whole))
+        figure.set_figheight(whole)
+        self._within_width(figure)  # another height has other ticks
+        return ax
+
+    def _within_width(self, figure: Any) -> Any:
+        """Make axes narrower until their labels fit; the box around all that is drawn."""
         renderer = figure.canvas.get_renderer()
         box = figure.get_tightbbox(renderer)
         for _ in range(_TRIES):  # labels in space are wider than the layout assumes
@@ -109,13 +121,7 @@ class Canvas:
                 x, y, width, height = own.get_position(original=True).bounds
                 own.set_position((left + part * x, y, part * width, height))
             box = figure.get_tightbbox(renderer)
-        tall = figure.get_figheight()
-        low, whole = box.y0 - _EDGE, box.height + 2 * _EDGE
-        for own in figure.axes:
-            x, y, width, height = own.get_position(original=True).bounds
-            own.set_position((x, (y * tall - low) / whole, width, height * tall / whole))
-        figure.set_figheight(whole)
-        return ax
+        return box
 
     @property
     def is_narrow(self) -> bool:

@@ -178,8 +178,9 @@ def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
         labels.append(f"{low.percent:g} to {high.percent:g} % of the poses with a value")
     median = picture.percentiles[middle]
     lone = np.isfinite(median.values)
-    handles += ax.plot(x, median.values, color=colour, marker="." if lone.sum() < 20 else "")
-    labels.append("median")
+    line = ax.plot(x, median.values, color=colour, marker="." if lone.sum() < 20 else "")
+    if middle:
+        handles, labels = [*handles, *line], [*labels, "median"]
     ax.set_ylabel(picture.label)
     ax.set_title(picture.title)
     ax.grid(True)

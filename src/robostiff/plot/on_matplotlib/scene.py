@@ -11,6 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -94,6 +95,10 @@ class _MatplotlibPencil:
             look = {"color": colour, "fontsize": "x-small", "va": "bottom"}  # above its own line
             right = self.picture.is_on_the_right(item.point)
             words = f"{item.words}  " if right else f"  {item.words}"
+            halo: list[AbstractPathEffect] = [
+                withStroke(linewidth=1.5, foreground=self.palette.ground)
+            ]
+            look |= {"path_effects": halo, "zorder": 50}
             handle = self.ax.text(*place, words, ha="right" if right else "left", **look)
         else:
             handle = self._faces(item, colour)

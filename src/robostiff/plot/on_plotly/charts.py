@@ -29,7 +29,9 @@ def draw_bands(picture: Bands, palette: Palette) -> go.Figure:
     median = picture.percentiles[middle].values
     line = {"color": colour, "width": 2}
     traces.append(
-        go.Scatter(x=x, y=median, mode="lines+markers", line=line, name="median", showlegend=True)
+        go.Scatter(
+            x=x, y=median, mode="lines+markers", line=line, name="median", showlegend=middle > 0
+        )
     )
     for region in picture.left_out:
         style = region.style(palette)

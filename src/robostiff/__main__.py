@@ -1,0 +1,5 @@
+"""``python -m robostiff`` is the command ``robostiff``."""
+
+from robostiff.cli.main import main
+
+main()
