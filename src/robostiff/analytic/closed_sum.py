@@ -79,7 +79,9 @@ def exact_leg(
     K = {}
     for i in range(n):
         for j in range(i, n):
-            K[i, j] = _within(field.fraction(-M.entries[m + i][m + j] * D, M.denominator), limit)
+            K[i, j] = no_longer_than(
+                field.fraction(-M.entries[m + i][m + j] * D, M.denominator), limit
+            )
     return ExactLeg(K, wrenches, met)
 
 
@@ -120,7 +122,7 @@ def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], 
     return plain, field.fraction(field.reduced(common), shared)
 
 
-def _within(element: Element, limit: int) -> Element:
+def no_longer_than(element: Element, limit: int) -> Element:
     """An entry that is no longer than allowed; long numbers count as several terms."""
     coefficients = (*element.num.coeffs(), *element.den.coeffs())
     bits = sum(int(x).bit_length() for c in coefficients for x in (c.p, c.q))

@@ -7,11 +7,10 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.closed_sum import fraction_in_factors
+from robostiff.analytic.closed_sum import fraction_in_factors, no_longer_than
 from robostiff.analytic.element import Element
 from robostiff.analytic.exact_points import ExactPoints, exact
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, chooses_greater
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
@@ -46,28 +45,35 @@ class ExactReading:
     def __init__(
         self, record: Record, symbols: dict[str, sp.Symbol], results: Iterable[Any], limit: int
     ) -> None:
-        steps = record.needed([value.step for value in results if isinstance(value, Entry)])
-        self._same = ExactPoints(record).same(steps)
-        own = [step for step in steps if self._same[step].step == step]
-        atoms = {step for step in own if record.operations[step][0] in _ATOMS}
+        wanted = [value.step for value in results if isinstance(value, Entry)]
+        self._same = ExactPoints(record).same(record.needed(wanted))
+        own = self._needed(record, wanted)
         closed = ClosedReading(record, symbols)
-        written = {step: closed(Entry(record, step)) for step in sorted(atoms)}
+        atoms = {step: closed(Entry(record, step)) for step in own if _is_atom(record, step)}
         numbers = {same.factor for same in self._same.values()}
-        self._field = ExactField([*written.values(), *numbers])
+        self._field = ExactField([*atoms.values(), *numbers])
         self._known: dict[int, Element] = {}
         for step in own:
-            if step in atoms:
-                self._known[step] = self._field.element(written[step])
-            else:
-                self._known[step] = self._computed(record, step)
-            if self._known[step].terms > limit:
-                raise FormulaTooLargeError.beyond(limit)
+            is_atom = step in atoms
+            found = self._field.element(atoms[step]) if is_atom else self._computed(record, step)
+            self._known[step] = no_longer_than(found, limit)
 
     def __call__(self, value: Any) -> sp.Expr:
         """The expression of a number, or of an entry among the results."""
         if not isinstance(value, Entry):
             return exact(value)
         return fraction_in_factors(self._field, self._element(value.step))
+
+    def _needed(self, record: Record, wanted: list[int]) -> list[int]:
+        """The first of all steps that are equal, from atoms on, in order."""
+        waiting, found = [self._same[step].step for step in wanted], set()
+        while waiting:
+            step = waiting.pop()
+            if step is not None and step not in found:
+                found.add(step)
+                if not _is_atom(record, step):
+                    waiting += [self._same[x].step for x in record.arguments(step)]
+        return sorted(found)
 
     def _element(self, step: int) -> Element:
         same = self._same[step]
@@ -84,3 +90,7 @@ class ExactReading:
                 return self._field.one if is_greater else self._field.zero
             return self._element(arguments[1 if is_greater else 0])
         return OPERATORS[operation](*map(self._element, arguments))
+
+
+def _is_atom(record: Record, step: int) -> bool:
+    return record.operations[step][0] in _ATOMS

@@ -221,7 +221,7 @@ def stiffness_under_load(
         try:
             limit = _READABLE if form is None else form.limit
             formula = within(budget, lambda: own.closed(limit))
-        except FormulaTooLargeError:
+        except (FormulaTooLargeError, InputError):  # too long, or with an arc cosine
             if form is not None:
                 raise
             # What was stopped may have left half of a step.
