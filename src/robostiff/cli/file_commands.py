@@ -147,7 +147,8 @@ COMMANDS = {
     "derive": Command(
         "commands_derive:print_formula",
         (part(Model, "source", "settings"), FormulaRequest, Questions, Sheet, Replacing, Answer),
-        "Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia.",
+        "Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia or "
+        "MATLAB.",
         examples=(
             "derive gough-stewart-b",
             "derive gough-stewart-a --rank --free-motions --eigenvalues",
