@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.closed_posture import AROUND
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.numeric_value import matrix_value
+from robostiff.analytic.numeric_value import matrix_value, values_of
 from robostiff.analytic.robot_placement import PlacedRobot, home_values
 from robostiff.analytic.robot_pose import platform_pose
 from robostiff.elastostatics import Status
@@ -31,6 +31,8 @@ _POSES = 3  # for each of them, where the pose has symbols
 _TRIES = 8  # for a set of parameters and a pose at which the legs close
 _SPREADS = (0.02, 0.005, 0.0)  # of the parameters: some robots close at few values
 _SEED = 74
+_DRAWN = 12  # random values of symbols without nominal ones
+_PARTS = 2**20
 
 
 _Place = tuple[dict[str, float], Any, bool]  # values, answer, and whether it is in doubt
@@ -231,6 +233,26 @@ def check_form(
             at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
             where = f"{placed.robot.name!r} {placed.where}, at {at}"
             raise DisagreementError(f"{what} and the numerical form of K", distance, where)
+
+
+def random_values(
+    expressions: Sequence[Any], seed: int
+) -> Iterator[tuple[dict[Any, float], np.ndarray]]:
+    """Some values of the symbols at which all expressions are numbers, and these.
+
+    Some of the values suit lengths, some sines.
+    """
+    random = np.random.default_rng(seed)
+    different = dict.fromkeys(expressions)
+    symbols = sorted(set().union(*(x.free_symbols for x in different)), key=str)
+    for attempt in range(_DRAWN):
+        low, high = ((0.5, 1.5), (0.1, 0.9))[attempt % 2]
+        # Few binary digits: exact values stay short.
+        values = {s: round(random.uniform(low, high) * _PARTS) / _PARTS for s in symbols}
+        found = dict(zip(different, values_of(different, values), strict=True))
+        numbers = np.array([found[x] for x in expressions], dtype=float)
+        if np.all(np.isfinite(numbers)):
+            yield values, numbers
 
 
 def check_value(

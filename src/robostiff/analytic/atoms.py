@@ -39,7 +39,7 @@ def prepare(expression: Any) -> Any:
     1 + sqrt(2)
     """
     prepared: Any = sp.sympify(expression)
-    if _is_plain(prepared):
+    if prepared.is_Symbol or prepared.is_Rational:
         return prepared
     if prepared.has(sp.Float):
         prepared = sp.nsimplify(prepared, rational=True)
@@ -49,26 +49,6 @@ def prepare(expression: Any) -> Any:
         prepared = sp.expand_trig(prepared)
     numbers = [root for root in prepared.atoms(sp.Pow) if is_root(root) and not root.free_symbols]
     return prepared.xreplace({root: sp.sqrtdenest(root) for root in numbers})
-
-
-def _is_plain(expression: Any) -> bool:
-    """Whether it has no floats, no tangents, no sums of angles and no roots of numbers."""
-    pending, seen = [expression], set()
-    while pending:
-        part = pending.pop()
-        if part.is_Symbol or part.is_Rational or part in seen:
-            continue
-        seen.add(part)
-        if isinstance(part, sp.sin | sp.cos):
-            if not part.args[0].is_Symbol:
-                return False
-        elif part.is_Add or part.is_Mul:
-            pending.extend(part.args)
-        elif part.is_Pow and (part.exp.is_Integer or (is_root(part) and part.base.free_symbols)):
-            pending.append(part.base)
-        else:
-            return False
-    return True
 
 
 def atoms_of(expressions: Iterable[Any]) -> Atoms:

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import islice
 from typing import Any
 
 import flint
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.agreement import AGREED, check_value, length_of, matrix_distance
+from robostiff.analytic.agreement import (
+    AGREED,
+    check_value,
+    length_of,
+    matrix_distance,
+    random_values,
+)
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact_matrix import ExactMatrix
-from robostiff.analytic.numeric_value import BITS, balls_of, values_of
+from robostiff.analytic.numeric_value import BITS, balls_of
 from robostiff.errors import DisagreementError, InputError
 
 _SETS = 2
-_TRIES = 10  # for values at which all expressions are numbers without cancellation
 _SEED = 15
-_PARTS = 2**20
 _ZERO = 1e-30  # of its terms, computed with ninety digits
 _FLOOR = 1e-3
 _CLEAR = 1e-7  # of the largest singular value: what is not zero
@@ -35,7 +40,8 @@ def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
         When K0 is indefinite: J^T K J = 0 for a joint with K J not zero.
     """
     found: list[bool] | None = None
-    for values, _ in _random_values([*K0, *(x for J in columns for x in J)]):
+    entries = [*K0, *(x for J in columns for x in J)]
+    for values, _ in islice(random_values(entries, _SEED), _SETS):
         with flint.ctx.workprec(BITS):
             K = flint.arb_mat(K0.rows, K0.rows, balls_of(K0.flat(), values))
             here = []
@@ -73,7 +79,7 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
     K0 = derivation.K0
     n, count = K0.rows, len(columns)
     entries = [*K0.flat(), *(x for J in columns.values() for x in J.flat())]
-    for values, numbers in _random_values(entries):
+    for values, numbers in islice(random_values(entries, _SEED), _SETS):
         K = numbers[: n * n].reshape(n, n)
         J = numbers[n * n :].reshape(count, n).T
         expected = _block_form(K, J)
@@ -93,25 +99,6 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
             raise DisagreementError(
                 "the closed form and the block form of K", distance, f"{where}, at {at}"
             )
-
-
-def _random_values(expressions: Sequence[Any]) -> Iterator[tuple[dict[Any, float], np.ndarray]]:
-    """Values of the symbols, at which all expressions are numbers, and these."""
-    random = np.random.default_rng(_SEED)
-    different = dict.fromkeys(expressions)
-    symbols = sorted(set().union(*(x.free_symbols for x in different)), key=lambda x: x.name)
-    given = 0
-    for attempt in range(_TRIES):
-        low, high = ((0.5, 1.5), (0.1, 0.9))[attempt % 2]
-        # Few binary digits: exact values stay short.
-        values = {s: round(random.uniform(low, high) * _PARTS) / _PARTS for s in symbols}
-        found = dict(zip(different, values_of(different, values), strict=True))
-        numbers = np.array([found[x] for x in expressions], dtype=float)
-        if np.all(np.isfinite(numbers)):
-            given += 1
-            yield values, numbers
-        if given == _SETS:
-            return
 
 
 def _block_form(K: np.ndarray, J: np.ndarray) -> np.ndarray | None:

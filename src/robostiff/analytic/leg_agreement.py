@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING
 
@@ -43,9 +42,9 @@ def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
         )
         C = leg_compliance(own, snapshot.reference_point)[np.ix_(rows, rows)]
         columns, names = passive_jacobian(own, snapshot.reference_point)
-        in_numbers = LegInNumbers(C, dict(zip(names, columns[rows].T, strict=True)))
+        each = dict(zip(names, columns[rows].T, strict=True))
         for careful in (False, True):
-            complaint = _difference(found, values, in_numbers, placed.length, careful=careful)
+            complaint = _difference(found, values, C, each, placed.length, careful=careful)
             if not complaint:
                 break
         else:
@@ -55,24 +54,20 @@ def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
             )
 
 
-@dataclass(frozen=True)
-class LegInNumbers:
-    """A leg about the reference point: its compliance, and the column of each freedom."""
-
-    C: np.ndarray
-    columns: dict[str, np.ndarray]
-
-
 def _difference(
     found: LegElimination,
     values: Mapping[str, float],
-    leg: LegInNumbers,
+    C: np.ndarray,
+    columns: Mapping[str, np.ndarray],
     length: float,
     *,
     careful: bool,
 ) -> str:
-    """What differs between the stages of a formula and the recursion (15) in numbers."""
-    n, stages = len(leg.C), found.stages
+    """What differs between the stages of a formula and the recursion (15) in numbers.
+
+    `C`, `columns`: compliance of the leg about the reference point, and column of each freedom.
+    """
+    n, stages = len(C), found.stages
     matrices = [found.K0, *(stage.K for stage in stages), found.K]
     flat = [*found.axes, *found.arm, *(x for s in stages for x in s.J), *chain(*matrices)]
     given = {s: values[s.name] for s in found.given_symbols}
@@ -81,9 +76,9 @@ def _difference(
     T = transport(R.reshape(3, 3), v, found.space)
     J = np.linalg.solve(T.T, J.reshape(len(stages), n).T)
     scale = np.where(np.array(found.space.rows) < 3, 1.0, length)[:, None]
-    columns = {name: x * scale[:, 0] for name, x in leg.columns.items()}
+    columns = {name: x * scale[:, 0] for name, x in columns.items()}
     complaint = _other_freedoms(stages, J * scale, columns)
-    expected = np.linalg.inv(leg.C)
+    expected = np.linalg.inv(C)
     start = expected
     *each, whole = K.reshape(-1, n, n)
     for number, own in enumerate(each):

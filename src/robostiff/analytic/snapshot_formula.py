@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.agreement import AGREED, check_value
+from robostiff.analytic.agreement import AGREED, check_value, random_values
 from robostiff.analytic.closed_sum import closed_sum
-from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.errors import InputError
 from robostiff.model import Snapshot, with_entries
@@ -22,11 +21,7 @@ from robostiff.spatial import exact_number
 # Terms that an entry may have on the way.
 _LIMIT = 1_000_000
 
-# Ranges of the symbols at which a snapshot is recorded and compared with numbers; some suit
-# lengths, some sines.
-_RANGES = ((0.5, 1.5), (0.1, 0.9))
 _SAMPLES = 5
-_TRIES = 6
 _SEED = 11
 
 
@@ -89,8 +84,14 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
             got="a flexible platform",
             expected="a rigid one: flexible platforms are computed in numbers only",
         )
-    symbols, samples, twin = _sampled(snapshot)
-    record = Record(samples)
+    given = list(formulas(snapshot))
+    drawn = list(random_values(given, _SEED))
+    if len(drawn) < _SAMPLES:
+        raise _without_values(snapshot, "entries without a real value")
+    symbols = {str(x): x for x in drawn[0][0]}
+    samples = drawn[:_SAMPLES]
+    record = Record({name: np.array([at[x] for at, _ in samples]) for name, x in symbols.items()})
+    twin = _in_numbers(snapshot, given, drawn[0][1])
     exact = with_entries(snapshot, exact_number)
     entries = with_entries(exact, entry_reader(record, exact=True))
     length = float(twin.characteristic_length) or 1.0
@@ -102,51 +103,22 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
         for leg in legs
     ]
     found = closed_sum(written, snapshot.space.size, _LIMIT)
-    _check(found.K, snapshot)
+    _check(found.K, snapshot, given)
     return SnapshotFormula(found.K, found.legs)
 
 
-def _sampled(snapshot: Snapshot) -> tuple[dict[str, Any], dict[str, Any], Snapshot]:
-    """Symbols and random values of them by name, and the snapshot at the first of these values."""
-    entries = list(formulas(snapshot))
-    symbols = {str(x): x for x in sorted(_symbols(entries), key=str)}
-    random = np.random.default_rng(_SEED)
-    for attempt in range(_TRIES):
-        low, high = _RANGES[attempt % len(_RANGES)]
-        samples = {name: random.uniform(low, high, _SAMPLES) for name in symbols}
-        each = [
-            values_of(entries, {x: samples[name][i] for name, x in symbols.items()})
-            for i in range(_SAMPLES)
-        ]
-        if np.all(np.isfinite(np.array(each, dtype=float))):
-            return symbols, samples, _in_numbers(snapshot, entries, each[0])
-    raise _without_values(snapshot, "entries without a real value")
-
-
-def _symbols(entries: list[Any]) -> set[Any]:
-    return set().union(*(x.free_symbols for x in entries))
-
-
-def _in_numbers(snapshot: Snapshot, entries: list[Any], values: list[Any]) -> Snapshot:
-    known = dict(zip(entries, map(float, values), strict=True))
+def _in_numbers(snapshot: Snapshot, entries: list[Any], values: np.ndarray) -> Snapshot:
+    known = dict(zip(entries, values.tolist(), strict=True))
     return with_entries(snapshot, lambda x: known.get(x, x))
 
 
-def _check(K: Any, snapshot: Snapshot) -> None:
+def _check(K: Any, snapshot: Snapshot, entries: list[Any]) -> None:
     """Compare the formula with the numerical form at random values of its symbols."""
     from robostiff.analysis import stiffness
 
-    random = np.random.default_rng(_SEED + 1)
-    entries = list(formulas(snapshot))
-    symbols = sorted(_symbols(entries), key=str)
-    for attempt in range(_TRIES):
-        low, high = _RANGES[attempt % len(_RANGES)]
-        values = {symbol: float(random.uniform(low, high)) for symbol in symbols}
-        numbers = np.array(values_of(entries, values), dtype=float)
-        if not np.all(np.isfinite(numbers)):
-            continue
+    for values, numbers in random_values(entries, _SEED + 1):
         try:
-            twin = _in_numbers(snapshot, entries, numbers.tolist())
+            twin = _in_numbers(snapshot, entries, numbers)
             result = stiffness(twin)
         except InputError:  # such as a compliance that is not positive at these values
             continue
@@ -160,6 +132,6 @@ def _check(K: Any, snapshot: Snapshot) -> None:
 def _without_values(snapshot: Snapshot, got: str) -> InputError:
     return InputError(
         f"formula of snapshot {snapshot.name!r}",
-        got=f"{got} at {_TRIES} sets of symbols between 0.1 and 1.5",
+        got=f"{got} at random values of its symbols between 0.1 and 1.5",
         expected="formulas that hold there: scale lengths to metres near 1",
     )

@@ -139,23 +139,7 @@ class StiffnessUnderLoad:
         )
 
     def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K as a function of numbers and of arrays that broadcast, see `Derivation.lambdify`.
-
-        Parameters
-        ----------
-        *arguments : str or Symbol
-            The symbols in the order of the function's arguments; alphabetical when left out.
-
-        Returns
-        -------
-        FormulaFunction
-            It raises where the formula does not hold.
-
-        Raises
-        ------
-        InputError
-            When a symbol of the formula is not among them, or another name is.
-        """
+        """K as a function of numbers and arrays, see `Derivation.lambdify`."""
         return formula_function(self.derivation, arguments, self.symbols)
 
 

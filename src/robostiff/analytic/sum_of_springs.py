@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.averaged_sum import PRINTED, matrix_of
 from robostiff.analytic.closed_sum import factored_fraction
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Unwritten, WrittenField, used_definitions
@@ -29,7 +28,7 @@ from robostiff.analytic.recurring_products import as_printed
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.analytic.unit_wrenches import WrenchSearch
-from robostiff.analytic.wrenches_alike import WrenchesAlike, WrenchOfLeg
+from robostiff.analytic.wrenches_alike import PRINTED, WrenchesAlike, WrenchOfLeg, matrix_of
 from robostiff.record import is_zero
 from robostiff.recorded.working_frame import cross
 
