@@ -100,7 +100,7 @@ def _is_known(part: sp.Basic) -> bool:
     if isinstance(part, sp.Float):
         return bool(part.is_finite)
     if isinstance(part, sp.Add | sp.Mul | sp.Rational):
-        return part.is_finite is not False
+        return True  # what is infinite in a sum is a part of its own; to ask SymPy takes minutes
     if isinstance(part, sp.Symbol):
         return not isinstance(part, sp.Dummy)
     return function_name(part) is not None or constant_name(part) is not None
