@@ -91,7 +91,8 @@ def opensees_script(network: Network, *, in_python: bool = False, stiff: float =
     Raises
     ------
     InputError
-        When a spring is neither a uniform beam nor along its own axes, or axes of a joint do not meet.
+        When a spring is neither a uniform beam nor along its own axes, or axes of a joint do not
+        meet.
 
     Examples
     --------
