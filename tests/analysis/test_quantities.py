@@ -135,6 +135,15 @@ def test_masked_entries_of_quantities_are_no_numbers(robot):
         rs.stiffness(robot, Q(np.ma.masked_equal([0, 0, 0.8, 0, 0, 0], 0.8), "m"))
 
 
+def test_points_of_results_that_are_moved(robot):
+    result = rs.stiffness(robot, AT)
+    moved = result.about([Q(100, "mm"), 0, Q(1, "m")])
+    np.testing.assert_allclose(moved.K, rs.stiffness(robot, AT, at=[0.1, 0, 1]).K, rtol=1e-12)
+    for wrong in (0.1, [0.1], [0.1, 0.2], Q([1, 1, 1], "deg")):
+        with pytest.raises(InputError, match="point 'at'"):
+            result.about(wrong)
+
+
 def test_points_and_lengths(robot):
     expected = rs.stiffness(robot, AT, at=[0.1, 0.2, 0.9])
     found = rs.stiffness(robot, AT, at=Q([100, 200, 900], "mm"))
@@ -252,6 +261,12 @@ def test_parameters_of_model_files():
     )
     with pytest.raises(InputError, match=r"parameter R.*without units"):
         kernel.evaluate(AT[None], parameters={"R": Q(500, "mm")})
+
+
+def test_reference_points_of_machines_are_not_stripped_of_their_unit(robot):
+    module = rs.Module("platform", robot)
+    with pytest.raises(InputError, match="reference point"):
+        rs.hybrid_machine([module], reference_point=Q([0, 0, 100], "mm"))
 
 
 def test_parts_of_models():

@@ -39,7 +39,8 @@ def distance(A: np.ndarray, B: np.ndarray, length: float) -> float:
     n = len(A)
     scale = np.where(np.arange(n) < (2 if n == 3 else 3), 1.0, 1 / length)
     A, B = (scale[:, None] * M * scale for M in (A, B))
-    return float(np.abs(A - B).max() / max(np.abs(A).max(), np.abs(B).max()))
+    apart, largest = np.abs(A - B).max(), max(np.abs(A).max(), np.abs(B).max())
+    return float(apart / largest) if largest else 0.0
 
 
 def compared(
@@ -51,8 +52,8 @@ def compared(
     """Status, and how far K and the pose are from those that are found anew, at home first.
 
     The posture of home, which chooses the assembly mode, is taken from the library, and so is that
-    of a redundant robot at each pose; they have to close the loops. `given` are values that the
-    library does not get.
+    of a robot with redundant drives or idle joints at each pose; they have to close the loops.
+    `given` are values that the library does not get.
     """
     robot = rs.load(path)
     own = Machine(path, given, shipped=SHIPPED)
@@ -77,7 +78,8 @@ def compared(
             yield {"status": str(answer.status)}
             continue
         T = answer.transform.as_matrix()
-        if any("drives of leg" in words for words in answer.advice):
+        idle = bool(answer.status & rs.Status.REDUNDANT_JOINTS)  # may turn springs between them
+        if idle or any("drives of leg" in words for words in answer.advice):
             q, P = own.close(_joints(chains, answer), T, wanted)
         else:
             q, P = own.posture(seed, wanted)

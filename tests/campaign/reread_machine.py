@@ -413,7 +413,7 @@ class _System:
         N = _left_null(A["free"])
         B, D = N.T @ A["strain"], N.T @ A["platform"]
         U, w, _ = np.linalg.svd(B, full_matrices=False)
-        keep = w > 1e-11 * w[0]
+        keep = w > 1e-11 * w.max(initial=0.0)
         E = U[:, keep].T @ D / w[keep, None]
         return E.T @ E
 

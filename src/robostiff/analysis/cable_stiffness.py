@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.result import about_point, in_short
+from robostiff.analysis.result import in_short, points_given
 from robostiff.analysis.result_tables import cable_stiffness_html
 from robostiff.cables import (
     CableStatus,
@@ -157,9 +157,14 @@ class CableStiffness(CableAnswer):
         """Unstable motions of the platform, at a single pose."""
         return self._in_words("unstable")
 
-    def about(self, point: np.ndarray) -> CableStiffness:
-        """The same answer about another point of the platform (..., 3), in the world [m]."""
-        placed = self.placed.about(point)
+    def about(self, point: ArrayLike | None) -> CableStiffness:
+        """The same answer about another point of the platform (..., 3), in the world [m].
+
+        The answer itself for None.
+        """
+        if point is None:
+            return self
+        placed = self.placed.about(points_given(point, self.batch_shape))
         v = placed.reference_point - self.reference_point
         wrench = move_wrench(self.wrench, v[..., : self.space.translations])
         return replace(self, placed=placed, wrench=wrench)
@@ -281,7 +286,7 @@ def cable_stiffness(
     )
     if not isinstance(tolerance, Tolerance):
         raise InputError("tolerance", got=tolerance, expected="a Tolerance")
-    return about_point(judged(result), at)
+    return judged(result).about(at)
 
 
 def judged(result: CableStiffness) -> CableStiffness:

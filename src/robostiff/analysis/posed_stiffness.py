@@ -15,7 +15,7 @@ from robostiff.analysis.careful_form import (
     careful_stiffness,
     check_arguments,
 )
-from robostiff.analysis.result import RobotStiffness, about_point
+from robostiff.analysis.result import RobotStiffness, points_given
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError, InputError
@@ -208,9 +208,14 @@ class PosedStiffness(RobotStiffness):
     def _reason(self) -> str:
         return super()._reason if self._recorded is None else ""
 
-    def about(self, point: np.ndarray) -> PosedStiffness:
-        """The same answer about another point of the platform (..., 3), in the world [m]."""
-        point = np.broadcast_to(point, (*self.batch_shape, 3))
+    def about(self, point: ArrayLike | None) -> PosedStiffness:
+        """The same answer about another point of the platform (..., 3), in the world [m].
+
+        The answer itself for None.
+        """
+        if point is None:
+            return self
+        point = points_given(point, self.batch_shape)
         return PosedStiffness(self._details, self._recorded, self._rows, point)
 
     def __getitem__(self, index: Any) -> PosedStiffness:
@@ -241,7 +246,7 @@ def answered_at(
         finder = posture_finder(robot)
         asked = AskedPoses(finder, finder.request(cast("Pose", pose)), method, near, tolerance)
         recorded = recorded_answer(robot, asked) if by_record else None
-        return about_point(PosedStiffness.of(asked, recorded), at)
+        return PosedStiffness.of(asked, recorded).about(at)
     from robostiff.linkage import Linkage
 
     if isinstance(robot, Linkage):
@@ -249,8 +254,8 @@ def answered_at(
 
         configurations = AskedConfigurations.of(robot, pose, tolerance, method)
         recorded = configurations.recorded() if by_record else None
-        return about_point(PosedStiffness.of(configurations, recorded), at)
-    return about_point(careful_stiffness(robot, pose, method=method, tolerance=tolerance), at)
+        return PosedStiffness.of(configurations, recorded).about(at)
+    return careful_stiffness(robot, pose, method=method, tolerance=tolerance).about(at)
 
 
 def careful_answer(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -237,9 +237,14 @@ class RobotStiffness(InNotebooks):
         self._require_answer()
         return tuple(move_stiffness(leg.K, self.offset) for leg in self.legs)
 
-    def about(self, point: np.ndarray) -> RobotStiffness:
-        """The same answer about another point of the platform (..., 3), in the world [m]."""
-        return replace(self, reference_point=point)
+    def about(self, point: ArrayLike | None) -> RobotStiffness:
+        """The same answer about another point of the platform (..., 3), in the world [m].
+
+        The answer itself for None.
+        """
+        if point is None:
+            return self
+        return replace(self, reference_point=points_given(point, self.batch_shape))
 
     def _repr_html_(self) -> str:
         return stiffness_html(self)
@@ -295,23 +300,17 @@ def in_short(result: RobotStiffness | CableStiffness, kind: str) -> str:
     )
 
 
-Answer = TypeVar("Answer", "RobotStiffness", "CableStiffness")
-
-
-def about_point(result: Answer, at: ArrayLike | None) -> Answer:
-    """The same answer about a point of the platform that a user gave; about its own for None."""
-    if at is None:
-        return result
+def points_given(at: ArrayLike, batch_shape: tuple[int, ...]) -> np.ndarray:
+    """A point of the platform that a user gave, at every pose (..., 3) [m]."""
     point = as_floats("point 'at'", at, "three numbers x y z [m]", "m")
     if point.shape[-1:] != (3,):
         raise InputError("point 'at'", got=at, expected="three numbers x y z [m]")
-    shape = (*result.batch_shape, 3)
+    shape = (*batch_shape, 3)
     try:
-        point = np.broadcast_to(point, shape)
+        return np.broadcast_to(point, shape)
     except ValueError:
         expected = f"a shape that fits {shape}"
         raise InputError("point 'at'", got=point.shape, expected=expected) from None
-    return result.about(point)
 
 
 def given_wrenches(

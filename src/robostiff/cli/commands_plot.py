@@ -6,8 +6,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from robostiff.analysis import cable_response, cable_stiffness, stiffness
 from robostiff.cli.options import Answer, Place, Replacing, named_once
 from robostiff.cli.output import draw, picture_file, show
@@ -113,7 +111,7 @@ def _of_cables(what: str, robot: CableRobot, pose: Any, place: Place, asked: Dra
         bent = cable_response(robot, pose, wrench_from(asked.wrench or "", robot.space))
         return picture_of_robot(robot, pose, bent)
     result, at = cable_stiffness(robot, pose), point_from(place)
-    return _of_stiffness(what, robot, result if at is None else result.about(np.array(at)), asked)
+    return _of_stiffness(what, robot, result.about(at), asked)
 
 
 def _no_picture(what: str, robot: Any, expected: str) -> InputError:

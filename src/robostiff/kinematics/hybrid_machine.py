@@ -176,7 +176,7 @@ def hybrid_machine(
         name,
         (Leg("machine", Frame.identity(), Chain(elements), Frame.identity()),),
         home=None if by_joints else _home(modules),
-        reference_point=np.asarray(reference_point),
+        reference_point=reference_point,  # pyright: ignore[reportArgumentType]
         coordinates=tuple(coordinates or ()),
         space=_space(modules),
         title=title,

@@ -35,7 +35,6 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.posed_robot import joints_in_words
 from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
-from robostiff.spatial import as_floats
 from robostiff.statics import (
     CriticalLoad,
     Equilibrium,
@@ -294,7 +293,7 @@ def _of_cables(
     return ReportContents(
         robot=robot,
         posed=result,
-        stiffness=result if at is None else result.about(as_floats("point 'at'", at, "x y z [m]")),
+        stiffness=result.about(at),
         indices=None,
         deflection=bent,
         derivation=None,
