@@ -222,3 +222,9 @@ def test_a_disk_that_fills_up(command, tmp_path):
     else:
         assert left == {output.name}
         assert output.read_text() == "from before"
+
+
+def test_the_package_runs_as_a_module():
+    command = [sys.executable, "-m", "robostiff", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("robostiff ")
