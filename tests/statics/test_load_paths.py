@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 import robostiff as rs
 from robostiff.model import PlacedLeg, Snapshot
@@ -149,3 +150,54 @@ def test_a_path_ends_at_the_largest_factor():
     assert curve.path_factor.values.max() == curve.path_factor.values[-1] == 2.0
     last, given = curve.path_displacement.values[-1], curve.displacement.values[-1]
     assert np.allclose(last, given, rtol=0, atol=1e-10)
+
+
+def test_a_snap_into_another_stable_posture_is_seen():
+    """The shipped 3-RPR is nearly singular at home: a small force turns it by a degree.
+
+    Held at a turn, it needs ``s(turn)`` of the force; the first greatest s is critical.
+    """
+    base = np.array([[0.0, 0], [1, 0], [0.4, 0.9]])
+    on_platform = np.array([[-0.1, -0.07], [0.12, -0.06], [0, 0.11]])
+    k, home, F = np.array([1e6, 1.5e6, 8e5]), np.array([0.45, 0.35]), np.array([100.0, 0, 0])
+    rest = np.linalg.norm(home + on_platform - base, axis=1)
+
+    def pull(x: np.ndarray, turn: float) -> np.ndarray:
+        c, s = np.cos(turn), np.sin(turn)
+        arms = on_platform @ np.array([[c, s], [-s, c]])
+        along = home + x + arms - base
+        length = np.linalg.norm(along, axis=1)
+        f = (k * (length - rest) / length)[:, None] * along
+        return np.append(f.sum(0), np.sum(arms[:, 0] * f[:, 1] - arms[:, 1] * f[:, 0]))
+
+    def share(turn: float) -> float:
+        def open_(v: np.ndarray) -> np.ndarray:
+            return pull(v[:2], turn) - 1e4 * v[2] * F
+
+        v, h = np.zeros(3), 1e-6
+        for _ in range(8):
+            J = np.array([(open_(v + h * e) - open_(v - h * e)) / (2 * h) for e in np.eye(3)]).T
+            v = v - np.linalg.solve(J, open_(v))
+        assert np.abs(open_(v)).max() < 1e-8
+        return float(1e4 * v[2])
+
+    first = minimize_scalar(lambda turn: -share(turn), bounds=(0, 0.005), options={"xatol": 1e-9})
+    critical, robot = -first.fun, rs.load("3-rpr")
+    assert rs.critical_load(robot, None, F).factor == pytest.approx(critical, rel=1e-6)
+    times = np.array([0.3, 0.5, 0.99, 1.5, 24, 118, 200, 1000])
+    for one in times:
+        answer = loaded(robot, wrench=one * critical * F)
+        assert (answer.critical_factor is None) == (one < 1)
+        if one > 1:
+            assert rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD in answer.status
+            assert answer.critical_factor == pytest.approx(1 / one, rel=1e-6)
+        if answer.has_answer:
+            assert share(answer.displacement[2]) == pytest.approx(one * critical, rel=1e-6)
+    fast = rs.compile_loaded(robot)
+    kernel = fast.evaluate(np.tile([*home, 0], (8, 1)), times[:, None] * critical * F)
+    assert not kernel.guarded[:2].any()
+    beyond = [
+        rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD in own
+        for own in map(rs.EquilibriumStatus, kernel.status_codes.tolist())
+    ]
+    assert np.array_equal(beyond, times > 1)

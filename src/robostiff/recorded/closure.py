@@ -28,23 +28,23 @@ from robostiff.recorded.guess import RobotAtGuess, Same, nominal, turn_names
 from robostiff.recorded.newton_step import NewtonStep, newton_step
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
-_CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
-_LAST, _MARGIN = "size of the last step", "contraction"
+_HALF, _SMALL_STEP = 0.5**2, 1e-9**2
+LAST, _MARGIN = "size of the last step", "contraction"
 #: What the first step finds of the one before.
-BEFORE_FIRST = {_LAST: 1e300, _MARGIN: 1.0}
+BEFORE_FIRST = {LAST: 1e300, _MARGIN: 1.0}
 
 
-def handed_on(values: Mapping[str, Any], size: Any) -> list[Any]:
+def handed_on(values: Mapping[str, Any], size: Any, part: Any = _HALF) -> list[Any]:
     """What a step of a size (its square) hands to the next, in the order of `BEFORE_FIRST`.
 
-    The second is positive as long as every step is at most half of the one before.
+    The second is positive as long as every step is at most a part (its square) of the one before.
     """
-    kept = values[_LAST] * _CONTRACTION + _SMALL_STEP - size
+    kept = values[LAST] * part + _SMALL_STEP - size
     return [size, least(values[_MARGIN], kept)]
 
 
 def contraction(values: Mapping[str, Any]) -> Any:
-    """Positive where every step so far was at most half of the one before."""
+    """Positive where every step so far was at most a part of the one before."""
     return values[_MARGIN]
 
 

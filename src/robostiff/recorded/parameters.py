@@ -26,19 +26,10 @@ from robostiff.record import (
 
 
 def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
-    """A function that writes SymPy expressions as entries of a record.
+    """A function that writes SymPy expressions, or numbers, as entries of a record, or numbers.
 
-    Parameters
-    ----------
-    record : Record
-        Has an input for every symbol.
-    exact : bool
-        Whether SymPy's numbers stay as they are; otherwise they become floats.
-
-    Returns
-    -------
-    callable
-        Takes an expression or a number, and returns an entry or a number.
+    The record has an input for every symbol. `exact`: numbers of SymPy stay as they are; otherwise
+    they become floats.
 
     Examples
     --------

@@ -98,12 +98,7 @@ def shortening(L: Any) -> np.ndarray:
 
 
 def uniform_beam(C: np.ndarray) -> UniformBeam | None:
-    """The uniform beam that has this compliance; None where none has.
-
-    Parameters
-    ----------
-    C : (6, 6) array
-        About the far end, in the part's own axes.
+    """The uniform beam that has a compliance (6, 6) about its far end; None where none has.
 
     Examples
     --------

@@ -67,11 +67,7 @@ class Equilibrated:
 def equilibrated(A: np.ndarray, arrow: Arrow | None = None) -> Equilibrated:
     """Invert square matrices (N, n, n) of mixed units, as symmetric in size as those of energies.
 
-    Parameters
-    ----------
-    A : (N, n, n) array
-    arrow : Arrow, optional
-        Blocks that are eliminated first, where they are far from singular.
+    Blocks of the arrow are eliminated first, where they are far from singular.
 
     Examples
     --------

@@ -27,7 +27,7 @@ from robostiff.statics.stability import leg_margins, meets_stiffness, platform_m
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
-# A margin above which Newton's method has not passed a critical load, if no step of it was cut.
+# A margin above which Newton's method has not passed a critical load, if its steps were direct.
 _SAFE = 0.3
 # Of the length of the robot: what is no rounding between legs and platform.
 _OPEN = 1e-9
@@ -157,7 +157,7 @@ def solved(
     found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target, first=first)
     critical: CriticalPoint | None = None
     margins = _margins(problem, found.known, unloaded) if found.converged else {}
-    near = not found.converged or found.cut or min(margins.values()) < _SAFE
+    near = not found.converged or not found.direct or min(margins.values()) < _SAFE
     if displacement is None and near:
         confirmed, critical = _confirmed(problem, loading, unloaded, found)
         if confirmed is not found:

@@ -50,11 +50,7 @@ class FiniteTurn:
         """Derivative of ``m . W[:, k]`` by ``r[b]`` (..., 3, 3), rows k.
 
         With ``dS^2/dr_b = E_b S + S E_b`` and ``u = m x r`` it is
-        ``(b' u + c' u x r) r^T + b (m x) + c ((m . r) I - m r^T + (u x))``.
-
-        Parameters
-        ----------
-        m : (..., 3) array
+        ``(b' u + c' u x r) r^T + b (m x) + c ((m . r) I - m r^T + (u x))``; m is (..., 3).
 
         Examples
         --------

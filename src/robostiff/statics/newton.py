@@ -17,6 +17,9 @@ _DONE, _NEAR = 1e-9, 1e-7
 # A step of this size leaves the equations as they are; after one below the other, it may come.
 _NOTHING, _SOON = 1e-14, 1e-5
 _STEPS = 40
+#: Part of the one before that a step may be at most, how that falls from step to step, and what is
+#: little: so shorten steps that meet no singular tangent, under no smaller load (Kantorovich).
+HALF, FALLS, LITTLE = 0.5, 0.75, 0.1
 # Steps of a path at most, and how far one of them shifts the platform, by the robot's length.
 _LONGEST, _FURTHEST = 250, 0.1
 # The first of them, and how far it does: each may be 1.6 times the one before, so that none is long
@@ -41,17 +44,18 @@ class FoundEquilibrium:
     known : Linearised
         The equations there, refined.
     converged : bool
-    cut : bool
-        Whether some step was cut.
     steps : int
+    direct : bool
+        Whether every step was whole, at most half of the one before, and little or a smaller
+        part of it than that one was.
     """
 
     state: State
     factor: float
     known: Linearised
     converged: bool
-    cut: bool
     steps: int
+    direct: bool = False
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ def equilibrium_at(
 
     `first`: the equations at the start, where they are known.
     """
-    state, last, cut, done = start, np.inf, False, 0
+    state, last, most, direct, done = start, np.inf, HALF, True, 0
     wrench = loading.wrench + factor * loading.wrench_rate
     load = float(np.max(np.abs(wrench / problem.scale)))
     before, alike = np.zeros(3), 0
@@ -112,13 +116,14 @@ def equilibrium_at(
         # It slides or spins on for ever, unless a law of a joint has still to stop it.
         if alike == _ENDLESS and size > _FREE_RUN and not problem.has_laws:
             break
-        cut = cut or part < 1
+        direct = direct and part == 1 and size <= max(most * last, _DONE)
+        most = HALF if done == 1 else min(HALF, max(FALLS * size / last, LITTLE))
         if refined and size < _NOTHING:
-            return FoundEquilibrium(state, factor, known, True, cut, done)
+            return FoundEquilibrium(state, factor, known, True, done, direct)
         if size < _DONE or (size < _NEAR and size > 0.3 * last):
-            return _ended(problem, loading, factor, state, True, cut, done)
+            return _ended(problem, loading, factor, state, done, direct)
         last = size
-    return _ended(problem, loading, factor, start, False, cut, done)
+    return replace(_ended(problem, loading, factor, start, done), converged=False)
 
 
 def _sizes(problem: EquilibriumProblem, known: Linearised, step: np.ndarray) -> np.ndarray:
@@ -133,12 +138,11 @@ def _ended(
     loading: LoadCase,
     factor: float,
     state: State,
-    converged: bool,
-    cut: bool,
     steps: int,
+    direct: bool = False,
 ) -> FoundEquilibrium:
     known = problem.linearised(state, loading, factor, _REFINEMENTS)
-    return FoundEquilibrium(state, factor, known, converged, cut, steps)
+    return FoundEquilibrium(state, factor, known, True, steps, direct)
 
 
 @dataclass(frozen=True)
@@ -228,8 +232,7 @@ def step_along(
     """
     r, scale = problem.size, problem.scale
     state, factor, known = here.state, here.factor, here.known
-    moved = np.zeros(r + 1)
-    last, cut = np.inf, False
+    moved, last = np.zeros(r + 1), np.inf
     for done in range(1, 13):
         system = np.zeros((r + 1, r + 1))
         system[:r, :r] = known.K_total / scale[:, None] / scale * unit
@@ -248,9 +251,8 @@ def step_along(
             break
         moved = moved + part * step
         factor += part * float(step[r])
-        cut = cut or part < 1
         if size < _DONE or (size < _NEAR and size > 0.3 * last):
-            return _ended(problem, loading, factor, state, True, cut, done)
+            return _ended(problem, loading, factor, state, done)
         last = size
         known = problem.linearised(state, loading, factor)
     return replace(here, converged=False)

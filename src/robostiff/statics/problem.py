@@ -352,18 +352,9 @@ def solve_least(
     """The x with ``K x = b``; where K has lost a direction, no motion, or a whole step to rest.
 
     A direction without stiffness in which nothing pulls stays as it is. One in which something
-    does pull has its first step cut to `furthest`; stiffness of the load meets it there.
-
-    Parameters
-    ----------
-    K : (r, r) array
-    b : (r,) array
-    scale : (r,) array
-        Length of each coordinate.
-    furthest : float
-        In coordinates times `scale`.
-    load : float
-        Largest component of the whole load, over `scale`: its rounding does not pull.
+    does pull has its first step cut to `furthest`, in coordinates times their lengths `scale`;
+    stiffness of the load meets it there. Rounding of `load`, the largest component of the whole
+    load over `scale`, does not pull.
 
     Examples
     --------

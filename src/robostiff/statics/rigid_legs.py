@@ -37,14 +37,7 @@ class Closure:
 
     @staticmethod
     def of(A: np.ndarray, rows: np.ndarray, sizes: np.ndarray) -> Closure:
-        """At the unloaded posture, where loops are closed: elsewhere they have full rank.
-
-        Parameters
-        ----------
-        A : (N, n, n) array
-            Tangent by unknowns and wrenches.
-        rows, sizes : arrays
-        """
+        """Of tangents A (N, n, n) at the unloaded posture: elsewhere closures have full rank."""
         m = sizes.shape[1]
         values = np.linalg.svd(_scaled(A, rows, sizes), compute_uv=False)
         largest = np.max(values, axis=1, initial=0.0)[:, None]
@@ -105,12 +98,7 @@ class HeldPlatform:
     def of(gaps: Sequence[np.ndarray], scale: np.ndarray, rank: int | None) -> HeldPlatform:
         """From gaps (N, d, 1 + r + 1) of all legs: alone, by the twist, by the load factor.
 
-        Parameters
-        ----------
-        gaps : sequence of arrays
-        scale : (r,) array
-        rank : int or None
-            How many directions are held; found, at the unloaded posture, when None.
+        `rank`: how many directions are held; found, at the unloaded posture, when None.
         """
         every = np.concatenate([own.reshape(-1, own.shape[2]) for own in gaps])
         U, values, Vt = np.linalg.svd(every[:, 1:-1] / scale)

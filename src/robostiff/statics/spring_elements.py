@@ -36,11 +36,7 @@ class SpringElements:
     def of(self, spring: PlacedSpring, parts_of: Callable[[], int]) -> list[Element]:
         """An elastic part as one spring, or a beam as so many elements with their bowing.
 
-        Parameters
-        ----------
-        spring : PlacedSpring
-        parts_of : callable
-            Into how many it is cut if it is a beam; 0 for a linear spring.
+        `parts_of` is asked of beams alone; 0 for a linear spring.
         """
         C = spring.elasticity.compliance
         free = np.array(spring.elasticity.freedoms, dtype=float)

@@ -148,14 +148,9 @@ def body_of_directions(
     zero: tuple[np.ndarray, np.ndarray, np.ndarray],
     now: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> LegBody:
-    """The body that carries a point and two directions u, v at a constant angle.
+    """The body that carries a point and two directions at a constant angle.
 
-    Parameters
-    ----------
-    zero : (point, u, v)
-        At zero coordinates.
-    now : (point, u, v)
-        In the world.
+    These are (point, u, v), at zero coordinates and now, in the world.
     """
     p, u, v = now
     rest, c = rest_of_directions(*zero)

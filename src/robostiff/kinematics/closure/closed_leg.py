@@ -52,10 +52,8 @@ class ClosedLeg:
     def angle(self, place: int, axis: np.ndarray, ahead: np.ndarray, across: np.ndarray) -> Any:
         """Angle of the turn at a place about an axis, from one direction across it to another.
 
-        Parameters
-        ----------
-        axis, ahead, across : (3,) arrays
-            At zero coordinates: of the joint, of the body before it, and of the body after it.
+        At zero coordinates: axis of the joint, `ahead` of the body before it, `across` of that
+        after it (3,).
         """
         near, far = self.after(place), self.after(place + 1)
         before, after = near.direction(ahead), far.direction(across)

@@ -49,13 +49,7 @@ def aim(a: np.ndarray, d: np.ndarray, to_a: Any, to_d: Any) -> Aim:
         x = (to_a - g to_d) / D,  y = (to_d - g to_a) / D,  z = sqrt((1 - x to_a - y to_d) / D)
 
     At right angles to both, b = +-(a x d) / |a x d|. Where the angles cannot be had, z = 0.
-
-    Parameters
-    ----------
-    a, d : (3,) arrays
-        Unit vectors, not parallel.
-    to_a, to_d : Entry or number
-        Cosines.
+    a and d are unit vectors, not parallel; `to_a` and `to_d` cosines.
     """
     normal = cross(a, d)
     square = dot(normal, normal)

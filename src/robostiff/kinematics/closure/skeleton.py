@@ -49,12 +49,8 @@ class Skeleton:
 def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skeleton:
     """Moving freedoms of a chain at zero coordinates, neighbours through one point joined.
 
-    Parameters
-    ----------
-    chain : Chain
-        Without parallel blocks.
-    joined_where_axes_meet : bool
-        Join neighbours also where only one of them is drawn at the point in which their axes meet.
+    The chain has no parallel blocks. `joined_where_axes_meet`: join neighbours also where only one
+    of them is drawn at the point in which their axes meet.
     """
     placed = place_chain(chain, chain.zero, np.eye(3), np.zeros(3))
     freedoms = placed.freedoms

@@ -15,7 +15,13 @@ from robostiff.kinematics import PostureFinder
 from robostiff.model import Robot
 from robostiff.record import Entry, Program, is_zero, least
 from robostiff.recorded import RecordedRobot
-from robostiff.recorded.closure import BEFORE_FIRST, RecordedSteps, contraction, handed_on
+from robostiff.recorded.closure import (
+    BEFORE_FIRST,
+    LAST,
+    RecordedSteps,
+    contraction,
+    handed_on,
+)
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space, cross
 from robostiff.statics.beam_bowing import Beams
@@ -42,6 +48,7 @@ from robostiff.statics.kernels.weights import (
     with_recorded_masses,
 )
 from robostiff.statics.loaded_posture import LoadedPosture
+from robostiff.statics.newton import FALLS, HALF, LITTLE
 
 #: Least ratio of stiffness under load to that without it at which an answer is given.
 SAFE = 0.3
@@ -49,6 +56,9 @@ SAFE = 0.3
 _PIVOT = 1e-3
 # The step that would be next at which equilibrium is reached; ClosedCode compares with 1e-12.
 _ARRIVED = 1e-11
+# Part of the one before that a step may be at most: its square.
+_PART, _ROUNDING = "part of the last step", 1e-18
+_HANDED = BEFORE_FIRST | {_PART: HALF**2}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +86,11 @@ class RecordedLoading(RecordedSteps):
     most_steps: int = 10
     status: Status = Status.OK
     rank: int = 6
+
+    @property
+    def state(self) -> dict[str, float]:
+        """What the first step begins with."""
+        return self.start | _HANDED
 
 
 @dataclass(frozen=True)
@@ -213,22 +228,22 @@ class LoadedRobot:
 
     def first(self, values: Mapping[str, Any]) -> list[Any]:
         """The state after the first step, the linear answer; of struts after two more."""
-        values = {**values, **self.start, **BEFORE_FIRST}
+        values = {**values, **self.start, **_HANDED}
         at = self.equations(values)
         twist = self.twist(at) if self.stands else self.unloaded.factors.solved(self.wrench)
-        after = self.step(values, at, twist)
+        after = self.step(values, at, twist, falls=False)
         struts = [*self.struts.values()]
         if not struts:
             return after
         forces = [own.first_force(np.array(twist, dtype=object)) for own in struts]
-        values |= zip((*self.start, *BEFORE_FIRST), after, strict=True)
+        values |= zip((*self.start, *_HANDED), after, strict=True)
         at = self.equations(values, forces)
         twist = self.twist(at)
-        after = self.step(values, at, twist)
+        after = self.step(values, at, twist, falls=False)
         forces = at.struts.forces_after(struts, np.array(twist, dtype=object)) if at.struts else []
-        values |= zip((*self.start, *BEFORE_FIRST), after, strict=True)
+        values |= zip((*self.start, *_HANDED), after, strict=True)
         at = self.equations(values, forces)
-        return self.step(values, at, self.twist(at))
+        return self.step(values, at, self.twist(at), falls=False)
 
     def twist(self, at: _Equations) -> list[Any]:
         """Step of the platform, K_total x = missing, K_total not symmetric under moments."""
@@ -241,8 +256,13 @@ class LoadedRobot:
             for x, row in zip(twist, self.space.rows, strict=True)
         ]
 
-    def step(self, values: Mapping[str, Any], at: _Equations, twist: list[Any]) -> list[Any]:
-        """The state after a step, in the order of `start`; size and contraction."""
+    def step(
+        self, values: Mapping[str, Any], at: _Equations, twist: list[Any], *, falls: bool = True
+    ) -> list[Any]:
+        """The state after a step, in the order of `start`; size, contraction, and what may follow.
+
+        `falls`: whether it is one of Newton's, of which each has to be a smaller part than before.
+        """
         full = np.zeros(6, dtype=int).astype(object)
         full[list(self.space.rows)] = twist
         names = [f"t{row}" for row in self.space.rows]
@@ -255,7 +275,11 @@ class LoadedRobot:
                 after |= own
                 moved += motion
         size = reduce(add, (x * x for x in moved if not is_zero(x)))
-        return [*(after[name] for name in self.start), *handed_on(values, size)]
+        handed, part = handed_on(values, size, values[_PART]), HALF**2
+        if falls:
+            of_last = size / (values[LAST] + _ROUNDING)
+            part = least(values[_PART], of_last * FALLS**2 + LITTLE**2)
+        return [*(after[name] for name in self.start), *handed, part]
 
     def arrival(
         self, values: Mapping[str, Any], at: _Equations
@@ -357,7 +381,7 @@ def record_loading(
         if isinstance(leg, RecordedLoadedLeg):
             for name, sample in leg.samples(shares, force, random).items():
                 record.add_input(name, sample)
-    for name in BEFORE_FIRST:
+    for name in _HANDED:
         record.add_input(name, 1.0)
     values = {name: record.input(name) for name in record.inputs}
     at = loaded.equations(values)
