@@ -150,7 +150,7 @@ class Motion:
 
     axis: np.ndarray
     advance: float | None
-    role: str
+    role: str | None
     stiffness: Any
     name: str
     home: float
@@ -161,7 +161,7 @@ class Motion:
 class Ball:
     """Three turns whose coordinates are a rotation vector."""
 
-    role: str
+    role: str | None
     stiffness: Any
     name: str
     home: np.ndarray
@@ -184,7 +184,7 @@ class Stretching:
 
     along: np.ndarray
     axes: np.ndarray
-    beams: list[tuple[float, float, tuple[float, ...]]]
+    beams: list[tuple[float, float, tuple[Any, File, dict[str, float]]]]
 
 
 @dataclass
@@ -192,7 +192,7 @@ class Branch:
     start: np.ndarray
     parts: list[Any]
     end: np.ndarray
-    couplings: list[tuple[dict[str, float], float, float | None]]
+    couplings: list[tuple[dict[str, float], float, Any, str | None]]
 
 
 @dataclass
@@ -247,11 +247,10 @@ def cantilever(L: float, EG: tuple[float, float], s: Any, shear: bool) -> np.nda
 
 def beam_axes(along: np.ndarray, y: np.ndarray | None) -> np.ndarray:
     x = along / np.linalg.norm(along)
-    if y is None:
-        y = np.eye(3)[np.argmin(np.abs(x))]
-    y = y - (y @ x) * x
-    y /= np.linalg.norm(y)
-    return np.stack([x, y, np.cross(x, y)], axis=-1)
+    near = np.eye(3)[np.argmin(np.abs(x))] if y is None else y
+    across = near - (near @ x) * x
+    across /= np.linalg.norm(across)
+    return np.stack([x, across, np.cross(x, across)], axis=-1)
 
 
 @dataclass

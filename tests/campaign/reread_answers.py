@@ -108,7 +108,8 @@ def _at_joints(
             continue
         q = chain.joint_coordinates(p)
         P = own.at_joints(q)
-        T = answer.transform.as_matrix()
+        transform: Any = answer.transform
+        T = transform.as_matrix()
         found = {"K": distance(answer.K, own.stiffness(q, P), 0.4), "pose": np.abs(T - P).max()}
         yield {"status": str(answer.status), **found}
 

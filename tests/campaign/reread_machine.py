@@ -57,7 +57,7 @@ class Machine:
             self.legs = self.file.legs(data, scope)
         self.motions: list[Motion | Ball] = []
         self.places: dict[int, int] = {}
-        self.held: list[tuple[dict[int, float], float | None, Any, str]] = []
+        self.held: list[tuple[dict[int, float], float | None, Any, str | None]] = []
         self.size = 0
         for leg in self.legs:
             self._count(leg)
@@ -76,7 +76,7 @@ class Machine:
             data = own
             if "robot" in own:
                 path = file.path.parent / own["robot"]
-                if not path.is_file():
+                if not path.is_file() and self.shipped is not None:
                     path = self.shipped / f"{own['robot']}.yaml"
                 given = {
                     name: number(value, file.scope)
@@ -177,6 +177,7 @@ class Machine:
         }
         free = [i for i in range(self.size) if i not in fixed]
         homes = self.homes
+        r = np.zeros(0)
         for _ in range(60):
             gaps: list[Any] = []
             rows, residual = [], []

@@ -181,7 +181,9 @@ def test_a_snap_into_another_stable_posture_is_seen():
         assert np.abs(open_(v)).max() < 1e-8
         return float(1e4 * v[2])
 
-    first = minimize_scalar(lambda turn: -share(turn), bounds=(0, 0.005), options={"xatol": 1e-9})
+    first: Any = minimize_scalar(
+        lambda turn: -share(turn), bounds=(0, 0.005), options={"xatol": 1e-9}
+    )
     critical, robot = -first.fun, rs.load("3-rpr")
     assert rs.critical_load(robot, None, F).factor == pytest.approx(critical, rel=1e-6)
     times = np.array([0.3, 0.5, 0.99, 1.5, 24, 118, 200, 1000])
