@@ -43,7 +43,8 @@ class ExactField:
 
     Symbols are generators; so are the cosine of each angle, its sine with s^2 = 1 - c^2, and
     square roots with their defining relations. Two elements are equal exactly when they have the
-    same canonical form, so that zero is recognised for certain.
+    same canonical form, so that zero is recognised for certain; relations among roots of roots,
+    as sqrt(a + sqrt(b)) sqrt(a - sqrt(b)) = sqrt(a^2 - b), are not known.
 
     Parameters
     ----------

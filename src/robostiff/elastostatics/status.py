@@ -70,8 +70,9 @@ _ADVICE = {
         "that do no work on the free motions can be carried"
     ),
     Status.REDUNDANT_JOINTS: (
-        "a passive joint adds no freedom to those before it: the stiffness is right, but the joint "
-        "(for instance the spin of a rod between two spherical joints) is not held by the platform"
+        "a passive joint adds no freedom to those before it, and is not held by the platform (for "
+        "instance the spin of a rod between two spherical joints): the stiffness is that of the "
+        "posture at hand"
     ),
     Status.ILL_CONDITIONED: (
         "near a singular pose, a joint that is almost redundant, or springs of too different size: "
