@@ -58,6 +58,13 @@ def equilibria() -> None:
         robot = rs.load(name)
         wrench = LOAD[list(robot.space.rows)]
         answer = rs.equilibrium(robot, wrench=wrench)
+        if (
+            not isinstance(answer, rs.Equilibria)
+            and rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD in answer.status
+        ):
+            # Its load has to be followed to the critical one, which is no single equilibrium.
+            wrench = wrench / 100
+            answer = rs.equilibrium(robot, wrench=wrench)
         posture = milliseconds(lambda robot=robot: rs.find_posture(robot, None))
         whole = milliseconds(lambda robot=robot, wrench=wrench: rs.equilibrium(robot, None, wrench))
         if isinstance(answer, rs.Equilibria):
