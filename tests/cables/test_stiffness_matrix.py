@@ -1,5 +1,7 @@
 """Stiffness of tensioned cables is the second derivative of their energy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,7 +77,7 @@ def test_matrix_about_another_point(seed):
 def test_matrix_in_equilibrium_is_the_derivative_of_the_wrench():
     placed, axial, _ = random_placed(11, cables=8)
     N = np.linalg.svd(structure_matrix(placed))[2][6:]
-    placed = PlacedCables(**{**vars(placed), "weight_force": np.zeros(3)})
+    placed = replace(placed, weight_force=np.zeros(3))
     tensions = 100 * N[0]  # of any sign: equilibrium is all that counts here
     K = whole(placed, axial, tensions)
     held = -pulled(placed, tensions)

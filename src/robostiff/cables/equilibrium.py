@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -43,7 +44,7 @@ class Hanging:
         size = float(placed.characteristic_length)
         return cls(placed, axial, slack, size, np.zeros(3), np.eye(3))
 
-    @property
+    @cached_property
     def now(self) -> PlacedCables:
         """The cables at the present displacement."""
         origin = self.placed.reference_point
@@ -54,23 +55,23 @@ class Hanging:
             weight_point=origin + self.shift + self.R @ self.placed.weight_arm,
         )
 
-    @property
+    @cached_property
     def pulls(self) -> np.ndarray:
         """Stiffness times stretch (m,) [N]: the tension, or negative for a slack cable."""
         return self.axial * (self.now.lengths - self.slack_lengths)
 
-    @property
+    @cached_property
     def tensions(self) -> np.ndarray:
         """Tensions (m,) [N]; zero for slack cables."""
         return np.maximum(self.pulls, 0.0)
 
-    @property
+    @cached_property
     def holding(self) -> np.ndarray:
         """Wrench that must be applied to hold the platform here (n,) [N, N m]."""
         now = self.now
         return -(structure_matrix(now) @ self.tensions + weight_wrench(now))
 
-    @property
+    @cached_property
     def stiffness(self) -> np.ndarray:
         """Second derivative of the energy (n, n), of the cables that are taut."""
         now, pulls = self.now, self.pulls
@@ -88,7 +89,7 @@ class Hanging:
         values = np.linalg.eigvalsh(self.stiffness / np.outer(s, s))
         return bool(values[0] > 1e-14 * values[-1])
 
-    @property
+    @cached_property
     def scale(self) -> np.ndarray:
         """Factors (n,) that turn a displacement into lengths."""
         space = self.placed.space
@@ -174,8 +175,17 @@ def first_slack(
     if not np.any(after[1].pulls[taut] < -margin):
         return None
 
+    known = {before[0]: start}
+
+    def at(factor: float) -> Hanging | None:
+        nearest = min(known, key=lambda own: abs(own - factor))
+        found = rest(factor, known[nearest])
+        if found is not None:
+            known[factor] = found
+        return found
+
     def least(factor: float) -> float:
-        found = rest(factor, start)
+        found = at(factor)
         # If Newton's method finds no equilibrium, the cable is already slack.
         return -1.0 if found is None else float(found.pulls[taut].min()) + margin
 
@@ -187,7 +197,7 @@ def first_slack(
 
     found = root_scalar(least, bracket=(before[0], after[0]), method="brentq", xtol=1e-12)
     factor = float(found.root)
-    state = rest(factor, start) or after[1]
+    state = at(factor) or after[1]
     return factor, int(np.argmin(np.where(taut, state.pulls, np.inf)))
 
 

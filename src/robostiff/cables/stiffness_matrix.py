@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -37,12 +38,12 @@ class PlacedCables:
     weight_point: np.ndarray
     space: Space
 
-    @property
+    @cached_property
     def lengths(self) -> np.ndarray:
         """From exit point to attachment (..., m) [m]."""
         return np.linalg.norm(self.attachments - self.exit_points, axis=-1)
 
-    @property
+    @cached_property
     def directions(self) -> np.ndarray:
         """Unit vectors from exit point to attachment (..., m, 3); zero for a cable of no length."""
         lengths = self.lengths[..., None]
