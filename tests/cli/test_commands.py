@@ -136,6 +136,20 @@ def test_an_unreachable_pose_is_a_bad_status_naming_legs():
     assert any("leg 'leg2' falls short of the pose by" in line for line in found["advice"])
 
 
+def test_deflection_under_loads_at_bodies_is_that_of_the_library():
+    at_strut = ("--load", "leg1/strut=0 0 -80 N", "--weight", "platform=12 kg")
+    loads = {"leg1/strut": [0, 0, -80.0], "platform": rs.Mass(12.0)}
+    hexapod = rs.load("hexapod")
+    for more, gravity in (((), None), (("--gravity=-y",), "-y")):
+        found = answer("deflection", "hexapod", *at_strut, *more)
+        expected = rs.deflection(hexapod, loads=loads, gravity=gravity).twist
+        np.testing.assert_allclose(found["deflection"], expected, rtol=1e-12)
+    both = answer("deflection", "hexapod", *at_strut, "--wrench", "0 0 -100 N 0 0 0")
+    F = [0, 0, -100.0, 0, 0, 0]
+    expected = rs.deflection(hexapod, wrench=F, loads=loads).twist
+    np.testing.assert_allclose(both["deflection"], expected, rtol=1e-12)
+
+
 def test_deflection_under_gravity_is_that_of_the_library():
     arm, F = rs.load("six-joint-arm"), [0, 0, -150, 0, 0, 0]
     found = answer("deflection", "six-joint-arm", "--gravity=-z")

@@ -45,14 +45,6 @@ class Method:
 
 
 @dataclass(frozen=True)
-class Load:
-    """The load of a deflection."""
-
-    wrench: str | None = wrench_option("Force and moment on the platform about the point --at")
-    gravity: str | None = gravity_option()
-
-
-@dataclass(frozen=True)
 class WrittenLoads:
     """Loads on bodies, as they are written."""
 
@@ -198,11 +190,11 @@ COMMANDS = {
     ),
     "deflection": Command(
         "commands:print_deflection",
-        (Model, Load, Place, Answer),
+        (Model, part(WrittenLoads, "wrench", "weights", "forces", "gravity"), Place, Answer),
         "Print deflection, elastic energy of parts and actuator loads of a robot under a load.",
         examples=(
             'deflection gough-stewart-b-beams --wrench "200 N 0 -500 0 0 0"',
-            "deflection six-joint-arm --gravity=-z",
+            'deflection six-joint-arm --gravity=-z --weight "platform=5 kg"',
         ),
         status=_STATUS,
     ),

@@ -6,7 +6,7 @@ from typing import Any
 
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.cli.answer_commands import Details, Load, Method
+from robostiff.cli.answer_commands import Details, Method, WrittenLoads
 from robostiff.cli.command import answered, slips
 from robostiff.cli.options import Answer, Length, Model, Place, Replacing
 from robostiff.cli.output import draw, picture_beside, show
@@ -93,30 +93,34 @@ def print_stiffness(model: Model, place: Place, method: Method, answer: Answer) 
     return answered(result, answer, stiffness_data, stiffness_text)
 
 
-def print_deflection(model: Model, load: Load, place: Place, answer: Answer) -> int:
-    """Print the deflection under a load."""
+def print_deflection(model: Model, written: WrittenLoads, place: Place, answer: Answer) -> int:
+    """Print the deflection under small loads."""
     robot = loaded(model, place)
-    if load.wrench is None and load.gravity is None:
+    on_bodies = written.gravity is not None or written.weights or written.forces
+    if written.wrench is None and not on_bodies:
         raise InputError(
             "load of a deflection",
             got="none",
-            expected='--wrench, such as "0 0 -500 N 0 0 0", or --gravity=-z, or both',
+            expected='--wrench, such as "0 0 -500 N 0 0 0", --gravity=-z, --load or --weight',
         )
-    F = None if load.wrench is None else wrench_from(load.wrench, robot.space)
-    result = _deflection(robot, F, load.gravity, where_from(robot, place))
+    F: Any = None if written.wrench is None else wrench_from(written.wrench, robot.space)
+    where = where_from(robot, place)
+    if on_bodies or getattr(robot, "springs", ()):
+        result = _deflection_by_bodies(robot, F, written, where)
+    else:
+        from robostiff.analysis import deflection
+
+        result = deflection(robot, wrench=F, **where)
     return answered(result, answer, deflection_data, deflection_text)
 
 
-def _deflection(robot: Any, F: Any, gravity: str | None, where: dict[str, Any]) -> Any:
-    """The deflection; what legs alone do not decide takes twice as long to import."""
-    if gravity is None and not getattr(robot, "springs", ()):
-        from robostiff.analysis import deflection
+def _deflection_by_bodies(robot: Any, F: Any, written: WrittenLoads, where: dict[str, Any]) -> Any:
+    """With what legs alone do not decide, which takes twice as long to import."""
+    from robostiff.cli.commands_equilibrium import body_loads
+    from robostiff.statics import deflection
 
-        return deflection(robot, wrench=F, **where)
-    from robostiff.statics import deflection as deflection_by_weights
-
-    g = None if gravity is None else gravity_from(gravity)
-    return deflection_by_weights(robot, wrench=F, gravity=g, **where)
+    g = None if written.gravity is None else gravity_from(written.gravity)
+    return deflection(robot, wrench=F, loads=body_loads(written), gravity=g, **where)
 
 
 def print_indices(model: Model, place: Place, length: Length, answer: Answer) -> int:

@@ -111,7 +111,7 @@ def _options(
     """Place, and loads beside the wrench."""
     return {
         **where_from(robot, place),
-        "loads": _loads(written),
+        "loads": body_loads(written),
         "gravity": gravity_from(written.gravity),
         "preload": _pushes(robot, written.preloads),
     }
@@ -132,7 +132,8 @@ def _curve_text(curve: Any) -> str:
     return "\n".join(lines)
 
 
-def _loads(written: WrittenLoads) -> dict[str, list[Mass | DeadForce]]:
+def body_loads(written: WrittenLoads) -> dict[str, list[Mass | DeadForce]]:
+    """Weights and forces by the names of parts."""
     loads: dict[str, list[Mass | DeadForce]] = {}
     for name, mass in _named("--weight", written.weights, lambda text: Mass(_kilograms(text))):
         loads.setdefault(name, []).append(mass)
