@@ -11,12 +11,14 @@ from robostiff.analytic.closed_sum import fraction_in_factors, no_longer_than
 from robostiff.analytic.element import Element
 from robostiff.analytic.exact_points import ExactPoints, exact
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, chooses_greater
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
 # Steps whose values are generators of a field: symbols, roots, sines and cosines.
+_ANGLES = (Operation.ARC_COSINE, Operation.ARC_TANGENT)
 _ATOMS = (Operation.INPUT, Operation.NUMBER, Operation.SQUARE_ROOT, Operation.SINE)
-_ATOMS += (Operation.COSINE, Operation.ARC_COSINE, Operation.ARC_TANGENT)
+_ATOMS += (Operation.COSINE, *_ANGLES)
 
 
 class ExactReading:
@@ -30,7 +32,8 @@ class ExactReading:
     Raises
     ------
     FormulaTooLargeError
-        When a fraction would have more.
+        When a fraction would have more, or a result has an angle outside of sines and cosines,
+        which no field has.
 
     Examples
     --------
@@ -48,6 +51,13 @@ class ExactReading:
         wanted = [value.step for value in results if isinstance(value, Entry)]
         self._same = ExactPoints(record).same(record.needed(wanted))
         own = self._needed(record, wanted)
+        if any(record.operations[step][0] in _ANGLES for step in own):
+            raise FormulaTooLargeError(
+                "closed form",
+                got="an angle of the closure outside of sines and cosines",
+                expected="roots, sines and cosines",
+                hint="use named steps, form=Steps()",
+            )
         closed = ClosedReading(record, symbols)
         atoms = {step: closed(Entry(record, step)) for step in own if _is_atom(record, step)}
         numbers = {same.factor for same in self._same.values()}

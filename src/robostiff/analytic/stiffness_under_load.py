@@ -139,7 +139,23 @@ class StiffnessUnderLoad:
         )
 
     def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K as a function of numbers and arrays, see `Derivation.lambdify`."""
+        """K as a function of numbers and of arrays that broadcast, see `Derivation.lambdify`.
+
+        Parameters
+        ----------
+        *arguments : str or Symbol
+            The symbols in the order of the function's arguments; alphabetical when left out.
+
+        Returns
+        -------
+        FormulaFunction
+            It raises where the formula does not hold.
+
+        Raises
+        ------
+        InputError
+            When a symbol of the formula is not among them, or another name is.
+        """
         return formula_function(self.derivation, arguments, self.symbols)
 
 
@@ -205,7 +221,7 @@ def stiffness_under_load(
         try:
             limit = _READABLE if form is None else form.limit
             formula = within(budget, lambda: own.closed(limit))
-        except (FormulaTooLargeError, InputError):  # too long, or with an arc cosine
+        except FormulaTooLargeError:
             if form is not None:
                 raise
             # What was stopped may have left half of a step.
