@@ -6,11 +6,12 @@ import ast
 import ctypes
 import os
 import runpy
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from functools import partial
 from importlib.metadata import PackageNotFoundError, files
 from io import StringIO
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -53,16 +54,42 @@ def silence() -> None:
 
 
 def stiffness_by_opensees(network: Network) -> np.ndarray:
-    """Stiffness about the reference point, the inverse of deflections under unit loads (n, n).
+    """Stiffness about the reference point, the inverse of deflections under unit loads (n, n)."""
+    return np.linalg.inv(_extrapolated(partial(_compliance, network)))
 
-    The compliance is a power series in 1 / stiffness of the springs for rigid joints, of which
-    Richardson's extrapolation takes away the first terms.
+
+def bodies_in_opensees(network: Network) -> dict[str, np.ndarray]:
+    """Where the nodes of OpenSees that stand for bodies are [m]."""
+    nodes = [
+        command.arguments[1:] for command in opensees_commands(network) if command.name == "node"
+    ]
+    return {body.name: np.array(at, float) for body, at in zip(network.nodes, nodes, strict=False)}
+
+
+def frequencies_by_opensees(network: Network, masses: Mapping[str, float]) -> np.ndarray:
+    """Natural frequencies of points of mass at nodes, fastest last [Hz].
+
+    OpenSees finds how the points move under unit forces; ``F M`` has the eigenvalues 1/omega^2.
     """
-    table = [_compliance(network, STIFFEST / 10.0**i) for i in reversed(range(LEVELS))]
+    rows = [row for row in network.space.rows if row < 3]
+    F = _extrapolated(partial(_flexibility, network, tuple(masses), rows))
+    roots = np.sqrt(np.repeat(list(masses.values()), len(rows)))
+    squares = np.linalg.eigvalsh(roots[:, None] * F * roots)[::-1]
+    moving = squares > 1e-9 * squares[0]
+    return 1 / np.sqrt(squares[moving]) / (2 * np.pi)
+
+
+def _extrapolated(compliance: Callable[[float], np.ndarray]) -> np.ndarray:
+    """Compliance with rigid joints, from those with springs in their place.
+
+    It is a power series in 1 / stiffness of the springs, of which Richardson's extrapolation takes
+    away the first terms.
+    """
+    table = [compliance(STIFFEST / 10.0**i) for i in reversed(range(LEVELS))]
     for order in range(1, LEVELS):
         factor = 10.0**order
         table = [(factor * fine - coarse) / (factor - 1) for coarse, fine in pairwise(table)]
-    return np.linalg.inv(table[0])
+    return table[0]
 
 
 def _compliance(network: Network, stiff: float) -> np.ndarray:
@@ -77,6 +104,24 @@ def _compliance(network: Network, stiff: float) -> np.ndarray:
             twists.append(np.array(answer)[list(network.space.rows)])
     C = np.array(twists).T
     return 0.5 * (C + C.T)
+
+
+def _flexibility(
+    network: Network, nodes: Sequence[str], rows: Sequence[int], stiff: float
+) -> np.ndarray:
+    """Displacements of nodes under unit forces on them (m, m)."""
+    _compliance(network, stiff)  # builds the network, which is then without load
+    ops, moved = opensees(), []
+    tags = [1 + [node.name for node in network.nodes].index(name) for name in nodes]
+    for tag, row in product(tags, rows):
+        ops.pattern("Plain", 1, 1)
+        ops.load(tag, *np.eye(6)[row].tolist())
+        if ops.analyze(1) != 0:
+            raise ArithmeticError("OpenSees found no equilibrium")
+        moved.append([ops.nodeDisp(own)[i] for own, i in product(tags, rows)])
+        ops.remove("loadPattern", 1)
+    F = np.array(moved)
+    return 0.5 * (F + F.T)
 
 
 def columns_of_script(path: Path) -> np.ndarray:

@@ -25,8 +25,8 @@ _WRIST = str(Path(__file__).parents[2] / "examples" / "bevel-wrist.yaml")
 _ROW = re.compile(r"^ +[12] +(\S+) +(\S+) +(\S+)$", re.MULTILINE)
 
 
-def by_calculix(path: Path, rows: list[int]) -> np.ndarray:
-    """Compliance of an input file (n, n)."""
+def twists_at(path: Path) -> np.ndarray:
+    """What an input file prints of its nodes 1 and 2, a row a load (m, 6)."""
     ccx = shutil.which("ccx")
     if ccx is None:
         pytest.skip("CalculiX is not installed")
@@ -34,9 +34,16 @@ def by_calculix(path: Path, rows: list[int]) -> np.ndarray:
         [ccx, path.stem], cwd=path.parent, capture_output=True, text=True, timeout=120, check=False
     )
     printed = path.with_suffix(".dat").read_text()
-    columns = np.array([[float(x) for x in row] for row in _ROW.findall(printed)]).reshape(-1, 6)
-    assert len(columns) == len(rows), done.stdout[-500:]
-    return columns[:, rows].T
+    twists = np.array([[float(x) for x in row] for row in _ROW.findall(printed)]).reshape(-1, 6)
+    assert len(twists) > 0, done.stdout[-500:]
+    return twists
+
+
+def by_calculix(path: Path, rows: list[int]) -> np.ndarray:
+    """Compliance of an input file (n, n)."""
+    twists = twists_at(path)
+    assert len(twists) == len(rows)
+    return twists[:, rows].T
 
 
 @pytest.mark.parametrize(

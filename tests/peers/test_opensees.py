@@ -7,6 +7,7 @@ extrapolation leaves little, and by rounding beside numbers a hundred thousand t
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from robostiff import JointCoordinates, Leg, Robot, compliance, load, stiffness
+from robostiff import JointCoordinates, Leg, Linear, Robot, compliance, load, modes, stiffness
 from robostiff.cli.main import app
 from robostiff.elasticity import (
     BeamSegment,
@@ -27,7 +28,7 @@ from robostiff.elasticity import (
 from robostiff.errors import InputError
 from robostiff.io.opensees import opensees_script
 from robostiff.kinematics import PostureFinder
-from robostiff.model import Actuated, Chain, Link, revolute
+from robostiff.model import Actuated, Chain, Link, PlacedMass, revolute
 from robostiff.network import (
     DistributedForce,
     Network,
@@ -40,7 +41,9 @@ from robostiff.spatial import Frame
 from tests.generators.metric import distance
 from tests.network.frames import graph
 from tests.peers.opensees import (
+    bodies_in_opensees,
     columns_of_script,
+    frequencies_by_opensees,
     load_opensees,
     loaded_frame,
     silence,
@@ -88,6 +91,31 @@ def test_robot_at_a_general_pose(name, by_opensees):
     network = network_of_snapshot(finder.find(pose).snapshot.one(0))
     K = stiffness(robot, pose).K
     assert distance(by_opensees(network), K) < AGREEMENT[name]
+
+
+@pytest.mark.parametrize("name", ["3-puu", "3-rrr", "hexapod", "six-joint-arm"])
+def test_natural_frequencies_of_a_robot(name, by_opensees):
+    """Points of mass where the parts of the legs meet, and on the platform."""
+    robot = load(name)
+    assert isinstance(robot, Robot)
+    finder = PostureFinder(robot)
+    start = robot.legs[0].chain.home + 0.4 if robot.is_serial else None
+    pose = JointCoordinates(start) if start is not None else random_poses(name, finder, 2)[0]
+    network = network_of_snapshot(finder.find(pose).snapshot.one(0))
+    points, random = bodies_in_opensees(network), np.random.default_rng(5)
+    moving = sorted(set(points) - set(network.fixed))
+    masses = dict(zip(moving, random.uniform(1, 9, len(moving)).tolist(), strict=True))
+    nodes = tuple(
+        replace(
+            node, masses=(PlacedMass(node.name, np.asarray(masses[node.name]), points[node.name]),)
+        )
+        if node.name in masses
+        else node
+        for node in network.nodes
+    )
+    found = modes(replace(network, nodes=nodes), gravity=[0, 0, 0], beams=Linear()).frequencies
+    expected = by_opensees(network, masses, by=frequencies_by_opensees)
+    assert np.allclose(found, expected, rtol=1e-6)
 
 
 def test_loops_inside_legs(by_opensees):
