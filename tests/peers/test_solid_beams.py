@@ -4,8 +4,6 @@ The bar is clamped over its foot and rigid at its tip, which holds its sections 
 Both ends are so felt alike, whatever the length; what a length adds is that of the beam.
 """
 
-import shutil
-import subprocess
 from itertools import product
 from pathlib import Path
 
