@@ -4,13 +4,21 @@ The bar is clamped over its foot and rigid at its tip, which holds its sections 
 Both ends are so felt alike, whatever the length; what a length adds is that of the beam.
 """
 
-from itertools import product
+from collections.abc import Sequence
+from itertools import chain, product
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from robostiff.elasticity import EulerBernoulli, Material, Timoshenko, beam_compliance, rectangle
+from robostiff.elasticity import (
+    EulerBernoulli,
+    Material,
+    Timoshenko,
+    beam_compliance,
+    box,
+    rectangle,
+)
 from tests.peers.test_calculix import twists_at
 
 WIDE, HIGH, E, NU = 0.06, 0.03, 210e9, 0.3
@@ -24,20 +32,28 @@ BRICK = [
 ]
 
 
-def solid_bar(L: float, bricks: tuple[int, int, int]) -> str:
-    """Input of a bar along x; nodes 1 and 2 are the place and the turning of its tip."""
+def solid_bar(L: float, bricks: tuple[int, int, int], size: Sequence[float], hollow: bool) -> str:
+    """Input of a bar along x; nodes 1 and 2 are the place and the turning of its tip.
+
+    A hollow one has a single brick through its walls.
+    """
     halves = 2 * np.array(bricks)
-    grid = [p for p in product(*(range(n + 1) for n in halves)) if np.sum(np.mod(p, 2)) <= 1]
-    tags = {place: tag for tag, place in enumerate(grid, start=3)}
-    size, start = np.array([L, WIDE, HIGH]), np.array([0, -WIDE / 2, -HIGH / 2])
+    whole = [
+        (i, j, k)
+        for i, j, k in product(*map(range, bricks))
+        if not hollow or j in (0, bricks[1] - 1) or k in (0, bricks[2] - 1)
+    ]
+    owners = [[tuple(2 * np.array(at) + corner) for corner in BRICK] for at in whole]
+    tags = {place: 3 + i for i, place in enumerate(sorted(set(chain.from_iterable(owners))))}
+    sides, start = np.array([L, *size]), np.array([0, -size[0] / 2, -size[1] / 2])
     lines = ["*NODE", f"1, {L}, 0, 0", f"2, {L}, 0, 0"]
     lines += [
-        f"{tag}, " + ", ".join(f"{x:.12g}" for x in start + size * place / halves)
+        f"{tag}, " + ", ".join(f"{x:.12g}" for x in start + sides * place / halves)
         for place, tag in tags.items()
     ]
     lines.append("*ELEMENT, TYPE=C3D20R, ELSET=BAR")
-    for number, at in enumerate(product(*map(range, bricks)), start=1):
-        own = [tags[tuple(int(x) for x in 2 * np.array(at) + corner)] for corner in BRICK]
+    for number, places in enumerate(owners, start=1):
+        own = [tags[place] for place in places]
         lines += [", ".join(map(str, [number, *own[:15]])) + ",", ", ".join(map(str, own[15:]))]
     for name, x in (("FOOT", 0), ("TIP", halves[0])):
         lines += [
@@ -53,8 +69,14 @@ def solid_bar(L: float, bricks: tuple[int, int, int]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def compliance_of_solid(path: Path, L: float, bricks: tuple[int, int, int]) -> np.ndarray:
-    path.write_text(solid_bar(L, bricks))
+def compliance_of_solid(
+    path: Path,
+    L: float,
+    bricks: tuple[int, int, int],
+    size: Sequence[float] = (WIDE, HIGH),
+    hollow: bool = False,
+) -> np.ndarray:
+    path.write_text(solid_bar(L, bricks, size, hollow))
     return twists_at(path).T
 
 
@@ -90,3 +112,15 @@ def test_a_stubby_bar_needs_shear(tmp_path, slenderness):
     )
     assert np.isclose(found, sheared, rtol=0.04)
     assert found / plain - 1 > 0.5 * (sheared / plain - 1)
+
+
+def test_bredt_makes_a_box_too_soft_by_what_is_said(tmp_path):
+    """A square box whose wall is a tenth of its side: 6 %, and bending and tension exact."""
+    side, section = 0.05, box(0.05, 0.05, 0.005)
+    short = compliance_of_solid(tmp_path / "short.inp", 0.15, (9, 10, 10), (side, side), True)
+    long = compliance_of_solid(tmp_path / "long.inp", 0.25, (15, 10, 10), (side, side), True)
+    along = [0, 3, 4, 5]
+    added = np.diagonal(long - short)[along]
+    expected = np.diagonal(beam_compliance(0.1, STEEL, section))[along]
+    ratio = expected / added
+    assert np.allclose(ratio, [1, 1.06, 1, 1], rtol=5e-3)
