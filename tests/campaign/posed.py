@@ -163,7 +163,7 @@ def _on(leg: Leg, platform: np.ndarray, name: str) -> Leg:
 
 
 def _arm(rng: np.random.Generator, count: int) -> Posed:
-    """A serial chain of any elements, posed by its joints."""
+    """A serial chain of any elements, posed by its joints: home, and around it."""
     while True:
         kinds = [ELEMENTS[rng.integers(len(ELEMENTS))] for _ in range(int(rng.integers(1, 7)))]
         chain = Chain(tuple(random_element(kind, rng) for kind in kinds))
@@ -172,7 +172,7 @@ def _arm(rng: np.random.Generator, count: int) -> Posed:
     leg = Leg("arm", random_transform(rng), chain, random_transform(rng, 0.2))
     robot = Robot("arm", (leg,), coordinates=())
     q = chain.home + chain.free * 0.3 * rng.uniform(-1, 1, (count, chain.size))
-    return Posed(robot, q, by_joints=True)
+    return Posed(robot, np.vstack([chain.home, q]), by_joints=True)
 
 
 def _driven_arm(rng: np.random.Generator, count: int) -> Posed:

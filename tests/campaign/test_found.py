@@ -87,6 +87,19 @@ def test_a_record_that_arrives_near_home_alone_is_confirmed_there():
     assert rs.compile(robot, backend=rs.Backend.ARRAYS).verified
 
 
+def test_near_a_singular_pose_legs_close_to_the_last_digit():
+    """After six steps 4e-11 were open, of which K of an arm felt a thousand times as much."""
+    robot = rs.load(FOUND / "closure-near-singular.yaml")
+    pose = [0.36237188075099186, 0.39945033911455646, -0.2827648901777583]
+    pose += [0.03857462534235277, 0.041060177775491064, -0.14264643818568098]
+    posture = rs.find_posture(robot, pose)
+    assert max(posture.shift_gaps[0], posture.turn_gaps[0]) < 1e-14
+    kernel = rs.compile(robot, backend=rs.Backend.ARRAYS).evaluate(np.array([pose]))
+    assert not kernel.guarded[0]
+    K = rs.stiffness(robot, pose).K
+    assert np.allclose(kernel.values["K"][0], K, rtol=1e-10, atol=1e-11 * np.abs(K).max())
+
+
 def test_a_robot_of_random_decimals_has_a_formula():
     """In exact fractions its closure and elimination had more digits than Python writes out."""
     robot = rs.load(FOUND / "decimals-of-17-digits.yaml")

@@ -18,6 +18,8 @@ from robostiff.kinematics.closure.newton import (
 
 _NEARLY_CLOSED = 1e-7
 _NEWTON_STEPS = 6
+# Beyond them, of what is closed to CLOSED: near a singular posture such a gap still costs digits.
+_LAST_STEPS = 2
 _CONTRACTION = 0.5
 # Steps below this are as small as rounding makes them: they need not become smaller.
 _SMALL_STEP = 1e-9
@@ -242,7 +244,7 @@ class AssemblyMode:
         closed = np.zeros(len(x), dtype=bool)
         last = np.full(len(x), np.inf)
         going = np.arange(len(x))
-        for taken in range(_NEWTON_STEPS + 1):
+        for taken in range(_NEWTON_STEPS + _LAST_STEPS + 1):
             e, J = self.equations.gaps_and_rates(x[going])
             if taken == 0:
                 rates = np.empty((len(x), *J.shape[1:]))
@@ -252,7 +254,10 @@ class AssemblyMode:
             # Where nothing moves any more, dimensions with few digits may leave a little open.
             closed[going] = size <= np.where(still, _NEARLY_CLOSED, CLOSED)
             on = (size > CONVERGED) & ~still
-            if taken == _NEWTON_STEPS or not np.any(on):
+            is_last = taken >= _NEWTON_STEPS
+            if is_last:
+                on &= size <= CLOSED
+            if taken == _NEWTON_STEPS + _LAST_STEPS or not np.any(on):
                 break
             going, e, J = going[on], e[on], J[on]
             own = directions.of_rows(going)
@@ -262,7 +267,7 @@ class AssemblyMode:
             step = (own.V @ _solved(T, right))[..., 0]
             length = np.sqrt(np.sum(step * step, axis=-1))
             contracts = (length <= _CONTRACTION * last[going]) | (length <= _SMALL_STEP)
-            closed[going[~contracts]] = False
+            closed[going[~contracts]] = is_last
             going, step, length = going[contracts], step[contracts], length[contracts]
             if going.size == 0:
                 break
