@@ -71,14 +71,15 @@ def cable_robot_facts(robot: CableRobot) -> dict[str, Any]:
 def _rule(
     robot: CableRobot, name: str, level: float | None, given: str | None
 ) -> TensionRule | None:
+    if name not in _RULES:
+        raise InputError("--rule", got=name, expected=" or ".join(_RULES))
     if given is not None:
-        if level is not None:
-            raise InputError("--tensions and --level", expected="one of them")
+        if level is not None or name != _RULES[0]:
+            other = "--rule" if level is None else "--level"
+            raise InputError(f"--tensions and {other}", expected="one of them")
         count = len(robot.cables)
         values = parse_quantities(given, [Dimension.FORCE] * count, robot.cable_names, "--tensions")
         return GivenTensions(np.array(values))
-    if name not in _RULES:
-        raise InputError("--rule", got=name, expected=" or ".join(_RULES))
     if name == "closed-form":
         return ClosedFormTensions() if level is None else ClosedFormTensions(level)
     return None if level is None else NearestTensions(level)
