@@ -72,17 +72,14 @@ def _check_structure(text: str, file: str, limits: Limits) -> None:
     for piece in _STRUCTURE.finditer(text):
         character = piece[0]
         if character in ("[", "{"):
-            depth += 1
-            nodes += 1
-            if depth > limits.depth:
-                place = Location(file, *line_and_column(text, piece.start()))
-                raise limits.too_deep(place)
-        elif character in ("]", "}"):
-            depth -= 1
+            depth, nodes = depth + 1, nodes + 1
         elif character == ",":
             nodes += 1
-        if nodes > limits.nodes:
-            raise limits.too_many(Location(file, *line_and_column(text, piece.start())))
+        else:
+            depth -= character in ("]", "}")
+        if depth > limits.depth or nodes > limits.nodes:
+            bound = "depth" if depth > limits.depth else "nodes"
+            raise limits.exceeded(bound, Location(file, *line_and_column(text, piece.start())))
 
 
 def _unique(pairs: list[tuple[str, Any]], most: int) -> dict[str, Any]:

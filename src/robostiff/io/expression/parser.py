@@ -12,7 +12,7 @@ from robostiff.errors import InputError
 from robostiff.io.expression.functions import CONSTANTS, RULES
 from robostiff.io.suggest import Words, did_you_mean, nearest
 from robostiff.io.units import UNIT_WORDS, Quantity, Unit, is_unit_word, make_quantity, read_unit
-from robostiff.io.units.registry import NUMBER
+from robostiff.io.units.registry import NUMBER, after_space
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,6 @@ Node: TypeAlias = Literal | Name | Negative | OperatorChain | Power | Call
 
 
 LONGEST_TEXT = 1000
-_SPACE = re.compile(r"[ \t\r\n]*")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _OPERATOR = re.compile(r"\*\*|[-+*/^(),]")
 _SHOWN = 60
@@ -133,20 +132,15 @@ def tokens(text: str) -> Iterator[Token]:
             expected=f"at most {LONGEST_TEXT}",
             hint="split it over several parameters",
         )
-    start, previous, leading_slash = _skip_space(text, 0), "", True
+    start, previous, leading_slash = after_space(text, 0), "", True
     while start < len(text):
         token, end = _token_at(text, start, leading_slash=leading_slash)
         yield token
         is_sign = token.kind in ("+", "-") and previous not in ("number", "name", ")")
         if not is_sign:  # R/-2/m is as ambiguous as R/2/m
             leading_slash = token.kind not in ("/", "^")
-        start, previous = _skip_space(text, end), token.kind
+        start, previous = after_space(text, end), token.kind
     yield Token("end", "", len(text) + 1)
-
-
-def _skip_space(text: str, start: int) -> int:
-    found = _SPACE.match(text, start)
-    return found.end() if found else start
 
 
 def _token_at(text: str, start: int, *, leading_slash: bool) -> tuple[Token, int]:
@@ -188,7 +182,7 @@ def _number(text: str, found: re.Match[str], *, leading_slash: bool) -> tuple[To
 
 def _refuse_word_after(text: str, found: re.Match[str]) -> None:
     """A word right after a number is either a misspelt unit or a forgotten product sign."""
-    start = _skip_space(text, found.end())
+    start = after_space(text, found.end())
     word = _NAME.match(text, start)
     if word is None:
         return

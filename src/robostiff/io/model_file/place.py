@@ -69,11 +69,8 @@ class Place(DocumentPlace):
                 number = self.mathematics.bare(to_si(value, dimension))
         largest = _LARGEST_OF.get(dimension, _LARGEST)
         if is_above(abs(number), largest):
-            raise self.error(
-                dimension.with_article.split(" ", 1)[1],
-                got=self._came(value),
-                expected=f"at most {largest:g} in SI units",
-            )
+            expected = f"at most {largest:g} in SI units"
+            raise self.error(dimension.noun, got=self._came(value), expected=expected)
         return number, has_unit
 
     def _question(self, number: Any, dimension: Dimension, has_unit: bool) -> Any:
@@ -86,14 +83,11 @@ class Place(DocumentPlace):
         """What is written here, which must be positive, in SI units."""
         number, has_unit = self._number(value, dimension)
         if is_above(0, number, or_at=True):
-            words = dimension.with_article.split(" ", 1)[1]
-            raise self.error(words, got=self._came(value), expected="a positive one")
+            raise self.error(dimension.noun, got=self._came(value), expected="a positive one")
         least = _LEAST_OF.get(dimension, _LEAST)
         if is_above(least, number):
-            words = dimension.with_article.split(" ", 1)[1]
-            raise self.error(
-                words, got=self._came(value), expected=f"at least {least:g} in SI units"
-            )
+            expected = f"at least {least:g} in SI units"
+            raise self.error(dimension.noun, got=self._came(value), expected=expected)
         return self._question(number, dimension, has_unit)
 
     def is_length(self, value: str | float) -> bool:
