@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness, RobotStiffness, stiffness
+from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness, stiffness
 from robostiff.analysis.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
@@ -152,6 +152,12 @@ def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
     ]
     home = home_facts(stiffness(snapshot))
     return {**head_facts(snapshot, "snapshot", legs), "home": home}
+
+
+def cable_robot_facts(robot: CableRobot) -> dict[str, Any]:
+    """Facts for ``robostiff check`` about a cable robot, its stiffness at home included."""
+    home = home_facts(cable_stiffness(robot))
+    return {**head_facts(robot, "cable robot", []), "cables": robot.cable_names, "home": home}
 
 
 def home_facts(home: RobotStiffness | CableStiffness) -> dict[str, Any]:
