@@ -133,7 +133,7 @@ def _of_stiffness(what: str, robot: Any, result: Any, asked: Drawing) -> Picture
 
 
 def _of_map(path: str, asked: Drawing) -> Picture:
-    from robostiff.io.map_files.netcdf import read_map
+    from robostiff.io.map_files import read_map
 
     at: dict[str, Any] = {}
     for name, value in named_once("--cut", asked.cuts, "NAME=VALUE, such as z=0.3").items():
@@ -148,7 +148,7 @@ def make_report(
     model: Model, pages: Pages, place: Place, replacing: Replacing, answer: Answer
 ) -> int:
     """Write a report and print its path; 1 when the pose has a bad status."""
-    from robostiff.io.map_files.netcdf import read_map
+    from robostiff.io.map_files import read_map
     from robostiff.report import described_by, report_contents, report_path, save_report
     from robostiff.robots import load
 

@@ -20,7 +20,14 @@ from robostiff.io.units import Dimension
 from robostiff.model import Actuated, Passive
 from robostiff.spatial import Frame
 
-_JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "planar", "floating")
+_TYPES = {
+    "fixed": JointType.FIXED,
+    "revolute": JointType.REVOLUTE,
+    "continuous": JointType.REVOLUTE,
+    "prismatic": JointType.PRISMATIC,
+    "planar": JointType.PLANAR,
+    "floating": JointType.FLOATING,
+}
 _NUMBERS = {
     "origin": {"xyz": 3, "rpy": 3},
     "axis": {"xyz": 3},
@@ -45,13 +52,13 @@ def check_structure(root: XmlElement) -> None:
     joints = _names(root.all("joint"), "joint")
     for name, joint in joints.items():
         kind = joint.attributes.get("type")
-        if kind not in _JOINT_TYPES:
+        if kind not in _TYPES:
             raise FileError(
                 joint.location,
                 f"type of joint {name!r}",
                 got=kind,
-                expected=f"one of {', '.join(_JOINT_TYPES)}",
-                hint=did_you_mean(kind, _JOINT_TYPES) if kind else None,
+                expected=f"one of {', '.join(_TYPES)}",
+                hint=did_you_mean(kind, _TYPES) if kind else None,
             )
         for tag in ("parent", "child"):
             _check_reference(joint, tag, links)
@@ -138,16 +145,6 @@ def _check_numbers(element: XmlElement, sizes: dict[str, int], what: str) -> Non
         if dimension is not None:
             worst = max(numbers, key=abs)
             question(worst, dimension, lambda _, place=element.location: place, in_si=True)
-
-
-_TYPES = {
-    "fixed": JointType.FIXED,
-    "revolute": JointType.REVOLUTE,
-    "continuous": JointType.REVOLUTE,
-    "prismatic": JointType.PRISMATIC,
-    "planar": JointType.PLANAR,
-    "floating": JointType.FLOATING,
-}
 
 
 def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:

@@ -25,18 +25,8 @@ _LARGEST = 1e30
 _IN_BODIES = frozenset(("geom", "camera", "light", "inertial", "plugin", "flexcomp"))
 _AT_TOP = frozenset(
     (
-        "asset",
-        "contact",
-        "custom",
-        "deformable",
-        "extension",
-        "keyframe",
-        "option",
-        "sensor",
-        "size",
-        "statistic",
-        "tendon",
-        "visual",
+        *("asset", "contact", "custom", "deformable", "extension", "keyframe", "option"),
+        *("sensor", "size", "statistic", "tendon", "visual"),
     )
 )
 _IN_DEFAULTS = frozenset(
@@ -46,30 +36,24 @@ _IN_DEFAULTS = frozenset(
         *("muscle", "adhesion", "dcmotor", "plugin"),
     )
 )
-_IN_COMPOSITE = frozenset(("skin", "plugin"))
 _LEFT_OUT = {
+    **dict.fromkeys(("worldbody", "body", "frame", "replicate"), _IN_BODIES),
     "mujoco": _AT_TOP,
-    "worldbody": _IN_BODIES,
-    "body": _IN_BODIES,
-    "frame": _IN_BODIES,
-    "replicate": _IN_BODIES,
     "default": _IN_DEFAULTS,
-    "composite": _IN_COMPOSITE,
+    "composite": frozenset(("skin", "plugin")),
     "compiler": frozenset(("lengthrange",)),
 }
 _ATTRIBUTES_LEFT_OUT = {
-    "compiler": frozenset(
-        (
-            *("alignfree", "assetdir", "balanceinertia", "boundinertia", "boundmass"),
-            *("discardvisual", "exactmeshinertia", "fitaabb", "fusestatic", "inertiafromgeom"),
-            *("inertiagrouprange", "meshdir", "saveinertial", "settotalmass", "strippath"),
-            *("texturedir", "usethread"),
-        )
+    "compiler": (
+        *("alignfree", "assetdir", "balanceinertia", "boundinertia", "boundmass"),
+        *("discardvisual", "exactmeshinertia", "fitaabb", "fusestatic", "inertiafromgeom"),
+        *("inertiagrouprange", "meshdir", "saveinertial", "settotalmass", "strippath"),
+        *("texturedir", "usethread"),
     ),
-    "site": frozenset(("user", "material")),
-    "joint": frozenset(("user",)),
-    "body": frozenset(("user",)),
-    "geom": frozenset(("user", "material", "mesh", "hfield")),
+    "site": ("user", "material"),
+    "joint": ("user",),
+    "body": ("user",),
+    "geom": ("user", "material", "mesh", "hfield"),
 }
 _COPYING = ("replicate", "composite")
 _NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
