@@ -13,7 +13,12 @@ from robostiff.errors import FileError
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
 from robostiff.io.expression.parser import Literal, Negative
-from robostiff.io.model_file.written_parts import WrittenAxes, WrittenFrame, WrittenRotation
+from robostiff.io.model_file.written_parts import (
+    Written,
+    WrittenAxes,
+    WrittenFrame,
+    WrittenRotation,
+)
 from robostiff.io.plausibility import question
 from robostiff.io.suggest import Words
 from robostiff.io.units import (
@@ -56,6 +61,11 @@ class Place(DocumentPlace):
         """What is written here, in SI units."""
         number, has_unit = self._number(value, dimension)
         return self._question(number, dimension, has_unit)
+
+    def number_at(self, written: Written, key: str, dimension: Dimension) -> Any:
+        """The number under a key of what is written here, in SI units; None without one."""
+        value = getattr(written, key)
+        return None if value is None else (self / key).number(value, dimension)
 
     def _number(self, value: str | float, dimension: Dimension) -> tuple[Any, bool]:
         """What is written here, and whether it has a unit."""

@@ -51,8 +51,6 @@ _OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
 # a slip.
 _TOLERANCE = 1e-9
 
-_SPATIAL = "without planar: true the robot is spatial"
-
 
 def check_planar(snapshot: Snapshot, legs: DocumentPlace) -> None:
     """Raise a FileError unless all legs fit the plane; `legs` is where they are written.
@@ -95,7 +93,7 @@ def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentP
         raise chain.at(int(np.argmax(excess))).error(
             "part of a planar robot that a load in the plane bends out of it",
             expected="parts at the height of the reference point, a principal axis along z",
-            hint=_SPATIAL,
+            hint="without planar: true the robot is spatial",
         )
 
 
@@ -151,7 +149,12 @@ def snapshot_from_document(document: Document) -> Snapshot:
     >>> [element.name for element in snapshot.legs[0].elements]
     ['spring1']
     """
-    _refuse_graph(document)
+    if is_graph(document):
+        raise FileError(
+            document.key_location(["graph"]),
+            "a graph, and not legs",
+            hint="read it with load or read_network",
+        )
     file = validate(SnapshotFile, document)
     place = DocumentPlace(document)
     refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
@@ -191,7 +194,11 @@ def is_snapshot(document: Document) -> bool:
     data = document.data
     if not isinstance(data, dict) or "robostiff" in data:
         return False
-    return "reference_point" in data or "graph" in data or _has_placed_leg(data.get("legs"))
+    legs = data.get("legs")
+    is_placed = isinstance(legs, list) and any(
+        isinstance(leg, dict) and {"chain", "end"} <= leg.keys() for leg in legs
+    )
+    return "reference_point" in data or "graph" in data or is_placed
 
 
 def is_graph(document: Document) -> bool:
@@ -205,21 +212,6 @@ def is_graph(document: Document) -> bool:
     """
     data = document.data
     return isinstance(data, dict) and "graph" in data and "legs" not in data
-
-
-def _has_placed_leg(legs: object) -> bool:
-    return isinstance(legs, list) and any(
-        isinstance(leg, dict) and "chain" in leg and "end" in leg for leg in legs
-    )
-
-
-def _refuse_graph(document: Document) -> None:
-    if is_graph(document):
-        raise FileError(
-            document.key_location(["graph"]),
-            "a graph, and not legs",
-            hint="read it with load or read_network",
-        )
 
 
 def _leg(part: LegPart, place: DocumentPlace) -> PlacedLeg:
