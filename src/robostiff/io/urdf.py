@@ -14,7 +14,7 @@ from robostiff.errors import FileError, InputError, Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, parse_xml, read_bytes
+from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
 from robostiff.model import Actuated, Passive
@@ -167,7 +167,7 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
         When yourdfpy is not installed.
     """
     file = str(source)
-    root = parse_xml(read_bytes(source) if content is None else content, file)
+    root = read_xml(source, content=content)
     check_structure(root)
     robot = _parsed(root)
     places = {joint.attributes["name"]: joint.location for joint in root.all("joint")}
@@ -219,9 +219,6 @@ def _limits(joint: Any) -> tuple[float, float] | None:
     return (low, high) if low < high else None
 
 
-_LIMITS = XmlLimits()
-
-
 def expand_xacro(source: Path | str) -> bytes:
     """The URDF that a xacro file expands to.
 
@@ -241,7 +238,7 @@ def expand_xacro(source: Path | str) -> bytes:
         When xacrodoc is not installed.
     """
     file = str(source)
-    parse_xml(read_bytes(source, _LIMITS), file, _LIMITS)
+    read_xml(source)
     if find_spec("xacrodoc") is None or find_spec("xacro") is None:
         raise InputError(
             "xacro",
@@ -249,5 +246,5 @@ def expand_xacro(source: Path | str) -> bytes:
             expected="the extra urdf",
             hint="pip install 'robostiff[urdf]'",
         )
-    request = {"file": file, "limits": vars(_LIMITS)}
+    request = {"file": file, "limits": vars(XmlLimits())}
     return answer_of(EXPAND_XACRO, request, Location(file), "xacro", "xacro")["text"].encode()

@@ -177,9 +177,9 @@ def _tree(path: str | Path) -> RigidTree:
 
 
 def _begins_as_urdf(path: str | Path) -> bool:
-    from robostiff.io.rigid_tree.xml_text import parse_xml, read_bytes
+    from robostiff.io.rigid_tree.xml_text import read_xml
 
-    return parse_xml(read_bytes(path), str(path)).tag == "robot"
+    return read_xml(path).tag == "robot"
 
 
 def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:

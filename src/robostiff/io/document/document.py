@@ -40,13 +40,6 @@ class Limits:
     yaml_size: int = 1_000_000
     yaml_marks: int = 20_000
 
-    def too_large(self, file: str, size: int | None = None) -> FileError:
-        """The error for a file that is too large."""
-        came = f"{size} bytes" if size is not None else f"more than {self.size} bytes"
-        return FileError(
-            Location(file), "file too large", got=Words(came), expected=f"at most {self.size} bytes"
-        )
-
     def exceeded(self, bound: str, place: Location) -> FileError:
         """The error for more than a document may have of ``depth``, ``nodes`` or ``keys``."""
         most = getattr(self, bound)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
-import os
 import re
-import stat
 import sys
 from functools import partial
 from pathlib import Path
@@ -16,6 +14,7 @@ from robostiff.errors import FileError, Location
 from robostiff.io.document.document import Builder, Document, Limits, Mark
 from robostiff.io.document.yaml_text import integer, line_and_column, parse_yaml
 from robostiff.io.suggest import Words
+from robostiff.io.whole_file import bounded_bytes, too_large
 
 # a string (perhaps not closed), a bracket, a comma, a colon, or a run of anything else
 _PIECE = re.compile(r'"(?:[^"\\]++|\\.)*+(?:"|\\?\Z)|[\[\]{},:]|[^\s"\[\]{},:]++', re.DOTALL)
@@ -122,17 +121,10 @@ def read_document(source: Path | str, limits: Limits = _LIMITS) -> Document:
     --------
     parse_document : for a text.
     """
-    file = str(source)
-    try:
-        content = _standard_input(limits) if file == "-" else _file_bytes(source, limits)
-    except FileError:
-        raise
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(
-            Location(file), "cannot read the file", got=Words(reason), expected="a readable file"
-        ) from None
-    return _parse_bytes(content, "<stdin>" if file == "-" else file, limits)
+    if str(source) != "-":
+        content = bounded_bytes(source, limits.size, "a YAML or JSON file")
+        return _parse_bytes(content, str(source), limits)
+    return _parse_bytes(sys.stdin.buffer.read(limits.size + 1), "<stdin>", limits)
 
 
 def parse_document(text: str, file: str = "<text>", limits: Limits = _LIMITS) -> Document:
@@ -165,31 +157,9 @@ def parse_document(text: str, file: str = "<text>", limits: Limits = _LIMITS) ->
     return _parse_bytes(content, file, limits)
 
 
-def _standard_input(limits: Limits) -> bytes:
-    content = sys.stdin.buffer.read(limits.size + 1)
-    if len(content) > limits.size:
-        raise limits.too_large("<stdin>")
-    return content
-
-
-def _file_bytes(source: Path | str, limits: Limits) -> bytes:
-    """The content of a file; its size is looked up first, and never more than the limit is read."""
-    file = str(source)
-    status = os.stat(source)
-    if stat.S_ISDIR(status.st_mode):
-        raise FileError(Location(file), "a folder", expected="a YAML or JSON file")
-    if status.st_size > limits.size:
-        raise limits.too_large(file, status.st_size)
-    with open(source, "rb") as stream:
-        content = stream.read(limits.size + 1)
-    if len(content) > limits.size:
-        raise limits.too_large(file)
-    return content
-
-
 def _parse_bytes(content: bytes, file: str, limits: Limits) -> Document:
     if len(content) > limits.size:
-        raise limits.too_large(file, len(content))
+        raise too_large(Location(file), len(content), limits.size)
     text = _decoded(content, file)
     if file.lower().endswith(".json"):
         return _json_document(text, file, limits)

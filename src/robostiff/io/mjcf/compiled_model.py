@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
@@ -48,7 +49,7 @@ class CompiledModel:
 
 def compiled_model(source: Path | str) -> CompiledModel:
     """The MuJoCo model of a file without its shapes."""
-    part = kinematic_part(source)
+    lines = kinematic_part(source)
     if find_spec("mujoco") is None:
         raise InputError(
             "MJCF",
@@ -57,9 +58,9 @@ def compiled_model(source: Path | str) -> CompiledModel:
             hint="pip install 'robostiff[mjcf]'",
         )
     try:
-        return _compiled(part.text, str(source))
+        return _compiled("\n".join(tag for tag, _ in lines), str(source))
     except FileError as error:
-        raise _in_its_line(error, part.places) from None
+        raise _in_its_line(error, [place for _, place in lines]) from None
 
 
 @lru_cache(maxsize=64)
@@ -107,7 +108,7 @@ def _array(key: str, values: Any, place: Location) -> np.ndarray:
     return array
 
 
-def _in_its_line(error: FileError, places: tuple[Location, ...]) -> FileError:
+def _in_its_line(error: FileError, places: Sequence[Location]) -> FileError:
     """The error at the location of the file to which MuJoCo's line number belongs."""
     found = _LINE.search(str(error.got))
     if error.location.line is not None or not found or not 0 < int(found[1]) <= len(places):

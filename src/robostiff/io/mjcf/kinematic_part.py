@@ -8,12 +8,11 @@ opens other files.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from robostiff.errors import FileError, Location
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, parse_xml, read_bytes
+from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words
 
 _LIMITS = XmlLimits()
@@ -56,20 +55,13 @@ _ATTRIBUTES_LEFT_OUT = {
     "geom": ("user", "material", "mesh", "hfield"),
 }
 _COPYING = ("replicate", "composite")
+_DRIVEN = ("joint", "jointinparent")
 _NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
 
 
-@dataclass(frozen=True)
-class KinematicPart:
-    """A text for MuJoCo, and the origin of each of its lines."""
-
-    text: str  # one tag a line
-    places: tuple[Location, ...]  # of the lines
-
-
-def kinematic_part(source: Path | str) -> KinematicPart:
-    """The part of an MJCF file, and of included files, that describes bodies and joints."""
-    root = parse_xml(read_bytes(source, _LIMITS), str(source), _LIMITS)
+def kinematic_part(source: Path | str) -> list[tuple[str, Location]]:
+    """What describes bodies and joints in an MJCF file and those that it includes: tags, places."""
+    root = read_xml(source)
     if root.tag != "mujoco":
         raise FileError(
             root.location, "MJCF", got=Words(f"<{root.tag}>"), expected="<mujoco> at the top"
@@ -78,8 +70,7 @@ def kinematic_part(source: Path | str) -> KinematicPart:
     _keep_kinematics(root)
     _check_number_of_elements(root)
     _check_numbers(root)
-    lines = list(_lines(root))
-    return KinematicPart("\n".join(line for line, _ in lines), tuple(place for _, place in lines))
+    return list(_lines(root))
 
 
 class _Includes:
@@ -113,7 +104,7 @@ class _Includes:
                 if again
                 else f"at most {_DEEPEST_INCLUDE} files inside each other",
             )
-        root = parse_xml(read_bytes(file, _LIMITS), str(file), _LIMITS)
+        root = read_xml(file)
         self.elements += sum(1 for _ in _all(root))
         if self.elements > _LIMITS.elements:
             raise FileError(
@@ -151,25 +142,26 @@ def _keep_kinematics(root: XmlElement) -> None:
     for element in _all(root):
         left_out = _LEFT_OUT.get(element.tag, frozenset())
         for child in element.children:
-            _refuse_other_models(child)
+            if child.tag == "attach":
+                raise FileError(
+                    child.location,
+                    "attach",
+                    got=Words("a body of another model"),
+                    expected="bodies written here, or in a file that is included",
+                    hint="save the model as one file with MuJoCo: compile it, then mj_saveLastXML",
+                )
         element.children = [child for child in element.children if child.tag not in left_out]
         if element.tag == "equality":
             _keep_loops(element)
         if element.tag == "actuator":
-            element.children = [_drive(a) for a in element.children if _target(a)]
+            # Only the fact that a joint is driven.
+            element.children = [
+                XmlElement("general", driven, own.location, [])
+                for own in element.children
+                if (driven := {key: x for key, x in own.attributes.items() if key in _DRIVEN})
+            ]
         for name in _ATTRIBUTES_LEFT_OUT.get(element.tag, ()):
             element.attributes.pop(name, None)
-
-
-def _refuse_other_models(element: XmlElement) -> None:
-    if element.tag == "attach":
-        raise FileError(
-            element.location,
-            "attach",
-            got=Words("a body of another model"),
-            expected="bodies written here, or in a file that is included",
-            hint="save the model as one file with MuJoCo: compile it, then mj_saveLastXML",
-        )
 
 
 def _keep_loops(equality: XmlElement) -> None:
@@ -185,16 +177,6 @@ def _keep_loops(equality: XmlElement) -> None:
                 expected="connect, weld or joint",
             )
     equality.children = kept
-
-
-def _target(actuator: XmlElement) -> dict[str, str]:
-    keys = ("joint", "jointinparent")
-    return {key: actuator.attributes[key] for key in keys if key in actuator.attributes}
-
-
-def _drive(actuator: XmlElement) -> XmlElement:
-    """Keep only the fact that a joint is driven."""
-    return XmlElement("general", _target(actuator), actuator.location, [])
 
 
 def _check_number_of_elements(root: XmlElement) -> None:

@@ -15,7 +15,7 @@ from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint,
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.kinematics.turn import turn_about
-from robostiff.model import Actuated, Passive, Role
+from robostiff.model import Actuated, Passive, Role, spherical
 from robostiff.spatial import Frame
 
 
@@ -117,8 +117,8 @@ def _loop(model: CompiledModel, names: ElementNames, i: int, name: str, kind: in
         frames = (_at(data[0:3]), _at(data[3:6]))
     elif of_bodies:  # the pose of the second body in the first
         frames = (frame_of(data[3:6], data[6:10]), Frame.identity())
-    type_ = JointType.SPHERICAL if kind == _CONNECT else JointType.FIXED
-    return TreeLoop(name, type_, _links(model, names, i), frames)
+    element = spherical(Passive(), name=name) if kind == _CONNECT else None
+    return TreeLoop(name, _links(model, names, i), frames, element)
 
 
 def _joint(model: CompiledModel, names: ElementNames, i: int, file: str) -> tuple[str, Mimic]:

@@ -23,7 +23,6 @@ from robostiff.io.rigid_tree.build_joints import (
 )
 from robostiff.io.rigid_tree.build_links import (
     TOOL,
-    BuiltLoop,
     LinkEnd,
     build_links,
     build_loops,
@@ -31,7 +30,7 @@ from robostiff.io.rigid_tree.build_links import (
     far_body,
     starting,
 )
-from robostiff.io.rigid_tree.tree import RigidTree, with_symbols
+from robostiff.io.rigid_tree.tree import RigidTree, TreeLoop, with_symbols
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool, check_known
 from robostiff.io.suggest import Words, listing
 from robostiff.io.validation import validate
@@ -130,7 +129,7 @@ def _tool(top: Place, written: WrittenSide, tree: RigidTree) -> WrittenTool:
 
 def _ends(
     tree: RigidTree,
-    loops: list[BuiltLoop],
+    loops: list[TreeLoop],
     tool: WrittenTool,
     tool_point: np.ndarray,
     base: str,
