@@ -61,7 +61,7 @@ def test_entities_in_other_encodings_are_refused(encoding, tmp_path):
 
 def test_files_are_bounded(tmp_path):
     path = _file(tmp_path, ARM)
-    with pytest.raises(rs.FileError, match="file too large: got .* bytes, expected at most 100"):
+    with pytest.raises(rs.FileError, match=r"file too large: got .* bytes, expected at most 100"):
         read_xml(path, XmlLimits(size=100))
     with pytest.raises(rs.FileError, match="at most 4, 200 inside each other"):
         read_xml("arm.urdf", XmlLimits(elements=4), ARM.encode())

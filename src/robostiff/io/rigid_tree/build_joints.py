@@ -235,9 +235,8 @@ def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:
         return joint.role
     word = entry.role
     if word is None:
-        word = (
-            "passive" if entry.stiffness is None and isinstance(joint.role, Passive) else "actuated"
-        )
+        moves_freely = entry.stiffness is None and isinstance(joint.role, Passive)
+        word = "passive" if moves_freely else "actuated"
     drive = WrittenDrive(role=word, stiffness=entry.stiffness, limits=entry.limits)
     role = build_role(place, drive, _DIMENSIONS[joint.type])
     if isinstance(role, Actuated) and isinstance(joint.role, Actuated):
