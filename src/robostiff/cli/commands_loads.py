@@ -41,14 +41,7 @@ def print_equilibrium(
     answer: Answer,
 ) -> int:
     """Print where a robot comes to rest under loads; 1 for a bad status."""
-    robot, source = loaded(model, place), model.source
-    if not isinstance(robot, Robot | Snapshot | Network | Linkage):
-        raise InputError(
-            f"equilibrium of {source!r}",
-            got=type(robot).__name__,
-            expected="a robot or a snapshot of legs, a network or a linkage",
-            hint=f"cables have 'robostiff cables {source} --wrench ...'",
-        )
+    robot = _with_springs("equilibrium", model, place)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
@@ -88,13 +81,7 @@ def print_modes(
     from robostiff.io.results.equilibrium import modes_data, modes_text
 
     picture = picture_beside(shown.plot, replacing)
-    robot = loaded(model, place)
-    if not isinstance(robot, Robot | Snapshot | Network | Linkage):
-        raise InputError(
-            f"modes of {model.source!r}",
-            got=type(robot).__name__,
-            expected="a robot or a snapshot of legs, a network or a linkage",
-        )
+    robot = _with_springs("modes", model, place)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
     for name, mass in _named("--mass", shown.masses, _kilograms):
@@ -108,9 +95,23 @@ def print_modes(
     return answered(found, answer, modes_data, modes_text)
 
 
-def _options(
-    robot: Robot | Snapshot | Network | Linkage, place: Place, written: WrittenLoads
-) -> dict[str, Any]:
+Posed = Robot | Snapshot | Network | Linkage
+
+
+def _with_springs(what: str, model: Model, place: Place) -> Posed:
+    """The robot, whose parts are springs or rigid: any but one of cables."""
+    robot = loaded(model, place)
+    if isinstance(robot, Posed):
+        return robot
+    raise InputError(
+        f"{what} of {model.source!r}",
+        got=type(robot).__name__,
+        expected="a robot or a snapshot of legs, a network or a linkage",
+        hint=f"cables have 'robostiff cables {model.source} --wrench ...'",
+    )
+
+
+def _options(robot: Posed, place: Place, written: WrittenLoads) -> dict[str, Any]:
     """Place, and loads beside the wrench."""
     return {
         **where_from(robot, place),
@@ -178,9 +179,7 @@ def _force(text: str) -> DeadForce:
     return DeadForce(parse_quantities(text, [Dimension.FORCE] * 3, _FORCE, "--load"))
 
 
-def _pushes(
-    robot: Robot | Snapshot | Network | Linkage, texts: tuple[str, ...]
-) -> dict[str, float]:
+def _pushes(robot: Posed, texts: tuple[str, ...]) -> dict[str, float]:
     """Preloads of joints: forces of slides, moments of turns."""
     moments = {name: screw.turns for name, screw in _freedoms(robot)}
 
@@ -193,7 +192,7 @@ def _pushes(
     return {name: push(name, value) for name, value in given.items()}
 
 
-def _freedoms(robot: Robot | Snapshot | Network | Linkage) -> Iterator[tuple[str, Screw]]:
+def _freedoms(robot: Posed) -> Iterator[tuple[str, Screw]]:
     """Freedoms by the names of their joints, as preloads name them."""
     if isinstance(robot, Linkage):
         yield from ((joint.name, own) for joint in robot.joints for own in joint.freedoms)

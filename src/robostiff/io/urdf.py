@@ -42,19 +42,16 @@ _ASKED = {("origin", "xyz"): Dimension.LENGTH, ("origin", "rpy"): Dimension.ANGL
 def check_structure(root: XmlElement) -> None:
     """Raise unless links and joints have their names, types, links and numbers."""
     if root.tag != "robot":
-        raise FileError(
-            root.location, "URDF", got=Words(f"<{root.tag}>"), expected="<robot> at the top"
-        )
+        raise root.error("URDF", got=Words(f"<{root.tag}>"), expected="<robot> at the top")
     _named(root, "robot")
     links = _names(root.all("link"), "link")
     if not links:
-        raise FileError(root.location, "URDF", got=Words("no link"), expected="at least one")
+        raise root.error("URDF", got=Words("no link"), expected="at least one")
     joints = _names(root.all("joint"), "joint")
     for name, joint in joints.items():
         kind = joint.attributes.get("type")
         if kind not in _TYPES:
-            raise FileError(
-                joint.location,
+            raise joint.error(
                 f"type of joint {name!r}",
                 got=kind,
                 expected=f"one of {', '.join(_TYPES)}",
@@ -88,7 +85,7 @@ def kinematics_alone(root: XmlElement) -> bytes:
 def _named(element: XmlElement, what: str) -> str:
     name = element.attributes.get("name", "")
     if not name:
-        raise FileError(element.location, what, got=Words("no name"), expected='name="..."')
+        raise element.error(what, got=Words("no name"), expected='name="..."')
     return name
 
 
@@ -97,9 +94,7 @@ def _names(elements: list[XmlElement], what: str) -> dict[str, XmlElement]:
     for element in elements:
         name = _named(element, what)
         if name in names:
-            raise FileError(
-                element.location, f"name of a {what}", got=name, expected="each name once"
-            )
+            raise element.error(f"name of a {what}", got=name, expected="each name once")
         names[name] = element
     return names
 
@@ -109,15 +104,13 @@ def _check_reference(joint: XmlElement, tag: str, links: dict[str, XmlElement]) 
     element = joint.one(tag)
     name = None if element is None else element.attributes.get("link")
     if element is None or not name:
-        raise FileError(
-            (element or joint).location,
+        raise (element or joint).error(
             what,
             got=Words("none" if element is None else "no link"),
             expected=f'<{tag} link="..."/>',
         )
     if name not in links:
-        raise FileError(
-            element.location,
+        raise element.error(
             what,
             got=name,
             expected=f"one of the links {listing(list(links), 30)}",
@@ -135,8 +128,7 @@ def _check_numbers(element: XmlElement, sizes: dict[str, int], what: str) -> Non
         except ValueError:
             numbers = []
         if len(numbers) != size or not all(abs(n) <= _LARGEST for n in numbers):
-            raise FileError(
-                element.location,
+            raise element.error(
                 f"{attribute} in the {what}",
                 got=text,
                 expected=f"{size} finite number{'s' * (size > 1)} up to {_LARGEST:g}",

@@ -41,23 +41,22 @@ def bounded_bytes(source: str | os.PathLike[str], most: int, what: str) -> bytes
     place = Location(str(source))
     try:
         status = os.stat(source)
-        is_folder = stat.S_ISDIR(status.st_mode)
-        content = b"" if is_folder else _beginning(source, most + 1)
+        if stat.S_ISDIR(status.st_mode):
+            raise FileError(place, "a folder", expected=what)
+        if status.st_size > most:
+            raise too_large(place, status.st_size, most)
+        with open(source, "rb") as stream:
+            content = stream.read(most + 1)
+    except FileError:
+        raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError(
             place, "cannot read the file", got=Words(reason), expected="a readable file"
         ) from None
-    if is_folder:
-        raise FileError(place, "a folder", expected=what)
     if len(content) > most:
-        raise too_large(place, max(status.st_size, len(content)), most)
+        raise too_large(place, len(content), most)
     return content
-
-
-def _beginning(source: str | os.PathLike[str], size: int) -> bytes:
-    with open(source, "rb") as stream:
-        return stream.read(size)
 
 
 def too_large(place: Location, size: int, most: int) -> FileError:

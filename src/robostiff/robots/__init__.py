@@ -182,7 +182,9 @@ def load(
     if kind is not None:
         descriptions.refuse_symbols(kind, symbols, descriptions.DECIMALS)
         return descriptions.load_object(name_or_path, parameters, side=side)
-    _refuse_what_is_no_name(name_or_path)
+    if not isinstance(name_or_path, str | os.PathLike):
+        expected = "a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio"
+        raise InputError("robot", got=name_or_path, expected=expected)
     name = str(name_or_path)
     shipped = isinstance(name_or_path, str) and name in _all_names()
     if not shipped and name != "-" and not Path(name).exists():
@@ -238,15 +240,6 @@ def robot_of_legs(loaded: Any, name: str) -> Robot:
         expected="a robot of legs: a model file, or the description of an arm",
         hint="snapshots, networks, linkages and cable robots have numbers alone",
     )
-
-
-def _refuse_what_is_no_name(value: Any) -> None:
-    if not isinstance(value, str | os.PathLike):
-        raise InputError(
-            "robot",
-            got=value,
-            expected="a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio",
-        )
 
 
 def _names_in(folder: str) -> tuple[str, ...]:

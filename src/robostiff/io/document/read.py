@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import re
 import sys
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from robostiff.errors import FileError, Location
@@ -101,7 +101,7 @@ def _check_characters(data: Any, file: str) -> None:
 _LIMITS = Limits()
 
 
-def read_document(source: Path | str, limits: Limits = _LIMITS) -> Document:
+def read_document(source: str | os.PathLike[str], limits: Limits = _LIMITS) -> Document:
     """Read a YAML or JSON file.
 
     Parameters

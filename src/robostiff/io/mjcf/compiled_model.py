@@ -1,4 +1,4 @@
-"""Models as MuJoCo compiles them: names and arrays of the bodies, joints, sites and loops of a file.
+"""Models as MuJoCo compiles them, from the bodies, joints, sites and loops of a file alone.
 
 Elements for graphics, contact, sensors and drives do not position bodies and joints. They are left
 out before MuJoCo sees the file, as some of it takes memory by the number written there, and some
@@ -171,9 +171,7 @@ def kinematic_part(source: Path | str) -> list[tuple[str, Location]]:
     """What describes bodies and joints in an MJCF file and those that it includes: tags, places."""
     root = read_xml(source)
     if root.tag != "mujoco":
-        raise FileError(
-            root.location, "MJCF", got=Words(f"<{root.tag}>"), expected="<mujoco> at the top"
-        )
+        raise root.error("MJCF", got=Words(f"<{root.tag}>"), expected="<mujoco> at the top")
     _Includes(Path(source)).resolve(root)
     _keep_kinematics(root)
     _check_number_of_elements(root)
@@ -204,8 +202,7 @@ class _Includes:
         file = self._found(element, written, chain)
         again = file.resolve() in [before.resolve() for before in (self.first, *chain)]
         if again or len(chain) >= _DEEPEST_INCLUDE:
-            raise FileError(
-                element.location,
+            raise element.error(
                 "file of an include",
                 got=written,
                 expected="a file that does not include itself"
@@ -215,8 +212,7 @@ class _Includes:
         root = read_xml(file)
         self.elements += sum(1 for _ in _all(root))
         if self.elements > _LIMITS.elements:
-            raise FileError(
-                element.location,
+            raise element.error(
                 "included files",
                 got=Words(f"more than {_LIMITS.elements} elements"),
                 expected=f"at most {_LIMITS.elements}",
@@ -230,8 +226,7 @@ class _Includes:
         for folder in folders:
             if written and (folder / written).is_file():
                 return folder / written
-        raise FileError(
-            element.location,
+        raise element.error(
             "file of an include",
             got=written or Words("none"),
             expected="a file, relative to the first one or to this one",
@@ -251,8 +246,7 @@ def _keep_kinematics(root: XmlElement) -> None:
         left_out = _LEFT_OUT.get(element.tag, frozenset())
         for child in element.children:
             if child.tag == "attach":
-                raise FileError(
-                    child.location,
+                raise child.error(
                     "attach",
                     got=Words("a body of another model"),
                     expected="bodies written here, or in a file that is included",
@@ -278,8 +272,7 @@ def _keep_loops(equality: XmlElement) -> None:
         if child.tag not in _NO_LOOPS:
             kept.append(child)
         elif child.attributes.get("active", "true") != "false":
-            raise FileError(
-                child.location,
+            raise child.error(
                 f"equality {child.attributes.get('name', '')}".strip(),
                 got=Words("a constraint on tendons or deformable parts"),
                 expected="connect, weld or joint",
@@ -297,8 +290,7 @@ def _check_number_of_elements(root: XmlElement) -> None:
                 times *= max(1, abs(_whole(word)))
         total += times
         if total > MOST_ELEMENTS:
-            raise FileError(
-                element.location,
+            raise element.error(
                 "MJCF",
                 got=Words("more elements after replicate"),
                 expected=f"at most {MOST_ELEMENTS} bodies, joints and sites in all",
@@ -320,8 +312,7 @@ def _check_numbers(root: XmlElement) -> None:
     for element in _all(root):
         for key, text in element.attributes.items():
             if text not in names and not all(map(_is_harmless, text.split())):
-                raise FileError(
-                    element.location,
+                raise element.error(
                     f"{key} of <{element.tag}>",
                     got=text,
                     expected=f"finite numbers up to {_LARGEST:g}",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xml.parsers import expat
 
 from robostiff.errors import FileError, Location
@@ -28,6 +29,10 @@ class XmlElement:
     attributes: dict[str, str]
     location: Location
     children: list[XmlElement]
+
+    def error(self, subject: str, **words: Any) -> FileError:
+        """An error at this element."""
+        return FileError(self.location, subject, **words)
 
     def all(self, tag: str) -> list[XmlElement]:
         """Its children of that name."""
