@@ -150,10 +150,7 @@ class WrittenTensions:
         "A wrench that the tensions balance at the pose itself", name="--balance"
     )
     rule: str = option(
-        "--rule",
-        metavar="NAME",
-        default="nearest",
-        help="Of the tensions: nearest or closed-form.",
+        "--rule", metavar="NAME", default="nearest", help="Of the tensions: nearest or closed-form."
     )
     level: float | None = option(
         "--level",
@@ -170,9 +167,7 @@ _STATUS = "0 for an answer, 1 for an answer with a bad status, 2 for bad input."
 
 COMMANDS = {
     "robots": Command(
-        "commands_files:list_robots",
-        (Answer,),
-        "List the shipped robots with their sources.",
+        "commands_files:list_robots", (Answer,), "List the shipped robots with their sources."
     ),
     "check": Command(
         "commands:check_robot",

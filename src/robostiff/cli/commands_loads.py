@@ -12,12 +12,7 @@ from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads, Writt
 from robostiff.cli.command import answered
 from robostiff.cli.options import Answer, Model, Place, Replacing, named_once, named_values
 from robostiff.cli.output import draw, picture_beside
-from robostiff.cli.written_arguments import (
-    gravity_from,
-    loaded,
-    where_from,
-    wrench_from,
-)
+from robostiff.cli.written_arguments import gravity_from, loaded, where_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.units import Dimension, parse_quantities, to_si

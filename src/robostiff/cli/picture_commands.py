@@ -120,10 +120,7 @@ class Run:
         "--workers", metavar="COUNT", type=int, help="Processes of this machine to start."
     )
     threads: int | None = option(
-        "--threads",
-        metavar="COUNT",
-        type=int,
-        help="Threads; as many as processors when left out.",
+        "--threads", metavar="COUNT", type=int, help="Threads; as many as processors when left out."
     )
     scheduler: str | None = option(
         "--scheduler",
@@ -167,11 +164,7 @@ class Drawing:
         help="Of ellipsoids: compliance, stiffness, rotational-compliance or rotational-stiffness.",
     )
     mode: int = option(
-        "--mode",
-        metavar="NUMBER",
-        type=int,
-        default=1,
-        help="Of modes: which, 1 for the slowest.",
+        "--mode", metavar="NUMBER", type=int, default=1, help="Of modes: which, 1 for the slowest."
     )
     quantity: str | None = option(
         "--quantity",

@@ -102,12 +102,7 @@ class Token:
 
 
 def error_at(
-    text: str,
-    column: int,
-    *,
-    got: object,
-    expected: str,
-    hint: str | None = None,
+    text: str, column: int, *, got: object, expected: str, hint: str | None = None
 ) -> InputError:
     """The error for one column of an expression."""
     start = max(0, min(column - 1 - _SHOWN // 2, len(text) - _SHOWN))

@@ -45,11 +45,7 @@ from robostiff.io.model_file.written_robot import (
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.kinematics import place_chain, posture_finder
-from robostiff.kinematics.mobility import (
-    determine_pose,
-    fitting_coordinates,
-    platform_mobility,
-)
+from robostiff.kinematics.mobility import determine_pose, fitting_coordinates, platform_mobility
 from robostiff.model import (
     ALL_COORDINATES,
     Chain,

@@ -134,8 +134,7 @@ class WrittenBranchPattern(WrittenRepeat, WrittenBranchBody):
 
 
 BranchOrPattern = Annotated[
-    Annotated[WrittenBranch, Tag("one")] | Annotated[WrittenBranchPattern, Tag("pattern")],
-    REPEATED,
+    Annotated[WrittenBranch, Tag("one")] | Annotated[WrittenBranchPattern, Tag("pattern")], REPEATED
 ]
 
 

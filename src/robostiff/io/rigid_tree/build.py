@@ -16,11 +16,7 @@ from robostiff.io.model_file.place import Place, point, top_place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.symbols import Symbols, chosen_parameters, symbolic_values
 from robostiff.io.model_file.written_robot import VERSION, check_version
-from robostiff.io.rigid_tree.build_joints import (
-    build_joints,
-    couplings_between,
-    undecided_mimics,
-)
+from robostiff.io.rigid_tree.build_joints import build_joints, couplings_between, undecided_mimics
 from robostiff.io.rigid_tree.build_links import (
     TOOL,
     LinkEnd,

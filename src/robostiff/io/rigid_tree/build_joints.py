@@ -35,11 +35,7 @@ _DIMENSIONS = {
     JointType.SPHERICAL: (_TURN, _TURN, _TURN),
     JointType.PLANAR: (_SLIDE, _SLIDE, _TURN),
 }
-_MAKE = {
-    JointType.REVOLUTE: revolute,
-    JointType.PRISMATIC: prismatic,
-    JointType.PLANAR: planar,
-}
+_MAKE = {JointType.REVOLUTE: revolute, JointType.PRISMATIC: prismatic, JointType.PLANAR: planar}
 _NOTHING = WrittenTreeJoint()
 
 

@@ -12,11 +12,7 @@ from pydantic import AfterValidator, Field, Tag
 from robostiff.errors import InputError
 from robostiff.io.model_file.joints import WrittenJoint
 from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_elements import (
-    WrittenMatrices,
-    WrittenSegment,
-    WrittenSpring,
-)
+from robostiff.io.model_file.written_elements import WrittenMatrices, WrittenSegment, WrittenSpring
 from robostiff.io.model_file.written_parts import (
     Direction,
     MaterialChoice,

@@ -9,12 +9,7 @@ import numpy as np
 
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, DocumentPlace, read_document
-from robostiff.io.snapshot.elements import (
-    beam_masses,
-    placed,
-    placed_masses,
-    question_joints,
-)
+from robostiff.io.snapshot.elements import beam_masses, placed, placed_masses, question_joints
 from robostiff.io.snapshot.format import (
     BeamPart,
     BranchPart,
@@ -282,10 +277,7 @@ def _masses(
 
 
 def _transmission(
-    part: LegPart | BranchPart,
-    place: DocumentPlace,
-    elements: Sequence[PlacedElement],
-    prefix: str,
+    part: LegPart | BranchPart, place: DocumentPlace, elements: Sequence[PlacedElement], prefix: str
 ) -> Transmission:
     """How the coordinates of a leg or branch with couplings move its joints."""
     freedoms = [e for e in elements if isinstance(e, PlacedFreedom)]
