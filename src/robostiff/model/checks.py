@@ -157,7 +157,7 @@ def check_distinct(subject: str, names: Sequence[str]) -> None:
     """Raise where a name comes twice."""
     for name, count in Counter(names).items():
         if count > 1:
-            raise InputError(subject, got=f"{name!r} {count} times", expected="each name once")
+            raise InputError(subject, got=name, expected="each name once")
 
 
 def check_in_plane(subject: str, freedom: Screw) -> None:

@@ -190,11 +190,12 @@ def _tree(model: CompiledModel, source: Path | str) -> RigidTree:
     joints: list[TreeJoint] = []
     for body in range(1, len(model.bodies)):
         joints += _joints_of_body(model, names, body, mimics, str(source))
-    for site in range(len(model.sites)):
-        joints.append(_site(model, names, site))
+    for site, name in enumerate(names.sites):
+        seen = frame_of(model.site_pos[site], model.site_quat[site])
+        joints.append(_fixed(name, names.bodies[int(model.site_bodyid[site])], seen))
     links = [names.bodies[0], *(joint.child for joint in joints)]
     return RigidTree(
-        name=_model_name(model, source),
+        name=Path(source).stem if model.name in ("", "MuJoCo Model") else model.name,
         file=str(source),
         links=tuple(links),
         joints=tuple(joints),
@@ -265,15 +266,5 @@ def _role(model: CompiledModel, joint: int, is_driven: bool) -> Role:
     return Actuated(limits=limits) if is_driven else Passive()
 
 
-def _site(model: CompiledModel, names: ElementNames, site: int) -> TreeJoint:
-    parent = names.bodies[int(model.site_bodyid[site])]
-    seen = frame_of(model.site_pos[site], model.site_quat[site])
-    return _fixed(names.sites[site], parent, seen)
-
-
 def _fixed(child: str, parent: str, frame: Frame) -> TreeJoint:
     return TreeJoint(f"{child} on {parent}", JointType.FIXED, parent, child, frame, np.zeros(3))
-
-
-def _model_name(model: CompiledModel, source: Path | str) -> str:
-    return model.name if model.name not in ("", "MuJoCo Model") else Path(source).stem
