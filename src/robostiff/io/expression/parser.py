@@ -34,53 +34,20 @@ class Name:
 
 
 @dataclass(frozen=True)
-class Negative:
-    """Unary minus."""
+class Operation:
+    """A sign, an operator between two operands, or a function of the table, applied."""
 
-    operand: Node
+    name: str
+    operands: tuple[Node, ...]
     column: int
 
-
-@dataclass(frozen=True)
-class OperatorStep:
-    """One operator of a chain, and its right operand."""
-
-    operator: str
-    operand: Node
-    column: int
+    @property
+    def is_sign(self) -> bool:
+        """Whether it is a minus before its only operand."""
+        return self.name == "-" and len(self.operands) == 1
 
 
-@dataclass(frozen=True)
-class OperatorChain:
-    """Operators of one precedence, applied from left to right: ``a - b + c`` or ``a / b * c``.
-
-    A long sum is one flat node, so that evaluation needs no deep recursion.
-    """
-
-    first: Node
-    steps: tuple[OperatorStep, ...]
-    column: int
-
-
-@dataclass(frozen=True)
-class Power:
-    """``base ^ exponent``."""
-
-    base: Node
-    exponent: Node
-    column: int
-
-
-@dataclass(frozen=True)
-class Call:
-    """A function of the table, applied."""
-
-    function: str
-    arguments: tuple[Node, ...]
-    column: int
-
-
-Node: TypeAlias = Literal | Name | Negative | OperatorChain | Power | Call
+Node: TypeAlias = Literal | Name | Operation
 
 
 LONGEST_TEXT = 1000
@@ -239,28 +206,19 @@ class _Parser:
             raise self.fault(self.next, got, f"at most {DEEPEST}")
         left = self.prefix()
         while (binding := _BINDING.get(self.next.kind, 0)) >= weakest:
-            left = self.power(left) if binding == _POWER else self.chain(left, binding)
+            operator = self.take()
+            # 2^3^2 is 2^(3^2), and 2^-1 works; all others apply from left to right
+            right = self.expression(_SIGN if binding == _POWER else binding + 1)
+            left = Operation(operator.kind, (left, right), operator.column)
         self.depth -= 1
         return left
-
-    def chain(self, first: Node, binding: int) -> Node:
-        column, steps = self.next.column, []
-        while _BINDING.get(self.next.kind) == binding:
-            operator = self.take()
-            operand = self.expression(binding + 1)
-            steps.append(OperatorStep(operator.kind, operand, operator.column))
-        return OperatorChain(first, tuple(steps), column)
-
-    def power(self, base: Node) -> Node:
-        operator = self.take()
-        return Power(base, self.expression(_SIGN), operator.column)  # 2^3^2 is 2^(3^2), 2^-1 works
 
     def prefix(self) -> Node:
         token = self.next
         if token.kind in ("+", "-"):
             self.take()
             operand = self.expression(_SIGN)  # -2^2 is -(2^2)
-            return Negative(operand, token.column) if token.kind == "-" else operand
+            return Operation("-", (operand,), token.column) if token.kind == "-" else operand
         if token.kind == "(":
             self.take()
             inner = self.expression(_SUM)
@@ -295,7 +253,7 @@ class _Parser:
         if not rule.fewest <= len(arguments) <= rule.most:
             got = Words(f"{_counted(len(arguments))} of {function.text}")
             raise self.fault(function, got, at_least + _counted(rule.fewest))
-        return Call(function.text, tuple(arguments), function.column)
+        return Operation(function.text, tuple(arguments), function.column)
 
     def name(self, token: Token) -> Node:
         if is_unit_word(token.text):

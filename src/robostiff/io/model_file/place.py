@@ -12,7 +12,6 @@ import numpy as np
 from robostiff.errors import FileError
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
-from robostiff.io.expression.parser import Literal, Negative
 from robostiff.io.model_file.written_parts import (
     Written,
     WrittenAxes,
@@ -121,8 +120,7 @@ class Place(DocumentPlace):
         if not isinstance(value, str):
             return value
         expression = _parsed(value)
-        root = expression.root.operand if isinstance(expression.root, Negative) else expression.root
-        if isinstance(root, Literal):
+        if expression.is_quantity:
             return value
         return Words(
             f"{value!r}, which is {describe(expression.evaluate(self.names, self.mathematics))}"

@@ -115,7 +115,7 @@ def equilibrium_data(
         }
     if curve is not None:
         data["load_path"] = curve_data(curve)
-    return {**data, "robostiff": __version__}
+    return data
 
 
 def curve_data(curve: xarray.Dataset) -> dict[str, Any]:

@@ -60,7 +60,6 @@ def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
         "method": result.method.name,
         "equation": result.method.equation,
         "decided_by": str(result.decision) if reached else None,
-        "robostiff": __version__,
     }
 
 
@@ -88,13 +87,13 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
         "actuators": picked(result.actuators, "leg joint load travel unit"),
         "reactions": picked(result.reactions, "leg joint wrench point"),
         "free_motions": [str(motion) for motion in answer.free_motions] if reached else [],
-        "robostiff": __version__,
     }
 
 
 def head(name: str, result: Any) -> dict[str, Any]:
-    """How a result begins: the robot, what happened, and advice."""
-    return {"robot": name, "status": str(result.status), "advice": list(result.advice)}
+    """How a result begins: the version, the robot, what happened, and advice."""
+    status, advice = str(result.status), list(result.advice)
+    return {"robostiff": __version__, "robot": name, "status": status, "advice": advice}
 
 
 def picked(parts: Iterable[Any], names: str) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError
+from robostiff.errors import FileError
 from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import beam_masses, placed, placed_masses, question_joints
 from robostiff.io.snapshot.format import (
@@ -286,18 +286,11 @@ def _transmission(
         for i, freedom in enumerate(freedoms)
     }
     couplings: list[Coupling] = []
-    for i, own in enumerate(part.couplings):
+    for i, own in enumerate(part.couplings):  # one by one, so that an error is at its own place
         with place.at("couplings", i).complaints():
             couplings.append(Coupling(tuple(own.sum.items()), Locked(own.k), None, own.name or ""))
-    try:
-        with np.errstate(all="ignore"):
-            return transmission(joints, len(joints), couplings)
-    except InputError:
-        for i in range(len(couplings) - 1):
-            with place.at("couplings", i).complaints():
-                transmission(joints, len(joints), couplings[: i + 1])
-        with place.at("couplings", len(couplings) - 1).complaints():
-            raise
+            transmission(joints, len(joints), couplings)
+    return transmission(joints, len(joints), couplings)
 
 
 def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:
