@@ -24,8 +24,7 @@ import xarray
 import robostiff as rs
 from robostiff import Axis, Grid, Quantity, Threads
 from robostiff.errors import InputError
-from robostiff.io.map_files import write_map_netcdf
-from robostiff.io.map_files.netcdf import read_map
+from robostiff.io.map_files import read_map, write_map_netcdf
 
 LIMIT_SECONDS = 5.0
 _WAITING = 20  # as long as the processor may take

@@ -222,9 +222,10 @@ def test_angles_of_a_pose_are_named():
     assert "R = Rz(yaw) Ry(pitch) Rx(roll)" in " ".join(outcome.stdout.split())
     outcome = run("3-rpr", "--pose", "yaw=10 deg", "--angles", "rpy")
     assert "yaw = pi/18" in outcome.stdout
-    outcome = run("3-rpr", "--angles", "rpy")
-    assert outcome.exit_code == 2
-    assert "--angles" in outcome.stderr
+    for pose in ("home", "joints"):
+        outcome = run("3-rpr", "--pose", pose, "--angles", "rpy")
+        assert outcome.exit_code == 2
+        assert f"--angles: got 'rpy beside --pose {pose}', expected" in outcome.stderr
 
 
 def test_a_formula_under_load_in_every_format(tmp_path):

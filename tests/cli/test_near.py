@@ -5,7 +5,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.maps.dataset import open_map
-from robostiff.cli import commands_plot
+from robostiff.cli import commands_pictures
 from robostiff.model import PlacedFreedom
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.picture import Path, Scene
@@ -35,7 +35,7 @@ def test_near_chooses_the_posture_that_is_drawn(what, tmp_path, monkeypatch):
     other = [own[-1].coordinates for own in rs.postures(robot, pose).values()]
     words = " ".join(f"{value:.17g}" for q in other for value in q)
     drawn: list[Scene] = []
-    monkeypatch.setattr(commands_plot, "draw", lambda picture, *_: drawn.append(picture))
+    monkeypatch.setattr(commands_pictures, "draw", lambda picture, *_: drawn.append(picture))
     load = ["--wrench", "100 20 3"] if what == "deflection" else []
     command = ["plot", "3-rrr", "--what", what, "--pose", "0.02 0.01 0.1", *load]
     for more in ([], ["--near", words]):

@@ -359,8 +359,7 @@ def test_a_spring_both_free_and_rigid_is_not_written():
 def test_the_published_schema_is_the_one_of_the_models():
     published = Path(robostiff.io.snapshot.__file__).parent / "snapshot.schema.json"
     assert json.loads(published.read_text()) == snapshot_schema(), (
-        "regenerate it: python -m robostiff.io.snapshot > "
-        "src/robostiff/io/snapshot/snapshot.schema.json"
+        "regenerate it: robostiff schema snapshot > src/robostiff/io/snapshot/snapshot.schema.json"
     )
 
 

@@ -215,9 +215,9 @@ def test_a_spring_between_places_needs_one(tmp_path):
 def test_names_of_nodes_and_parts_are_unique():
     a, b = PlatformNode("a", np.zeros(3)), PlatformNode("b", np.array([1.0, 0, 0]))
     beam = platform_beam(a, b, material("steel"), CrossSection(1e-4, 1e-9, 1e-9, 2e-9))
-    with pytest.raises(InputError, match="node of the platform"):
+    with pytest.raises(InputError, match="names of the nodes of the platform: got 'a'"):
         FlexiblePlatform((a, a, b), (beam,), "a")
-    with pytest.raises(InputError, match="part of the platform"):
+    with pytest.raises(InputError, match="names of the parts of the platform: got 'beam'"):
         FlexiblePlatform((a, b), (beam, beam), "a")
     with pytest.raises(InputError, match="nodes of 'rigid'"):
         FlexiblePlatform((a, b), (beam, rigid_member(a, a)), "a")

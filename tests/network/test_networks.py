@@ -381,7 +381,7 @@ ROD = beam_between(A, B, STEEL, BAR)
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Network("n", (A, A), ("a",), "a", A.point), "name of the node: got 'a'"),
+        (lambda: Network("n", (A, A), ("a",), "a", A.point), "names of the nodes: got 'a'"),
         (lambda: Network("n", (A, B), ("x",), "b", B.point), "fixed node: got 'x'"),
         (lambda: Network("n", (A, B), ("a",), "x", B.point), "platform: got 'x'"),
         (lambda: Network("n", (A, B), ("a",), "a", B.point), "a node that is not fixed"),

@@ -170,7 +170,7 @@ def test_the_command_reads_graphs_and_refuses_their_poses():
 
 
 def test_the_command_exits_with_one_when_methods_differ(monkeypatch, capsys):
-    from robostiff.cli.commands_verify import print_verification
+    from robostiff.cli.commands import print_verification
     from robostiff.cli.options import Answer, Model, Place
 
     planted(monkeypatch, with_penalty(1.0))

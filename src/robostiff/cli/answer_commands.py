@@ -150,10 +150,7 @@ class WrittenTensions:
         "A wrench that the tensions balance at the pose itself", name="--balance"
     )
     rule: str = option(
-        "--rule",
-        metavar="NAME",
-        default="nearest",
-        help="Of the tensions: nearest or closed-form.",
+        "--rule", metavar="NAME", default="nearest", help="Of the tensions: nearest or closed-form."
     )
     level: float | None = option(
         "--level",
@@ -170,9 +167,7 @@ _STATUS = "0 for an answer, 1 for an answer with a bad status, 2 for bad input."
 
 COMMANDS = {
     "robots": Command(
-        "commands_robots:list_robots",
-        (Answer,),
-        "List the shipped robots with their sources.",
+        "commands_files:list_robots", (Answer,), "List the shipped robots with their sources."
     ),
     "check": Command(
         "commands:check_robot",
@@ -199,7 +194,7 @@ COMMANDS = {
         status=_STATUS,
     ),
     "equilibrium": Command(
-        "commands_equilibrium:print_equilibrium",
+        "commands_loads:print_equilibrium",
         (Model, Place, WrittenLoads, Wanted, Replacing, Answer),
         "Print where a robot comes to rest under finite loads, its stiffness there, and its "
         "stability.",
@@ -211,7 +206,7 @@ COMMANDS = {
         status=_STATUS,
     ),
     "modes": Command(
-        "commands_equilibrium:print_modes",
+        "commands_loads:print_modes",
         (Model, Place, Vibration, WrittenLoads, Replacing, Answer),
         "Print natural frequencies and modes about the equilibrium, without load or under one.",
         "Masses are those of the model, and those of --mass.",
@@ -222,7 +217,7 @@ COMMANDS = {
         status=_STATUS,
     ),
     "response": Command(
-        "commands_response:print_response",
+        "commands_loads:print_response",
         (WrittenNetworkLoads, Answer),
         "Print displacements, reactions and beam forces of a network under loads, all together.",
         examples=('response portal.json --along "beam=0 0 -2 kN/m" --load "corner=100 N 0 0"',),
@@ -236,14 +231,14 @@ COMMANDS = {
         status=_STATUS,
     ),
     "verify": Command(
-        "commands_verify:print_verification",
+        "commands:print_verification",
         (Model, part(Place, "pose", "joints", "near"), Answer),
         "Compute the stiffness matrix by all methods, and report whether they agree.",
         examples=('verify gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"',),
         status="0 when the methods agree, 1 when they do not, 2 for bad input.",
     ),
     "cables": Command(
-        "commands_cables:print_cables",
+        "commands:print_cables",
         (part(Model, "source", "settings"), part(Place, "pose"), WrittenTensions, Answer),
         "Print tensions and stiffness of a cable robot, and which cables become slack under a "
         "load.",

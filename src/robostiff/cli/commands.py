@@ -1,13 +1,13 @@
-"""The commands ``check``, ``stiffness``, ``deflection`` and ``indices``, after parsing."""
+"""The commands ``check``, ``stiffness``, ``deflection``, ``indices``, ``verify`` and ``cables``."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.cli.answer_commands import Details, Method, WrittenLoads
-from robostiff.cli.command import answered, slips
+from robostiff.cli.answer_commands import Details, Method, WrittenLoads, WrittenTensions
+from robostiff.cli.command import BAD_STATUS, answered, slips
 from robostiff.cli.options import Answer, Length, Model, Place, Replacing
 from robostiff.cli.output import draw, picture_beside, show
 from robostiff.cli.written_arguments import (
@@ -15,6 +15,8 @@ from robostiff.cli.written_arguments import (
     gravity_from,
     length_from,
     loaded,
+    near_from,
+    pose_from,
     where_from,
     wrench_from,
 )
@@ -29,7 +31,16 @@ from robostiff.elastostatics import (
 )
 from robostiff.errors import InputError
 from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
+from robostiff.io.results.plain_data import picked, plain
+from robostiff.io.results.text import about
+from robostiff.markup import text_of
 from robostiff.model import Robot, Snapshot
+from robostiff.version import __version__
+
+if TYPE_CHECKING:
+    from robostiff.analysis.verification import Comparison, Verification
+    from robostiff.cables import TensionRule
+    from robostiff.model.cable import CableRobot
 
 METHODS: dict[str, Form] = {
     form.name: form for form in (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
@@ -47,9 +58,7 @@ def check_robot(model: Model, details: Details, replacing: Replacing, answer: An
     with slips(doubts.append):
         robot = model.load()
         if isinstance(robot, CableRobot):
-            from robostiff.cli.commands_cables import cable_robot_facts
-
-            facts = cable_robot_facts(robot)
+            facts = facts_of.cable_robot_facts(robot)
         elif isinstance(robot, Network):
             facts = facts_of.network_facts(robot)
             facts["home"] = facts_of.home_facts(stiffness(robot))
@@ -87,9 +96,9 @@ def print_stiffness(model: Model, place: Place, method: Method, answer: Answer) 
     robot = loaded(model, place)
     result = stiffness(robot, method=form, **where_from(robot, place))
     if not isinstance(result, RobotStiffness):
-        from robostiff.cli.commands_cables import print_cable_stiffness
+        from robostiff.io.results.cables import cable_stiffness_data, cable_stiffness_text
 
-        return print_cable_stiffness(result, answer)
+        return answered(result, answer, cable_stiffness_data, cable_stiffness_text)
     return answered(result, answer, stiffness_data, stiffness_text)
 
 
@@ -116,7 +125,7 @@ def print_deflection(model: Model, written: WrittenLoads, place: Place, answer: 
 
 def _deflection_by_bodies(robot: Any, F: Any, written: WrittenLoads, where: dict[str, Any]) -> Any:
     """With what legs alone do not decide, which takes twice as long to import."""
-    from robostiff.cli.commands_equilibrium import body_loads
+    from robostiff.cli.commands_loads import body_loads
     from robostiff.statics import deflection
 
     g = None if written.gravity is None else gravity_from(written.gravity)
@@ -144,3 +153,104 @@ def print_indices(model: Model, place: Place, length: Length, answer: Answer) ->
         lambda own: indices_data(own, found),
         lambda own: stiffness_text(own) if found is None else indices_text(found),
     )
+
+
+def print_verification(model: Model, place: Place, answer: Answer) -> int:
+    """Print the distances between the methods at a pose; 1 when they disagree."""
+    from robostiff.analysis.verification import verify
+
+    robot = model.load()
+    result = verify(robot, pose_from(robot, place), near=near_from(robot, place))
+    show(_verification_data(result) if answer.as_json else _verification_text(result))
+    return 0 if result.agree else BAD_STATUS
+
+
+def _verification_text(result: Verification) -> str:
+    reference = result.reference
+    lines = [
+        f"{reference.name}, {about(reference)}",
+        f"status: {reference.status}, rank {int(reference.rank)} of {reference.space.size}",
+        f"compared with: {reference.method.name}, {reference.method.equation}",
+        "",
+        f"{'method':<14}{'distance':>10}  outcome",
+    ]
+    lines += [_comparison(own) for own in result.comparisons]
+    verdict = "agree" if result.agree else "DISAGREE"
+    lines += ["", f"methods {verdict} (largest distance allowed {result.agreement:g})"]
+    return text_of(lines)
+
+
+def _comparison(comparison: Comparison) -> str:
+    distance = "-" if comparison.distance is None else f"{comparison.distance:.1e}"
+    reason = f": {comparison.reason}" if comparison.reason else ""
+    return f"{comparison.method:<14}{distance:>10}  {comparison.outcome.value}{reason}"
+
+
+def _verification_data(result: Verification) -> dict[str, Any]:
+    reference = result.reference
+    return {
+        "robot": reference.name,
+        "pose": plain(reference.pose),
+        "status": str(reference.status),
+        "rank": int(reference.rank),
+        "compared_with": reference.method.name,
+        "comparisons": [
+            {**own, "outcome": own["outcome"].value}
+            for own in picked(result.comparisons, "method outcome distance rank reason")
+        ],
+        "agreement": result.agreement,
+        "agree": result.agree,
+        "robostiff": __version__,
+    }
+
+
+_RULES = ("nearest", "closed-form")
+
+
+def print_cables(model: Model, place: Place, written: WrittenTensions, answer: Answer) -> int:
+    """Print tensions and stiffness at a pose, and the response to a load with locked winches."""
+    from robostiff.analysis import cable_response, cable_stiffness
+    from robostiff.io.results import cables as results
+    from robostiff.model.cable import CableRobot
+
+    robot, source = model.load(), model.source
+    if not isinstance(robot, CableRobot):
+        raise InputError(
+            "robot of cables",
+            got=source,
+            expected="a robot with cables, such as cable-8",
+            hint=f"write 'robostiff stiffness {source}' for a robot with legs",
+        )
+    wrench, balance = written.wrench, written.balance
+    rule = _rule(robot, written.rule, written.level, written.tensions)
+    pose = pose_from(robot, place)
+    if wrench is not None:
+        if balance is not None:
+            raise InputError("--wrench and --balance", expected="one of them")
+        result = cable_response(robot, pose, wrench_from(wrench, robot.space), tensions=rule)
+        text, data = results.cable_response_text, results.cable_response_data
+    else:
+        held = None if balance is None else wrench_from(balance, robot.space, "--balance")
+        result = cable_stiffness(robot, pose, held, tensions=rule)
+        text, data = results.cable_stiffness_text, results.cable_stiffness_data
+    return answered(result, answer, data, text)  # pyright: ignore[reportArgumentType]
+
+
+def _rule(
+    robot: CableRobot, name: str, level: float | None, given: str | None
+) -> TensionRule | None:
+    from robostiff.cables import ClosedFormTensions, GivenTensions, NearestTensions
+    from robostiff.io.units import Dimension, parse_quantities
+
+    if name not in _RULES:
+        raise InputError("--rule", got=name, expected=" or ".join(_RULES))
+    if given is not None:
+        if level is not None or name != _RULES[0]:
+            other = "--rule" if level is None else "--level"
+            raise InputError(f"--tensions and {other}", expected="one of them")
+        count = len(robot.cables)
+        values = parse_quantities(given, [Dimension.FORCE] * count, robot.cable_names, "--tensions")
+        return GivenTensions(values)
+    if name == "closed-form":
+        return ClosedFormTensions() if level is None else ClosedFormTensions(level)
+    return None if level is None else NearestTensions(level)

@@ -83,16 +83,13 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
     """
     word = text.strip()
     rotation = ABOUT_WORLD_AXES if angles is None else rotation_by_name(angles)
-    if word == "home":
+    if word in ("home", "joints"):
         if angles is not None:
-            raise InputError(
-                "--angles", got=f"{angles} at home", expected="--pose symbolic, or coordinates"
-            )
-        return AtHome()
+            got = f"{angles} beside --pose {word}"
+            raise InputError("--angles", got=got, expected="--pose symbolic, or coordinates")
+        return AtHome() if word == "home" else AtJoints()
     if word == "symbolic":
         return AtSymbols(rotation)
-    if word == "joints" and angles is None:
-        return AtJoints()
     names = coordinate_names(robot, rotation)
     values: dict[str, float] = {}
     for part in word.split(","):

@@ -1,20 +1,29 @@
-"""The commands ``schema``, ``new`` and ``convert``."""
+"""The commands ``robots``, ``schema``, ``new`` and ``convert``: only the last one computes."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from robostiff.cli.file_commands import Converted, NewFile, WantedSchema
 from robostiff.cli.options import Answer, Model, Place, Replacing
-from robostiff.cli.output import new_file, show
-from robostiff.cli.written_arguments import near_from, pose_from
+from robostiff.cli.output import new_file, show, shown
 from robostiff.errors import InputError, NoAnswerError, warn_of_slip
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
+from robostiff.robots import (
+    RobotInfo,
+    describe,
+    robot_file,
+    shipped_cable_robots,
+    shipped_linkages,
+    shipped_robots,
+)
 
 _YAML = (".yaml", ".yml")
 _SUFFIXES = {
@@ -26,6 +35,38 @@ _SUFFIXES = {
 }
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
+_WIDTH = 78  # of a terminal, for a table
+
+
+def list_robots(answer: Answer) -> int:
+    """Print the shipped robots."""
+    names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
+    listed = {name: describe(name) for name in sorted(names)}
+    if answer.as_json:
+        robots = [
+            {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()
+        ]
+        show({"robots": robots})
+    elif sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH:
+        _print_table(listed)
+    else:
+        for name, description in listed.items():
+            sys.stdout.write(f"{name}\t{description.title}\n")
+    return 0
+
+
+def _print_table(listed: Mapping[str, RobotInfo]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False)
+    table.add_column("robot", style="bold", no_wrap=True)
+    table.add_column("what it is")
+    table.add_column("source", style="dim")
+    for name, description in listed.items():
+        table.add_row(name, Text(shown(description.title)), Text(shown(description.source)))
+    Console().print(table)
 
 
 def print_schema(wanted: WantedSchema, replacing: Replacing, answer: Answer) -> int:
@@ -77,8 +118,6 @@ def write_new(new: NewFile, answer: Answer) -> int:
 
 
 def _text_of(template: str) -> str:
-    from robostiff.robots import robot_file, shipped_cable_robots, shipped_robots
-
     if template in templates():
         folder = resources.files("robostiff.robots") / "templates"
         return (folder / f"{template}.yaml").read_text(encoding="utf-8")
@@ -112,7 +151,7 @@ def convert(
         )
     robot = model.load()
     if form == "matlab" and path is not None:
-        from robostiff.io.results.matlab import write_matlab
+        from robostiff.io.results.plain_data import write_matlab
 
         write_matlab(path, _results(source, robot, place))
     else:
@@ -138,6 +177,7 @@ def convert(
 
 def _results(source: str, robot: Any, place: Place) -> Any:
     from robostiff.analysis import stiffness
+    from robostiff.cli.written_arguments import near_from, pose_from
     from robostiff.model.cable import CableRobot
 
     if isinstance(robot, CableRobot):
@@ -152,6 +192,7 @@ def _results(source: str, robot: Any, place: Place) -> Any:
 
 def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
     """The robot at the pose: a snapshot of legs, or a network for the other forms."""
+    from robostiff.cli.written_arguments import near_from, pose_from
     from robostiff.kinematics import find_posture, with_masses
     from robostiff.model import Robot, Snapshot
     from robostiff.network import Network

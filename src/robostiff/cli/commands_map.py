@@ -9,7 +9,6 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -164,12 +163,7 @@ class MapBar:
         self._bar.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._bar.stop()
 
 
@@ -205,19 +199,13 @@ def make_map(
     picture = picture_beside(run.plot, replacing)
     robot, source = loaded(model, by_joints=bool(asked.joints)), model.source
     if isinstance(robot, CableRobot):
-        raise InputError(
-            "robot of a map",
-            got=f"cable robot {source!r}",
-            expected="a robot with legs",
-            hint="in Python rs.stiffness(robot, poses) takes many poses of a cable robot at once",
-        )
+        hint = "in Python rs.stiffness(robot, poses) takes many poses of a cable robot at once"
+        got, expected = f"cable robot {source!r}", "a robot with legs"
+        raise InputError("robot of a map", got=got, expected=expected, hint=hint)
     if not isinstance(robot, Robot | Linkage):
-        raise InputError(
-            "robot of a map",
-            got=source,
-            expected="a model or a linkage, which has a pose for every point of a map",
-            hint="a snapshot is frozen at its own pose",
-        )
+        hint = "a snapshot is frozen at its own pose"
+        expected = "a model or a linkage, which has a pose for every point of a map"
+        raise InputError("robot of a map", got=source, expected=expected, hint=hint)
     poses = read_asked_poses(robot, asked, load)
     in_store = output is not None and output.suffix == ".zarr"
     method: Any = _under_load(load)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import gc
 import os
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import click
 
-from robostiff.cli.command import ready_streams
+from robostiff.cli.command import BAD_INPUT, ready_streams
+from robostiff.cli.output import show
 from robostiff.version import __version__
 
 _HOMES = {
@@ -50,9 +52,7 @@ class _Commands(click.Group):
 def _shell(install: bool) -> Any:
     def done(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
         if wanted:
-            from robostiff.cli.completion import install_completion, show_completion
-
-            ctx.exit(install_completion() if install else show_completion())
+            ctx.exit(_install_completion() if install else _show_completion())
 
     return done
 
@@ -78,6 +78,61 @@ app = _Commands(
     ],
 )
 click.version_option(__version__, message="%(prog)s %(version)s", help="Print the version.")(app)
+
+
+_VARIABLE = "_ROBOSTIFF_COMPLETE"
+_FILES = {
+    "bash": "~/.bashrc",
+    "zsh": "~/.zshrc",
+    "fish": "~/.config/fish/completions/robostiff.fish",
+}
+_LINES = {
+    "bash": f'eval "$({_VARIABLE}=bash_source robostiff)"',
+    "zsh": f'eval "$({_VARIABLE}=zsh_source robostiff)"',
+    "fish": f"{_VARIABLE}=fish_source robostiff | source",
+}
+
+
+def _show_completion() -> int:
+    """Print the script of the shell."""
+    from click.shell_completion import get_completion_class
+
+    shell = _name_of_shell()
+    kind = None if shell is None else get_completion_class(shell)
+    if kind is None:
+        return _unknown_shell()
+    show(kind(app, {}, "robostiff", _VARIABLE).source())
+    return 0
+
+
+def _install_completion() -> int:
+    """Add one line to the file that the shell reads when it starts, unless it is there."""
+    shell = _name_of_shell()
+    if shell is None:
+        return _unknown_shell()
+    file, line = Path(_FILES[shell]).expanduser(), _LINES[shell]
+    text = file.read_text(encoding="utf-8") if file.exists() else ""
+    if line not in text.splitlines():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        gap = "" if not text or text.endswith("\n") else "\n"
+        file.write_text(f"{text}{gap}{line}\n", encoding="utf-8")
+    show(f"{line}\nis in {file}; a new shell completes robostiff.")
+    return 0
+
+
+def _name_of_shell() -> str | None:
+    name = Path(os.environ.get("SHELL", "")).name
+    return name if name in _FILES else None
+
+
+def _unknown_shell() -> int:
+    got = os.environ.get("SHELL", "")
+    click.echo(
+        f"robostiff: error: $SHELL: got {got!r}, expected bash, zsh or fish; "
+        "write SHELL=bash before the command",
+        err=True,
+    )
+    return BAD_INPUT
 
 
 def start_quickly() -> None:

@@ -74,20 +74,11 @@ def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
         raise InputError(option, got=str(path), expected=f"the name of a file ({reason})") from None
     if not in_folder:
         raise InputError(option, got=str(path), expected="a file in an existing folder")
-    if there and not is_file:
-        raise InputError(
-            option,
-            got=str(path),
-            expected="a new file",
-            hint="this is no regular file and is not replaced: take another name",
-        )
-    if there and not overwrite:
-        raise InputError(
-            option,
-            got=str(path),
-            expected="a new file",
-            hint="take another name, or write --overwrite to replace it",
-        )
+    if there and not (is_file and overwrite):
+        hint = "take another name, or write --overwrite to replace it"
+        if not is_file:
+            hint = "this is no regular file and is not replaced: take another name"
+        raise InputError(option, got=str(path), expected="a new file", hint=hint)
     return wanted
 
 

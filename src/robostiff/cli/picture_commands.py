@@ -120,10 +120,7 @@ class Run:
         "--workers", metavar="COUNT", type=int, help="Processes of this machine to start."
     )
     threads: int | None = option(
-        "--threads",
-        metavar="COUNT",
-        type=int,
-        help="Threads; as many as processors when left out.",
+        "--threads", metavar="COUNT", type=int, help="Threads; as many as processors when left out."
     )
     scheduler: str | None = option(
         "--scheduler",
@@ -167,11 +164,7 @@ class Drawing:
         help="Of ellipsoids: compliance, stiffness, rotational-compliance or rotational-stiffness.",
     )
     mode: int = option(
-        "--mode",
-        metavar="NUMBER",
-        type=int,
-        default=1,
-        help="Of modes: which, 1 for the slowest.",
+        "--mode", metavar="NUMBER", type=int, default=1, help="Of modes: which, 1 for the slowest."
     )
     quantity: str | None = option(
         "--quantity",
@@ -240,7 +233,7 @@ class Page:
 
 COMMANDS = {
     "plot": Command(
-        "commands_plot:make_plot",
+        "commands_pictures:make_plot",
         (Subject, Drawing, Place, Replacing, Answer),
         "Draw a robot, a snapshot, a network, a linkage, a cable robot, or a map.",
         examples=(
@@ -251,7 +244,7 @@ COMMANDS = {
         status="0 for a picture, 1 where there is nothing to draw, 2 for bad input.",
     ),
     "report": Command(
-        "commands_report:make_report",
+        "commands_pictures:make_report",
         (Model, Pages, Place, Replacing, Answer),
         "Write all results about a robot as one self-contained HTML page, or as a PDF.",
         examples=('report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html',),
@@ -276,7 +269,7 @@ COMMANDS = {
         status="0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.",
     ),
     "view": Command(
-        "commands_report:show_view",
+        "commands_pictures:show_view",
         (Model, part(Place, "pose", "joints"), Page, Answer),
         "Show a robot in the browser, with sliders for its pose, its parameters and a load.",
         "Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. "

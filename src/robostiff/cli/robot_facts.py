@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness, RobotStiffness, stiffness
+from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness, stiffness
 from robostiff.analysis.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import row, text_of
-from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Snapshot
+from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Role, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network
@@ -75,20 +75,23 @@ def robot_facts(robot: Robot) -> dict[str, Any]:
     """
     home = stiffness(robot.with_springs())
     of_platform = {} if robot.platform is None else {"platform": platform_facts(robot)}
-    legs = [
-        {
-            "name": leg.name,
-            "elements": elements_in_words(leg.chain),
-            "passive_freedoms": sum(isinstance(r, Passive) for r in leg.chain.roles),
-            "actuated_freedoms": sum(isinstance(r, Actuated) for r in leg.chain.roles),
-        }
-        for leg in robot.legs
-    ]
+    legs = [_leg(own.name, elements_in_words(own.chain), own.chain.roles) for own in robot.legs]
     return {
         **head_facts(robot, "model", legs),
         **of_platform,
         **({} if Status.UNREACHABLE in home.status else mass_facts(robot)),
         "home": home_facts(home),
+    }
+
+
+def _leg(name: str, elements: list[str], roles: Sequence[Role]) -> dict[str, Any]:
+    passive = sum(isinstance(role, Passive) for role in roles)
+    driven = sum(isinstance(role, Actuated) for role in roles)
+    return {
+        "name": name,
+        "elements": elements,
+        "passive_freedoms": passive,
+        "actuated_freedoms": driven,
     }
 
 
@@ -142,16 +145,17 @@ def _masses(leg: PlacedLeg) -> Iterator[PlacedMass]:
 def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
     """Facts for ``robostiff check`` about a snapshot, its stiffness included."""
     legs = [
-        {
-            "name": leg.name,
-            "elements": placed_in_words(leg),
-            "passive_freedoms": sum(freedom.is_passive for freedom in leg.freedoms),
-            "actuated_freedoms": sum(not freedom.is_passive for freedom in leg.freedoms),
-        }
+        _leg(leg.name, placed_in_words(leg), [own.role for own in leg.freedoms])
         for leg in snapshot.legs
     ]
     home = home_facts(stiffness(snapshot))
     return {**head_facts(snapshot, "snapshot", legs), "home": home}
+
+
+def cable_robot_facts(robot: CableRobot) -> dict[str, Any]:
+    """Facts for ``robostiff check`` about a cable robot, its stiffness at home included."""
+    home = home_facts(cable_stiffness(robot))
+    return {**head_facts(robot, "cable robot", []), "cables": robot.cable_names, "home": home}
 
 
 def home_facts(home: RobotStiffness | CableStiffness) -> dict[str, Any]:

@@ -30,12 +30,7 @@ if TYPE_CHECKING:
     Posed = Robot | Snapshot | Network | Linkage | CableRobot
 
 _POSE_DIMENSIONS = {
-    Coordinate.X: Dimension.LENGTH,
-    Coordinate.Y: Dimension.LENGTH,
-    Coordinate.Z: Dimension.LENGTH,
-    Coordinate.RX: Dimension.ANGLE,
-    Coordinate.RY: Dimension.ANGLE,
-    Coordinate.RZ: Dimension.ANGLE,
+    own: Dimension.LENGTH if own.value in ("x", "y", "z") else Dimension.ANGLE for own in Coordinate
 }
 
 
@@ -160,11 +155,9 @@ def _joints(robot: Robot, text: str) -> JointCoordinates | ActuatorCoordinates:
         return ActuatorCoordinates({name: own[0] for name, own in found.items()})
     if robot.is_serial and not robot.legs[0].chain.has_blocks:
         return JointCoordinates(_leg_coordinates(robot, text, "--joints"))
-    every = _dimensions(robot)
-    names = list(actuator_names(robot))
-    return ActuatorCoordinates(
-        parse_quantities(text, [every[name] for name in names], names, "--joints")
-    )
+    every, names = _dimensions(robot), list(actuator_names(robot))
+    values = parse_quantities(text, [every[name] for name in names], names, "--joints")
+    return ActuatorCoordinates(values)
 
 
 def _by_name(

@@ -18,7 +18,7 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError
 from robostiff.network import Network
 from robostiff.network.equations import Equations, Motion, equations_of
-from robostiff.network.mobility import mobility
+from robostiff.network.mobility import held_coordinates
 from robostiff.network.saddle_point import redundancy
 
 # Equations of rigid parts that are solved at once; they are dense.
@@ -84,21 +84,7 @@ class _Model:
         names = [network.platform, *(n.name for n in network.nodes if n.name != network.platform)]
         self.number = {name: i for i, name in enumerate(names)}
         self.points = {**self.equations.points, network.platform: network.reference_point}
-        self.held = self._held()
-
-    def _held(self) -> set[tuple[int, int]]:
-        """Coordinates of bodies that do not move: the ground, and one a mechanism's freedom.
-
-        Mechanisms carry nothing where they are held.
-        """
-        network, rows = self.equations.network, self.equations.network.space.rows
-        held = {(self.number[name], row) for name in network.fixed for row in range(6)}
-        held |= {(i, row) for i in self.number.values() for row in range(6) if row not in rows}
-        for mechanism in mobility(self.equations, platform_fixed=False).mechanisms:
-            for pin in mechanism.pins:
-                body, row = divmod(int(pin), len(rows))
-                held.add((self.number[mechanism.nodes[body]], rows[row]))
-        return held
+        self.held = {(self.number[name], row) for name, row in held_coordinates(self.equations)}
 
     def _rates(self, connection: Motion, chosen: np.ndarray) -> np.ndarray:
         """How much each coordinate of the bodies elongates a connection (k, 6 N).
@@ -151,7 +137,8 @@ class _Model:
         for name, number in self.number.items():
             for node in (2 * number + 1, 2 * number + 2):
                 yield _row(node, *self.points[name])
-        springs = range(2 * len(self.number) + 1, 2 * len(self.number) + 1 + -(-self.size // 3))
+        first, count = 2 * len(self.number) + 1, len(self.stiffness)
+        springs = range(first, first + -(-count // 3))
         yield "*NODE, NSET=SPRINGS"
         yield from (_row(node, 0.0, 0.0, 0.0) for node in springs)
         for terms in self.bound:
@@ -168,15 +155,8 @@ class _Model:
         yield "*BOUNDARY"
         for body, row in sorted(self.held):
             yield f"{2 * body + 1 + row // 3}, {row % 3 + 1}, {row % 3 + 1}"
-        yield from (f"{springs[-1]}, {row + 1}, {row + 1}" for row in range(3) if self._unused(row))
-
-    @property
-    def size(self) -> int:
-        """Number of springs."""
-        return len(self.stiffness)
-
-    def _unused(self, row: int) -> bool:
-        return 0 < self.size % 3 <= row
+        unused = range(count % 3, 3) if count % 3 else ()
+        yield from (f"{springs[-1]}, {row + 1}, {row + 1}" for row in unused)
 
 
 def _terms(rates: np.ndarray, first: int | None = None) -> list[Term]:

@@ -20,8 +20,7 @@ from robostiff.errors import InputError
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import section_compliance
 from robostiff.network.equations import Equations, equations_of
-from robostiff.network.mobility import mobility
-from robostiff.spatial import Space
+from robostiff.network.mobility import held_coordinates
 
 #: Stiffness of springs in place of rigid joints, in units of the stiffness of the network.
 STIFF = 1e7
@@ -194,22 +193,11 @@ class _Model:
 
 
 def _fix(model: _Model, equations: Equations) -> None:
-    """Ground, what leaves the plane, and mechanisms, which carry nothing where they are held."""
-    held = {name: [0] * 6 for name in model.bodies}
-    for name in model.network.fixed:
-        held[name] = [1] * 6
-    rows = list(model.network.space.rows)
-    if model.network.space is Space.PLANAR:
-        for flags in held.values():
-            for i in set(range(6)) - set(rows):
-                flags[i] = 1
-    for mechanism in mobility(equations, platform_fixed=False).mechanisms:
-        for pin in mechanism.pins:
-            body, row = divmod(int(pin), len(rows))
-            held[mechanism.nodes[body]][rows[row]] = 1
-    for name, flags in held.items():
+    held = held_coordinates(equations)
+    for name, tag in model.bodies.items():
+        flags = [int((name, row) in held) for row in range(6)]
         if any(flags):
-            model.add("fix", model.bodies[name], *flags)
+            model.add("fix", tag, *flags)
 
 
 def _add_beam(

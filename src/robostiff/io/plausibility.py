@@ -37,8 +37,7 @@ def question(
     in_si : bool
         Whether none can be written there, as numbers are always in SI units.
     """
-    doubt = _DOUBTS.get(dimension)
-    found = doubt(float(number), has_unit) if doubt else None
+    found = _doubt(float(number), dimension, has_unit)
     if found is None:
         return
     words, unit = found
@@ -49,34 +48,27 @@ def question(
     warn_of_slip(f"{location(path)}: {words}")
 
 
-def _length(number: float, _: bool) -> tuple[str, str] | None:
-    return (f"a length of {number:g} m", "mm") if abs(number) > FARTHEST else None
+# Beyond it a number is probably a slip; what it is called, and the unit that is probably meant.
+_LARGEST = {
+    Dimension.LENGTH: (FARTHEST, "a length of {:g} m", "mm"),
+    Dimension.ADVANCE_PER_TURN: (_STEEPEST, "an advance of {:g} m in one turn", "mm"),
+    Dimension.ANGLE: (FULL_TURN, "an angle of {:g} rad", "deg"),
+}
 
 
-def _advance(number: float, _: bool) -> tuple[str, str] | None:
-    steep = abs(number) > _STEEPEST
-    return (f"an advance of {number:g} m in one turn", "mm") if steep else None
-
-
-def _angle(number: float, has_unit: bool) -> tuple[str, str] | None:
-    if has_unit or abs(number) <= FULL_TURN:
-        return None
-    return f"an angle of {number:g} rad", "deg"
-
-
-def _modulus(number: float, has_unit: bool) -> tuple[str, str] | None:
+def _doubt(number: float, dimension: Dimension, has_unit: bool) -> tuple[str, str] | None:
+    """Why a number is probably wrong, and the unit that was probably meant; None for others."""
+    if dimension in _LARGEST:
+        largest, words, unit = _LARGEST[dimension]
+        meant = has_unit and dimension is Dimension.ANGLE  # turns that are written in degrees
+        return (words.format(number), unit) if abs(number) > largest and not meant else None
     softest = _SOFTEST if has_unit else _SOFTEST_BARE
-    if softest <= number <= _HARDEST:
+    if dimension is not Dimension.MODULUS or softest <= number <= _HARDEST:
         return None
+    words = f"an elastic modulus of {number:g} Pa"
     if number > _HARDEST:
-        return f"an elastic modulus of {number:g} Pa, harder than diamond", ""
-    return f"an elastic modulus of {number:g} Pa", "GPa" if number < _SOFTEST else "MPa"
+        return f"{words}, harder than diamond", ""
+    return words, "GPa" if number < _SOFTEST else "MPa"
 
 
 _NAMES = {"deg": "degrees"}
-_DOUBTS = {
-    Dimension.LENGTH: _length,
-    Dimension.ADVANCE_PER_TURN: _advance,
-    Dimension.ANGLE: _angle,
-    Dimension.MODULUS: _modulus,
-}

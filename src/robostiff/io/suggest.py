@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import difflib
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from types import MappingProxyType
 from typing import Any
 
 #: subject, what came, what was expected, hint
 Phrase = tuple[str, Any, str | None, str | None]
-_LENGTHS = ("min_length", "max_length")
-
-Phrasing = Callable[[Any, Mapping[str, Any], tuple[Any, ...]], Phrase]
 
 
 def shown(value: Any) -> Any:
@@ -36,52 +33,56 @@ def shown(value: Any) -> Any:
     return value
 
 
-def _wrong(expected: str) -> Phrasing:
-    def phrase(value: Any, _: Mapping[str, Any], __: tuple[Any, ...]) -> Phrase:
-        return "wrong value", shown(value), expected, None
+#: What was expected, by the ``type`` of an entry of ``ValidationError.errors()``.
+_EXPECTED: Mapping[str, str] = MappingProxyType(
+    {
+        **dict.fromkeys(
+            ("model_type", "model_attributes_type", "dict_type", "mapping_type"), "a mapping"
+        ),
+        **dict.fromkeys(("list_type", "tuple_type"), "a list"),
+        **dict.fromkeys(("float_type", "float_parsing"), "a number"),
+        "finite_number": "a finite number",
+        **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "a whole number"),
+        "string_type": "a text",
+        **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
+        "none_required": "null",
+        "greater_than": "a number above {gt:g}",
+        "greater_than_equal": "a number of at least {ge:g}",
+        "less_than": "a number below {lt:g}",
+        "less_than_equal": "a number of at most {le:g}",
+        "string_too_short": "a text of at least {min_length} character",
+        "string_too_long": "a text of at most {max_length} character",
+        "string_pattern_mismatch": "a text of the form {pattern}",
+    }
+)
+_LENGTHS = {"too_short": ("min_length", "at least"), "too_long": ("max_length", "at most")}
 
-    return phrase
 
+def phrase(
+    kind: str, value: Any, context: Mapping[str, Any], metadata: Sequence[Any]
+) -> Phrase | None:
+    """Words for an error of pydantic by its type; None for one that has none here.
 
-def _number(expected: str) -> Phrasing:
-    def phrase(value: Any, _: Mapping[str, Any], __: tuple[Any, ...]) -> Phrase:
-        hint = "write it without quotes" if isinstance(value, str) and _is_number(value) else None
-        return "wrong value", shown(value), expected, hint
-
-    return phrase
-
-
-def _bound(words: str, key: str) -> Phrasing:
-    def phrase(value: Any, context: Mapping[str, Any], _: tuple[Any, ...]) -> Phrase:
-        bound = context[key]
-        positive = key == "gt" and bound == 0
-        return "wrong value", value, "a positive number" if positive else f"{words} {bound:g}", None
-
-    return phrase
-
-
-def _length(words: str, key: str) -> Phrasing:
-    def phrase(value: Any, context: Mapping[str, Any], metadata: tuple[Any, ...]) -> Phrase:
-        bound = context[key]
-        bounds = {getattr(item, name, None) for item in metadata for name in _LENGTHS}
-        exactly = bounds - {None} == {bound} and len(metadata) > 1
+    `context` has the bounds that are broken, `metadata` all those of the type.
+    """
+    if kind in _LENGTHS:
+        key, words = _LENGTHS[kind]
+        bounds = {getattr(own, name, None) for own in metadata for name, _ in _LENGTHS.values()}
+        exactly = bounds - {None} == {context[key]} and len(metadata) > 1
         exactly = exactly or context.get("field_type") == "Tuple"
-        expected = values(bound) if exactly else f"{words} {values(bound)}"
+        wanted = values(context[key])
+        expected = wanted if exactly else f"{words} {wanted}"
         return "wrong length", Words(values(len(value))), expected, None
-
-    return phrase
-
-
-def _text_length(words: str, key: str) -> Phrasing:
-    def phrase(value: Any, context: Mapping[str, Any], _: tuple[Any, ...]) -> Phrase:
-        bound = context[key]
-        return "wrong value", value, f"{words} {bound} character{'s' * (bound != 1)}", None
-
-    return phrase
-
-
-def _pattern(value: Any, context: Mapping[str, Any], _: tuple[Any, ...]) -> Phrase:
-    return "wrong value", value, f"a text of the form {context['pattern']}", None
+    if kind not in _EXPECTED:
+        return None
+    expected = _EXPECTED[kind].format_map(context)
+    if kind == "greater_than" and context["gt"] == 0:
+        expected = "a positive number"
+    if expected.endswith("character") and not expected.endswith(" 1 character"):
+        expected += "s"
+    unquoted = "number" in expected and isinstance(value, str) and _is_number(value)
+    hint = "write it without quotes" if unquoted else None
+    return "wrong value", shown(value), expected, hint
 
 
 def values(number: int) -> str:
@@ -95,42 +96,6 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-_A_MAPPING, _A_LIST = _wrong("a mapping"), _wrong("a list")
-_A_NUMBER, _AN_INTEGER = _number("a number"), _number("a whole number")
-_A_TEXT, _A_BOOL = _wrong("a text"), _wrong("true or false")
-
-#: By the ``type`` of an entry of ``ValidationError.errors()``.
-WORDING: Mapping[str, Phrasing] = MappingProxyType(
-    {
-        "model_type": _A_MAPPING,
-        "model_attributes_type": _A_MAPPING,
-        "dict_type": _A_MAPPING,
-        "mapping_type": _A_MAPPING,
-        "list_type": _A_LIST,
-        "tuple_type": _A_LIST,
-        "float_type": _A_NUMBER,
-        "float_parsing": _A_NUMBER,
-        "finite_number": _number("a finite number"),
-        "int_type": _AN_INTEGER,
-        "int_parsing": _AN_INTEGER,
-        "int_from_float": _AN_INTEGER,
-        "string_type": _A_TEXT,
-        "bool_type": _A_BOOL,
-        "bool_parsing": _A_BOOL,
-        "none_required": _wrong("null"),
-        "greater_than": _bound("a number above", "gt"),
-        "greater_than_equal": _bound("a number of at least", "ge"),
-        "less_than": _bound("a number below", "lt"),
-        "less_than_equal": _bound("a number of at most", "le"),
-        "too_short": _length("at least", "min_length"),
-        "too_long": _length("at most", "max_length"),
-        "string_too_short": _text_length("a text of at least", "min_length"),
-        "string_too_long": _text_length("a text of at most", "max_length"),
-        "string_pattern_mismatch": _pattern,
-    }
-)
 
 
 _LONGEST_WORD = 60

@@ -14,13 +14,20 @@ from robostiff.errors import FileError, InputError, Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, parse_xml, read_bytes
+from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
 from robostiff.model import Actuated, Passive
 from robostiff.spatial import Frame
 
-_JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "planar", "floating")
+_TYPES = {
+    "fixed": JointType.FIXED,
+    "revolute": JointType.REVOLUTE,
+    "continuous": JointType.REVOLUTE,
+    "prismatic": JointType.PRISMATIC,
+    "planar": JointType.PLANAR,
+    "floating": JointType.FLOATING,
+}
 _NUMBERS = {
     "origin": {"xyz": 3, "rpy": 3},
     "axis": {"xyz": 3},
@@ -35,23 +42,20 @@ _ASKED = {("origin", "xyz"): Dimension.LENGTH, ("origin", "rpy"): Dimension.ANGL
 def check_structure(root: XmlElement) -> None:
     """Raise unless links and joints have their names, types, links and numbers."""
     if root.tag != "robot":
-        raise FileError(
-            root.location, "URDF", got=Words(f"<{root.tag}>"), expected="<robot> at the top"
-        )
+        raise root.error("URDF", got=Words(f"<{root.tag}>"), expected="<robot> at the top")
     _named(root, "robot")
     links = _names(root.all("link"), "link")
     if not links:
-        raise FileError(root.location, "URDF", got=Words("no link"), expected="at least one")
+        raise root.error("URDF", got=Words("no link"), expected="at least one")
     joints = _names(root.all("joint"), "joint")
     for name, joint in joints.items():
         kind = joint.attributes.get("type")
-        if kind not in _JOINT_TYPES:
-            raise FileError(
-                joint.location,
+        if kind not in _TYPES:
+            raise joint.error(
                 f"type of joint {name!r}",
                 got=kind,
-                expected=f"one of {', '.join(_JOINT_TYPES)}",
-                hint=did_you_mean(kind, _JOINT_TYPES) if kind else None,
+                expected=f"one of {', '.join(_TYPES)}",
+                hint=did_you_mean(kind, _TYPES) if kind else None,
             )
         for tag in ("parent", "child"):
             _check_reference(joint, tag, links)
@@ -81,7 +85,7 @@ def kinematics_alone(root: XmlElement) -> bytes:
 def _named(element: XmlElement, what: str) -> str:
     name = element.attributes.get("name", "")
     if not name:
-        raise FileError(element.location, what, got=Words("no name"), expected='name="..."')
+        raise element.error(what, got=Words("no name"), expected='name="..."')
     return name
 
 
@@ -90,9 +94,7 @@ def _names(elements: list[XmlElement], what: str) -> dict[str, XmlElement]:
     for element in elements:
         name = _named(element, what)
         if name in names:
-            raise FileError(
-                element.location, f"name of a {what}", got=name, expected="each name once"
-            )
+            raise element.error(f"name of a {what}", got=name, expected="each name once")
         names[name] = element
     return names
 
@@ -102,15 +104,13 @@ def _check_reference(joint: XmlElement, tag: str, links: dict[str, XmlElement]) 
     element = joint.one(tag)
     name = None if element is None else element.attributes.get("link")
     if element is None or not name:
-        raise FileError(
-            (element or joint).location,
+        raise (element or joint).error(
             what,
             got=Words("none" if element is None else "no link"),
             expected=f'<{tag} link="..."/>',
         )
     if name not in links:
-        raise FileError(
-            element.location,
+        raise element.error(
             what,
             got=name,
             expected=f"one of the links {listing(list(links), 30)}",
@@ -128,8 +128,7 @@ def _check_numbers(element: XmlElement, sizes: dict[str, int], what: str) -> Non
         except ValueError:
             numbers = []
         if len(numbers) != size or not all(abs(n) <= _LARGEST for n in numbers):
-            raise FileError(
-                element.location,
+            raise element.error(
                 f"{attribute} in the {what}",
                 got=text,
                 expected=f"{size} finite number{'s' * (size > 1)} up to {_LARGEST:g}",
@@ -138,16 +137,6 @@ def _check_numbers(element: XmlElement, sizes: dict[str, int], what: str) -> Non
         if dimension is not None:
             worst = max(numbers, key=abs)
             question(worst, dimension, lambda _, place=element.location: place, in_si=True)
-
-
-_TYPES = {
-    "fixed": JointType.FIXED,
-    "revolute": JointType.REVOLUTE,
-    "continuous": JointType.REVOLUTE,
-    "prismatic": JointType.PRISMATIC,
-    "planar": JointType.PLANAR,
-    "floating": JointType.FLOATING,
-}
 
 
 def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
@@ -170,7 +159,7 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
         When yourdfpy is not installed.
     """
     file = str(source)
-    root = parse_xml(read_bytes(source) if content is None else content, file)
+    root = read_xml(source, content=content)
     check_structure(root)
     robot = _parsed(root)
     places = {joint.attributes["name"]: joint.location for joint in root.all("joint")}
@@ -222,9 +211,6 @@ def _limits(joint: Any) -> tuple[float, float] | None:
     return (low, high) if low < high else None
 
 
-_LIMITS = XmlLimits()
-
-
 def expand_xacro(source: Path | str) -> bytes:
     """The URDF that a xacro file expands to.
 
@@ -244,7 +230,7 @@ def expand_xacro(source: Path | str) -> bytes:
         When xacrodoc is not installed.
     """
     file = str(source)
-    parse_xml(read_bytes(source, _LIMITS), file, _LIMITS)
+    read_xml(source)
     if find_spec("xacrodoc") is None or find_spec("xacro") is None:
         raise InputError(
             "xacro",
@@ -252,5 +238,5 @@ def expand_xacro(source: Path | str) -> bytes:
             expected="the extra urdf",
             hint="pip install 'robostiff[urdf]'",
         )
-    request = {"file": file, "limits": vars(_LIMITS)}
+    request = {"file": file, "limits": vars(XmlLimits())}
     return answer_of(EXPAND_XACRO, request, Location(file), "xacro", "xacro")["text"].encode()

@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document
-from robostiff.io.suggest import WORDING, Words, did_you_mean, listing, nearest, shown, values
+from robostiff.io.suggest import Words, did_you_mean, listing, nearest, phrase, shown, values
 
 Step = str | int
 
@@ -253,11 +253,12 @@ def _unknown_word(value: Any, words: list[str], path: tuple[Step, ...]) -> Probl
 
 def _wrong_value(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
     value, context = details["input"], details.get("ctx", {})
-    cause, phrase = context.get("error"), WORDING.get(details["type"])
+    cause = context.get("error")
     if isinstance(cause, InputError):
         return Problem(Rank.WRONG_VALUE, found.path, cause.subject, cause=cause)
-    if phrase is not None:
-        return Problem(Rank.WRONG_VALUE, found.path, *phrase(value, context, found.metadata))
+    words = phrase(details["type"], value, context, found.metadata)
+    if words is not None:
+        return Problem(Rank.WRONG_VALUE, found.path, *words)
     return _wrong(found.path, shown(value), None, str(cause or details["msg"]))
 
 

@@ -1,12 +1,16 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and read within bounds."""
 
 from __future__ import annotations
 
 import os
+import stat
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from robostiff.errors import FileError, Location
+from robostiff.io.suggest import Words
 
 
 @contextmanager
@@ -24,3 +28,38 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         begun.replace(wanted)
     finally:
         begun.unlink(missing_ok=True)
+
+
+def bounded_bytes(source: str | os.PathLike[str], most: int, what: str) -> bytes:
+    """The content of a file of so many bytes at most; no more than that is read.
+
+    Raises
+    ------
+    FileError
+        When it is a folder and not `what`, cannot be read, or is too large.
+    """
+    place = Location(str(source))
+    try:
+        status = os.stat(source)
+        if stat.S_ISDIR(status.st_mode):
+            raise FileError(place, "a folder", expected=what)
+        if status.st_size > most:
+            raise too_large(place, status.st_size, most)
+        with open(source, "rb") as stream:
+            content = stream.read(most + 1)
+    except FileError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(
+            place, "cannot read the file", got=Words(reason), expected="a readable file"
+        ) from None
+    if len(content) > most:
+        raise too_large(place, len(content), most)
+    return content
+
+
+def too_large(place: Location, size: int, most: int) -> FileError:
+    """The error for a file of more bytes than it may have, of which one more may have been read."""
+    came = Words(f"{size} bytes" if size > most + 1 else f"more than {most} bytes")
+    return FileError(place, "file too large", got=came, expected=f"at most {most} bytes")

@@ -17,16 +17,14 @@ from robostiff.markup.blocks import (
     Paragraph,
     Table,
     Tone,
-)
-from robostiff.markup.in_html import InNotebooks, block_html, element, escaped, listing
-from robostiff.markup.in_typst import TYPST_BLOCKS, block_typst, typst_text
-from robostiff.markup.numbers import (
     number,
     number_html,
     row,
     shown_matrix,
     text_of,
 )
+from robostiff.markup.in_html import InNotebooks, block_html, element, escaped, listing
+from robostiff.markup.in_typst import TYPST_BLOCKS, block_typst, typst_text
 
 __all__ = [
     "COMPLIANCE_UNITS",

@@ -21,8 +21,9 @@ from robostiff.markup.blocks import (
     Paragraph,
     Table,
     Tone,
+    number_html,
+    shown_matrix,
 )
-from robostiff.markup.numbers import number_html, shown_matrix
 
 
 def escaped(text: object) -> str:

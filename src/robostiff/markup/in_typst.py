@@ -16,8 +16,9 @@ from robostiff.markup.blocks import (
     Paragraph,
     Table,
     Tone,
+    number,
+    shown_matrix,
 )
-from robostiff.markup.numbers import number, shown_matrix
 
 _SPECIAL = re.compile(r"([\\#*_`$<>@\[\]~=/\"'+.-])")
 

@@ -239,11 +239,6 @@ class CableRobot:
 
 def _numbers(owner: str, vector: np.ndarray) -> np.ndarray:
     if vector.dtype == object:
-        raise InputError(
-            f"numbers of {owner!r}", got=_text(vector), expected="numbers: cables take no formulas"
-        )
+        got, expected = ", ".join(map(str, vector)), "numbers: cables take no formulas"
+        raise InputError(f"numbers of {owner!r}", got=got, expected=expected)
     return vector
-
-
-def _text(vector: Any) -> str:
-    return ", ".join(str(entry) for entry in vector)

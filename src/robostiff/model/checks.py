@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -154,8 +155,9 @@ def checked_stiffness(subject: str, value: Any) -> None:
 
 def check_distinct(subject: str, names: Sequence[str]) -> None:
     """Raise where a name comes twice."""
-    if len(set(names)) < len(names):
-        raise InputError(subject, got=list(names), expected="each name once")
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise InputError(subject, got=name, expected="each name once")
 
 
 def check_in_plane(subject: str, freedom: Screw) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
 from robostiff.elasticity import BeamTheory, CrossSection, Elasticity, Material
 from robostiff.errors import InputError
-from robostiff.model.checks import vector3
+from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.link import beam_link
 from robostiff.spatial.formula import vanishes
 
@@ -92,12 +91,8 @@ class FlexiblePlatform:
 
     def __post_init__(self) -> None:
         names = [node.name for node in self.nodes]
-        for what, given in (("node", names), ("part", [part.name for part in self.parts])):
-            for name, count in Counter(given).items():
-                if count > 1:
-                    raise InputError(
-                        f"{what} of the platform", got=name, expected=f"a name no other {what} has"
-                    )
+        check_distinct("names of the nodes of the platform", names)
+        check_distinct("names of the parts of the platform", [part.name for part in self.parts])
         for what, name in [("tool", self.tool)] + [
             (f"node of {part.name!r}", name) for part in self.parts for name in (part.a, part.b)
         ]:

@@ -185,12 +185,7 @@ def joint_of(freedom: Screw, role: Role) -> Joint:
 
 
 def universal(
-    axis1: Entries,
-    axis2: Entries,
-    role: Role,
-    *,
-    home: Sequence[Any] = (),
-    name: str = "universal",
+    axis1: Entries, axis2: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "universal"
 ) -> Joint:
     """Joint that turns about `axis1`, then about `axis2`, which turns along with the first."""
     first = unit_vector("first axis of the universal joint", axis1)

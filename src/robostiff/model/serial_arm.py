@@ -16,7 +16,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model.chain import Chain, Element
 from robostiff.model.checks import check_distinct
-from robostiff.model.joint import Actuated, Joint, prismatic, revolute
+from robostiff.model.joint import Actuated, prismatic, revolute
 from robostiff.model.link import Rigid
 from robostiff.model.mass import Mass
 from robostiff.model.robot import Coordinate, Leg, Robot
@@ -176,24 +176,23 @@ def serial_arm(
             expected="DHConvention.STANDARD or DHConvention.MODIFIED",
             hint="the source of the table says which; the two are different robots",
         )
-    stiffnesses = _one_a_joint("joint_stiffness", joint_stiffness, len(rows))
-    bounds = _one_a_joint("limits", limits, len(rows))
-    homes = _one_a_joint("home", home, len(rows))
-    joints = [
-        _joint(row, number, Actuated(stiffness, bound), own)
-        for number, (row, stiffness, bound, own) in enumerate(
-            zip(rows, stiffnesses, bounds, homes, strict=True), start=1
-        )
-    ]
     first, links = _links(rows, convention)
-    start = (Frame.identity() if base is None else Frame.of(base)) @ first
+    each = zip(
+        *(rows, links, _one_a_joint("joint_stiffness", joint_stiffness, len(rows))),
+        *(_one_a_joint("limits", limits, len(rows)), _one_a_joint("home", home, len(rows))),
+        strict=True,
+    )
     elements: list[Element] = []
-    for number, (row, joint, link) in enumerate(zip(rows, joints, links, strict=True), start=1):
-        own = link if convention is DHConvention.STANDARD else row.about_z
-        masses = tuple(_seen_from_joint(mass, own) for mass in row.masses)
-        elements += [joint, Rigid(link, f"link{number}", masses)]
+    for number, (row, link, stiffness, bound, own) in enumerate(each, start=1):
+        make = prismatic if row.slides else revolute
+        q, name_of_joint = () if own is None else (own,), row.name or f"joint{number}"
+        frame = link if convention is DHConvention.STANDARD else row.about_z
+        masses = tuple(_seen_from_joint(mass, frame) for mass in row.masses)
+        elements.append(make(_AXIS, Actuated(stiffness, bound), home=q, name=name_of_joint))
+        elements.append(Rigid(link, f"link{number}", masses))
     if tool is not None:
         elements.append(Rigid(Frame.of(tool), "tool"))
+    start = (Frame.identity() if base is None else Frame.of(base)) @ first
     leg = Leg("arm", start, Chain(tuple(elements)), Frame.identity())
     return Robot(name, (leg,), coordinates=tuple(coordinates), title=title, source=source)
 
@@ -214,13 +213,6 @@ def _seen_from_joint(mass: Mass, row: Frame) -> Mass:
     return replace(mass, centre=row.p + row.R @ mass.centre, inertia=inertia)
 
 
-def _joint(row: DHRow, number: int, role: Actuated, home: Any) -> Joint:
-    make = prismatic if row.slides else revolute
-    return make(
-        _AXIS, role, home=() if home is None else (home,), name=row.name or f"joint{number}"
-    )
-
-
 def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:
     rows = list(dh)
     for i, row in enumerate(rows):
@@ -236,13 +228,9 @@ def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:
         raise InputError("table of Denavit and Hartenberg", got="no row", expected="a row a joint")
     names = [row.name or f"joint{number}" for number, row in enumerate(rows, start=1)]
     check_distinct("names of the joints", names)
-    return _exact_together(rows)
-
-
-def _exact_together(rows: list[DHRow]) -> list[DHRow]:
-    """The rows as they are; angles of numbers beside formulas become exact."""
     if not any(is_formula(getattr(row, key)) for row in rows for key in _KEYS):
         return rows
+    # Angles of numbers beside formulas become exact.
     return [replace(row, alpha=_exact(row.alpha), theta=_exact(row.theta)) for row in rows]
 
 

@@ -11,12 +11,7 @@ import numpy as np
 from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitted_wrenches
 from robostiff.errors import InputError
 from robostiff.kinematics import freedom_twist
-from robostiff.network.elements import (
-    BeamElement,
-    CouplingElement,
-    Element,
-    SpringElement,
-)
+from robostiff.network.elements import BeamElement, CouplingElement, Element, SpringElement
 from robostiff.network.network import Network
 from robostiff.spatial import Space, block_rotation, compliance_modes, twist_transport
 
@@ -150,11 +145,7 @@ def coupled_motion(
 
 
 def connection_of(
-    element: Element,
-    of_node: np.ndarray,
-    scale: np.ndarray,
-    space: Space,
-    tolerance: Tolerance,
+    element: Element, of_node: np.ndarray, scale: np.ndarray, space: Space, tolerance: Tolerance
 ) -> RelativeMotion:
     """The connection of an element, a beam about its end; `scale` turns twists into lengths.
 
@@ -182,8 +173,28 @@ def connection_of(
                 names.append(f"{element.name}/{freedom.name}")
             elif freedom.stiffness is not None:
                 C = C + np.outer(twist, twist) / freedom.stiffness
-    parts = _in_space(element.name, C, J, rotation, space)
-    return _connection(element, at, *parts, tuple(names), scale, tolerance)
+    C, J, axes = _in_space(element.name, C, J, rotation, space)
+    modes = compliance_modes(C) * scale[:, None]
+    C, J = C * np.outer(scale, scale), J * scale[:, None]
+    J = J / np.linalg.norm(J, axis=0)
+    W, _ = transmitted_wrenches(J, tolerance.independence)
+    S = W.T @ C @ W
+    S = 0.5 * (S + S.T)
+    if np.any(np.linalg.eigvalsh(S) < -_SYMMETRY * np.trace(C)):
+        raise InputError(
+            f"compliance of {element.name!r}", got=C, expected="a positive semidefinite matrix"
+        )
+    # Wrenches that load the spring, by unit modes: a stiff direction is not rigid.
+    felt = modes[:, np.any(modes != 0, axis=0)].T @ W
+    size = np.linalg.norm(modes[:, np.any(modes != 0, axis=0)], axis=0)
+    values, Vt = np.linalg.svd(felt / size[:, None])[1:]
+    rank = int(np.count_nonzero(values > tolerance.independence))
+    if rank < len(S):  # otherwise unchanged: a new basis would cost digits of stiff directions
+        _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
+        W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
+        S = np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
+    ends = element.a, element.b, at
+    return RelativeMotion(element.name, *ends, axes @ W, S, axes @ J, tuple(names))
 
 
 def check_fits(element: Element, space: Space) -> None:
@@ -206,38 +217,6 @@ def _in_space(
     check_in_plane(name, C, J)
     rows = list(space.rows)
     return C[np.ix_(rows, rows)], J[rows], np.eye(len(rows))
-
-
-def _connection(
-    element: Element,
-    point: np.ndarray,
-    C: np.ndarray,
-    J: np.ndarray,
-    axes: np.ndarray,
-    names: tuple[str, ...],
-    scale: np.ndarray,
-    tolerance: Tolerance,
-) -> RelativeMotion:
-    modes = compliance_modes(C) * scale[:, None]
-    C, J = C * np.outer(scale, scale), J * scale[:, None]
-    J = J / np.linalg.norm(J, axis=0)
-    W, _ = transmitted_wrenches(J, tolerance.independence)
-    S = W.T @ C @ W
-    S = 0.5 * (S + S.T)
-    if np.any(np.linalg.eigvalsh(S) < -_SYMMETRY * np.trace(C)):
-        raise InputError(
-            f"compliance of {element.name!r}", got=C, expected="a positive semidefinite matrix"
-        )
-    # Wrenches that load the spring, by unit modes: a stiff direction is not rigid.
-    felt = modes[:, np.any(modes != 0, axis=0)].T @ W
-    size = np.linalg.norm(modes[:, np.any(modes != 0, axis=0)], axis=0)
-    values, Vt = np.linalg.svd(felt / size[:, None])[1:]
-    rank = int(np.count_nonzero(values > tolerance.independence))
-    if rank < len(S):  # otherwise unchanged: a new basis would cost digits of stiff directions
-        _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
-        W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
-        S = np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
-    return RelativeMotion(element.name, element.a, element.b, point, axes @ W, S, axes @ J, names)
 
 
 # A point further from where a body is attached than this many lengths costs digits.

@@ -369,3 +369,18 @@ def _mechanism(
             displacements.append(D @ of_cluster)
     stack = np.array(displacements)
     return Mechanism(tuple(nodes), stack, pinning_coordinates(stack.reshape(-1, stack.shape[-1])))
+
+
+def held_coordinates(equations: Equations) -> set[tuple[str, int]]:
+    """Node and row (0 to 5) of what does not move: the ground, what leaves the plane, mechanisms.
+
+    Mechanisms carry nothing where they are held, each of their motions at one coordinate.
+    """
+    network, rows = equations.network, equations.network.space.rows
+    held = {(name, row) for name in network.fixed for row in range(6)}
+    held |= {(node.name, row) for node in network.nodes for row in range(6) if row not in rows}
+    for mechanism in mobility(equations, platform_fixed=False).mechanisms:
+        for pin in mechanism.pins:
+            body, row = divmod(int(pin), len(rows))
+            held.add((mechanism.nodes[body], rows[row]))
+    return held

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -13,6 +13,7 @@ from robostiff.errors import InputError
 from robostiff.model import (
     CoupledFreedom,
     PlacedBlock,
+    PlacedElement,
     PlacedFreedom,
     PlacedLeg,
     PlacedMass,
@@ -20,6 +21,7 @@ from robostiff.model import (
     PlacedSpring,
     Snapshot,
 )
+from robostiff.model.checks import check_distinct
 from robostiff.network.elements import (
     BeamElement,
     CouplingElement,
@@ -89,9 +91,7 @@ class Network:
 
     def __post_init__(self) -> None:
         names = [node.name for node in self.nodes]
-        for name, count in Counter(names).items():
-            if count > 1:
-                raise InputError("name of the node", got=name, expected="a name no other node has")
+        check_distinct("names of the nodes", names)
         known = set(names)
         _check_known("fixed node", self.fixed, known)
         _check_known("platform", (self.platform,), known)
@@ -328,13 +328,11 @@ def platform_node(placed: PlacedPlatform, name: str) -> str:
     return _PLATFORM if name == placed.platform.tool else f"{_PLATFORM}, {name}"
 
 
-def _point_of(element: PlacedFreedom | PlacedSpring | PlacedBlock) -> np.ndarray:
+def _point_of(element: PlacedElement) -> np.ndarray:
     """A point of a body, for its node."""
     point = element.branches[0].end if isinstance(element, PlacedBlock) else element.point
     return np.asarray(point, dtype=float)
 
 
-def _is_rigid(element: PlacedFreedom | PlacedSpring | PlacedBlock) -> bool:
-    return (
-        isinstance(element, PlacedFreedom) and not element.is_passive and element.stiffness is None
-    )
+def _is_rigid(own: PlacedElement) -> bool:
+    return isinstance(own, PlacedFreedom) and not own.is_passive and own.stiffness is None

@@ -318,10 +318,7 @@ def driven_mechanism(
 
 
 def _assembled(
-    equations: Equations,
-    rows_of: dict[str, np.ndarray],
-    wrench_rows: list[np.ndarray],
-    size: int,
+    equations: Equations, rows_of: dict[str, np.ndarray], wrench_rows: list[np.ndarray], size: int
 ) -> csc_array:
     blocks = BlockEntries()
     for c, own in zip(equations.connections, wrench_rows, strict=True):

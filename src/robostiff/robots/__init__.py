@@ -180,16 +180,16 @@ def load(
 
     kind = descriptions.kind_of(name_or_path)
     if kind is not None:
-        descriptions.refuse_symbols(kind, symbols, descriptions.DECIMALS)
-        return descriptions.load_object(name_or_path, parameters, side=side)
-    _refuse_what_is_no_name(name_or_path)
+        return _of_description(kind, name_or_path, parameters, symbols, side)
+    if not isinstance(name_or_path, str | os.PathLike):
+        expected = "a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio"
+        raise InputError("robot", got=name_or_path, expected=expected)
     name = str(name_or_path)
     shipped = isinstance(name_or_path, str) and name in _all_names()
     if not shipped and name != "-" and not Path(name).exists():
         raise _not_there(name, isinstance(name_or_path, os.PathLike))
     if not shipped and descriptions.is_description(name):
-        descriptions.refuse_symbols(name, symbols, descriptions.DECIMALS)
-        return descriptions.load_description(name, parameters, side=side)
+        return _of_description(name, name, parameters, symbols, side)
     if side is not None:
         raise InputError(
             f"side file of {name!r}",
@@ -198,8 +198,7 @@ def load(
         )
     document = read_document(robot_file(name) if shipped else name_or_path)
     if descriptions.names_description(document):
-        descriptions.refuse_symbols(name, symbols, descriptions.DECIMALS)
-        return descriptions.load_from_side(document, parameters, allow_xacro=allow_xacro)
+        return _of_description(name, document, parameters, symbols, allow_xacro=allow_xacro)
     if not _is_snapshot(document):
         if isinstance(document.data, dict) and "cables" in document.data:
             from robostiff.io.model_file.build_cables import cable_robot_from_document
@@ -222,6 +221,16 @@ def load(
     )
 
 
+def _of_description(
+    name: str, value: Any, parameters: Any, symbols: Symbols, side: Any = None, **options: bool
+) -> Any:
+    from robostiff.io.rigid_tree import robot_of_tree
+    from robostiff.robots import descriptions
+
+    descriptions.refuse_symbols(name, symbols, descriptions.DECIMALS)
+    return robot_of_tree(*descriptions.described(value, side, **options), parameters)
+
+
 def _shipped_model(name: str) -> Path | None:
     return robot_file(name) if name in shipped_robots() else None
 
@@ -238,15 +247,6 @@ def robot_of_legs(loaded: Any, name: str) -> Robot:
         expected="a robot of legs: a model file, or the description of an arm",
         hint="snapshots, networks, linkages and cable robots have numbers alone",
     )
-
-
-def _refuse_what_is_no_name(value: Any) -> None:
-    if not isinstance(value, str | os.PathLike):
-        raise InputError(
-            "robot",
-            got=value,
-            expected="a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio",
-        )
 
 
 def _names_in(folder: str) -> tuple[str, ...]:

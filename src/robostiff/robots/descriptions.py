@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from robostiff.io.model_file.symbols import Symbols
     from robostiff.io.rigid_tree import RigidTree
     from robostiff.linkage import Linkage
-    from robostiff.model import Robot
-    from robostiff.network import Network
 
 ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 """Of files that are robot descriptions."""
@@ -57,31 +55,38 @@ def describes_bodies(path: str | Path) -> bool:
     return Path(path).is_file() and names_description(read_document(path))
 
 
-def load_description(
-    path: str | Path,
-    parameters: Mapping[str, str | float] | None = None,
-    *,
-    side: str | Path | None = None,
-) -> Robot | Network:
-    """The robot of a description file and its side file; see `robostiff.load`."""
-    from robostiff.io.rigid_tree import read_side, robot_of_tree
+def described(
+    value: Any, side: str | Path | None = None, *, allow_xacro: bool = False
+) -> tuple[RigidTree, Document]:
+    """The tree and the side file of a description, of a side file that names one, or of an object.
 
-    # The side file first: it is the one that is likely to be missing.
-    document = read_side(path, side)
-    return robot_of_tree(_tree(path), document, parameters)
+    Parameters
+    ----------
+    value : str or Path, Document, or object of another program
+    side : str or path, optional
+        The side file; the one beside a description when left out.
+    allow_xacro : bool
+        Whether a side file may name a xacro; see `robostiff.load`.
+    """
+    from robostiff.io.document import Document
+    from robostiff.io.rigid_tree import read_side
 
-
-def load_from_side(
-    document: Document,
-    parameters: Mapping[str, str | float] | None = None,
-    *,
-    allow_xacro: bool = False,
-) -> Robot | Network:
-    """The robot of a side file that names its description."""
-    from robostiff.io.rigid_tree import robot_of_tree
-
-    path = _description_of(document, allow_xacro)
-    return robot_of_tree(_tree(path), document, parameters)
+    if isinstance(value, Document):
+        return _tree(_description_of(value, allow_xacro)), value
+    kind = kind_of(value)
+    if kind is None:
+        # The side file first: it is the one that is likely to be missing.
+        document = read_side(value, side)
+        return _tree(value), document
+    if side is None:
+        raise InputError(
+            f"stiffness of {kind}",
+            got=Words("no side file"),
+            expected="side='NAME.stiffness.yaml', the file that has it",
+            hint="an object has no folder in which the side file could be looked for",
+        )
+    document = read_side("robot", side)
+    return _tree_of_object(value), document
 
 
 def load_linkage(
@@ -118,14 +123,13 @@ def load_linkage(
         When there is no side file; a `FileError`, with the place, when a file cannot be used.
     """
     from robostiff.io.document import read_document
-    from robostiff.io.rigid_tree import linkage_of_tree, read_side
+    from robostiff.io.rigid_tree import linkage_of_tree
     from robostiff.robots import robot_file, shipped_linkages
 
     if path in shipped_linkages():
         path = robot_file(str(path))
     if is_description(path):
-        document = read_side(path, side)
-        return linkage_of_tree(_tree(path), document, parameters, symbols)
+        return linkage_of_tree(*described(path, side), parameters, symbols)
     document = read_document(path)
     if not names_description(document):
         raise FileError(
@@ -134,8 +138,8 @@ def load_linkage(
             got=Words("a file that is no robot description"),
             expected="URDF, xacro or MJCF, or a side file with robot: FILE",
         )
-    tree = _tree(_description_of(document, allow_xacro))
-    return linkage_of_tree(tree, document, parameters, symbols)
+    found = described(document, allow_xacro=allow_xacro)
+    return linkage_of_tree(*found, parameters, symbols)
 
 
 def _description_of(document: Document, allow_xacro: bool) -> Path:
@@ -177,9 +181,9 @@ def _tree(path: str | Path) -> RigidTree:
 
 
 def _begins_as_urdf(path: str | Path) -> bool:
-    from robostiff.io.rigid_tree.xml_text import parse_xml, read_bytes
+    from robostiff.io.rigid_tree.xml_text import read_xml
 
-    return parse_xml(read_bytes(path), str(path)).tag == "robot"
+    return read_xml(path).tag == "robot"
 
 
 def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:
@@ -220,26 +224,6 @@ def kind_of(value: Any) -> str | None:
         if (package, kind.__name__) in _KINDS:
             return _KINDS[package, kind.__name__]
     return None
-
-
-def load_object(
-    value: Any,
-    parameters: Mapping[str, str | float] | None = None,
-    *,
-    side: str | Path | None = None,
-) -> Robot | Network:
-    """The robot of an object of another program and a side file; see `robostiff.load`."""
-    from robostiff.io.rigid_tree import read_side, robot_of_tree
-
-    if side is None:
-        raise InputError(
-            f"stiffness of {kind_of(value)}",
-            got=Words("no side file"),
-            expected="side='NAME.stiffness.yaml', the file that has it",
-            hint="an object has no folder in which the side file could be looked for",
-        )
-    document = read_side("robot", side)
-    return robot_of_tree(_tree_of_object(value), document, parameters)
 
 
 def _tree_of_object(value: Any) -> RigidTree:

@@ -218,6 +218,21 @@ def test_a_beam_to_the_loop_leaves_a_robot_of_two_legs(tmp_path):
     assert matrix_distance(rs.stiffness(network).K, result.K) < 1e-9
 
 
+def test_a_screw_closes_a_loop(tmp_path):
+    side = FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, ")
+    path, turning = _five_bar(tmp_path, side)
+    K = rs.stiffness(robot_of(path, turning)).K
+    found = []
+    for pitch in ("1e-9 mm", "40 mm"):
+        screw = side.replace("type: revolute, axis: z,", f"type: helical, axis: z, pitch: {pitch},")
+        path, advancing = _five_bar(tmp_path, screw)
+        found.append(rs.stiffness(robot_of(path, advancing)).K)
+        network = rs.load_linkage(path, side=advancing).network_at()
+        assert matrix_distance(rs.stiffness(network).K, found[-1]) < 1e-9
+    assert matrix_distance(found[0], K) < 1e-9
+    assert abs(found[1][0, 2]) > 1e-2 * K[0, 0] > abs(K[0, 2])  # it pushes out of the plane
+
+
 def test_a_beam_to_the_tool_leaves_the_loop_on_its_near_end(tmp_path):
     path, side = _five_bar(tmp_path, FIVE_BAR_SIDE)
     network = network_of(path, side)

@@ -9,28 +9,10 @@ import mujoco as _mujoco
 mujoco: Any = _mujoco  # a module in C without annotations
 
 _ARRAYS = (
-    "body_parentid",
-    "body_jntadr",
-    "body_jntnum",
-    "body_pos",
-    "body_quat",
-    "jnt_type",
-    "jnt_bodyid",
-    "jnt_qposadr",
-    "jnt_limited",
-    "jnt_range",
-    "jnt_pos",
-    "jnt_axis",
-    "qpos0",
-    "site_bodyid",
-    "site_pos",
-    "site_quat",
-    "eq_type",
-    "eq_objtype",
-    "eq_obj1id",
-    "eq_obj2id",
-    "eq_active0",
-    "eq_data",
+    *("body_parentid", "body_jntadr", "body_jntnum", "body_pos", "body_quat"),
+    *("jnt_type", "jnt_bodyid", "jnt_qposadr", "jnt_limited", "jnt_range", "jnt_pos", "jnt_axis"),
+    *("qpos0", "site_bodyid", "site_pos", "site_quat"),
+    *("eq_type", "eq_objtype", "eq_obj1id", "eq_obj2id", "eq_active0", "eq_data"),
 )
 
 

@@ -14,21 +14,9 @@ from typing import Any
 # Events that code from a file may cause after the imports of the task.
 _HARMLESS = frozenset(
     (
-        "builtins.id",
-        "exec",
-        "glob.glob",
-        "glob.glob/2",
-        "import",
-        "marshal.load",
-        "marshal.loads",
-        "object.__getattr__",
-        "os.fwalk",
-        "os.listdir",
-        "os.scandir",
-        "os.walk",
-        "pathlib.Path.glob",
-        "pathlib.Path.rglob",
-        "sys._getframe",
+        *("builtins.id", "exec", "import", "object.__getattr__", "sys._getframe"),
+        *("glob.glob", "glob.glob/2", "pathlib.Path.glob", "pathlib.Path.rglob"),
+        *("marshal.load", "marshal.loads", "os.fwalk", "os.listdir", "os.scandir", "os.walk"),
     )
 )
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND

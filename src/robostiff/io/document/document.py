@@ -40,24 +40,16 @@ class Limits:
     yaml_size: int = 1_000_000
     yaml_marks: int = 20_000
 
-    def too_large(self, file: str, size: int | None = None) -> FileError:
-        """The error for a file that is too large."""
-        came = f"{size} bytes" if size is not None else f"more than {self.size} bytes"
-        return FileError(
-            Location(file), "file too large", got=Words(came), expected=f"at most {self.size} bytes"
-        )
-
-    def too_deep(self, place: Location) -> FileError:
-        """The error for too deep nesting."""
-        return _over(place, "nesting too deep", f"{self.depth} levels", f"{self.depth}")
-
-    def too_many(self, place: Location) -> FileError:
-        """The error for too many values."""
-        return _over(place, "too many values", f"{self.nodes}", f"{self.nodes}")
-
-    def too_many_keys(self, place: Location) -> FileError:
-        """The error for too many keys in a mapping."""
-        return _over(place, "too many keys", f"{self.keys}", f"{self.keys} in a mapping")
+    def exceeded(self, bound: str, place: Location) -> FileError:
+        """The error for more than a document may have of ``depth``, ``nodes`` or ``keys``."""
+        most = getattr(self, bound)
+        subject, levels, where = {
+            "depth": ("nesting too deep", " levels", ""),
+            "nodes": ("too many values", "", ""),
+            "keys": ("too many keys", "", " in a mapping"),
+        }[bound]
+        got, expected = Words(f"more than {most}{levels}"), f"at most {most}{where}"
+        return FileError(place, subject, got=got, expected=expected)
 
     def check_yaml(self, text: str, file: str) -> None:
         """Raise for a YAML text that would take long to read.
@@ -80,10 +72,6 @@ class Limits:
                     expected=f"at most {most}",
                     hint="write a file of that size as JSON",
                 )
-
-
-def _over(place: Location, subject: str, most: str, allowed: str) -> FileError:
-    return FileError(place, subject, got=Words(f"more than {most}"), expected=f"at most {allowed}")
 
 
 _PLAIN_KEY = re.compile(r"[^\W\d][\w-]*")
@@ -241,7 +229,7 @@ class Builder:
                 expected=f"each key once; line {first.key_line if first else '?'} has it already",
             )
         if len(top.data) >= self.limits.keys:
-            raise self.limits.too_many_keys(self.place(line, column))
+            raise self.limits.exceeded("keys", self.place(line, column))
         top.key = (key, line, column)
 
     def scalar(self, value: Any, line: int, column: int) -> None:
@@ -251,7 +239,7 @@ class Builder:
     def start(self, data: list[Any] | dict[str, Any], line: int, column: int) -> None:
         """The start of a list or mapping."""
         if len(self._open) >= self.limits.depth:
-            raise self.limits.too_deep(Location(self.file, line, column))
+            raise self.limits.exceeded("depth", Location(self.file, line, column))
         mark = Mark(line, column, children=[] if isinstance(data, list) else {})
         path = self._path
         self._add(data, mark)
@@ -268,7 +256,7 @@ class Builder:
     def _add(self, value: Any, mark: Mark) -> None:
         self._nodes += 1
         if self._nodes > self.limits.nodes:
-            raise self.limits.too_many(self.place(mark.line, mark.column))
+            raise self.limits.exceeded("nodes", self.place(mark.line, mark.column))
         if not self._open:
             self.data, self.mark = value, mark
             return

@@ -6,16 +6,15 @@ import functools
 import json
 import os
 import re
-import stat
 import sys
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from robostiff.errors import FileError, Location
 from robostiff.io.document.document import Builder, Document, Limits, Mark
 from robostiff.io.document.yaml_text import integer, line_and_column, parse_yaml
 from robostiff.io.suggest import Words
+from robostiff.io.whole_file import bounded_bytes, too_large
 
 # a string (perhaps not closed), a bracket, a comma, a colon, or a run of anything else
 _PIECE = re.compile(r'"(?:[^"\\]++|\\.)*+(?:"|\\?\Z)|[\[\]{},:]|[^\s"\[\]{},:]++', re.DOTALL)
@@ -72,17 +71,14 @@ def _check_structure(text: str, file: str, limits: Limits) -> None:
     for piece in _STRUCTURE.finditer(text):
         character = piece[0]
         if character in ("[", "{"):
-            depth += 1
-            nodes += 1
-            if depth > limits.depth:
-                place = Location(file, *line_and_column(text, piece.start()))
-                raise limits.too_deep(place)
-        elif character in ("]", "}"):
-            depth -= 1
+            depth, nodes = depth + 1, nodes + 1
         elif character == ",":
             nodes += 1
-        if nodes > limits.nodes:
-            raise limits.too_many(Location(file, *line_and_column(text, piece.start())))
+        else:
+            depth -= character in ("]", "}")
+        if depth > limits.depth or nodes > limits.nodes:
+            bound = "depth" if depth > limits.depth else "nodes"
+            raise limits.exceeded(bound, Location(file, *line_and_column(text, piece.start())))
 
 
 def _unique(pairs: list[tuple[str, Any]], most: int) -> dict[str, Any]:
@@ -105,7 +101,7 @@ def _check_characters(data: Any, file: str) -> None:
 _LIMITS = Limits()
 
 
-def read_document(source: Path | str, limits: Limits = _LIMITS) -> Document:
+def read_document(source: str | os.PathLike[str], limits: Limits = _LIMITS) -> Document:
     """Read a YAML or JSON file.
 
     Parameters
@@ -125,17 +121,10 @@ def read_document(source: Path | str, limits: Limits = _LIMITS) -> Document:
     --------
     parse_document : for a text.
     """
-    file = str(source)
-    try:
-        content = _standard_input(limits) if file == "-" else _file_bytes(source, limits)
-    except FileError:
-        raise
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(
-            Location(file), "cannot read the file", got=Words(reason), expected="a readable file"
-        ) from None
-    return _parse_bytes(content, "<stdin>" if file == "-" else file, limits)
+    if str(source) != "-":
+        content = bounded_bytes(source, limits.size, "a YAML or JSON file")
+        return _parse_bytes(content, str(source), limits)
+    return _parse_bytes(sys.stdin.buffer.read(limits.size + 1), "<stdin>", limits)
 
 
 def parse_document(text: str, file: str = "<text>", limits: Limits = _LIMITS) -> Document:
@@ -168,31 +157,9 @@ def parse_document(text: str, file: str = "<text>", limits: Limits = _LIMITS) ->
     return _parse_bytes(content, file, limits)
 
 
-def _standard_input(limits: Limits) -> bytes:
-    content = sys.stdin.buffer.read(limits.size + 1)
-    if len(content) > limits.size:
-        raise limits.too_large("<stdin>")
-    return content
-
-
-def _file_bytes(source: Path | str, limits: Limits) -> bytes:
-    """The content of a file; its size is looked up first, and never more than the limit is read."""
-    file = str(source)
-    status = os.stat(source)
-    if stat.S_ISDIR(status.st_mode):
-        raise FileError(Location(file), "a folder", expected="a YAML or JSON file")
-    if status.st_size > limits.size:
-        raise limits.too_large(file, status.st_size)
-    with open(source, "rb") as stream:
-        content = stream.read(limits.size + 1)
-    if len(content) > limits.size:
-        raise limits.too_large(file)
-    return content
-
-
 def _parse_bytes(content: bytes, file: str, limits: Limits) -> Document:
     if len(content) > limits.size:
-        raise limits.too_large(file, len(content))
+        raise too_large(Location(file), len(content), limits.size)
     text = _decoded(content, file)
     if file.lower().endswith(".json"):
         return _json_document(text, file, limits)

@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import cache
 from types import MappingProxyType
 from typing import Any
 
 from robostiff.errors import InputError
 from robostiff.io.expression import functions
-from robostiff.io.expression.functions import FLOATS, OPERATORS, Mathematics, Refusal
-from robostiff.io.expression.parser import (
-    Call,
-    Literal,
-    Name,
-    Negative,
-    Node,
-    OperatorChain,
-    Power,
-    error_at,
-    parse_tree,
-)
+from robostiff.io.expression.functions import FLOATS, Mathematics, Refusal
+from robostiff.io.expression.parser import Literal, Name, Node, Operation, error_at, parse_tree
 from robostiff.io.suggest import Words, did_you_mean, listing
-from robostiff.io.units import Quantity, Unit, describe, exact_quantity, make_quantity
+from robostiff.io.units import Quantity, Unit, exact_quantity, make_quantity
 from robostiff.spatial.formula import exact_number, is_possible
 
 
@@ -70,6 +60,14 @@ class Expression:
         """
         return _Evaluation(self.text, environment, mathematics).value(self.root)
 
+    @property
+    def is_quantity(self) -> bool:
+        """Whether it is one number, perhaps with a sign and a unit."""
+        root = self.root
+        if isinstance(root, Operation) and root.is_sign:
+            (root,) = root.operands
+        return isinstance(root, Literal)
+
 
 def parse(text: str) -> Expression:
     """Read an expression.
@@ -108,49 +106,19 @@ class _Evaluation:
     mathematics: Mathematics
 
     def value(self, node: Node) -> Quantity:
-        match node:
-            case Literal():
-                return self.literal(node)
-            case Name():
-                return self.named(node)
-            case Negative():
-                operand = self.value(node.operand)
-                return make_quantity(-operand.magnitude, operand.units)
-            case Power():
-                base, exponent = self.value(node.base), self.value(node.exponent)
-                return self.checked(
-                    node.column,
-                    lambda: f"{describe(base)} to the power {describe(exponent)}",
-                    lambda: functions.power(base, exponent, self.mathematics),
-                )
-            case Call():
-                return self.called(node)
-            case OperatorChain():
-                return self.chained(node)
+        operations: list[Operation] = []
+        while isinstance(node, Operation):  # along first operands, which may be many, in a loop
+            operations.append(node)
+            node = node.operands[0]
+        result = self.named(node) if isinstance(node, Name) else self.literal(node)
+        for own in reversed(operations):
+            result = self.applied(own, [result, *map(self.value, own.operands[1:])])
+        return result
 
     def literal(self, node: Literal) -> Quantity:
         if self.mathematics.number is None:
             return node.quantity
         return self.mathematics.number(node.digits, node.unit)
-
-    def chained(self, node: OperatorChain) -> Quantity:
-        result = self.value(node.first)
-        for step in node.steps:
-            left, right = result, self.value(step.operand)
-            result = self.checked(
-                step.column,
-                partial(_written, left, step.operator, right),
-                partial(OPERATORS[step.operator], left, right),
-            )
-        return result
-
-    def called(self, node: Call) -> Quantity:
-        arguments = [self.value(argument) for argument in node.arguments]
-        return self.checked(
-            node.column,
-            lambda: f"{node.function} of {', '.join(map(describe, arguments))}",
-            lambda: functions.apply(node.function, arguments, self.mathematics),
-        )
 
     def named(self, node: Name) -> Quantity:
         if node.name in self.environment:
@@ -168,26 +136,21 @@ class _Evaluation:
             hint=did_you_mean(node.name, self.environment),
         )
 
-    def checked(
-        self, column: int, operation: Callable[[], str], compute: Callable[[], Quantity]
-    ) -> Quantity:
+    def applied(self, node: Operation, operands: list[Quantity]) -> Quantity:
         """The result of an operation, if there is one."""
         try:
-            result = compute()
+            result = functions.apply(node.name, operands, self.mathematics)
+            if self.mathematics.is_finite(result.magnitude):
+                return result
         except Refusal as refusal:
-            raise self.error(column, refusal.got, refusal.expected, refusal.hint) from None
+            raise self.error(node.column, refusal.got, refusal.expected, refusal.hint) from None
         except (ArithmeticError, ValueError):
-            raise self.error(column, Words(operation()), "a finite real result") from None
-        if not self.mathematics.is_finite(result.magnitude):
-            raise self.error(column, Words(operation()), "a finite real result")
-        return result
+            pass
+        words = Words(functions.in_words(node.name, operands))
+        raise self.error(node.column, words, "a finite real result")
 
     def error(self, column: int, got: str, expected: str, hint: str | None = None) -> InputError:
         return error_at(self.text, column, got=got, expected=expected, hint=hint)
-
-
-def _written(left: Quantity, operator: str, right: Quantity) -> str:
-    return f"{describe(left)} {operator} {describe(right)}"
 
 
 def known_names(names: Mapping[str, object]) -> str:

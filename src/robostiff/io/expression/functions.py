@@ -139,11 +139,24 @@ class Rule:
     most: int = 1
 
 
-def apply(name: str, arguments: Sequence[Quantity], mathematics: Mathematics) -> Quantity:
-    """The function of that name."""
-    unit = RULES[name].unit(arguments, name)
-    magnitudes = [argument.magnitude for argument in arguments]
-    return make_quantity(mathematics.functions[name](*magnitudes), unit)
+def apply(name: str, operands: Sequence[Quantity], mathematics: Mathematics) -> Quantity:
+    """The function or operator of that name; one operand of an operator gets its sign."""
+    if name in RULES:
+        unit = RULES[name].unit(operands, name)
+        magnitudes = [operand.magnitude for operand in operands]
+        return make_quantity(mathematics.functions[name](*magnitudes), unit)
+    if len(operands) == 1:
+        return make_quantity(-operands[0].magnitude, operands[0].units)
+    left, right = operands
+    return power(left, right, mathematics) if name == "^" else OPERATORS[name](left, right)
+
+
+def in_words(name: str, operands: Sequence[Quantity]) -> str:
+    """What `apply` does, for messages."""
+    words = [describe(operand) for operand in operands]
+    if name in RULES:
+        return f"{name} of {', '.join(words)}"
+    return f" {'to the power' if name == '^' else name} ".join(words)
 
 
 def _of_angle(arguments: Sequence[Quantity], name: str) -> Any:

@@ -12,7 +12,7 @@ from robostiff.errors import InputError
 from robostiff.io.expression.functions import CONSTANTS, RULES
 from robostiff.io.suggest import Words, did_you_mean, nearest
 from robostiff.io.units import UNIT_WORDS, Quantity, Unit, is_unit_word, make_quantity, read_unit
-from robostiff.io.units.registry import NUMBER
+from robostiff.io.units.registry import NUMBER, after_space
 
 
 @dataclass(frozen=True)
@@ -34,57 +34,23 @@ class Name:
 
 
 @dataclass(frozen=True)
-class Negative:
-    """Unary minus."""
+class Operation:
+    """A sign, an operator between two operands, or a function of the table, applied."""
 
-    operand: Node
+    name: str
+    operands: tuple[Node, ...]
     column: int
 
-
-@dataclass(frozen=True)
-class OperatorStep:
-    """One operator of a chain, and its right operand."""
-
-    operator: str
-    operand: Node
-    column: int
+    @property
+    def is_sign(self) -> bool:
+        """Whether it is a minus before its only operand."""
+        return self.name == "-" and len(self.operands) == 1
 
 
-@dataclass(frozen=True)
-class OperatorChain:
-    """Operators of one precedence, applied from left to right: ``a - b + c`` or ``a / b * c``.
-
-    A long sum is one flat node, so that evaluation needs no deep recursion.
-    """
-
-    first: Node
-    steps: tuple[OperatorStep, ...]
-    column: int
-
-
-@dataclass(frozen=True)
-class Power:
-    """``base ^ exponent``."""
-
-    base: Node
-    exponent: Node
-    column: int
-
-
-@dataclass(frozen=True)
-class Call:
-    """A function of the table, applied."""
-
-    function: str
-    arguments: tuple[Node, ...]
-    column: int
-
-
-Node: TypeAlias = Literal | Name | Negative | OperatorChain | Power | Call
+Node: TypeAlias = Literal | Name | Operation
 
 
 LONGEST_TEXT = 1000
-_SPACE = re.compile(r"[ \t\r\n]*")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _OPERATOR = re.compile(r"\*\*|[-+*/^(),]")
 _SHOWN = 60
@@ -103,12 +69,7 @@ class Token:
 
 
 def error_at(
-    text: str,
-    column: int,
-    *,
-    got: object,
-    expected: str,
-    hint: str | None = None,
+    text: str, column: int, *, got: object, expected: str, hint: str | None = None
 ) -> InputError:
     """The error for one column of an expression."""
     start = max(0, min(column - 1 - _SHOWN // 2, len(text) - _SHOWN))
@@ -133,20 +94,15 @@ def tokens(text: str) -> Iterator[Token]:
             expected=f"at most {LONGEST_TEXT}",
             hint="split it over several parameters",
         )
-    start, previous, leading_slash = _skip_space(text, 0), "", True
+    start, previous, leading_slash = after_space(text, 0), "", True
     while start < len(text):
         token, end = _token_at(text, start, leading_slash=leading_slash)
         yield token
         is_sign = token.kind in ("+", "-") and previous not in ("number", "name", ")")
         if not is_sign:  # R/-2/m is as ambiguous as R/2/m
             leading_slash = token.kind not in ("/", "^")
-        start, previous = _skip_space(text, end), token.kind
+        start, previous = after_space(text, end), token.kind
     yield Token("end", "", len(text) + 1)
-
-
-def _skip_space(text: str, start: int) -> int:
-    found = _SPACE.match(text, start)
-    return found.end() if found else start
 
 
 def _token_at(text: str, start: int, *, leading_slash: bool) -> tuple[Token, int]:
@@ -188,7 +144,7 @@ def _number(text: str, found: re.Match[str], *, leading_slash: bool) -> tuple[To
 
 def _refuse_word_after(text: str, found: re.Match[str]) -> None:
     """A word right after a number is either a misspelt unit or a forgotten product sign."""
-    start = _skip_space(text, found.end())
+    start = after_space(text, found.end())
     word = _NAME.match(text, start)
     if word is None:
         return
@@ -250,28 +206,19 @@ class _Parser:
             raise self.fault(self.next, got, f"at most {DEEPEST}")
         left = self.prefix()
         while (binding := _BINDING.get(self.next.kind, 0)) >= weakest:
-            left = self.power(left) if binding == _POWER else self.chain(left, binding)
+            operator = self.take()
+            # 2^3^2 is 2^(3^2), and 2^-1 works; all others apply from left to right
+            right = self.expression(_SIGN if binding == _POWER else binding + 1)
+            left = Operation(operator.kind, (left, right), operator.column)
         self.depth -= 1
         return left
-
-    def chain(self, first: Node, binding: int) -> Node:
-        column, steps = self.next.column, []
-        while _BINDING.get(self.next.kind) == binding:
-            operator = self.take()
-            operand = self.expression(binding + 1)
-            steps.append(OperatorStep(operator.kind, operand, operator.column))
-        return OperatorChain(first, tuple(steps), column)
-
-    def power(self, base: Node) -> Node:
-        operator = self.take()
-        return Power(base, self.expression(_SIGN), operator.column)  # 2^3^2 is 2^(3^2), 2^-1 works
 
     def prefix(self) -> Node:
         token = self.next
         if token.kind in ("+", "-"):
             self.take()
             operand = self.expression(_SIGN)  # -2^2 is -(2^2)
-            return Negative(operand, token.column) if token.kind == "-" else operand
+            return Operation("-", (operand,), token.column) if token.kind == "-" else operand
         if token.kind == "(":
             self.take()
             inner = self.expression(_SUM)
@@ -306,7 +253,7 @@ class _Parser:
         if not rule.fewest <= len(arguments) <= rule.most:
             got = Words(f"{_counted(len(arguments))} of {function.text}")
             raise self.fault(function, got, at_least + _counted(rule.fewest))
-        return Call(function.text, tuple(arguments), function.column)
+        return Operation(function.text, tuple(arguments), function.column)
 
     def name(self, token: Token) -> Node:
         if is_unit_word(token.text):

@@ -7,7 +7,7 @@ import os
 import re
 from array import array
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from robostiff.errors import FileError, InputError, Location
 from robostiff.io.units import Dimension, parse_quantity, to_si
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
-
-if TYPE_CHECKING:
-    pass
 
 _HEADING = re.compile(r"\s*(?P<name>[^\[\(]+?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?\s*\Z")
 _LARGEST = 1e30
@@ -99,11 +96,12 @@ def read_poses(robot: Robot | Linkage | Snapshot, path: str | os.PathLike[str]) 
     return _pose_list(name, columns, np.array(values).reshape(-1, len(columns)))
 
 
-class _Column:
-    """A column of the file: its name, its number of SI units, its heading's place."""
+class _Column(NamedTuple):
+    """A column of the file."""
 
-    def __init__(self, name: str, factor: float, place: Location) -> None:
-        self.name, self.factor, self.place = name, factor, place
+    name: str
+    factor: float  # SI units in its unit
+    place: Location  # of its heading
 
 
 def _pose_columns(

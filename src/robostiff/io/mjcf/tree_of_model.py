@@ -15,7 +15,7 @@ from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint,
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.kinematics.turn import turn_about
-from robostiff.model import Actuated, Passive, Role
+from robostiff.model import Actuated, Passive, Role, spherical
 from robostiff.spatial import Frame
 
 
@@ -117,8 +117,8 @@ def _loop(model: CompiledModel, names: ElementNames, i: int, name: str, kind: in
         frames = (_at(data[0:3]), _at(data[3:6]))
     elif of_bodies:  # the pose of the second body in the first
         frames = (frame_of(data[3:6], data[6:10]), Frame.identity())
-    type_ = JointType.SPHERICAL if kind == _CONNECT else JointType.FIXED
-    return TreeLoop(name, type_, _links(model, names, i), frames)
+    element = spherical(Passive(), name=name) if kind == _CONNECT else None
+    return TreeLoop(name, _links(model, names, i), frames, element)
 
 
 def _joint(model: CompiledModel, names: ElementNames, i: int, file: str) -> tuple[str, Mimic]:
@@ -190,11 +190,12 @@ def _tree(model: CompiledModel, source: Path | str) -> RigidTree:
     joints: list[TreeJoint] = []
     for body in range(1, len(model.bodies)):
         joints += _joints_of_body(model, names, body, mimics, str(source))
-    for site in range(len(model.sites)):
-        joints.append(_site(model, names, site))
+    for site, name in enumerate(names.sites):
+        seen = frame_of(model.site_pos[site], model.site_quat[site])
+        joints.append(_fixed(name, names.bodies[int(model.site_bodyid[site])], seen))
     links = [names.bodies[0], *(joint.child for joint in joints)]
     return RigidTree(
-        name=_model_name(model, source),
+        name=Path(source).stem if model.name in ("", "MuJoCo Model") else model.name,
         file=str(source),
         links=tuple(links),
         joints=tuple(joints),
@@ -265,15 +266,5 @@ def _role(model: CompiledModel, joint: int, is_driven: bool) -> Role:
     return Actuated(limits=limits) if is_driven else Passive()
 
 
-def _site(model: CompiledModel, names: ElementNames, site: int) -> TreeJoint:
-    parent = names.bodies[int(model.site_bodyid[site])]
-    seen = frame_of(model.site_pos[site], model.site_quat[site])
-    return _fixed(names.sites[site], parent, seen)
-
-
 def _fixed(child: str, parent: str, frame: Frame) -> TreeJoint:
     return TreeJoint(f"{child} on {parent}", JointType.FIXED, parent, child, frame, np.zeros(3))
-
-
-def _model_name(model: CompiledModel, source: Path | str) -> str:
-    return model.name if model.name not in ("", "MuJoCo Model") else Path(source).stem

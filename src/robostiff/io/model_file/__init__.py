@@ -1,7 +1,7 @@
 """Model files: robots in YAML, with units, named parameters and patterns for repeated legs.
 
 ``written_*`` say what may be written (pydantic models), ``build*`` make robots of it;
-``joints`` and ``couplings`` do both. The entry point is ``build``.
+``joints`` does both. The entry point is ``build``.
 Every error gives file, line, column and path.
 """
 

@@ -45,11 +45,7 @@ from robostiff.io.model_file.written_robot import (
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.kinematics import place_chain, posture_finder
-from robostiff.kinematics.mobility import (
-    determine_pose,
-    fitting_coordinates,
-    platform_mobility,
-)
+from robostiff.kinematics.mobility import determine_pose, fitting_coordinates, platform_mobility
 from robostiff.model import (
     ALL_COORDINATES,
     Chain,
@@ -114,38 +110,6 @@ def _check_plane(place: Place, leg: Leg) -> None:
 _PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
 
-def build_robot(
-    document: Document,
-    written: WrittenModel,
-    overrides: Mapping[str, str | float],
-    symbols: Symbols = (),
-    shipped: ShippedFile = no_shipped_file,
-) -> Robot:
-    """The robot that a document describes, with other values for some of its parameters.
-
-    Those in `symbols` stay symbols, in a robot that is built beside the one of numbers, which has
-    been verified.
-    """
-    top = top_place(document, written.parameters, overrides)
-    files = ModuleFiles(shipped, _verified, _opened(document))
-    robot = _verified(top, written, files)
-    names = chosen_parameters(symbols, written.parameters, overrides)
-    if not names and not isinstance(symbols, ParameterChoice):
-        return robot
-    exact = exact_mathematics()
-    quantities, nominal = symbolic_values(names, top.names)
-    meanings = {name: meaning_of(top.names[name]) for name in names}
-    top = top_place(document, written.parameters, {**overrides, **quantities}, exact)
-    files = replace(files, build=_unverified, nominal=nominal)
-    symbolic, _ = _assembled(top, written, files, robot.holds)
-    return completed(symbolic, robot, nominal, meanings)
-
-
-def _opened(document: Document) -> tuple[Path, ...]:
-    path = Path(document.file)
-    return (path.resolve(),) if path.is_file() else ()
-
-
 def _verified(top: Place, written: WrittenModel, files: ModuleFiles) -> Robot:
     """The robot of numbers that is written, which closes at home."""
     robot, places = _assembled(top, written, files)
@@ -156,10 +120,6 @@ def _verified(top: Place, written: WrittenModel, files: ModuleFiles) -> Robot:
     if isinstance(written, WrittenRobot):
         robot = with_written_laws(top / "laws", robot, written.laws)
     return robot
-
-
-def _unverified(top: Place, written: WrittenModel, files: ModuleFiles) -> Robot:
-    return _assembled(top, written, files)[0]
 
 
 def _assembled(
@@ -261,10 +221,10 @@ def _row(place: Place, written: WrittenDHRow) -> tuple[DHRow, Joint]:
     joint = build_joint(place, WrittenOneAxisJoint(**drive, role="actuated", axis="z"), "")
     with place.complaints():
         row = DHRow(
-            a=(place / "a").number(written.a, Dimension.LENGTH),
-            alpha=(place / "alpha").number(written.alpha, Dimension.ANGLE),
-            d=(place / "d").number(written.d, Dimension.LENGTH),
-            theta=(place / "theta").number(written.theta, Dimension.ANGLE),
+            a=place.number_at(written, "a", Dimension.LENGTH),
+            alpha=place.number_at(written, "alpha", Dimension.ANGLE),
+            d=place.number_at(written, "d", Dimension.LENGTH),
+            theta=place.number_at(written, "theta", Dimension.ANGLE),
             slides=written.type == "prismatic",
             name=written.name or "",
             masses=build_masses(place, written),
@@ -355,4 +315,19 @@ def model_from_document(
     >>> robot.legs[0].chain.elements[0].to
     array([0.4, 0. , 0. ])
     """
-    return build_robot(document, written_model(document), parameters or {}, symbols, shipped)
+    written, overrides = written_model(document), parameters or {}
+    top = top_place(document, written.parameters, overrides)
+    path = Path(document.file)
+    files = ModuleFiles(shipped, _verified, (path.resolve(),) if path.is_file() else ())
+    robot = _verified(top, written, files)
+    names = chosen_parameters(symbols, written.parameters, overrides)
+    if not names and not isinstance(symbols, ParameterChoice):
+        return robot
+    # Symbols stay in a robot that is built beside the one of numbers, which has been verified.
+    exact = exact_mathematics()
+    quantities, nominal = symbolic_values(names, top.names)
+    meanings = {name: meaning_of(top.names[name]) for name in names}
+    top = top_place(document, written.parameters, {**overrides, **quantities}, exact)
+    files = replace(files, build=lambda *part: _assembled(*part)[0], nominal=nominal)
+    symbolic, _ = _assembled(top, written, files, robot.holds)
+    return completed(symbolic, robot, nominal, meanings)

@@ -154,27 +154,22 @@ def _weight(place: Place, written: WrittenWeight | None) -> Weight | None:
 def _cable(
     place: Place, written: WrittenCableBody, name: str, limits: Place, common: WrittenTensions
 ) -> Cable:
-    def optional(key: str, dimension: Dimension) -> float | None:
-        value = getattr(written, key)
-        return None if value is None else (place / key).number(value, dimension)
-
-    least = optional("least_tension", Dimension.FORCE)
-    greatest = optional("greatest_tension", Dimension.FORCE)
+    force, stiffness = Dimension.FORCE, Dimension.TRANSLATIONAL_STIFFNESS
+    least = place.number_at(written, "least_tension", force)
     if least is None:
-        least = (limits / "least").number(common.least, Dimension.FORCE)
+        least = limits.number_at(common, "least", force)
+    greatest = place.number_at(written, "greatest_tension", force)
     if greatest is None:
-        greatest = np.inf
-        if common.greatest is not None:
-            greatest = (limits / "greatest").number(common.greatest, Dimension.FORCE)
+        greatest = limits.number_at(common, "greatest", force)
     with place.complaints():
         return Cable(
             name=name,
             exit_point=point(place / "exit", written.exit),
             attachment=point(place / "platform", written.platform),
-            EA=optional("EA", Dimension.FORCE),
-            guide_length=(place / "guide_length").number(written.guide_length, Dimension.LENGTH),
-            winch_stiffness=optional("winch_stiffness", Dimension.TRANSLATIONAL_STIFFNESS),
+            EA=place.number_at(written, "EA", force),
+            guide_length=place.number_at(written, "guide_length", Dimension.LENGTH),
+            winch_stiffness=place.number_at(written, "winch_stiffness", stiffness),
             least_tension=least,
-            greatest_tension=greatest,
-            tension=optional("tension", Dimension.FORCE),
+            greatest_tension=np.inf if greatest is None else greatest,
+            tension=place.number_at(written, "tension", force),
         )

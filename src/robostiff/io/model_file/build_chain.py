@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from robostiff.io.expression import ParameterError, parameter_values
 from robostiff.io.model_file.build_link import (
@@ -15,8 +15,7 @@ from robostiff.io.model_file.build_link import (
     build_telescope,
 )
 from robostiff.io.model_file.build_platform import build_attachment
-from robostiff.io.model_file.couplings import WrittenCoupling, coupled_chain
-from robostiff.io.model_file.joints import build_joint
+from robostiff.io.model_file.joints import WrittenDrive, build_joint, build_role
 from robostiff.io.model_file.place import Place, point, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_elements import (
@@ -29,33 +28,34 @@ from robostiff.io.model_file.written_elements import (
     WrittenSpring,
     WrittenTelescope,
 )
-from robostiff.io.model_file.written_parts import WrittenCopy, WrittenCount, WrittenRepeat
+from robostiff.io.model_file.written_parts import (
+    WrittenCopy,
+    WrittenCount,
+    WrittenCoupled,
+    WrittenCoupling,
+    WrittenFollower,
+    WrittenRepeat,
+    WrittenSum,
+)
 from robostiff.io.model_file.written_robot import WrittenLeg, WrittenLegBody, WrittenPattern
-from robostiff.io.suggest import Words, numbered
-from robostiff.model import Branch, Chain, Elbow, Element, Leg, ParallelBlock, parallelogram
+from robostiff.io.suggest import Words, did_you_mean, numbered
+from robostiff.io.units import Dimension
+from robostiff.model import (
+    Actuated,
+    Branch,
+    Chain,
+    Coupling,
+    Elbow,
+    Element,
+    Joint,
+    Leg,
+    Locked,
+    ParallelBlock,
+    coupling,
+    parallelogram,
+)
 
-
-class WrittenChain(Protocol):
-    """What has a chain: a leg, a branch, a parallelogram or a module."""
-
-    @property
-    def chain(self) -> list[WrittenElement]:
-        """Its elements."""
-        ...
-
-    @property
-    def couplings(self) -> list[WrittenCoupling]:
-        """Between its joints."""
-        ...
-
-
-class Named(Protocol):
-    """A leg or a branch of its own."""
-
-    name: str
-
-
-Part = TypeVar("Part", bound="Named | WrittenRepeat")
+Part = TypeVar("Part")
 
 
 def each_of(
@@ -75,9 +75,7 @@ def each_of(
             yield name, here, own
 
 
-def _named_copies(
-    place: Place, written: Named | WrittenRepeat, kind: str
-) -> Iterator[tuple[str, Place, Place]]:
+def _named_copies(place: Place, written: Any, kind: str) -> Iterator[tuple[str, Place, Place]]:
     """For one of a kind, or each copy of a repeated one: its name, where that is, its own place."""
     if not isinstance(written, WrittenRepeat):
         yield written.name, place / "name", place
@@ -148,7 +146,7 @@ _MOST_PARTS = 1000
 _MOST_ELEMENTS = 200
 
 
-def build_chain(place: Place, own: WrittenChain, stock: Stock) -> Chain:
+def build_chain(place: Place, own: WrittenCoupled, stock: Stock) -> Chain:
     """The chain that is written at the place of a leg or branch, with its couplings."""
     couplings, place, written = place / "couplings", place / "chain", own.chain
     if len(written) > _MOST_ELEMENTS:
@@ -167,7 +165,93 @@ def build_chain(place: Place, own: WrittenChain, stock: Stock) -> Chain:
         for i, (element, name) in enumerate(zip(written, names, strict=True))
     ]
     with place.complaints():
-        return coupled_chain(elements, couplings, own.couplings)
+        return _coupled(elements, couplings, own.couplings)
+
+
+_TURN, _SLIDE = Dimension.ANGLE, Dimension.LENGTH
+
+
+def _coupled(
+    elements: Sequence[Element], place: Place, written: Sequence[WrittenCoupling]
+) -> Chain:
+    """The chain of elements with the couplings that are written at a place."""
+    joints = {own.name: own for own in elements if isinstance(own, Joint) and own.size == 1}
+    built = tuple(
+        _follower(place / i, own, joints)
+        if isinstance(own, WrittenFollower)
+        else _sum(place / i, own, joints)
+        for i, own in enumerate(written)
+    )
+    chain = Chain(tuple(elements))
+    for i in range(len(built)):  # one after the other, so that an error is at its own place
+        with (place / i).complaints():
+            chain = Chain(tuple(elements), built[: i + 1])
+    return chain
+
+
+def _follower(place: Place, written: WrittenFollower, joints: dict[str, Joint]) -> Coupling:
+    own = _slides(place / "joint", written.joint, joints)
+    leader = _slides(place / "follows", written.follows, joints)
+    if leader and not own:
+        raise (place / "joint").error(
+            f"joint {written.joint!r}, which turns and follows a slide",
+            expected="a slide that follows a turn",
+            hint=f"write joint: {written.follows}, follows: {written.joint}, with the advance for "
+            "one radian as the ratio",
+        )
+    per = _SLIDE if own and not leader else Dimension.NUMBER
+    ratio = (place / "ratio").number(written.ratio, per)
+    offset = (place / "offset").number(written.offset, _SLIDE if own else _TURN)
+    drive = WrittenDrive(role="locked", stiffness=written.stiffness)
+    role = cast("Locked", build_role(place, drive, (_SLIDE if own else _TURN,)))
+    name = written.name or ""
+    with (place / "ratio").complaints():
+        found = coupling(
+            written.joint, follows=written.follows, ratio=ratio, offset=offset, name=name
+        )
+    return Coupling(found.terms, role, found.home, found.name)
+
+
+def _sum(place: Place, written: WrittenSum, joints: dict[str, Joint]) -> Coupling:
+    here = place / "sum"
+    slides = {name: _slides(here / name, name, joints) for name in written.sum}
+    of_lengths = next(iter(slides.values()))
+    if not of_lengths and any(slides.values()):
+        raise here.error(
+            "sum of joint coordinates",
+            got=list(written.sum),
+            expected="a slide as the first, so that the sum is a length",
+        )
+    terms = []
+    for name, factor in written.sum.items():
+        dimension = _SLIDE if of_lengths and not slides[name] else Dimension.NUMBER
+        terms.append((name, (here / name).number(factor, dimension)))
+    dimension = _SLIDE if of_lengths else _TURN
+    if written.equals is not None and written.role == "actuated":
+        raise (place / "equals").error(
+            "equals of an actuated sum",
+            expected="no such key here: the drive moves the sum",
+            hint="its value at home follows from the home coordinates of the joints",
+            key=True,
+        )
+    home = place.number_at(written, "equals", dimension)
+    drive = WrittenDrive(role=written.role, stiffness=written.stiffness, limits=written.limits)
+    role = cast("Locked | Actuated", build_role(place, drive, (dimension,)))
+    with here.complaints():
+        return Coupling(tuple(terms), role, home, written.name or "")
+
+
+def _slides(place: Place, name: str, joints: dict[str, Joint]) -> bool:
+    if name not in joints:
+        listed = ", ".join(joints) or "none"
+        raise place.error(
+            "joint of a coupling",
+            got=name,
+            expected=f"a joint with one coordinate of the same chain: {listed}",
+            hint=did_you_mean(name, joints),
+            key=place.path[-2] == "sum",
+        )
+    return not joints[name].freedoms[0].turns
 
 
 def build_element(place: Place, written: WrittenElement, name: str, stock: Stock) -> Element:

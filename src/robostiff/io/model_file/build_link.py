@@ -19,7 +19,7 @@ from robostiff.elasticity import (
     tapered_compliance,
 )
 from robostiff.io.model_file.joints import build_role
-from robostiff.io.model_file.place import Place, axes_of, direction, point, rotation
+from robostiff.io.model_file.place import Place, axes_of, direction, point, rotation, vector
 from robostiff.io.model_file.stock import Stock, read_theory
 from robostiff.io.model_file.written_elements import (
     WrittenBeam,
@@ -77,14 +77,14 @@ def build_masses(place: Place, written: WrittenMass) -> tuple[Mass, ...]:
 
 def build_platform_masses(place: Place, written: Sequence[WrittenPlatformMass]) -> tuple[Mass, ...]:
     """Masses of the platform and of what it carries."""
-    found = []
-    for i, own in enumerate(written):
-        here = place / i
-        value = read_mass(here / "mass", own.mass)
-        if value is not None:
-            centre = None if own.centre is None else point(here / "centre", own.centre)
-            found.append(Mass(value, centre, name=own.name or f"platform{i + 1}"))
-    return tuple(found)
+    return tuple(
+        Mass(
+            read_mass(place / i / "mass", own.mass),
+            None if own.centre is None else point(place / i / "centre", own.centre),
+            name=own.name or f"platform{i + 1}",
+        )
+        for i, own in enumerate(written)
+    )
 
 
 def build_gravity(place: Place, written: str | list[Value] | None) -> np.ndarray | None:
@@ -93,8 +93,7 @@ def build_gravity(place: Place, written: str | list[Value] | None) -> np.ndarray
         return None
     if isinstance(written, str):
         return gravity_vector("gravity", written)
-    values = [(place / i).number(value, Dimension.ACCELERATION) for i, value in enumerate(written)]
-    return np.array(values, dtype=object if place.is_exact else float)
+    return vector(place, written, Dimension.ACCELERATION)
 
 
 _STIFFNESS_BLOCKS = (
@@ -127,7 +126,7 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
     """The beam that is written at a place, perhaps of several segments."""
     to = _run(place / "to", written.to)
     theory = read_theory(written.theory)
-    y_axis = _y_axis(place, written.y_axis)
+    y_axis = None if written.y_axis is None else direction(place / "y_axis", written.y_axis)
     own = build_masses(place, written)
     material = stock.material(place / "material", written.material)
     if (written.section is None) == (written.taper is None):
@@ -157,13 +156,11 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
 
 def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
     """The spring that is written at a place, moved to the origin of the present frame."""
-    own = build_elasticity(place, written)
-    axes = axes_of(place, written)
+    own, axes = build_elasticity(place, written), axes_of(place, written)
     at = point(place / "at", written.at)
-    if not np.any(at):
-        return Link(np.zeros(3), own, axes, name, build_masses(place, written))
-    masses = build_masses(place, written)
-    return Link(np.zeros(3), moved(own, axes, -at), np.eye(3), name, masses)
+    if np.any(at):
+        own, axes = moved(own, axes, -at), np.eye(3)
+    return Link(np.zeros(3), own, axes, name, build_masses(place, written))
 
 
 def build_link(place: Place, written: WrittenLink, name: str) -> Link:
@@ -176,11 +173,9 @@ def build_link(place: Place, written: WrittenLink, name: str) -> Link:
 def build_telescope(place: Place, written: WrittenTelescope, name: str, stock: Stock) -> Telescope:
     """The telescope that is written at a place."""
     along = direction(place / "direction", written.direction)
-    y_axis = _y_axis(place, written.y_axis)
+    y_axis = None if written.y_axis is None else direction(place / "y_axis", written.y_axis)
     role = build_role(place, written, (Dimension.LENGTH,))
-    home = None
-    if written.home is not None:
-        home = (place / "home").number(written.home, Dimension.LENGTH)
+    home = place.number_at(written, "home", Dimension.LENGTH)
     beams = tuple(
         _telescopic_beam(place / "beams" / i, beam, stock, alone=len(written.beams) == 1)
         for i, beam in enumerate(written.beams)
@@ -224,10 +219,6 @@ def _run(place: Place, written: list) -> np.ndarray:
             expected=f"a point away from the beam's start, by {SHORTEST:g} m or more",
         )
     return to
-
-
-def _y_axis(place: Place, written: str | list | None) -> np.ndarray | None:
-    return None if written is None else direction(place / "y_axis", written)
 
 
 def _check_y_axis(

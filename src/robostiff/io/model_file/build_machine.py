@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import ParameterError, parse
-from robostiff.io.model_file.build_chain import WrittenChain, build_chain, build_legs
+from robostiff.io.model_file.build_chain import build_chain, build_legs
 from robostiff.io.model_file.build_link import build_gravity, build_platform_masses
 from robostiff.io.model_file.place import Place, point, top_place, transform
 from robostiff.io.model_file.stock import Stock
@@ -93,8 +93,7 @@ def _part(place: Place, written: WrittenModule, stock: Stock, files: ModuleFiles
                 f"{key} of module {written.name!r}", expected=f"none: they go with {of}", key=True
             )
     if written.chain is not None:
-        own = cast("WrittenChain", written)
-        return build_chain(place, own, stock)
+        return build_chain(place, written, stock)
     if written.couplings:
         raise (place / "couplings").error(
             f"couplings of module {written.name!r}", expected="none: they go with chain", key=True

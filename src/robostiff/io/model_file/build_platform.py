@@ -148,9 +148,7 @@ def _part(
         theory = read_theory(written.theory)
         material = stock.material(place / "material", written.material)
         section = stock.section(place / "section", written.section, material, theory)
-        y_axis = None
-        if written.y_axis is not None:
-            y_axis = direction(place / "y_axis", written.y_axis)
+        y_axis = None if written.y_axis is None else direction(place / "y_axis", written.y_axis)
         with place.complaints(hint="write y_axis: z or y_axis: [0, 0, 1] or the like"):
             return platform_beam(a, b, material, section, y_axis=y_axis, theory=theory, name=name)
     if isinstance(written, WrittenPlatformSpring):
@@ -197,10 +195,7 @@ def _spring(place: Place, written: WrittenBodySpring) -> BodySpring:
         raise (place / "stiffness").error(
             "stiffness", got=written.stiffness, expected="zero or more, such as 2 kN/m"
         )
-    length = preload = None
-    if written.free_length is not None:
-        length = (place / "free_length").number(written.free_length, Dimension.LENGTH)
-    if written.preload is not None:
-        preload = (place / "preload").number(written.preload, Dimension.FORCE)
+    length = place.number_at(written, "free_length", Dimension.LENGTH)
+    preload = place.number_at(written, "preload", Dimension.FORCE)
     with place.complaints():
         return BodySpring(written.name, (ends[0], ends[1]), stiffness, length, preload)

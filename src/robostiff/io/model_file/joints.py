@@ -257,9 +257,7 @@ def _check_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension
         )
     if written.limits is not None and written.role != "actuated":
         raise (place / "limits").error(
-            f"limits of a {written.role} joint",
-            expected="limits of actuated joints only",
-            key=True,
+            f"limits of a {written.role} joint", expected="limits of actuated joints only", key=True
         )
 
 

@@ -12,8 +12,12 @@ import numpy as np
 from robostiff.errors import FileError
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
-from robostiff.io.expression.parser import Literal, Negative
-from robostiff.io.model_file.written_parts import WrittenAxes, WrittenFrame, WrittenRotation
+from robostiff.io.model_file.written_parts import (
+    Written,
+    WrittenAxes,
+    WrittenFrame,
+    WrittenRotation,
+)
 from robostiff.io.plausibility import question
 from robostiff.io.suggest import Words
 from robostiff.io.units import (
@@ -57,6 +61,11 @@ class Place(DocumentPlace):
         number, has_unit = self._number(value, dimension)
         return self._question(number, dimension, has_unit)
 
+    def number_at(self, written: Written, key: str, dimension: Dimension) -> Any:
+        """The number under a key of what is written here, in SI units; None without one."""
+        value = getattr(written, key)
+        return None if value is None else (self / key).number(value, dimension)
+
     def _number(self, value: str | float, dimension: Dimension) -> tuple[Any, bool]:
         """What is written here, and whether it has a unit."""
         has_unit = False
@@ -69,11 +78,8 @@ class Place(DocumentPlace):
                 number = self.mathematics.bare(to_si(value, dimension))
         largest = _LARGEST_OF.get(dimension, _LARGEST)
         if is_above(abs(number), largest):
-            raise self.error(
-                dimension.with_article.split(" ", 1)[1],
-                got=self._came(value),
-                expected=f"at most {largest:g} in SI units",
-            )
+            expected = f"at most {largest:g} in SI units"
+            raise self.error(dimension.noun, got=self._came(value), expected=expected)
         return number, has_unit
 
     def _question(self, number: Any, dimension: Dimension, has_unit: bool) -> Any:
@@ -86,14 +92,11 @@ class Place(DocumentPlace):
         """What is written here, which must be positive, in SI units."""
         number, has_unit = self._number(value, dimension)
         if is_above(0, number, or_at=True):
-            words = dimension.with_article.split(" ", 1)[1]
-            raise self.error(words, got=self._came(value), expected="a positive one")
+            raise self.error(dimension.noun, got=self._came(value), expected="a positive one")
         least = _LEAST_OF.get(dimension, _LEAST)
         if is_above(least, number):
-            words = dimension.with_article.split(" ", 1)[1]
-            raise self.error(
-                words, got=self._came(value), expected=f"at least {least:g} in SI units"
-            )
+            expected = f"at least {least:g} in SI units"
+            raise self.error(dimension.noun, got=self._came(value), expected=expected)
         return self._question(number, dimension, has_unit)
 
     def is_length(self, value: str | float) -> bool:
@@ -117,8 +120,7 @@ class Place(DocumentPlace):
         if not isinstance(value, str):
             return value
         expression = _parsed(value)
-        root = expression.root.operand if isinstance(expression.root, Negative) else expression.root
-        if isinstance(root, Literal):
+        if expression.is_quantity:
             return value
         return Words(
             f"{value!r}, which is {describe(expression.evaluate(self.names, self.mathematics))}"

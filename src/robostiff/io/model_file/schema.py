@@ -8,11 +8,8 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
 from robostiff.io.model_file.build_cables import WrittenCableRobot
-from robostiff.io.model_file.written_robot import (
-    WrittenArm,
-    WrittenMachine,
-    WrittenRobot,
-)
+from robostiff.io.model_file.written_robot import WrittenArm, WrittenMachine, WrittenRobot
+from robostiff.io.snapshot import WithoutTitles
 
 #: What a key means, where its model does not say; of one part alone as PART.key.
 _MEANINGS = {
@@ -103,7 +100,7 @@ def model_file_schema() -> dict[str, Any]:
     """
     written = (WrittenRobot, WrittenArm, WrittenCableRobot, WrittenMachine)
     _, schema = models_json_schema(
-        [(model, "validation") for model in written], schema_generator=_WithoutTitles
+        [(model, "validation") for model in written], schema_generator=WithoutTitles
     )
     definitions = {
         _part(name): _explained(_part(name), own) for name, own in schema["$defs"].items()
@@ -125,14 +122,6 @@ def model_file_schema() -> dict[str, Any]:
         "$defs": definitions,
     }
     return json.loads(json.dumps(whole).replace("#/$defs/Written", "#/$defs/"))
-
-
-class _WithoutTitles(GenerateJsonSchema):
-    """A generator that leaves out titles that only repeat the key."""
-
-    def field_title_should_be_set(self, schema: Any) -> bool:
-        """False: titles of fields only repeat their keys."""
-        return False
 
 
 def _part(name: str) -> str:

@@ -95,8 +95,7 @@ def meaning_of(value: Quantity) -> str:
     if dimension is None:
         unit = "" if is_bare(value) else f" {value.units}"
         return f"{number(value.magnitude)}{unit} in the model"
-    what = dimension.with_article.split(" ", 1)[1]
-    return f"{what}, {number(value.magnitude)} {dimension.si_unit} in the model"
+    return f"{dimension.noun}, {number(value.magnitude)} {dimension.si_unit} in the model"
 
 
 def completed(

@@ -5,7 +5,6 @@ from typing import Annotated, Any, Literal
 from annotated_types import MaxLen, MinLen
 from pydantic import Field, Tag
 
-from robostiff.io.model_file.couplings import WrittenCoupled
 from robostiff.io.model_file.joints import WrittenDrive, WrittenJoint
 from robostiff.io.model_file.written_parts import (
     REPEATED,
@@ -17,6 +16,7 @@ from robostiff.io.model_file.written_parts import (
     Value,
     Vector,
     Written,
+    WrittenCoupled,
     WrittenFrame,
     WrittenMass,
     WrittenRepeat,
@@ -134,8 +134,7 @@ class WrittenBranchPattern(WrittenRepeat, WrittenBranchBody):
 
 
 BranchOrPattern = Annotated[
-    Annotated[WrittenBranch, Tag("one")] | Annotated[WrittenBranchPattern, Tag("pattern")],
-    REPEATED,
+    Annotated[WrittenBranch, Tag("one")] | Annotated[WrittenBranchPattern, Tag("pattern")], REPEATED
 ]
 
 

@@ -1,4 +1,4 @@
-"""Heads, copies, values, frames, materials and cross-sections as written in a model file."""
+"""Parts of model files: values, frames, materials, cross-sections, copies, couplings, heads."""
 
 from typing import Annotated, Any, Literal
 
@@ -205,6 +205,60 @@ class WrittenRepeat(Written):
         either(list, "list", "mapping"),
     ] = Field(description="a list of copies, such as {name: leg1, phi: 0 deg}, or a count")
     let: dict[str, Value] = Field(default_factory=dict)
+
+
+class WrittenFollower(Written):
+    """A joint that follows another one: a gear, belt, rack or mimic joint."""
+
+    name: Name | None = None
+    joint: Name = Field(description="the joint that follows, such as wrist2; it is passive")
+    follows: Name = Field(description="the joint that it follows, such as wrist1")
+    ratio: Value = Field(
+        description="how far it moves for one of the other, such as -1.5; of a slide that follows "
+        "a turn the length for one radian"
+    )
+    offset: Value = Field(0, description="its coordinate where the other one is 0")
+    stiffness: Value | None = Field(
+        None, description="of the belt or gear, felt at the joint that follows; rigid if left out"
+    )
+
+
+class WrittenSum(Written):
+    """A sum of joint coordinates that is held, or moved by a drive: a differential."""
+
+    name: Name | None = None
+    sum: Annotated[dict[Name, Value], Field(min_length=2)] = Field(
+        description="joints with their factors, such as {roll: 1, pitch: -1}"
+    )
+    equals: Value | None = Field(
+        None, description="the value of the sum; that of the home configuration if left out"
+    )
+    role: Literal["locked", "actuated"] = Field(
+        "locked", description="locked, or actuated where a drive moves the sum"
+    )
+    stiffness: Value | None = Field(None, description="against the sum; rigid if left out")
+    limits: Pair | None = Field(None, description="lowest and highest sum of an actuated one")
+
+
+WrittenCoupling = Annotated[
+    Annotated[WrittenFollower, Tag("follower")] | Annotated[WrittenSum, Tag("sum")],
+    with_key("sum", "sum", "follower"),
+]
+_Couplings = Annotated[
+    list[WrittenCoupling],
+    Field(
+        default_factory=list,
+        description="gears and differentials between joints of the chain, such as "
+        "[{joint: wrist2, follows: wrist1, ratio: -1.5}]",
+    ),
+]
+
+
+class WrittenCoupled(Written):
+    """The keys of what has a chain, whose joints may be coupled."""
+
+    chain: Any
+    couplings: _Couplings
 
 
 class WrittenHead(Written):

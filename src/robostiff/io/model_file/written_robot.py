@@ -6,7 +6,6 @@ from pydantic import Field, Tag
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document
-from robostiff.io.model_file.couplings import WrittenCoupled
 from robostiff.io.model_file.joints import WrittenLaw
 from robostiff.io.model_file.written_elements import (
     WrittenAttachment,
@@ -21,6 +20,7 @@ from robostiff.io.model_file.written_parts import (
     Value,
     Vector,
     Written,
+    WrittenCoupled,
     WrittenFrame,
     WrittenHead,
     WrittenMass,

@@ -12,7 +12,6 @@ from robostiff.elastostatics.tolerance import scaling
 from robostiff.io.results.plain_data import head, order, plain
 from robostiff.io.results.text import matrix_lines, named
 from robostiff.markup import STIFFNESS_UNITS, number, row, text_of
-from robostiff.version import __version__
 
 
 def cable_stiffness_data(result: CableStiffness) -> dict[str, Any]:
@@ -50,7 +49,6 @@ def cable_stiffness_data(result: CableStiffness) -> dict[str, Any]:
         "free_motions": [str(motion) for motion in result.free_motions],
         "unstable_motions": [str(motion) for motion in result.unstable_motions],
         "missing_wrench": result.missing_wrench.tolist() if answered else None,
-        "robostiff": __version__,
     }
 
 
@@ -67,7 +65,6 @@ def cable_response_data(result: CableResponse) -> dict[str, Any]:
         "first_slack": None if event is None else {"cable": event.cable, "factor": event.factor},
         "before": cable_stiffness_data(result.before),
         "after": None if result.after is None else cable_stiffness_data(result.after),
-        "robostiff": __version__,
     }
 
 

@@ -115,7 +115,7 @@ def equilibrium_data(
         }
     if curve is not None:
         data["load_path"] = curve_data(curve)
-    return {**data, "robostiff": __version__}
+    return data
 
 
 def curve_data(curve: xarray.Dataset) -> dict[str, Any]:
@@ -201,7 +201,7 @@ def response_text(network: Network, result: NetworkResponse) -> str:
         lines.append(f"  {name:22}" + "".join(f"{number(x):>12}" for x in F))
     lines += ["", f"elastic energy {result.energy:.4g} J, by part:"]
     whole = sum(energy for *_, energy in result.loads.energies) or 1.0
-    for before, after, energy in sorted(result.loads.energies, key=lambda part: -part[2])[:10]:
+    for before, after, energy in sorted(result.loads.energies, key=lambda part: -part[2])[:_MOST]:
         name = after if before == "network" else f"{before}/{after}"
         lines.append(f"{100 * energy / whole:7.2f} %  {name}")
     return text_of(lines)
@@ -241,8 +241,8 @@ def response_data(network: Network, result: NetworkResponse) -> dict[str, Any]:
         "status": str(result.status),
         "order": order(network.space),
         "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},
-        "displacements": {n: _list(result.twists.get(n)) for n in names},
-        "reactions": {n: _list(result.reactions.get(n)) for n in network.fixed},
+        "displacements": {n: plain(result.twists.get(n)) for n in names},
+        "reactions": {n: plain(result.reactions.get(n)) for n in network.fixed},
         "beams": {
             n: {end: dict(zip(_SECTION, getattr(own, end).tolist(), strict=True)) for end in _ENDS}
             for n, own in result.beams.items()
@@ -254,7 +254,3 @@ def response_data(network: Network, result: NetworkResponse) -> dict[str, Any]:
         "energy": result.energy,
         "robostiff": __version__,
     }
-
-
-def _list(row: np.ndarray | None) -> list[float] | None:
-    return None if row is None else row.tolist()

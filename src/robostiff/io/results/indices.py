@@ -22,7 +22,6 @@ from robostiff.elastostatics import Status
 from robostiff.io.results.plain_data import head, order, plain
 from robostiff.io.results.text import about
 from robostiff.markup import number, row, text_of
-from robostiff.version import __version__
 
 
 def indices_data(result: RobotStiffness, found: StiffnessIndices | None) -> dict[str, Any]:
@@ -37,7 +36,6 @@ def indices_data(result: RobotStiffness, found: StiffnessIndices | None) -> dict
         "order": order(result.space),
         "length": None if found is None else found.length,
         "indices": None if found is None else _indices(found),
-        "robostiff": __version__,
     }
 
 

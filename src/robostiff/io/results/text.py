@@ -13,7 +13,7 @@ from robostiff.elastostatics import Status
 from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix, text_of
 
 if TYPE_CHECKING:
-    from robostiff.analysis import Deflection, PartShare, RobotStiffness
+    from robostiff.analysis import Deflection, PartShare
 
 
 _NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %

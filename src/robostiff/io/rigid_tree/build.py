@@ -16,14 +16,9 @@ from robostiff.io.model_file.place import Place, point, top_place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.symbols import Symbols, chosen_parameters, symbolic_values
 from robostiff.io.model_file.written_robot import VERSION, check_version
-from robostiff.io.rigid_tree.build_joints import (
-    build_joints,
-    couplings_between,
-    undecided_mimics,
-)
+from robostiff.io.rigid_tree.build_joints import build_joints, couplings_between, undecided_mimics
 from robostiff.io.rigid_tree.build_links import (
     TOOL,
-    BuiltLoop,
     LinkEnd,
     build_links,
     build_loops,
@@ -31,7 +26,7 @@ from robostiff.io.rigid_tree.build_links import (
     far_body,
     starting,
 )
-from robostiff.io.rigid_tree.tree import RigidTree, with_symbols
+from robostiff.io.rigid_tree.tree import RigidTree, TreeLoop, with_symbols
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool, check_known
 from robostiff.io.suggest import Words, listing
 from robostiff.io.validation import validate
@@ -130,7 +125,7 @@ def _tool(top: Place, written: WrittenSide, tree: RigidTree) -> WrittenTool:
 
 def _ends(
     tree: RigidTree,
-    loops: list[BuiltLoop],
+    loops: list[TreeLoop],
     tool: WrittenTool,
     tool_point: np.ndarray,
     base: str,

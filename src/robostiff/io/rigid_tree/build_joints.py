@@ -35,6 +35,7 @@ _DIMENSIONS = {
     JointType.SPHERICAL: (_TURN, _TURN, _TURN),
     JointType.PLANAR: (_SLIDE, _SLIDE, _TURN),
 }
+_MAKE = {JointType.REVOLUTE: revolute, JointType.PRISMATIC: prismatic, JointType.PLANAR: planar}
 _NOTHING = WrittenTreeJoint()
 
 
@@ -230,7 +231,8 @@ def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:
         return joint.role
     word = entry.role
     if word is None:
-        word = "passive" if entry.stiffness is None and _is_passive(joint.role) else "actuated"
+        moves_freely = entry.stiffness is None and isinstance(joint.role, Passive)
+        word = "passive" if moves_freely else "actuated"
     drive = WrittenDrive(role=word, stiffness=entry.stiffness, limits=entry.limits)
     role = build_role(place, drive, _DIMENSIONS[joint.type])
     if isinstance(role, Actuated) and isinstance(joint.role, Actuated):
@@ -238,20 +240,11 @@ def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:
     return role
 
 
-def _is_passive(role: Role) -> bool:
-    return isinstance(role, Passive)
-
-
 def _joint(joint: TreeJoint, role: Role, home: tuple[float, ...], tree: RigidTree) -> Joint:
     try:
-        match joint.type:
-            case JointType.REVOLUTE:
-                return revolute(joint.axis, role, home=home, name=joint.name)
-            case JointType.PRISMATIC:
-                return prismatic(joint.axis, role, home=home, name=joint.name)
-            case JointType.PLANAR:
-                return planar(joint.axis, role, home=home, name=joint.name)
-        return spherical(role, home=home, name=joint.name)
+        if joint.type is JointType.SPHERICAL:
+            return spherical(role, home=home, name=joint.name)
+        return _MAKE[joint.type](joint.axis, role, home=home, name=joint.name)
     except InputError as error:
         raise tree.error(
             f"joint {joint.name!r}: {error.subject}", got=error.got, expected=error.expected

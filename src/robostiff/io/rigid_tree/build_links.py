@@ -14,7 +14,7 @@ from robostiff.io.model_file.joints import build_joint
 from robostiff.io.model_file.place import Place, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_elements import WrittenBeam, WrittenLink, WrittenSpring
-from robostiff.io.rigid_tree.tree import JointType, RigidTree
+from robostiff.io.rigid_tree.tree import RigidTree, TreeLoop
 from robostiff.io.rigid_tree.written_side import (
     LinkFrameChoice,
     WrittenElasticLink,
@@ -123,27 +123,9 @@ def _at(point: np.ndarray) -> Frame:
     return Frame(np.eye(3), point + 0.0)
 
 
-@dataclass(frozen=True)
-class BuiltLoop:
-    """Frames on two links that coincide up to the motion of the element between them."""
-
-    name: str
-    links: tuple[str, str]
-    frames: tuple[Frame, Frame]  # one in the frame of each link
-    element: Joint | Link | None  # a joint, a spring, or nothing: then they are welded
-
-
-def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[BuiltLoop]:
+def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeLoop]:
     """The loops of the tree, then those of the side file."""
-    loops = [
-        BuiltLoop(
-            loop.name,
-            loop.links,
-            loop.frames,
-            spherical(Passive(), name=loop.name) if loop.type is JointType.SPHERICAL else None,
-        )
-        for loop in tree.loops
-    ]
+    loops = list(tree.loops)
     taken = {joint.name for joint in tree.joints} | {loop.name for loop in loops}
     for i, entry in enumerate(written.loops):
         place = top / "loops" / i
@@ -157,7 +139,7 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[Built
     return loops
 
 
-def _loop(place: Place, entry: WrittenLoop, name: str, tree: RigidTree) -> BuiltLoop:
+def _loop(place: Place, entry: WrittenLoop, name: str, tree: RigidTree) -> TreeLoop:
     (link_a, frame_a), (link_b, frame_b) = (
         _frame(place / "between" / i, choice, tree) for i, choice in enumerate(entry.between)
     )
@@ -172,7 +154,7 @@ def _loop(place: Place, entry: WrittenLoop, name: str, tree: RigidTree) -> Built
         element = build_spring(here, written, name)
     else:
         element = build_joint(here, written, name)
-    return BuiltLoop(name, (link_a, link_b), (frame_a, frame_b), element)
+    return TreeLoop(name, (link_a, link_b), (frame_a, frame_b), element)
 
 
 def _frame(place: Place, choice: LinkFrameChoice, tree: RigidTree) -> tuple[str, Frame]:
@@ -203,7 +185,7 @@ def drawn_links(tree: RigidTree, joints: Mapping[str, Joint | None]) -> dict[str
     return frames
 
 
-def starting(loop: BuiltLoop, frames: Mapping[str, Frame]) -> BuiltLoop:
+def starting(loop: TreeLoop, frames: Mapping[str, Frame]) -> TreeLoop:
     """The loop with its joint as near as it comes to what is drawn, unless it says where it is."""
     joint = loop.element
     if not isinstance(joint, Joint) or any(joint.home):

@@ -88,22 +88,22 @@ class TreeJoint:
 
 @dataclass(frozen=True)
 class TreeLoop:
-    """A loop closure of the description: a frame on each of two links that coincide.
+    """A loop closure: frames on two links that coincide up to the motion of what is between them.
 
     Attributes
     ----------
     name : str
-    type : JointType
-        Fixed for frames that coincide, spherical for their origins alone.
     links : (str, str)
     frames : (Frame, Frame)
         One in the frame of each link.
+    element : Joint, Link or None
+        A joint, a spring, or nothing for links that are welded.
     """
 
     name: str
-    type: JointType
     links: tuple[str, str]
     frames: tuple[Frame, Frame]
+    element: Joint | Link | None
 
 
 @dataclass(frozen=True)

@@ -10,19 +10,9 @@ from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import InputError
-from robostiff.io.model_file.joints import (
-    WrittenCylindrical,
-    WrittenOneAxisJoint,
-    WrittenPlanar,
-    WrittenSpherical,
-    WrittenUniversal,
-)
+from robostiff.io.model_file.joints import WrittenJoint
 from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_elements import (
-    WrittenMatrices,
-    WrittenSegment,
-    WrittenSpring,
-)
+from robostiff.io.model_file.written_elements import WrittenMatrices, WrittenSegment, WrittenSpring
 from robostiff.io.model_file.written_parts import (
     Direction,
     MaterialChoice,
@@ -98,15 +88,7 @@ ToolChoice = Annotated[
     either(str, "word", "mapping"),
 ]
 
-LoopJoint = Annotated[
-    WrittenOneAxisJoint
-    | WrittenUniversal
-    | WrittenSpherical
-    | WrittenCylindrical
-    | WrittenPlanar
-    | WrittenSpring,
-    Field(discriminator="type"),
-]
+LoopJoint = Annotated[WrittenJoint | WrittenSpring, Field(discriminator="type")]
 
 
 def _loop_word(value: str) -> str:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import stat
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xml.parsers import expat
 
 from robostiff.errors import FileError, Location
 from robostiff.io.suggest import Words
+from robostiff.io.whole_file import bounded_bytes
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,10 @@ class XmlElement:
     location: Location
     children: list[XmlElement]
 
+    def error(self, subject: str, **words: Any) -> FileError:
+        """An error at this element."""
+        return FileError(self.location, subject, **words)
+
     def all(self, tag: str) -> list[XmlElement]:
         """Its children of that name."""
         return [child for child in self.children if child.tag == tag]
@@ -42,47 +46,27 @@ class XmlElement:
 _LIMITS = XmlLimits()
 
 
-def read_bytes(source: Path | str, limits: XmlLimits = _LIMITS) -> bytes:
-    """The content of a file that is not too large."""
-    file = str(source)
-    try:
-        if stat.S_ISDIR(os.stat(source).st_mode):
-            raise FileError(Location(file), "a folder", expected="a robot description")
-        with open(source, "rb") as stream:
-            content = stream.read(limits.size + 1)
-    except OSError as error:
-        raise FileError(
-            Location(file),
-            "cannot read the file",
-            got=Words(error.strerror or str(error)),
-            expected="a readable file",
-        ) from None
-    if len(content) > limits.size:
-        raise FileError(
-            Location(file),
-            "file too large",
-            got=Words(f"more than {limits.size} bytes"),
-            expected=f"at most {limits.size} bytes",
-        )
-    return content
-
-
-def parse_xml(content: bytes, file: str, limits: XmlLimits = _LIMITS) -> XmlElement:
-    """The root element of a text in XML.
+def read_xml(
+    source: Path | str, limits: XmlLimits = _LIMITS, content: bytes | None = None
+) -> XmlElement:
+    """The root element of a file in XML, or of its `content` where it has been read already.
 
     A document type is refused before it is read, so that there are no entities to expand.
 
     Raises
     ------
     FileError
-        When it is no XML, has a document type, or is too large.
+        When it cannot be read, is no XML, has a document type, or is too large.
 
     Examples
     --------
-    >>> parse_xml(b"<robot name='r'><link name='a'/></robot>", "r.urdf").all("link")[0].attributes
+    >>> text = b"<robot name='r'><link name='a'/></robot>"
+    >>> read_xml("r.urdf", content=text).all("link")[0].attributes
     {'name': 'a'}
     """
-    return _XmlReader(file, limits).read(content)
+    if content is None:
+        content = bounded_bytes(source, limits.size, "a robot description")
+    return _XmlReader(str(source), limits).read(content)
 
 
 class _XmlReader:

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
 from robostiff.io.snapshot.format import FileHead, NetworkFile, SnapshotFile
-from robostiff.io.snapshot.read import (
-    is_graph,
-    is_snapshot,
-    read_snapshot,
-    snapshot_from_document,
-)
+from robostiff.io.snapshot.read import is_graph, is_snapshot, read_snapshot, snapshot_from_document
 from robostiff.io.snapshot.read_graph import network_from_document, read_network
 from robostiff.io.snapshot.write import network_to_data, snapshot_to_data
 
@@ -31,7 +25,7 @@ __all__ = [
 ]
 
 
-class _WithoutFieldTitles(GenerateJsonSchema):
+class WithoutTitles(GenerateJsonSchema):
     """A generator that leaves out titles that only repeat the key."""
 
     def field_title_should_be_set(self, schema: Any) -> bool:
@@ -66,10 +60,5 @@ def network_schema() -> dict[str, Any]:
 
 
 def _schema(file: type[FileHead], title: str) -> dict[str, Any]:
-    schema = file.model_json_schema(schema_generator=_WithoutFieldTitles)
+    schema = file.model_json_schema(schema_generator=WithoutTitles)
     return {"$schema": GenerateJsonSchema.schema_dialect, **schema, "title": title}
-
-
-def schema_text() -> str:
-    """The schema as the text of ``snapshot.schema.json``."""
-    return json.dumps(snapshot_schema(), indent=2) + "\n"

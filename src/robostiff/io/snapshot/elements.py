@@ -65,10 +65,6 @@ def placed(
         return placed_beam(element, name, place)
     if isinstance(element, Spring6Part):
         return placed_spring6(element, name, place)
-    return _freedom(element, name, place)
-
-
-def _freedom(element: PassivePart | SpringPart, name: str, place: DocumentPlace) -> PlacedFreedom:
     role = Passive() if isinstance(element, PassivePart) else Actuated(stiffness=element.k)
     return placed_freedom(element, role, name, place)
 
@@ -92,9 +88,6 @@ def placed_beam(element: BeamData, name: str, place: DocumentPlace) -> PlacedSpr
         )
     with place.at("end").complaints():
         length = float(np.hypot.reduce(along))
-        question(
-            length, Dimension.LENGTH, place.document.location, place.at("end").path, in_si=True
-        )
         x = _direction("direction of the beam", along)
     with place.at("y_axis").complaints():
         rotation = beam_axes(x, _direction("y axis of the section", element.y_axis))

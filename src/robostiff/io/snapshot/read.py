@@ -7,14 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError
+from robostiff.errors import FileError
 from robostiff.io.document import Document, DocumentPlace, read_document
-from robostiff.io.snapshot.elements import (
-    beam_masses,
-    placed,
-    placed_masses,
-    question_joints,
-)
+from robostiff.io.snapshot.elements import beam_masses, placed, placed_masses, question_joints
 from robostiff.io.snapshot.format import (
     BeamPart,
     BranchPart,
@@ -50,8 +45,6 @@ _OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
 # Part of its size by which an axis may lean, or a part may bend, out of the plane: rounding, not
 # a slip.
 _TOLERANCE = 1e-9
-
-_SPATIAL = "without planar: true the robot is spatial"
 
 
 def check_planar(snapshot: Snapshot, legs: DocumentPlace) -> None:
@@ -95,7 +88,7 @@ def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentP
         raise chain.at(int(np.argmax(excess))).error(
             "part of a planar robot that a load in the plane bends out of it",
             expected="parts at the height of the reference point, a principal axis along z",
-            hint=_SPATIAL,
+            hint="without planar: true the robot is spatial",
         )
 
 
@@ -151,7 +144,12 @@ def snapshot_from_document(document: Document) -> Snapshot:
     >>> [element.name for element in snapshot.legs[0].elements]
     ['spring1']
     """
-    _refuse_graph(document)
+    if is_graph(document):
+        raise FileError(
+            document.key_location(["graph"]),
+            "a graph, and not legs",
+            hint="read it with load or read_network",
+        )
     file = validate(SnapshotFile, document)
     place = DocumentPlace(document)
     refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
@@ -191,7 +189,11 @@ def is_snapshot(document: Document) -> bool:
     data = document.data
     if not isinstance(data, dict) or "robostiff" in data:
         return False
-    return "reference_point" in data or "graph" in data or _has_placed_leg(data.get("legs"))
+    legs = data.get("legs")
+    is_placed = isinstance(legs, list) and any(
+        isinstance(leg, dict) and {"chain", "end"} <= leg.keys() for leg in legs
+    )
+    return "reference_point" in data or "graph" in data or is_placed
 
 
 def is_graph(document: Document) -> bool:
@@ -205,21 +207,6 @@ def is_graph(document: Document) -> bool:
     """
     data = document.data
     return isinstance(data, dict) and "graph" in data and "legs" not in data
-
-
-def _has_placed_leg(legs: object) -> bool:
-    return isinstance(legs, list) and any(
-        isinstance(leg, dict) and "chain" in leg and "end" in leg for leg in legs
-    )
-
-
-def _refuse_graph(document: Document) -> None:
-    if is_graph(document):
-        raise FileError(
-            document.key_location(["graph"]),
-            "a graph, and not legs",
-            hint="read it with load or read_network",
-        )
 
 
 def _leg(part: LegPart, place: DocumentPlace) -> PlacedLeg:
@@ -290,10 +277,7 @@ def _masses(
 
 
 def _transmission(
-    part: LegPart | BranchPart,
-    place: DocumentPlace,
-    elements: Sequence[PlacedElement],
-    prefix: str,
+    part: LegPart | BranchPart, place: DocumentPlace, elements: Sequence[PlacedElement], prefix: str
 ) -> Transmission:
     """How the coordinates of a leg or branch with couplings move its joints."""
     freedoms = [e for e in elements if isinstance(e, PlacedFreedom)]
@@ -302,18 +286,11 @@ def _transmission(
         for i, freedom in enumerate(freedoms)
     }
     couplings: list[Coupling] = []
-    for i, own in enumerate(part.couplings):
+    for i, own in enumerate(part.couplings):  # one by one, so that an error is at its own place
         with place.at("couplings", i).complaints():
             couplings.append(Coupling(tuple(own.sum.items()), Locked(own.k), None, own.name or ""))
-    try:
-        with np.errstate(all="ignore"):
-            return transmission(joints, len(joints), couplings)
-    except InputError:
-        for i in range(len(couplings) - 1):
-            with place.at("couplings", i).complaints():
-                transmission(joints, len(joints), couplings[: i + 1])
-        with place.at("couplings", len(couplings) - 1).complaints():
-            raise
+            transmission(joints, len(joints), couplings)
+    return transmission(joints, len(joints), couplings)
 
 
 def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from robostiff.io.snapshot.elements import (
 )
 from robostiff.io.snapshot.format import (
     BeamBetween,
-    BetweenPart,
     GraphPart,
     JointBetween,
     NetworkFile,
@@ -32,8 +31,6 @@ from robostiff.network import BeamElement, JointElement, Network, Node, SpringEl
 from robostiff.network.elements import CouplingElement
 from robostiff.network.equations import check_fits
 from robostiff.spatial import Space
-
-Between = TypeVar("Between", bound=BetweenPart)
 
 
 def read_network(source: Path | str) -> Network:
@@ -92,18 +89,16 @@ def network_from_document(document: Document) -> Network:
     graph, place = file.graph, DocumentPlace(document).at("graph")
     _check_nodes(graph, place)
     space = Space.PLANAR if file.planar else Space.SPATIAL
-    beams = [
-        _beam(part, name, place.at("beams", i), space)
-        for i, (part, name) in enumerate(_named(graph.beams, "beam", place.at("beams")))
-    ]
-    springs = [
-        _spring(part, name, place.at("springs", i), space)
-        for i, (part, name) in enumerate(_named(graph.springs, "spring", place.at("springs")))
-    ]
-    joints = [
-        _joint(part, name, place.at("joints", i), space)
-        for i, (part, name) in enumerate(_named(graph.joints, "joint", place.at("joints")))
-    ]
+
+    def built(kind: str, make: Callable[..., Any]) -> list[Any]:
+        here, parts = place.at(f"{kind}s"), getattr(graph, f"{kind}s")
+        given = [part.name for part in parts]
+        refuse_twins(given, here, kind)
+        names = numbered(given, [kind] * len(parts))
+        return [make(part, names[i], here.at(i), space) for i, part in enumerate(parts)]
+
+    beams, springs = built("beam", _beam), built("spring", _spring)
+    joints: list[JointElement] = built("joint", _joint)
     couplings = _couplings(graph, joints, place)
     elastic = beams or springs or any(f.stiffness for j in joints for f in j.freedoms)
     elastic = elastic or any(own.stiffness for own in couplings)
@@ -176,9 +171,8 @@ def _check_nodes(graph: GraphPart, place: DocumentPlace) -> None:
             raise place.at("masses", i, "start").error(
                 "mass of a node", got=own.start, expected="a place: at, and no start"
             )
-    lists = {"beams": graph.beams, "springs": graph.springs, "joints": graph.joints}
-    for key, parts in lists.items():
-        for i, part in enumerate(parts):
+    for key in ("beams", "springs", "joints"):
+        for i, part in enumerate(getattr(graph, key)):
             _check_known(part.a, graph, place.at(key, i, "a"))
             _check_known(part.b, graph, place.at(key, i, "b"))
             if part.a == part.b:
@@ -190,13 +184,6 @@ def _check_nodes(graph: GraphPart, place: DocumentPlace) -> None:
 def _check_known(name: str, graph: GraphPart, place: DocumentPlace) -> None:
     if name not in graph.nodes:
         raise place.unknown("node", name, graph.nodes, what="one of the nodes:")
-
-
-def _named(parts: Sequence[Between], kind: str, place: DocumentPlace) -> list[tuple[Between, str]]:
-    """Elements with their names; one without a name gets its kind and the next free number."""
-    given = [part.name for part in parts]
-    refuse_twins(given, place, kind)
-    return list(zip(parts, numbered(given, [kind] * len(parts)), strict=True))
 
 
 def _beam(part: BeamBetween, name: str, place: DocumentPlace, space: Space) -> BeamElement:

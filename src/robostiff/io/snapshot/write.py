@@ -69,14 +69,7 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
             hint="write it as a graph: network_to_data(network_of_snapshot(snapshot))",
         )
     snapshot.check_has_no_springs("file of legs")
-    data: dict[str, Any] = {"name": snapshot.name or "robot"}
-    if snapshot.description:
-        data["description"] = snapshot.description
-    data["units"] = "SI: m, N, rad"
-    if snapshot.space is Space.PLANAR:
-        data["planar"] = True
-    data["reference_point"] = _one_pose(snapshot.reference_point, 1)
-    data |= _gravity(snapshot)
+    data = _head(snapshot, "robot")
     if snapshot.masses:
         data["masses"] = [_mass(mass) for mass in snapshot.masses]
     names = distinct(leg.name for leg in snapshot.legs)
@@ -133,8 +126,15 @@ def _mass(mass: PlacedMass) -> dict[str, Any]:
     return data if mass.start is None else {**data, "start": _one_pose(mass.start, 1)}
 
 
-def _gravity(robot: Snapshot | Network) -> dict[str, Any]:
-    return {} if robot.gravity is None else {"gravity": _plain(robot.gravity)}
+def _head(robot: Snapshot | Network, name: str) -> dict[str, Any]:
+    data: dict[str, Any] = {"name": robot.name or name}
+    if robot.description:
+        data["description"] = robot.description
+    data["units"] = "SI: m, N, rad"
+    if robot.space is Space.PLANAR:
+        data["planar"] = True
+    data["reference_point"] = _one_pose(robot.reference_point, 1)
+    return data if robot.gravity is None else {**data, "gravity": _one_pose(robot.gravity, 1)}
 
 
 def _held_alone(leg: PlacedLeg, rigid: set[str]) -> dict[str, Role]:
@@ -184,42 +184,35 @@ def _block(block: PlacedBlock, name: str) -> dict[str, Any]:
     return {"type": "parallel", "name": name, "branches": branches}
 
 
-def _is_rigid(element: PlacedElement) -> bool:
-    return (
-        isinstance(element, PlacedFreedom) and not element.is_passive and element.stiffness is None
-    )
+def _is_rigid(own: PlacedElement) -> bool:
+    return isinstance(own, PlacedFreedom) and not own.is_passive and own.stiffness is None
 
 
 def _element(element: PlacedFreedom | PlacedSpring, name: str) -> dict[str, Any]:
     if isinstance(element, PlacedSpring):
-        return {
-            "type": "spring6",
-            "name": name,
-            "point": _one_pose(element.point, 1),
-            "rotation": _one_pose(element.rotation, 2),
-            **matrix_data(element.elasticity, name),
-        }
-    data = {
-        "type": "passive" if element.is_passive else "spring",
-        "name": name,
-        **_screw(element),
-    }
+        own = element.point, element.rotation, element.elasticity
+        return {"type": "spring6", "name": name, **_spring6(name, *own)}
+    kind = "passive" if element.is_passive else "spring"
+    data = {"type": kind, "name": name, **_screw(element)}
     return data if element.is_passive else {**data, "k": element.stiffness}
 
 
-def matrix_data(elasticity: Elasticity, name: str) -> dict[str, Any]:
-    """The stiffness of a spring if it says all there is to say, else its compliance."""
+def _spring6(
+    name: str, point: np.ndarray, rotation: np.ndarray, elasticity: Elasticity
+) -> dict[str, Any]:
+    """A spring by its stiffness if this says all there is to say, else by its compliance."""
+    place = {"point": _one_pose(point, 1), "rotation": _one_pose(rotation, 2)}
     compliance = _one_pose(elasticity.compliance, 2)
     K = _stiffness(np.array(compliance), elasticity.freedoms)
     if K is not None:
-        return {"K": K.tolist()}
+        return {**place, "K": K.tolist()}
     if elasticity.freedoms.size:
         raise InputError(
             f"spring {name} with directions both free and rigid",
             expected="a spring that is given by one matrix",
             hint="write its free directions as passive joints beside it",
         )
-    return {"compliance": compliance}
+    return {**place, "compliance": compliance}
 
 
 def _stiffness(C: np.ndarray, freedoms: np.ndarray) -> np.ndarray | None:
@@ -297,23 +290,13 @@ def network_to_data(network: Network) -> dict[str, Any]:
             f"network {network.name} without compliance",
             expected="at least one beam, spring or joint with a stiffness",
         )
-    data: dict[str, Any] = {"name": network.name or "network"}
-    if network.description:
-        data["description"] = network.description
-    data["units"] = "SI: m, N, rad"
-    if network.space is Space.PLANAR:
-        data["planar"] = True
-    data["reference_point"] = _plain(network.reference_point)
-    data |= _gravity(network)
-    springs = [
-        _spring(element, *_elastic(element)) for element in (*network.beams, *network.springs)
-    ]
     joints = _named([_joint(joint) for joint in network.joints])
+    data = _head(network, "network")
     data["graph"] = {
-        "nodes": {node.name: _plain(node.point) for node in network.nodes},
+        "nodes": {node.name: _one_pose(node.point, 1) for node in network.nodes},
         "fixed": list(network.fixed),
         "platform": network.platform,
-        "springs": _named(springs),
+        "springs": _named([_spring(own) for own in (*network.beams, *network.springs)]),
         "joints": joints,
     }
     names = {id(own): data["name"] for own, data in zip(network.joints, joints, strict=True)}
@@ -331,19 +314,13 @@ def _elastic(element: BeamElement | SpringElement) -> tuple[np.ndarray, np.ndarr
     return element.point, element.rotation, element.elasticity
 
 
-def _spring(
-    own: BeamElement | SpringElement,
-    point: np.ndarray,
-    rotation: np.ndarray,
-    elasticity: Elasticity,
-) -> dict[str, Any]:
-    place = {"point": _plain(point), "rotation": _plain(rotation)}
-    data = {"name": own.name, "a": own.a, "b": own.b, **place, **matrix_data(elasticity, own.name)}
+def _spring(own: BeamElement | SpringElement) -> dict[str, Any]:
+    data = {"name": own.name, "a": own.a, "b": own.b, **_spring6(own.name, *_elastic(own))}
     return {**data, "masses": [_mass(mass) for mass in own.masses]} if own.masses else data
 
 
 def _joint(joint: JointElement) -> dict[str, Any]:
-    freedoms = [_freedom(freedom) for freedom in joint.moving]
+    freedoms = [{**_screw(freedom), "k": freedom.stiffness} for freedom in joint.moving]
     return {"name": joint.name, "a": joint.a, "b": joint.b, "dofs": freedoms}
 
 
@@ -354,10 +331,6 @@ def _coupling(own: CouplingElement, names: dict[int, str]) -> dict[str, Any]:
         if (place := joint.place(number)) is not None
     }
     return {"name": own.name, "sum": terms, "k": own.stiffness}
-
-
-def _freedom(freedom: PlacedFreedom) -> dict[str, Any]:
-    return {**_screw(freedom), "k": freedom.stiffness}
 
 
 def _named(parts: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -371,7 +344,3 @@ def _is_elastic(element: Element | CouplingElement) -> bool:
     if isinstance(element, JointElement):
         return any(f.stiffness is not None for f in element.freedoms)
     return bool(np.any(_elastic(element)[2].compliance))
-
-
-def _plain(values: np.ndarray) -> list[Any]:
-    return np.asarray(values, dtype=float).tolist()

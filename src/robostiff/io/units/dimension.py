@@ -31,6 +31,15 @@ from robostiff.spatial.formula import is_formula, is_possible
 class Dimension(Enum):
     """Dimension of a quantity.
 
+    Attributes
+    ----------
+    with_article : str
+        Name with article, such as ``a length``.
+    si_unit : str
+        What a bare number stands for, as in ``N m/rad``; empty for a plain number.
+    example : str
+        A quantity of this dimension, as a user would write it.
+
     Examples
     --------
     >>> Dimension.MODULUS.si_unit
@@ -59,23 +68,18 @@ class Dimension(Enum):
     COUPLING_COMPLIANCE = ("a coupling compliance", "rad/N", "1e-5 rad/N")
     FORCE_PER_LENGTH = ("a force per length", "N/m", "20 N/m")
 
+    def __init__(self, with_article: str, si_unit: str, example: str) -> None:
+        self.with_article = with_article
+        self.si_unit = si_unit
+        self.example = example
+
     def __str__(self) -> str:
         return f"{self.with_article}, such as {self.example}"
 
     @property
-    def with_article(self) -> str:
-        """Name with article, such as ``a length``."""
-        return self.value[0]
-
-    @property
-    def si_unit(self) -> str:
-        """The unit that a bare number stands for, as in ``N m/rad``; empty for a plain number."""
-        return self.value[1]
-
-    @property
-    def example(self) -> str:
-        """A quantity of this dimension, as a user would write it."""
-        return self.value[2]
+    def noun(self) -> str:
+        """Name without article, such as ``length``."""
+        return self.with_article.split(" ", 1)[1]
 
 
 def to_si(
@@ -111,7 +115,7 @@ def to_si(
     Traceback (most recent call last):
     robostiff.errors.InputError: angle: got '10 mm', expected an angle, such as 10 deg
     """
-    subject = subject or dimension.with_article.split(" ", 1)[1]
+    subject = subject or dimension.noun
     value: Any = quantity
     if isinstance(quantity, str):
         got = quantity if got is None else got

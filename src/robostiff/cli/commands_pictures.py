@@ -1,15 +1,19 @@
-"""The command ``plot``, after parsing."""
+"""The commands ``plot``, ``report`` and ``view``."""
 
 from __future__ import annotations
 
-from contextlib import suppress
+import webbrowser
+from collections.abc import Mapping
+from contextlib import closing, suppress
+from datetime import date as day
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis import cable_response, cable_stiffness, stiffness
-from robostiff.cli.options import Answer, Place, Replacing, named_once
-from robostiff.cli.output import draw, picture_file, show
-from robostiff.cli.picture_commands import WHAT, Drawing, Subject
+from robostiff.cli.command import BAD_STATUS
+from robostiff.cli.options import Answer, Model, Place, Replacing, named_once
+from robostiff.cli.output import draw, new_file, picture_file, show
+from robostiff.cli.picture_commands import WHAT, Drawing, Page, Pages, Subject
 from robostiff.cli.written_arguments import (
     chosen,
     loaded,
@@ -35,6 +39,7 @@ from robostiff.statics import deflection, modes
 
 if TYPE_CHECKING:
     from robostiff.plot.picture import Picture
+    from robostiff.report import TitleBlock
 
 _MAPS = (".zarr", ".nc")
 _OF_LOADS = ("deflection", "energy")
@@ -128,7 +133,7 @@ def _of_stiffness(what: str, robot: Any, result: Any, asked: Drawing) -> Picture
 
 
 def _of_map(path: str, asked: Drawing) -> Picture:
-    from robostiff.io.map_files.netcdf import read_map
+    from robostiff.io.map_files import read_map
 
     at: dict[str, Any] = {}
     for name, value in named_once("--cut", asked.cuts, "NAME=VALUE, such as z=0.3").items():
@@ -137,3 +142,80 @@ def _of_map(path: str, asked: Drawing) -> Picture:
             at[name] = float(value)
     quantity = None if asked.quantity is None else asked.quantity.replace("-", "_")
     return overview_picture(read_map(path), quantity, at)
+
+
+def make_report(
+    model: Model, pages: Pages, place: Place, replacing: Replacing, answer: Answer
+) -> int:
+    """Write a report and print its path; 1 when the pose has a bad status."""
+    from robostiff.io.map_files import read_map
+    from robostiff.report import described_by, report_contents, report_path, save_report
+    from robostiff.robots import load
+
+    paths = [report_path(pages.output)]
+    if pages.pdf and paths[0].suffix.lower() != ".pdf":
+        paths.append(report_path(paths[0].with_suffix(".pdf")))
+    for path in paths:
+        new_file("--output", path, replacing.overwrite)
+    robot, source = loaded(model, place), model.source
+    contents = report_contents(
+        robot,
+        pose_from(robot, place),
+        wrench=None if pages.wrench is None else wrench_from(pages.wrench, robot.space),
+        at=point_from(place),
+        near=near_from(robot, place),
+        found=None if pages.map_file is None else read_map(pages.map_file),
+        symbolic=_with_symbols(model),
+        finite=pages.finite,
+        title_block=_title_block(pages),
+        described_by=None if source == "-" else described_by(source, model.parameters),
+        other=None if pages.compare is None else load(pages.compare),
+    )
+    save_report(contents, *paths)
+    show(
+        {"files": [str(path) for path in paths], "status": str(contents.status)}
+        if answer.as_json
+        else "\n".join(map(str, paths))
+    )
+    return BAD_STATUS if contents.status.is_bad else 0
+
+
+def _title_block(pages: Pages) -> TitleBlock:
+    from robostiff.report import TitleBlock
+
+    given = day.today().isoformat() if pages.date == "today" else pages.date
+    return TitleBlock(pages.project, pages.author, given, pages.revision)
+
+
+def _with_symbols(model: Model) -> Robot | None:
+    """The robot with its parameters as symbols; None where they cannot be kept."""
+    if model.source == "-":
+        return None  # standard input has been read
+    from robostiff.io.model_file import ALL_PARAMETERS
+
+    with suppress(InputError):
+        robot = model.load(symbols=ALL_PARAMETERS)
+        return robot if isinstance(robot, Robot) else None
+    return None
+
+
+def show_view(model: Model, place: Place, page: Page, answer: Answer) -> int:
+    """Serve a view until it is interrupted; 0 then."""
+    from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
+
+    source, given = model.source, model.parameters
+
+    def built(moved: Mapping[str, str]) -> Any:
+        return loaded(model, moved=moved)
+
+    robot = built({})
+    machine = machine_of(robot, pose_from(robot, place))
+    wrench = None if page.wrench is None else wrench_from(page.wrench, machine.space)
+    written = {**parameters_written(source, model.side), **given} if source != "-" else {}
+    live = LivePage(machine, parameter_sliders(written), built, wrench, page.port)
+    with closing(live), suppress(KeyboardInterrupt):
+        show({"url": live.url} if answer.as_json else f"{live.url}\nCtrl-C ends the view.")
+        if not page.no_browser:
+            webbrowser.open(live.url)
+        live.wait()
+    return 0

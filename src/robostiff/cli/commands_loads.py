@@ -1,32 +1,30 @@
-"""The commands ``equilibrium`` and ``modes``."""
+"""The commands ``equilibrium``, ``modes`` and ``response``: loads on a robot or a network."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
 
-from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads
+from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads, WrittenNetworkLoads
 from robostiff.cli.command import answered
 from robostiff.cli.options import Answer, Model, Place, Replacing, named_once, named_values
 from robostiff.cli.output import draw, picture_beside
-from robostiff.cli.written_arguments import (
-    gravity_from,
-    loaded,
-    where_from,
-    wrench_from,
-)
+from robostiff.cli.written_arguments import gravity_from, loaded, where_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.linkage import Linkage
 from robostiff.model import Mass, PlacedLeg, Robot, Snapshot
-from robostiff.network import Network
-from robostiff.spatial import Screw
+from robostiff.network import DistributedForce, ForceOnBeam, Network
+from robostiff.spatial import Screw, Space
 from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path, modes
 
 _MOST_FACTORS = 1000
+_FORCE = ("fx", "fy", "fz")
+_FOR_NETWORKS = "NAME=NUMBERS, such as tip=0 0 -80 N"
 
 
 def print_equilibrium(
@@ -38,14 +36,7 @@ def print_equilibrium(
     answer: Answer,
 ) -> int:
     """Print where a robot comes to rest under loads; 1 for a bad status."""
-    robot, source = loaded(model, place), model.source
-    if not isinstance(robot, Robot | Snapshot | Network | Linkage):
-        raise InputError(
-            f"equilibrium of {source!r}",
-            got=type(robot).__name__,
-            expected="a robot or a snapshot of legs, a network or a linkage",
-            hint=f"cables have 'robostiff cables {source} --wrench ...'",
-        )
+    robot = _with_springs("equilibrium", model, place)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
@@ -85,13 +76,7 @@ def print_modes(
     from robostiff.io.results.equilibrium import modes_data, modes_text
 
     picture = picture_beside(shown.plot, replacing)
-    robot = loaded(model, place)
-    if not isinstance(robot, Robot | Snapshot | Network | Linkage):
-        raise InputError(
-            f"modes of {model.source!r}",
-            got=type(robot).__name__,
-            expected="a robot or a snapshot of legs, a network or a linkage",
-        )
+    robot = _with_springs("modes", model, place)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
     for name, mass in _named("--mass", shown.masses, _kilograms):
@@ -105,9 +90,23 @@ def print_modes(
     return answered(found, answer, modes_data, modes_text)
 
 
-def _options(
-    robot: Robot | Snapshot | Network | Linkage, place: Place, written: WrittenLoads
-) -> dict[str, Any]:
+Posed = Robot | Snapshot | Network | Linkage
+
+
+def _with_springs(what: str, model: Model, place: Place) -> Posed:
+    """The robot, whose parts are springs or rigid: any but one of cables."""
+    robot = loaded(model, place)
+    if isinstance(robot, Posed):
+        return robot
+    raise InputError(
+        f"{what} of {model.source!r}",
+        got=type(robot).__name__,
+        expected="a robot or a snapshot of legs, a network or a linkage",
+        hint=f"cables have 'robostiff cables {model.source} --wrench ...'",
+    )
+
+
+def _options(robot: Posed, place: Place, written: WrittenLoads) -> dict[str, Any]:
     """Place, and loads beside the wrench."""
     return {
         **where_from(robot, place),
@@ -172,13 +171,10 @@ def _kilograms(text: str) -> float:
 
 
 def _force(text: str) -> DeadForce:
-    force = parse_quantities(text, [Dimension.FORCE] * 3, ["fx", "fy", "fz"], "--load")
-    return DeadForce(force)
+    return DeadForce(parse_quantities(text, [Dimension.FORCE] * 3, _FORCE, "--load"))
 
 
-def _pushes(
-    robot: Robot | Snapshot | Network | Linkage, texts: tuple[str, ...]
-) -> dict[str, float]:
+def _pushes(robot: Posed, texts: tuple[str, ...]) -> dict[str, float]:
     """Preloads of joints: forces of slides, moments of turns."""
     moments = {name: screw.turns for name, screw in _freedoms(robot)}
 
@@ -191,7 +187,7 @@ def _pushes(
     return {name: push(name, value) for name, value in given.items()}
 
 
-def _freedoms(robot: Robot | Snapshot | Network | Linkage) -> Iterator[tuple[str, Screw]]:
+def _freedoms(robot: Posed) -> Iterator[tuple[str, Screw]]:
     """Freedoms by the names of their joints, as preloads name them."""
     if isinstance(robot, Linkage):
         yield from ((joint.name, own) for joint in robot.joints for own in joint.freedoms)
@@ -214,3 +210,83 @@ def _factors(text: str) -> np.ndarray:
     if not (count == int(count) and 1 <= count <= _MOST_FACTORS):
         raise InputError("--factors", got=text, expected=f"a whole COUNT from 1 to {_MOST_FACTORS}")
     return np.linspace(start, stop, int(count))
+
+
+def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
+    """Print how a network answers its loads."""
+    from robostiff.io.results.equilibrium import response_data, response_text
+    from robostiff.network import network_response
+    from robostiff.robots import load
+
+    source, network = written.source, load(written.source)
+    if not isinstance(network, Network):
+        raise InputError(
+            f"response of {source!r}",
+            got=type(network).__name__,
+            expected="a network: a snapshot file with a graph",
+            hint=f"write one: robostiff convert {source} --to graph -o network.json",
+        )
+    loads = _network_loads(written, network.space)
+    moved = named_once("--settle", written.settlements, _FOR_NETWORKS)
+    twist = _twist(network.space)
+    settlements = {name: _row("--settle", values, twist) for name, values in moved.items()}
+    if not loads and not settlements:
+        raise InputError(
+            f"loads of {source!r}", got="none", expected="--load, --along, --on or --settle"
+        )
+    result = network_response(network, loads, settlements=settlements)
+    return answered(
+        result, answer, partial(response_data, network), partial(response_text, network)
+    )
+
+
+Row = dict[str, Dimension]
+
+
+def _network_loads(written: WrittenNetworkLoads, space: Space) -> dict[str, Any]:
+    at_nodes = named_once("--load", written.at_nodes, _FOR_NETWORKS)
+    loads: dict[str, Any] = {n: _force_or_wrench(own, space) for n, own in at_nodes.items()}
+    on_beams: dict[str, list[DistributedForce | ForceOnBeam]] = {}
+    for name, values in named_values("--along", written.along_beams, _FOR_NETWORKS):
+        q = _row("--along", values, dict.fromkeys(("qx", "qy", "qz"), Dimension.FORCE_PER_LENGTH))
+        on_beams.setdefault(name, []).append(DistributedForce(q))
+    for name, values in named_values("--on", written.on_beams, _FOR_NETWORKS):
+        numbers = {"s": Dimension.LENGTH, **dict.fromkeys(_FORCE, Dimension.FORCE)}
+        s, *force = _row("--on", values, numbers)
+        on_beams.setdefault(name, []).append(ForceOnBeam(force, s))
+    for name in on_beams.keys() & loads.keys():
+        raise InputError("--load", got=name, expected="the name of a node, which no beam has")
+    return loads | on_beams
+
+
+def _wrench(space: Space) -> Row:
+    names, d = space.wrench_order, space.translations
+    return {n: Dimension.FORCE if i < d else Dimension.MOMENT for i, n in enumerate(names)}
+
+
+def _twist(space: Space) -> Row:
+    names, d = space.twist_order, space.translations
+    return {n: Dimension.LENGTH if i < d else Dimension.ANGLE for i, n in enumerate(names)}
+
+
+def _row(option: str, text: str, numbers: Row) -> list[float]:
+    return parse_quantities(text, list(numbers.values()), list(numbers), option)
+
+
+def _force_or_wrench(text: str, space: Space) -> list[float]:
+    """Three forces, or in space three forces and three moments."""
+    wrench = _wrench(space)
+    force = {name: wrench[name] for name in space.wrench_order[:3]}
+    try:
+        return _row("--load", text, force)
+    except InputError as of_three:
+        if wrench == force:
+            raise
+        try:
+            return _row("--load", text, wrench)
+        except InputError as of_six:
+            for error in (of_six, of_three):
+                if error.subject != "--load":  # one of the numbers, and not how many they are
+                    raise error from None
+            count = f"3 numbers ({' '.join(force)}) or 6 ({' '.join(wrench)})"
+            raise InputError("--load", got=text, expected=count) from None
