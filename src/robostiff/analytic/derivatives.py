@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import sympy as sp
@@ -57,6 +58,15 @@ class FormulaDerivative:
     def is_closed(self) -> bool:
         """Whether K and dK are written in the given symbols alone."""
         return not self.definitions
+
+    @cached_property
+    def in_names(self) -> FormulaDerivative:
+        """The same in the names of a robot's formula, by the chain rule; itself without names."""
+        named = getattr(self.derivation, "named", None)
+        if named is None:
+            return self
+        K, definitions = named.K, named.definitions
+        return _by_steps(replace(self.derivation, K=K, definitions=definitions), self.symbol)
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
@@ -255,7 +265,11 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
 
     for definition in derivation.definitions:
         definitions.append(definition)
-        change = _rate(definition.expression, rates)
+        expression = definition.expression
+        if expression.is_Pow and expression.exp == sp.S.Half:
+            change = _rate(expression.base, rates) / (2 * definition.symbol)
+        else:
+            change = _rate(expression, rates)
         if change == 0:
             continue
         if change.is_Atom or (-change).is_Atom:
@@ -267,7 +281,11 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
         taken.add(name)
         rates[definition.symbol] = sp.Symbol(name)
         definitions.append(Definition(rates[definition.symbol], change))
-    dK = derivation.K.applyfunc(lambda x: _rate(x, rates))
+    entries: dict[Any, Any] = {}
+    for entry in derivation.K:
+        if entry not in entries:
+            entries[entry] = -entries[-entry] if -entry in entries else _rate(entry, rates)
+    dK = derivation.K.applyfunc(entries.__getitem__)
     return FormulaDerivative(derivation, symbol, sp.ImmutableMatrix(dK), tuple(definitions))
 
 

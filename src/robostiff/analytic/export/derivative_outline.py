@@ -367,10 +367,12 @@ def derivative_outline(derivative: FormulaDerivative) -> tuple[Block, ...]:
     """
     names, symbol = EntryNames(derivative.derivation), derivative.symbol
     result = MatrixName(derivative_name(names.result.name, symbol))
-    definitions, dK = derivative.definitions, derivative.dK
-    if derivative.is_closed:
+    in_names = derivative.in_names
+    definitions, dK = in_names.definitions, in_names.dK
+    if in_names.is_closed:
         named = name_combinations(dK, names.given)
         definitions, dK = named.definitions, named.matrix
+    definitions = used_definitions(definitions, dK.flat())
     form = "in closed form" if derivative.is_closed else "in named steps, each with its derivative"
     title = f"Derivative of the stiffness matrix {names.result.name} by {symbol.name}"
     blocks: list[Block] = [OutlineHeading(title, level=1), OutlineText(f"Derivative {form}.")]
