@@ -12,6 +12,7 @@ import sympy as sp
 from robostiff.analytic.closed import canonical
 from robostiff.analytic.derivation import Definition, Derivation, used_definitions
 from robostiff.analytic.field import Element, ExactField
+from robostiff.analytic.formula import Formula
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.substitution import values_of_symbols
@@ -19,7 +20,7 @@ from robostiff.errors import InputError
 
 
 @dataclass(frozen=True)
-class FormulaDerivative:
+class FormulaDerivative(Formula):
     """A derivation together with its derivative with respect to a given symbol.
 
     Attributes
@@ -55,9 +56,8 @@ class FormulaDerivative:
         return derivation_html(self, first_heading=3)
 
     @property
-    def is_closed(self) -> bool:
-        """Whether K and dK are written in the given symbols alone."""
-        return not self.definitions
+    def _expressions(self) -> Any:
+        return (*self.K, *self.dK)
 
     @cached_property
     def in_names(self) -> FormulaDerivative:
@@ -67,16 +67,6 @@ class FormulaDerivative:
             return self
         K, definitions = named.K, named.definitions
         return _by_steps(replace(self.derivation, K=K, definitions=definitions), self.symbol)
-
-    @property
-    def symbols(self) -> tuple[sp.Symbol, ...]:
-        """The given symbols, in alphabetical order."""
-        return self.derivation.symbols
-
-    @property
-    def free_symbols(self) -> set[sp.Symbol]:
-        """The given symbols as a set, as SymPy's expressions have them."""
-        return set(self.symbols)
 
     @property
     def conditions(self) -> tuple[Any, ...]:
@@ -265,7 +255,7 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
 
     for definition in derivation.definitions:
         definitions.append(definition)
-        expression = definition.expression
+        expression: Any = definition.expression
         if expression.is_Pow and expression.exp == sp.S.Half:
             change = _rate(expression.base, rates) / (2 * definition.symbol)
         else:

@@ -380,6 +380,6 @@ class _Computation:
                 wanted |= assignment.expression.free_symbols
         return tuple(reversed(kept))
 
-    def _uses(self, expression: sp.Expr) -> Iterator[Any]:
+    def _uses(self, expression: Any) -> Iterator[Any]:
         """Its shared symbols."""
         return iter(sorted(expression.free_symbols & self._shared.keys(), key=lambda s: s.name))
