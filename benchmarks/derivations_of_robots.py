@@ -19,6 +19,7 @@ from sympy.core.cache import clear_cache
 import robostiff as rs
 from robostiff.analytic import AtHome, AtSymbols, Definition, RobotDerivation
 from robostiff.analytic.agreement import closed_places
+from robostiff.analytic.export.derivative_outline import is_vectors_alone
 from robostiff.analytic.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.robot_derivation import InNames
 from robostiff.analytic.robot_placement import place_robot
@@ -136,10 +137,13 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     elif series is not None:
         form, definitions = "series", series.definitions
         entries = [x for x in (*series.C, *series.axes, *series.arm) if x.free_symbols]
-    if form == "steps" and pose == "home" and derivation.vectors is not None:
-        form, vectors = "vectors", derivation.vectors
+    if pose == "home" and is_vectors_alone(derivation):
+        vectors: Any = derivation.vectors
+        form, kinds = "vectors", (vectors, *vectors.others)
         entries = [] if vectors.average is None else vectors.average.flat()
-        definitions, equations = vectors.names, (*vectors.pose, *vectors.leg)
+        definitions = tuple(dict.fromkeys(d for kind in kinds for d in kind.names))
+        of_kinds = [e for kind in kinds for e in kind.leg]
+        equations = (*vectors.pose, *of_kinds, *vectors.of_rod)
     written = [*(d for d in definitions if d.expression.free_symbols), *equations]
     entries = different_entries(entries)
     row = Row(

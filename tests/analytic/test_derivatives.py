@@ -201,7 +201,7 @@ def test_misuse():
     with pytest.raises(InputError, match="symbol to differentiate by"):
         differentiate(in_steps(), sp.Symbol("mu_1"))
     with pytest.raises(InputError, match="values of symbols"):
-        differentiate(in_steps(), L).substituted({L: 1})
+        differentiate(in_steps(), L).substituted({L: 1, "l": 2})
 
 
 @pytest.mark.parametrize("writer", [c_function, derivation_data])

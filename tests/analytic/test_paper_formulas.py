@@ -178,4 +178,4 @@ def test_misuse():
     with pytest.raises(InputError, match="one a leg"):
         sum_of_legs([FULL], [])
     with pytest.raises(InputError, match="values of symbols"):
-        derive_chain(FULL, FIVE).substituted({L: 1})
+        derive_chain(FULL, FIVE).substituted({L: 1, "l": 2})

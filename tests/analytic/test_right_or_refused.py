@@ -29,6 +29,7 @@ from robostiff.analytic.export import (
     c_function,
     derivation_data,
     derivation_from_data,
+    derivation_text,
     python_function,
 )
 from robostiff.analytic.robot_placement import place_robot
@@ -316,3 +317,17 @@ def test_a_pose_in_symbols_that_the_legs_do_not_leave_free_is_refused(tmp_path, 
     path.write_text(OVERDETERMINED.replace("COMPLIANCE", str((1e-7 * np.eye(6)).tolist())))
     with pytest.raises(InputError, match="no pose near home at which all legs meet"):
         rs.derive(rs.load(path), pose=rs.AtSymbols(), form=form)
+
+
+@pytest.mark.parametrize("symbol", ["k", "h"])
+def test_a_derivative_in_names_has_no_false_pole_and_is_short(symbol):
+    robot, k = drive_as_stiff_as_its_beam()
+    found = differentiate(rs.derive(robot), symbol)
+    values = {**robot.nominal, "k": k}
+    _, dK = function_of(found)(**values_for(found, values))
+    step = 1e-5 * values[symbol]
+    ends = [{**values, symbol: values[symbol] + s * step} for s in (1, -1)]
+    after, before = (rs.stiffness(robot.substituted(at)).K for at in ends)
+    assert distance(dK, (after - before) / (2 * step)) < 1e-8
+    assert distance(found.lambdify()(**values_for(found, values))[1], dK) < 1e-13
+    assert len(derivation_text(found).splitlines()) < 45

@@ -14,6 +14,7 @@ from robostiff.analytic import (
     Derivation,
     RobotDerivation,
     Steps,
+    compliance_steps,
     derive_chain,
     derive_robot,
     differentiate,
@@ -198,9 +199,31 @@ def test_bad_values_are_refused(closed, values, message):
         closed.subs(values)
 
 
-def test_a_missing_value_is_named(closed):
-    with pytest.raises(rs.InputError, match="none for h, k"):
-        closed.substituted({"R": 1, "r": 2})
+@pytest.mark.parametrize("form", ["closed", "steps"])
+def test_symbols_without_values_stay_and_wrong_names_are_refused(form, request):
+    derivation = request.getfixturevalue(form)
+    written = derivation.substituted({})
+    assert written.free_symbols == derivation.free_symbols
+    some = derivation.substituted({"R": 0.5, "h": sp.Rational(3, 4)})
+    assert some.free_symbols == {k, r}
+    expected = numeric_K(**VALUES)
+    at = {R: 0.5, r: 0.3, h: 0.75, k: 2e8}
+    for K in (written.subs(at), some.subs(at), derivation.evalf(12, subs=VALUES)):
+        assert_agrees(numbers(K.evalf()), expected)
+    with pytest.raises(rs.InputError, match="height', expected R, h, k, r"):
+        derivation.substituted({"R": 1, "height": 2})
+
+
+def test_compliances_and_derivatives_have_the_same_names_for_it(steps):
+    soft = compliance_steps(steps)
+    C = soft.subs({"R": 0.5, "h": 0.75}).evalf(subs={"r": 0.3, "k": 2e8})
+    np.testing.assert_allclose(numbers(C) @ numeric_K(**VALUES), np.eye(6), atol=1e-9)
+    assert soft.free_symbols == differentiate(steps, "h").free_symbols == steps.free_symbols
+    K, dK = differentiate(steps, "k").evalf(subs=VALUES)
+    assert_agrees(numbers(dK), numbers(K) / VALUES["k"])
+    load = rs.derive_under_load("planar-link", ["-P", 0, 0])
+    K = numbers(load.evalf(subs={"L": 0.5, "P": 10.0}))
+    assert_agrees(K, load.lambdify("L", "P")(0.5, 10.0))
 
 
 def test_a_formula_that_names_a_step_is_refused(steps):

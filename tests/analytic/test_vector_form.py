@@ -2,6 +2,7 @@
 
 import copy
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +26,9 @@ from robostiff.analytic.robot_placement import place_robot
 from robostiff.analytic.vector_expressions import Cross, Stacked, Turned, Vector
 from robostiff.analytic.vector_form import vector_form
 from robostiff.errors import DisagreementError
+from robostiff.kinematics import posture_finder
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -245,3 +249,60 @@ def test_a_robot_of_long_legs_ends_with_the_sum():
     text = derivation_text(derivation)
     assert "K_C = sum over i of w_i w_i^T / c_i" in text
     assert "w_1 =" not in text
+
+
+EXECHON, TRICEPT = EXAMPLES / "exechon.yaml", EXAMPLES / "tricept.yaml"
+
+
+@pytest.mark.parametrize(
+    ("name", "pose", "lines"),
+    [
+        (
+            "gantry-tau",
+            "symbolic",
+            (
+                "v_ij = [0; r_ij x u_i]",
+                "arm2  a/2   w     d          a/2   0     0     -1       f_i**2/k + l/(2*EA_1)",
+                "arm3, middle  0      -4*a/3  -2*a/3",
+                "K_C = sum over i of (w_i w_i^T / c_i + sum over j of v_ij v_ij^T / c_r)",
+            ),
+        ),
+        (TRICEPT, "home", ("w_i_3 = [0; u_i]", "c_i_1 = L_i**3/(3*EI_1)", "K_C = K_1 + K_2")),
+        (
+            EXECHON,
+            "symbolic",
+            ("w_i_2 = [g_i; (a_i - p - R r_0) x g_i] - o_i w_i_3", "t_i = e_i . u_i"),
+        ),
+    ],
+    ids=["gantry-tau", "tricept", "exechon"],
+)
+def test_rods_in_parallel_and_posts_are_terms_of_their_own(name, pose, lines):
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=AtSymbols() if pose == "symbolic" else None)
+    form = derivation.vectors
+    assert set(lines) <= set(derivation_text(derivation).splitlines())
+    for language in (derivation_latex, derivation_markdown, derivation_html, derivation_typst):
+        assert language(derivation)
+    random = np.random.default_rng(8)
+    values = {k: v * random.uniform(0.97, 1.03) for k, v in robot.nominal.items()}
+    numeric = robot.substituted(values)
+    free = len(numeric.coordinates)
+    posture = posture_finder(numeric).find(
+        posture_finder(numeric).home_pose[numeric.coordinate_places]
+        + (0.05 * random.uniform(-1, 1, free) if pose == "symbolic" else 0)
+    )
+    assert posture.reached[0]
+    x, y, z, *turn = posture.pose[0]
+    angles = Rotation.from_rotvec(turn).as_euler("xyz")
+    known = dict(zip(derivation.coordinates, (x, y, z, *angles), strict=False))
+    R = RigidTransform.from_components((x, y, z), Rotation.from_rotvec(turn))
+    K = rs.stiffness(numeric, R if pose == "symbolic" else None).K
+    assert matrix_distance(form.stiffness({**values, **known}), K, 0.5) < 1e-9
+
+
+def test_home_of_a_gantry_tau_is_short():
+    """The entries of K took 25 lines."""
+    text = derivation_text(rs.derive("gantry-tau"))
+    equations = [line for line in text.splitlines() if " = " in line]
+    assert len(equations) <= 15
+    assert "K_C_11" not in text

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import sympy as sp
 
+from robostiff.analytic.formula import Formula
 from robostiff.analytic.substitution import (
     Substitution,
     refuse_failing,
@@ -161,7 +162,7 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Derivation:
+class Derivation(Formula):
     """A stiffness matrix as a formula, with its derivation.
 
     A closed form writes K in SymPy when it is first looked at.
@@ -209,22 +210,8 @@ class Derivation:
         return derivation_html(self, first_heading=3)
 
     @property
-    def is_closed(self) -> bool:
-        """Whether K is written in the given symbols alone."""
-        return not self.definitions
-
-    @property
-    def symbols(self) -> tuple[sp.Symbol, ...]:
-        """The given symbols, in alphabetical order."""
-        expressions = [*self.K, *(d.expression for d in self.definitions)]
-        found = set().union(*(e.free_symbols for e in expressions))
-        defined = {d.symbol for d in self.definitions}
-        return tuple(sorted(found - defined, key=str))
-
-    @property
-    def free_symbols(self) -> set[sp.Symbol]:
-        """The given symbols as a set, as SymPy's expressions have them."""
-        return set(self.symbols)
+    def _expressions(self) -> Any:
+        return self.K
 
     def subs(self, values: Any, value: Any = None) -> Self:
         """The same derivation with numbers or formulas in place of some of its symbols.
@@ -269,17 +256,19 @@ class Derivation:
         return found
 
     def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
-        """K at given values of all its symbols, the definitions computed one after the other.
+        """K at given values of its symbols, the definitions computed one after the other.
+
+        Symbols without a value stay: ``substituted({})`` is K with its steps written out.
 
         Parameters
         ----------
         values : mapping of str or Symbol to numbers, quantities or formulas
-            As for `subs`; names that do not occur in the formula are not used.
+            As for `subs`; beside values of all symbols, other names are not used.
 
         Raises
         ------
         InputError
-            When a symbol has no value, or the formula does not hold there.
+            When the formula does not hold there, or is too long to be written out.
 
         Examples
         --------
@@ -358,12 +347,16 @@ class Derivation:
 
     def _at(self, values: Mapping[Any, Any]) -> Substitution:
         """All values and steps, for the expressions of the derivation."""
-        names = {str(key) for key in values}
-        missing = [str(symbol) for symbol in self.symbols if symbol.name not in names]
-        if missing:
-            raise InputError("values of symbols", got=f"none for {', '.join(missing)}")
-        own = [s for s in (*self.symbols, *self._symbols_of_conditions) if s.name in names]
-        used = {s.name for s in own}
+        own = [*self.symbols, *self._symbols_of_conditions]
+        names, known = {str(key) for key in values}, {s.name for s in own}
+        if names - known and {s.name for s in self.symbols} - names:
+            raise InputError(
+                "values of symbols",
+                got=", ".join(sorted(names - known)),
+                expected=", ".join(sorted(known)),
+            )
+        used = names & known
+        own = [s for s in own if s.name in used]
         given = {str(key): value for key, value in values.items() if str(key) in used}
         put_in = Substitution(values_of_symbols(own, given, f"formula {self.name!r}"))
         for definition in self.definitions:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import sympy as sp
@@ -11,6 +12,7 @@ import sympy as sp
 from robostiff.analytic.closed import canonical
 from robostiff.analytic.derivation import Definition, Derivation, used_definitions
 from robostiff.analytic.field import Element, ExactField
+from robostiff.analytic.formula import Formula
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.substitution import values_of_symbols
@@ -18,7 +20,7 @@ from robostiff.errors import InputError
 
 
 @dataclass(frozen=True)
-class FormulaDerivative:
+class FormulaDerivative(Formula):
     """A derivation together with its derivative with respect to a given symbol.
 
     Attributes
@@ -54,19 +56,17 @@ class FormulaDerivative:
         return derivation_html(self, first_heading=3)
 
     @property
-    def is_closed(self) -> bool:
-        """Whether K and dK are written in the given symbols alone."""
-        return not self.definitions
+    def _expressions(self) -> Any:
+        return (*self.K, *self.dK)
 
-    @property
-    def symbols(self) -> tuple[sp.Symbol, ...]:
-        """The given symbols, in alphabetical order."""
-        return self.derivation.symbols
-
-    @property
-    def free_symbols(self) -> set[sp.Symbol]:
-        """The given symbols as a set, as SymPy's expressions have them."""
-        return set(self.symbols)
+    @cached_property
+    def in_names(self) -> FormulaDerivative:
+        """The same in the names of a robot's formula, by the chain rule; itself without names."""
+        named = getattr(self.derivation, "named", None)
+        if named is None:
+            return self
+        K, definitions = named.K, named.definitions
+        return _by_steps(replace(self.derivation, K=K, definitions=definitions), self.symbol)
 
     @property
     def conditions(self) -> tuple[Any, ...]:
@@ -255,7 +255,11 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
 
     for definition in derivation.definitions:
         definitions.append(definition)
-        change = _rate(definition.expression, rates)
+        expression: Any = definition.expression
+        if expression.is_Pow and expression.exp == sp.S.Half:
+            change = _rate(expression.base, rates) / (2 * definition.symbol)
+        else:
+            change = _rate(expression, rates)
         if change == 0:
             continue
         if change.is_Atom or (-change).is_Atom:
@@ -267,7 +271,11 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
         taken.add(name)
         rates[definition.symbol] = sp.Symbol(name)
         definitions.append(Definition(rates[definition.symbol], change))
-    dK = derivation.K.applyfunc(lambda x: _rate(x, rates))
+    entries: dict[Any, Any] = {}
+    for entry in derivation.K:
+        if entry not in entries:
+            entries[entry] = -entries[-entry] if -entry in entries else _rate(entry, rates)
+    dK = derivation.K.applyfunc(entries.__getitem__)
     return FormulaDerivative(derivation, symbol, sp.ImmutableMatrix(dK), tuple(definitions))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from robostiff.analytic.budget import BUDGET, within
 from robostiff.analytic.derivation import Condition, Definition, Derivation, used_definitions
 from robostiff.analytic.exact_matrix import echelon
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.formula import Formula
 from robostiff.analytic.questions import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
 
@@ -56,7 +57,7 @@ def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMat
 
 
 @dataclass(frozen=True)
-class ComplianceSteps:
+class ComplianceSteps(Formula):
     """Compliance as named steps.
 
     Attributes
@@ -82,9 +83,13 @@ class ComplianceSteps:
         )
 
     @property
-    def symbols(self) -> tuple[sp.Symbol, ...]:
-        """The given symbols, in alphabetical order."""
-        return self._formula.symbols
+    def _expressions(self) -> Any:
+        return self.C
+
+    def subs(self, values: Any, value: Any = None) -> ComplianceSteps:
+        """The same with values in place of some of its symbols, see `Derivation.subs`."""
+        found = self._formula.subs(values, value)
+        return replace(self, C=found.K, definitions=found.definitions, conditions=found.conditions)
 
     def deflection(self, wrench: Sequence[Any]) -> sp.ImmutableMatrix:
         """Twist C w of the reference point under a wrench there (n, 1), in the same names.

@@ -16,6 +16,7 @@ from robostiff.analytic.conditions import conditions_of
 from robostiff.analytic.derivation import Condition, Definition, Derivation
 from robostiff.analytic.exact_reading import ExactReading
 from robostiff.analytic.first_order import LoadedTerms, loaded_terms
+from robostiff.analytic.formula import Formula
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.loaded_agreement import LoadedK, check_under_load
 from robostiff.analytic.operation_count import count_of
@@ -45,7 +46,7 @@ _LONGEST_ON_THE_WAY = 1000  # terms of a fraction from which they follow
 
 
 @dataclass(frozen=True)
-class StiffnessUnderLoad:
+class StiffnessUnderLoad(Formula):
     """``K = K0 + K1``: the rate of the wrench by the twist, to first order in the load.
 
     Attributes
@@ -90,22 +91,13 @@ class StiffnessUnderLoad:
         return Derivation(self.name, K, (), K, self.definitions, **own)
 
     @property
-    def is_closed(self) -> bool:
-        """Whether it is written in the given symbols alone."""
-        return not self.definitions
-
-    @property
-    def symbols(self) -> tuple[sp.Symbol, ...]:
-        """The given symbols, in alphabetical order."""
-        found = {x for e in self._expressions for x in e.free_symbols}
-        found -= {d.symbol for d in self.definitions}
-        return tuple(sorted(found, key=str))
-
-    @property
     def _expressions(self) -> list[Any]:
-        steps = [d.expression for d in self.definitions]
         conditions = [c.expression for c in self.conditions]
-        return [*self.K0, *self.K1, *self.wrench, *steps, *conditions]
+        return [*self.K0, *self.K1, *self.wrench, *conditions]
+
+    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
+        """K at values of its symbols, see `Derivation.substituted`."""
+        return self.derivation.substituted(values)
 
     def subs(self, values: Mapping[Any, Any]) -> StiffnessUnderLoad:
         """The same with numbers or formulas in place of some of its symbols.

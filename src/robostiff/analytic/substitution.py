@@ -143,9 +143,9 @@ class Substitution:
         if self._sizes[symbol] > _LONGEST and not value.is_Atom:
             raise InputError(
                 "exact values of named steps",
-                got=f"a number of {self._sizes[symbol]} terms for {symbol}",
-                expected="floats, or numbers without nested roots",
-                hint="write floats, or Float('0.75', 50) for more digits",
+                got=f"{self._sizes[symbol]} terms for {symbol}",
+                expected="values of all symbols, as floats or numbers without nested roots",
+                hint="write floats, or Float('0.75', 50) for more digits; subs(...) keeps steps",
             )
         self._known[symbol] = value
 

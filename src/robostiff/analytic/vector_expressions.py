@@ -156,6 +156,13 @@ class VectorForm:
     average : sympy.ImmutableMatrix or None
         K in the components u_x, ..., m_z of the wrench of the first leg, and in c, where the
         wrenches of all legs are turns of it, or mirror images.
+    rods : tuple of (int, str, tuple of sympy.Expr)
+        Rods in parallel: number of the leg, name, and the vector r_ij from the middle of the rods
+        of that leg to the end of this one, in the platform's axes.
+    of_rod : tuple of Equation
+        The couple v_ij of a rod, and its compliance c_r.
+    others : tuple of VectorForm
+        Of legs of another kind, such as a post.
     """
 
     pose: tuple[Equation, ...]
@@ -167,6 +174,9 @@ class VectorForm:
     turned: tuple[tuple[str, ...], ...]
     space: Space
     average: Any = None
+    rods: tuple[tuple[int, str, tuple[Any, ...]], ...] = ()
+    of_rod: tuple[Equation, ...] = ()
+    others: tuple[VectorForm, ...] = ()
 
     def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
         """K (n, n) in numbers, by the very equations that are printed.
@@ -180,7 +190,7 @@ class VectorForm:
         K = np.zeros((6, 6))
         for w, c in self.wrenches_at(values):
             K += np.einsum("ki,k,kj->ij", w, 1 / c, w)
-        return K[np.ix_(rows, rows)]
+        return sum((form.stiffness(values) for form in self.others), K[np.ix_(rows, rows)])
 
     def wrenches_at(self, values: Mapping[str, float]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Wrenches (k, 6) and compliances (k) of each leg in numbers."""
@@ -199,10 +209,12 @@ class VectorForm:
                 own[equation.name] = vector_value(equation.expression, own)
             for name in compliances:  # which may depend on the length of the leg
                 own[name] = vector_value(self.columns[name][number], own)
-            yield (
-                np.array([own[w] for w, _ in self.wrenches]),
-                np.array([own[c] for _, c in self.wrenches]),
-            )
+            met = [(own[w], own[c]) for w, c in self.wrenches]
+            for leg, _, arm in self.rods:
+                if leg == number:
+                    own["r_ij"] = vector_value(Coordinates(arm), known)
+                    met.append(tuple(vector_value(e.expression, own) for e in self.of_rod))
+            yield np.array([w for w, _ in met]), np.array([c for _, c in met])
 
 
 def vector_value(expression: Any, known: Mapping[str, Any]) -> Any:

@@ -21,7 +21,8 @@ from robostiff.analytic.known_reading import KnownContributions, KnownReading
 from robostiff.analytic.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.leg_table import LegTable
 from robostiff.analytic.operation_count import count_of
-from robostiff.analytic.orbits import COMPONENTS, averages, orbits_of
+from robostiff.analytic.orbits import average_of
+from robostiff.analytic.parallel_rods import cluster_of, rods_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot
@@ -54,7 +55,6 @@ from robostiff.analytic.vector_rods import (
     varies,
 )
 from robostiff.model import PlacedLeg
-from robostiff.spatial import Space
 
 _SAME = 1e-9
 _LONGEST = 80  # operations of a compliance that is printed for a generic leg
@@ -77,38 +77,7 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
     if found is None:
         return None
     check_form("the vector form", found.stiffness, placed)
-    return replace(found, average=_average(found, placed))
-
-
-def _average(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | None:
-    """K by the wrench of the first leg, of which all others are turns or mirror images."""
-    if len(found.wrenches) > 1 or placed.coordinates or found.space is not Space.SPATIAL:
-        return None
-    names = placed.symbols
-    values = [
-        {name: float(placed.record.input(name).sample[i]) for name in names}
-        for i in range(placed.record.count)
-    ]
-    each = [list(found.wrenches_at(at)) for at in values]
-    c = np.array([[float(own[1][0]) for own in legs] for legs in each])
-    if np.max(np.abs(c - c[:, :1]) / c) > _SAME:
-        return None
-    scale = np.array([1.0] * 3 + [placed.length] * 3)
-    W = np.array([[own[0][0] for own in legs] for legs in each]) / scale
-    orbits = orbits_of(W)
-    if orbits is None or len(orbits) > 1:
-        return None
-    is_nothing = np.max(np.abs(W[:, 0]), axis=0) < _SAME
-    symbols: Any = sp.symbols(COMPONENTS, real=True)
-    own = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
-    products = averages({0: own}, orbits)
-    c_of_all = sp.Symbol("c_1", positive=True)
-
-    def entry(i: int, j: int) -> Any:
-        terms = products[min(i, j), max(i, j)]
-        return sp.factor_terms(sp.Add(*(n * a * b for n, a, b in terms)) / c_of_all)
-
-    return sp.ImmutableMatrix(6, 6, entry)
+    return replace(found, average=average_of(found, placed))
 
 
 @dataclass(frozen=True)
@@ -117,7 +86,7 @@ class _Leg:
 
     wrenches: tuple[VectorExpression, ...]
     compliances: tuple[Any, ...]
-    shared: Any
+    shared: tuple[int, Any] | None  # number of a force, and what it shares with the last, a couple
 
 
 _P, _A, _B, _U, _E, _J, _G, _N = map(Vector, ("p", "a_i", "b_i", "u_i", "e_i", "j_i", "g_i", "n_i"))
@@ -125,7 +94,15 @@ _R0 = Vector("r_0")
 _LENGTH, _S, _T = (sp.Symbol(name, positive=True) for name in ("L_i", "s_i", "t_i"))
 _SHIFT = sp.Symbol("o_i", real=True)
 _SCALARS = {sp.Symbol(f"{x}_i", real=True) for x in "fhz"} | {_LENGTH, _S, _T}
-_NAMES = {"p", "r_0", "sigma_i", *(f"{letter}_i" for letter in "abcdefghjlmnoqstuvwxyzL")}
+_NAMES = {
+    "p",
+    "r_0",
+    "sigma_i",
+    *(f"{letter}_i" for letter in "abcdefghjlmnoqstuvwxyzL"),
+    "c_r",
+    "r_ij",
+    "v_ij",
+}
 
 
 class _Recognition:
@@ -140,7 +117,8 @@ class _Recognition:
         self.read = KnownReading(placed.record, placed.symbols)
         space = placed.entries.space
         self.search = WrenchSearch(self.record, placed.reference, space, placed.length)
-        self.reader = LegReader(self.search, self.read, KnownContributions).contributions
+        self.springs = LegReader(self.search, self.read, KnownContributions)
+        self.reader = self.springs.contributions
         self.R = sampled(placed.platform.R, self.count)
         self.p = sampled(placed.platform.p, self.count)
         self.r0 = sampled(placed.entries.reference_point, self.count)
@@ -150,29 +128,58 @@ class _Recognition:
         self.table = LegTable({k: float(v) for k, v in placed.robot.nominal.items()})
 
     def form(self) -> VectorForm | None:
-        """The whole form, where all legs are struts with the same wrenches."""
+        """The whole form, where all legs are struts, or rods on slides or cranks."""
         placed = self.placed
-        if _NAMES & set(placed.symbols):
+        if _NAMES & set(placed.symbols) or (pose := self._pose()) is None:
             return None
-        pose = self._pose()
         found = [self.search.basis(own.leg) for own in placed.legs]
         bases = [basis for basis in found if basis is not None and basis.wrenches]
-        if pose is None or len(bases) < len(found):
-            return None
-        rods = [rod for i in range(len(bases)) if (rod := rod_of(placed, i)) is not None]
-        if len(rods) < len(bases) or len({rod.carrier for rod in rods}) > 1:
+        rods = [rod for i in range(len(found)) if (rod := rod_of(placed, i)) is not None]
+        if len(bases) < len(found) or len(rods) < len(found):
             return None
         each = [self._leg(i, basis, rods[i]) for i, basis in enumerate(bases)]
-        legs = [own for own in each if own is not None]
-        if len(legs) < len(each) or any(own.wrenches != legs[0].wrenches for own in legs):
+        parallel: dict[str, Any] = {}
+        if None in each:
+            each, parallel = self._clusters(rods)
+        kinds: dict[Any, list[int]] = {}
+        for i, own in enumerate(each):
+            kinds.setdefault(own and (rods[i].carrier, own.wrenches), []).append(i)
+        if None in kinds or 1 < len(kinds) == len(each):
             return None
-        return self._joined(pose, rods, legs)
+        forms = []
+        for numbers in sorted(kinds.values(), key=len, reverse=True):
+            self.table = LegTable(self.table.nominal)
+            labels = tuple(placed.legs[i].leg.name for i in numbers)
+            legs = [leg for i in numbers if (leg := each[i])]
+            forms.append(self._joined(pose, labels, [rods[i] for i in numbers], legs))
+        if None in forms:
+            return None
+        return replace(forms[0], others=tuple(forms[1:]), **parallel)
+
+    def _clusters(self, rods: list[Rod]) -> tuple[list[_Leg | None], dict[str, Any]]:
+        """Legs of parallel rods, and what the vector form has of the rods."""
+        found = []
+        for i, rod in enumerate(rods):
+            self.read.known = felt_by_carrier(rod, 0)
+            found.append(cluster_of(self.placed, i, rod, self.springs))
+        clusters = [x for x in found if x is not None]
+        listed = rods_of(clusters)
+        if len(clusters) < len(rods) or listed is None:
+            return [None], {}
+        wrench = Stacked(_U, Cross(self._turned(_B), _U))
+        legs: list[_Leg | None] = [
+            _Leg((wrench,), (self._of_leg(x.compliance),), None) for x in clusters
+        ]
+        compliance = next(x.of_rod for x in clusters if x.arms)
+        couple = Stacked(None, Cross(self._turned(Vector("r_ij")), _U))
+        arms = [(i, label, tuple(map(self.plain, arm))) for i, label, arm in listed]
+        of_rod = Equation("v_ij", couple), Equation("c_r", compliance, is_vector=False)
+        return legs, {"rods": tuple(arms), "of_rod": of_rod}
 
     def _joined(
-        self, pose: tuple[Equation, ...], rods: list[Rod], legs: list[_Leg]
+        self, pose: tuple[Equation, ...], labels: tuple[str, ...], rods: list[Rod], legs: list[_Leg]
     ) -> VectorForm | None:
-        placed, plain, first = self.placed, self.plain, legs[0]
-        chains = placed.entries.legs
+        plain, first = self.plain, legs[0]
         carrier = rods[0].carrier
 
         def of_all(letter: str, angle: str, each: list[Any]) -> Equation:
@@ -180,10 +187,10 @@ class _Recognition:
             return Equation(f"{letter}_i", Coordinates(self.table.vectors(letter, angle, read)))
 
         a = of_all("a", "phi", [rod.base for rod in rods])
-        b = of_all("b", "psi", [leg.attachment.p for leg in chains])
+        b = of_all("b", "psi", [rod.tip for rod in rods])
         away = ((1, _P), (1, self._turned(_B)), (-1, _A))
         used = _vectors_of(first.wrenches)
-        all_met = [c for leg in legs for c in (*leg.compliances, leg.shared) if c is not None]
+        all_met = [c for leg in legs for c in (*leg.compliances, *(leg.shared or ())[1:])]
         scalars = set().union(*(c.free_symbols for c in all_met))
         equations = [a, b]
         is_rod = carrier is not Carrier.NOTHING
@@ -193,8 +200,9 @@ class _Recognition:
         joint = self._joint(rods[0])
         if not is_rod and used & {_E, _G, _N}:
             equations.append(of_all("e", "theta", [rod.axis for rod in rods]))
-        if joint == _J and used & {_J, _G, _N}:
-            equations.append(of_all("j", "chi", [rod.joint for rod in rods]))
+        if _J in used or (joint == _J and used & {_G, _N}):
+            j = of_all("j", "chi", [rod.joint for rod in rods])
+            equations.append(j if is_rod else replace(j, expression=self._turned(j.expression)))
         if used & {_G, _N}:
             across = Cross(joint, _U)
             equations.append(Equation("g_i", Over(across, Norm(across))))
@@ -205,16 +213,16 @@ class _Recognition:
             equations.append(Equation("s_i", Dot(self._other(used, joint), _U), is_vector=False))
         if _T in scalars:
             across = Norm(Cross(self._other(used, joint), _U))
-            equations.append(Equation("t_i", across, is_vector=False))
+            t = Dot(_E, _U) if _N in used and not is_rod else across
+            equations.append(Equation("t_i", t, is_vector=False))
         named = self._of_wrenches(legs)
         if named is None:
             return None
         equations += named
-        numbers = range(1, len(first.wrenches) + 1)
-        own = [f"_{k}" if len(numbers) > 1 else "" for k in numbers]
+        several = len(first.wrenches) > 1
+        own = [f"_{k}" if several else "" for k in range(1, len(first.wrenches) + 1)]
         names = [(f"w_i{k}", f"c_i{k}") for k in own]
         turned = self.table.turns_of_one_another() or []
-        labels = tuple(own.leg.name for own in placed.legs)
         return VectorForm(
             pose=pose,
             names=used_definitions(
@@ -225,22 +233,24 @@ class _Recognition:
             columns={name: tuple(column) for name, column in self.table.columns.items()},
             legs=labels,
             turned=tuple(tuple(labels[i] for i in group) for group in turned if len(group) > 1),
-            space=placed.entries.space,
+            space=self.placed.entries.space,
         )
 
     def _of_wrenches(self, legs: list[_Leg]) -> list[Equation] | None:
         """Wrenches and compliances; of two that share energy the force is moved by the couple."""
         found: list[list[Equation]] = []
         first = legs[0]
+        last = len(first.wrenches)
+        couple = sp.Symbol(f"c_i_{last}", real=True)
         for k, w in enumerate(first.wrenches):
             own = f"_{k + 1}" if len(first.wrenches) > 1 else ""
             name = f"c_i{own}"
             met = self.table.scalar(name, [leg.compliances[k] for leg in legs])
-            if first.shared is not None and k == 0:
+            if first.shared is not None and k == first.shared[0]:
                 if name in self.table.columns:
                     return None
-                moved = Sum(((1, w), (-1, Times(_SHIFT, Vector("w_i_2")))))
-                met -= _SHIFT**2 * sp.Symbol("c_i_2", real=True)
+                moved = Sum(((1, w), (-1, Times(_SHIFT, Vector(f"w_i_{last}")))))
+                met -= _SHIFT**2 * couple
                 found.append([Equation(f"w_i{own}", moved)])
             else:
                 found.append([Equation(f"w_i{own}", w)])
@@ -250,8 +260,10 @@ class _Recognition:
             return [e for pair in found for e in pair]
         if any(leg.shared != first.shared for leg in legs):
             return None
-        shift = first.shared / sp.Symbol("c_i_2", real=True)
-        return [*found[1], Equation(_SHIFT.name, shift, is_vector=False), *found[0]]
+        number, energy = first.shared
+        shift = Equation(_SHIFT.name, energy / couple, is_vector=False)
+        forces = [e for k, pair in enumerate(found[:-1]) for e in pair if k != number]
+        return [*forces, *found[-1], shift, *found[number]]
 
     def _turned(self, vector: VectorExpression) -> VectorExpression:
         return Turned(self.rotation, vector) if self.turns else vector
@@ -294,6 +306,7 @@ class _Recognition:
             known += [(_G, g), (_N, np.cross(g, e))]
         self.read.known = felt_by_carrier(rod, self.plain(rod.crank))
         if rod.carrier is Carrier.NOTHING:
+            known.append((_J, np.einsum("nij,nj->ni", self.R, sampled(rod.joint, self.count))))
             self.read.known.append((np.linalg.norm(b - a, axis=1), _LENGTH))
         directions: list[tuple[Vector, np.ndarray]] = []
         written: list[tuple[UnitWrench, Stacked]] = []
@@ -322,6 +335,8 @@ class _Recognition:
             return None
         for at in others:
             s, t = np.einsum("ni,ni->n", at, u), np.linalg.norm(np.cross(at, u), axis=1)
+            if rod.carrier is Carrier.NOTHING and any(v == _N for v, _ in directions):
+                t = np.einsum("ni,ni->n", e, u)  # the same but for its sign
             width = sampled(rod.width, self.count)
             name = self.plain(rod.width)
             self.read.known += felt_across(self.read.known, t, width, name)
@@ -330,9 +345,11 @@ class _Recognition:
         met = [self._shared(own, x, x) for x in units]
         shared = None
         if basis.couplings:
-            if len(units) != 2 or units[1].point is not None:
+            if basis.couplings > 1 or sum(x.point is None for x in units) != 1:
                 return None
-            shared = self._shared(own, *units)
+            each = [self._shared(own, unit, units[-1]) for unit in units[:-1]]
+            k = max(range(len(each)), key=lambda k: count_of(each[k]))  # all others are zero
+            shared = k, each[k]
         return _Leg(tuple(w for _, w in written), tuple(met), shared)
 
     def _shared(self, own: PlacedLeg, a: UnitWrench, b: UnitWrench) -> Any:

@@ -33,6 +33,7 @@ from robostiff.analytic.vector_expressions import (
 from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import Leg, PlacedLeg, Telescope
 from robostiff.record import Entry, square_root
+from robostiff.recorded.working_frame import turned_back
 
 _SAME = 1e-9
 _D, _E, _M, _U, _V = map(Vector, ("d_i", "e_i", "m_i", "u_i", "v_i"))
@@ -58,7 +59,8 @@ class Rod:
     # (3,): the joint of a strut, or a point of the slide or of the axis of the crank
     base: np.ndarray
     axis: np.ndarray  # (3,): of the slide or crank; of a strut that of its first joint
-    # (3,): axis of the first passive joint of a rod, where it does not turn
+    # (3,): axis of the first passive joint of a rod, where it does not turn; of a strut that of the
+    # last one, in the platform's axes
     joint: np.ndarray | None
     # start, end: (count, 3): its joints, at the samples
     start: np.ndarray
@@ -68,6 +70,7 @@ class Rod:
     crank: Any
     length: Any
     side: int  # in which of its two ways it closes
+    tip: Any = None  # (3,): its end on the platform, in the platform's axes
     width: Any = 0  # between two parallel rods [m], along the axis of their joints; zero of one rod
 
     @property
@@ -83,29 +86,36 @@ def rod_of(placed: PlacedRobot, number: int) -> Rod | None:
     count, close = placed.record.count, _SAME * placed.length
     R, p = sampled(placed.platform.R, count), sampled(placed.platform.p, count)
     end = p + np.einsum("nij,nj->ni", R, sampled(chain.attachment.p, count))
-    ends = _ends(own)
-    if ends is None or np.max(np.abs(end - sampled(ends[1], count))) > close:
+    ends, tip = ends_of(own), chain.attachment.p
+    if ends is None:
         return None
     start, first = sampled(ends[0], count), next(own.freedoms)
+    of_joints = sampled(ends[1], count)
+    if np.max(np.abs(end - of_joints)) > close:
+        if own.blocks:
+            tip, end = in_the_platform(placed, ends[1] - placed.platform.p), of_joints
+        elif np.max(np.abs(start - of_joints)) > close:  # a post has all joints at its base
+            return None
     drives = [f for f in own.freedoms if not f.is_passive]
     at_base = np.max(np.abs(start - sampled(chain.base.p, count))) < close
     if first.is_passive and at_base and not own.blocks:
-        nothing = Carrier.NOTHING, chain.base.p, first.axis, None
-        return Rod(*nothing, start, end, np.zeros_like(start), 0, 0, 1)
+        last = [f for f in own.freedoms if f.is_passive and f.turns][-1].axis
+        nothing = Carrier.NOTHING, chain.base.p, first.axis, in_the_platform(placed, last)
+        return Rod(*nothing, start, end, np.zeros_like(start), 0, 0, 1, tip)
     telescopes = any(isinstance(element, Telescope) for element, _ in chain.chain.moving)
     if len(drives) != 1 or drives[0] is not first or telescopes:
         return None
-    return _carried(chain, own, (start, end), placed)
+    return _carried(chain, own, (start, end, tip), placed)
 
 
 def _carried(
-    chain: Leg, own: PlacedLeg, ends: tuple[np.ndarray, np.ndarray], placed: PlacedRobot
+    chain: Leg, own: PlacedLeg, ends: tuple[np.ndarray, ...], placed: PlacedRobot
 ) -> Rod | None:
     """A rod on a slide or a crank; None where this has another shape."""
-    (start, end), count, close = ends, placed.record.count, _SAME * placed.length
+    (start, end, tip), count, close = ends, placed.record.count, _SAME * placed.length
     # Lengths and directions are read where all coordinates are zero: no closure is in them.
     at_zero = place_leg_at_joints(chain, np.zeros(chain.chain.size, dtype=int).astype(object)).leg
-    begins, stops = _ends(at_zero) or ends
+    begins, stops = ends_of(at_zero) or ends[:2]
     drive = next(at_zero.freedoms)
     e = sampled(drive.axis, count)
     joint, now = (next(f for f in leg.freedoms if f.is_passive).axis for leg in (at_zero, own))
@@ -134,6 +144,7 @@ def _carried(
         crank,
         length=_distance(begins, stops, placed),
         side=sides.pop(),
+        tip=tip,
         width=_width(at_zero, kept, placed),
     )
 
@@ -220,7 +231,7 @@ def equations_of_felt(carrier: Carrier, scalars: set[Any]) -> list[Equation]:
     return [Equation(s.name, x, is_vector=False) for s, x in written if s in scalars]
 
 
-def _ends(leg: PlacedLeg) -> tuple[np.ndarray, np.ndarray] | None:
+def ends_of(leg: PlacedLeg) -> tuple[np.ndarray, np.ndarray] | None:
     """The outer passive joints of a leg; of parallel rods the middles of their joints."""
     if len(leg.blocks) > 1:
         return None
@@ -236,6 +247,12 @@ def _ends(leg: PlacedLeg) -> tuple[np.ndarray, np.ndarray] | None:
     share = sp.Rational(1, len(both))
     begins, stops = (np.sum(np.stack(points), axis=0) * share for points in zip(*both, strict=True))
     return begins, stops
+
+
+def in_the_platform(placed: PlacedRobot, vector: np.ndarray) -> Any:
+    """A vector of the world in the axes of the platform."""
+    turned = turned_back(placed.platform.R, vector)
+    return tuple(placed.record.simplified(x, placed.length) for x in turned)
 
 
 def _width(leg: PlacedLeg, axis: np.ndarray | None, placed: PlacedRobot) -> Any:

@@ -102,6 +102,7 @@ def _free(name: str, taken: tuple[str, ...]) -> MatrixName:
     return MatrixName(name)
 
 
+_MOST_LINES = 15  # of entries of K and of names, beside which one leg and the table are enough
 _MEANINGS = {
     "L": "length of a leg",
     "d": "unit vector along a leg's rod",
@@ -136,13 +137,13 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     if form is not None and derivation.is_closed:
         form = replace(form, average=None)  # K is written out
     taken = set(names.given)
-    if not _is_vectors_alone(derivation):
+    if not is_vectors_alone(derivation):
         taken |= {d.symbol.name for d in derivation.definitions}
     if form is not None:
         section, defined = vector_blocks(form, names.result, definitions, taken)
         blocks += section
         definitions = [d for d in definitions if d.symbol not in defined]
-    if _is_vectors_alone(derivation):
+    if is_vectors_alone(derivation):
         return (
             *blocks,
             *_in_words_of_all(derivation, kinds=True),
@@ -160,7 +161,7 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
             ScalarEquations(tuple(("0", x) for x in closing)),
         ]
     if form is not None and derivation.is_closed:
-        # One leg and the table have said what all legs transmit.
+        # One leg and the table have said what all legs transmit, and how they add up.
         blocks += _in_words_of_all(derivation, kinds=True)
         used = used_definitions(definitions, named.K.flat())
         blocks += [OutlineHeading("All legs together"), *([equations(used)] if used else [])]
@@ -185,10 +186,16 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     return tuple(blocks)
 
 
-def _is_vectors_alone(derivation: RobotDerivation) -> bool:
-    """Whether one leg, the table and the sum are all: at home, beside steps for each leg."""
-    at_home = not derivation.coordinates and not derivation.is_closed
-    return at_home and derivation.vectors is not None
+def is_vectors_alone(derivation: RobotDerivation) -> bool:
+    """Whether one leg, the table and the sum are all: at home, where the entries of K are long."""
+    if derivation.coordinates or derivation.vectors is None:
+        return False
+    if not derivation.is_closed or derivation.named is None:
+        return not derivation.is_closed
+    K, definitions = derivation.named.K, derivation.named.definitions
+    entries = {max(x, -x, key=str) for x in K.flat() if x != 0}
+    used = [d for d in used_definitions(definitions, K.flat()) if d.expression.free_symbols]
+    return len(entries) + len(used) > _MOST_LINES
 
 
 def _in_words_of_all(derivation: RobotDerivation, *, kinds: bool = False) -> list[Block]:
@@ -235,7 +242,7 @@ def _summary(derivation: RobotDerivation) -> str:
             "what it feels of a unit wrench."
         )
     form = "in closed form" if derivation.is_closed else "in named steps"
-    if _is_vectors_alone(derivation):
+    if is_vectors_alone(derivation):
         form = "leg by leg"
     count = len(derivation.legs)
     legs = "one leg" if count == 1 else f"{count} legs"
@@ -300,7 +307,7 @@ def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclatur
             ((MatrixName("C"),), "compliance in axes of the arm"),
             ((MatrixName("K_0"),), "stiffness there"),
         ]
-    alone = _is_vectors_alone(derivation)
+    alone = is_vectors_alone(derivation)
     defined = [] if alone else [d.symbol.name for d in derivation.definitions]
     for letter, meaning in _MEANINGS.items():
         if any(name.startswith(f"{letter}_") for name in defined):
@@ -367,10 +374,12 @@ def derivative_outline(derivative: FormulaDerivative) -> tuple[Block, ...]:
     """
     names, symbol = EntryNames(derivative.derivation), derivative.symbol
     result = MatrixName(derivative_name(names.result.name, symbol))
-    definitions, dK = derivative.definitions, derivative.dK
-    if derivative.is_closed:
+    in_names = derivative.in_names
+    definitions, dK = in_names.definitions, in_names.dK
+    if in_names.is_closed:
         named = name_combinations(dK, names.given)
         definitions, dK = named.definitions, named.matrix
+    definitions = used_definitions(definitions, dK.flat())
     form = "in closed form" if derivative.is_closed else "in named steps, each with its derivative"
     title = f"Derivative of the stiffness matrix {names.result.name} by {symbol.name}"
     blocks: list[Block] = [OutlineHeading(title, level=1), OutlineText(f"Derivative {form}.")]

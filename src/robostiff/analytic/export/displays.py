@@ -179,7 +179,7 @@ class MathLanguage:
     number: Callable[[int], str]  # A whole number
     dot: str  # the point of a scalar product
     norm: Callable[[str], str]  # the length of a written vector
-    total_over_legs: str  # A sum over all legs i
+    total_over: Callable[[str], str]  # a sum over an index, such as that of legs
     inline: Callable[[str], str]  # A formula in a sentence
 
 
@@ -239,15 +239,16 @@ def displays(
             w = language.matrix_name("w")
             part = language.fraction(f"{w} {w}{language.transposed}", language.name("c"))
             written = f"{language.total} {part}"
-        case LegSum(left, wrenches):
-            parts = []
-            for w, c in wrenches:
-                own = language.matrix_name(w)
-                parts.append(
-                    language.fraction(f"{own} {own}{language.transposed}", language.name(c))
-                )
+        case LegSum(left, wrenches, rods):
+            parts = [
+                language.fraction(f"{own} {own}{language.transposed}", language.name(c))
+                for w, c in (*wrenches, *([rods] if rods else []))
+                for own in [language.matrix_name(w)]
+            ]
+            if rods:
+                parts[-1] = f"{language.total_over('j')} {parts[-1]}"
             inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
-            written = f"{language.total_over_legs} {inner}"
+            written = f"{language.total_over('i')} {inner}"
         case SpringSum(left, drives, beams):
             return [_sum_of_springs(left, language, drives=drives, beams=beams)]
         case Inverse(left, right):

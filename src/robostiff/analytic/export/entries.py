@@ -215,8 +215,11 @@ def readable(expression: Any) -> Any:
 
 
 def readable_matrix(M: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
-    """A matrix of readable entries."""
-    written = {entry: readable(entry) for entry in entries(M)}
+    """A matrix of readable entries; those that differ by the sign alone still do."""
+    written: dict[Any, Any] = {}
+    for entry in entries(M):
+        if entry not in written:
+            written[entry] = -written[-entry] if -entry in written else readable(entry)
     return sp.ImmutableMatrix(M.rows, M.cols, [written[entry] for entry in entries(M)])
 
 

@@ -194,7 +194,7 @@ MATHML = MathLanguage(
     number=lambda number: f"<mn>{number}</mn>",
     dot="<mo>·</mo>",
     norm=lambda written: f"<mrow><mo>|</mo>{written}<mo>|</mo></mrow>",
-    total_over_legs="<munder><mo>∑</mo><mi>i</mi></munder>",
+    total_over=lambda index: f"<munder><mo>∑</mo><mi>{index}</mi></munder>",
     inline=lambda formula: element("math", mathml(formula)),
 )
 

@@ -140,7 +140,7 @@ LATEX = MathLanguage(
     number=str,
     dot=r"\cdot",
     norm=lambda written: f"\\lvert {written} \\rvert",
-    total_over_legs=r"\sum_{i}",
+    total_over=lambda index: rf"\sum_{{{index}}}",
     inline=lambda formula: f"${formula}$",
 )
 

@@ -150,6 +150,7 @@ class LegSum:
 
     result: MatrixName
     wrenches: tuple[tuple[str, str], ...]
+    rods: tuple[str, str] | None = None  # of parallel rods j: the couple and its compliance
 
 
 @dataclass(frozen=True)

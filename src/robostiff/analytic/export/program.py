@@ -14,7 +14,6 @@ from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.entries import entries, symbols_of
 from robostiff.analytic.export.vocabulary import check_vocabulary
-from robostiff.analytic.robot_derivation import InNames, RobotDerivation
 from robostiff.errors import InputError
 
 #: Products of numbers with more digits exceed the range of doubles. Exact arithmetic on decimals
@@ -228,36 +227,25 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     >>> compute.entries[0, 0]
     t1**2
     """
-    matrix, definitions = _matrices(derivation), derivation.definitions
-    if derivation.is_closed:
-        named = _in_names(derivation)
-        if named is None:
-            named = name_combinations(matrix, (symbol.name for symbol in _arguments(derivation)))
-            matrix, definitions = named.matrix, named.definitions
-        else:
-            matrix, definitions = named.K, named.definitions
+    matrix, definitions = _in_names(derivation)
+    if not definitions:
+        named = name_combinations(matrix, (symbol.name for symbol in _arguments(derivation)))
+        matrix, definitions = named.matrix, named.definitions
     return _in_order(derivation, matrix, definitions, sp.cse)
 
 
 def plain_program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     """The same without looking for more than equal subexpressions: quick, and less readable."""
-    matrices, definitions = _matrices(derivation), derivation.definitions
-    named = _in_names(derivation)
-    if named is not None:
-        matrices, definitions = named.K, named.definitions
-    return _in_order(derivation, matrices, definitions, tree_cse)
+    return _in_order(derivation, *_in_names(derivation), tree_cse)
 
 
-def _in_names(derivation: Derivation | FormulaDerivative) -> InNames | None:
-    """The form in names, which has no other poles than the robot."""
-    return derivation.named if isinstance(derivation, RobotDerivation) else None
-
-
-def _matrices(derivation: Derivation | FormulaDerivative) -> Any:
-    """K, and dK below it."""
+def _in_names(derivation: Derivation | FormulaDerivative) -> tuple[Any, tuple[Definition, ...]]:
+    """K, and dK below it; in the names of a robot, which have no other poles than the robot."""
     if isinstance(derivation, FormulaDerivative):
-        return sp.ImmutableMatrix.vstack(derivation.K, derivation.dK)
-    return derivation.K
+        own = derivation.in_names
+        return sp.ImmutableMatrix.vstack(own.K, own.dK), own.definitions
+    own = getattr(derivation, "named", None) or derivation
+    return own.K, own.definitions
 
 
 def _arguments(derivation: Derivation | FormulaDerivative) -> tuple[Any, ...]:
@@ -368,16 +356,17 @@ class _Computation:
 
     def result(self, expression: Any) -> Any:
         """An expression, after assignments of its shared subexpressions."""
-        waiting = [expression]
+        waiting: list[tuple[Any, Iterator[Any]]] = [(None, self._uses(expression))]
         while waiting:
-            needed = self._missing(waiting[-1])
-            if needed:
-                waiting.append(self._shared[needed[0]])
+            symbol, uses = waiting[-1]
+            missing = (s for s in uses if s not in self._done and s not in self._named)
+            needed = next(missing, None)
+            if needed is not None:
+                waiting.append((needed, self._uses(self._shared[needed])))
                 continue
-            done = waiting.pop()
-            if waiting:
-                symbol = self._missing(waiting[-1])[0]
-                written = done.xreplace(self._named)
+            waiting.pop()
+            if symbol is not None:
+                written = self._shared[symbol].xreplace(self._named)
                 self._done[symbol] = Assignment(symbol, written, is_shared=True)
         return expression.xreplace(self._named)
 
@@ -391,9 +380,6 @@ class _Computation:
                 wanted |= assignment.expression.free_symbols
         return tuple(reversed(kept))
 
-    def _missing(self, expression: sp.Expr) -> list[Any]:
-        """Shared symbols that are to be assigned first."""
-        missing = expression.free_symbols & self._shared.keys()
-        missing -= self._done.keys()
-        missing -= self._named.keys()
-        return sorted(missing, key=str)
+    def _uses(self, expression: Any) -> Iterator[Any]:
+        """Its shared symbols."""
+        return iter(sorted(expression.free_symbols & self._shared.keys(), key=lambda s: s.name))

@@ -129,8 +129,9 @@ def _of_legs(
             lines = [f"{result.name} = {' + '.join(parts)}"]
             if beams:
                 lines += ["T = [ Q  (m x) Q ]", "    [ 0  Q       ]"]
-        case LegSum(result, wrenches):
+        case LegSum(result, wrenches, rods):
             parts = [f"{w} {w}^T / {c}" for w, c in wrenches]
+            parts += [f"sum over j of {w} {w}^T / {c}" for w, c in ([rods] if rods else [])]
             inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
             lines = [f"{result.name} = sum over i of {inner}"]
         case Table(head, listed, of):
@@ -204,7 +205,7 @@ TEXT = MathLanguage(
     number=str,
     dot=".",
     norm=lambda written: f"|{written}|",
-    total_over_legs="sum over i of",
+    total_over=lambda index: f"sum over {index} of",
     inline=str,
 )
 

@@ -149,7 +149,7 @@ TYPST = MathLanguage(
     number=str,
     dot="dot",
     norm=lambda written: f"abs({written})",
-    total_over_legs="sum_i",
+    total_over=lambda index: f"sum_{index}",
     inline=lambda formula: f"${formula}$",
 )
 

@@ -29,7 +29,7 @@ from robostiff.analytic.export.outline import (
     matrix_equation,
 )
 from robostiff.analytic.robot_derivation import InSeries
-from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
+from robostiff.analytic.vector_expressions import ArmOfSprings, Equation, Sum, Vector, VectorForm
 
 _MEANINGS = {
     "p": "point of the platform",
@@ -40,13 +40,17 @@ _MEANINGS = {
     "b_i": "its joint on the platform, in the platform's axes",
     "u_i": "unit vector along the leg",
     "e_i": "first axis of the joint on the base",
-    "j_i": "first axis of the joint at the rod's foot",
+    "j_i": "axis of the leg's last joint",
     "g_i": "unit vector across the first axis of the joint and the leg",
     "n_i": "unit vector across both axes of the joint",
+    "o_i": "what of the couple comes with the force, so that both share no energy",
+    "v_ij": "couple by which rod j of leg i turns its middle",
+    "c_r": "compliance of a rod",
 }
 _OF_RODS = {
     "b_i": "joint of its rod on the platform, in the platform's axes",
     "u_i": "unit vector along its rod",
+    "j_i": "first axis of the joint at the rod's foot",
 }
 _OF_SLIDES = {
     **_OF_RODS,
@@ -64,7 +68,6 @@ _OF_CRANKS = {
     "f_i": "force along the crank, of a unit force in the rod",
     "h_i": "force across the crank",
     "z_i": "force along the axis of the crank",
-    "o_i": "what of the couple comes with the force, so that both share no energy",
 }
 
 
@@ -78,30 +81,28 @@ def vector_blocks(
     `result`: name of the stiffness; `known`: names that the rest of the derivation has;
     `taken`: names that stand for something else.
     """
-    renamed, names = _in_known_names(found.names, known, taken)
-    leg = [_renamed(e, renamed) for e in found.leg]
-    first = [e for e in leg if not e.name.startswith(("w_", "c_"))]
-    rest = [e for e in leg if e.name.startswith(("w_", "c_"))]
     blocks: list[Block] = [
         OutlineHeading("One leg, and what differs between the legs"),
         OutlineText(
             "A leg transmits forces and couples, written as [force; moment], between a point of "
             "the base and a point of the platform. The table has what differs between the legs."
         ),
-        VectorEquations((*found.pose, *first)),
     ]
-    if names:
-        blocks.append(equations(names))
-    blocks.append(VectorEquations(tuple(rest)))
-    if found.columns:
-        head = tuple(found.columns)
-        columns = list(found.columns.values())
-        rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
-        blocks.append(Table(head, tuple(rows)))
-    if found.turned:
-        same = "; ".join(", ".join(group) for group in found.turned)
-        blocks.append(OutlineText(f"Legs that are turns of one another about z: {same}."))
-    blocks.append(LegSum(result, found.wrenches))
+    forms = (found, *found.others)
+    parts = [result] if len(forms) == 1 else [MatrixName(f"K_{k + 1}") for k in range(len(forms))]
+    written: set[Any] = set()
+    for k, (form, part) in enumerate(zip(forms, parts, strict=True)):
+        renamed, names = _in_known_names(form.names, known, taken)
+        if len(forms) > 1:
+            of = "Leg" if len(form.legs) == 1 else "Legs"
+            blocks.append(OutlineHeading(f"{of}: {', '.join(form.legs)}", level=3))
+        new = [d for d in names if d.symbol not in written]
+        blocks += _of_kind(form, part, renamed, new, () if k else form.pose)
+        written |= {d.symbol for d in names}
+    if len(forms) > 1:
+        total = Sum(tuple((1, Vector(part.name)) for part in parts))
+        blocks.append(OutlineHeading("All legs", level=3))
+        blocks.append(VectorEquations((Equation(result.name, total),)))
     if found.average is not None:
         blocks += [
             OutlineText(
@@ -110,7 +111,48 @@ def vector_blocks(
             ),
             matrix_equation(result, found.average, lambda i, j: f"{result.name}_{i + 1}{j + 1}"),
         ]
-    return tuple(blocks), {d.symbol for d in names}
+    return tuple(blocks), written
+
+
+def _of_kind(
+    found: VectorForm,
+    result: MatrixName,
+    renamed: Mapping[Any, Any],
+    names: Sequence[Definition],
+    pose: Sequence[Equation],
+) -> list[Block]:
+    """One leg of a kind, the table of what differs, and the sum over these legs."""
+    leg = [_renamed(e, renamed) for e in found.leg]
+    first = [e for e in leg if not e.name.startswith(("w_", "c_", "o_"))]
+    rest = [e for e in leg if e.name.startswith(("w_", "c_", "o_"))]
+    of_rod = [_renamed(e, renamed) for e in found.of_rod]
+    blocks: list[Block] = [VectorEquations((*pose, *first))]
+    if names:
+        blocks.append(equations(names))
+    blocks.append(VectorEquations(tuple(rest)))
+    if found.columns:
+        columns = [[x.xreplace(dict(renamed)) for x in c] for c in found.columns.values()]
+        rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
+        blocks.append(Table(tuple(found.columns), tuple(rows)))
+    if found.turned:
+        same = "; ".join(", ".join(group) for group in found.turned)
+        blocks.append(OutlineText(f"Legs that are turns of one another about z: {same}."))
+    if found.rods:
+        blocks += [
+            OutlineText(
+                "Rods of a leg are parallel: r_ij leads from their middle, which is b_i, to the "
+                "end of rod j, and the r_ij of a leg sum to zero."
+            ),
+            VectorEquations(tuple(of_rod)),
+            Table(
+                ("r_ijx", "r_ijy", "r_ijz"),
+                tuple((name, arm) for _, name, arm in found.rods),
+                "rod",
+            ),
+        ]
+    rods = (found.of_rod[0].name, found.of_rod[1].name) if found.rods else None
+    blocks.append(LegSum(result, found.wrenches, rods))
+    return blocks
 
 
 def series_blocks(
@@ -170,7 +212,8 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
 
 def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...], str]]:
     """Names of the vector form and their meanings, for the nomenclature."""
-    names = {e.name: e.is_vector for e in (*found.pose, *found.leg)}
+    all_legs = [e for form in (found, *found.others) for e in form.leg]
+    names = {e.name: e.is_vector for e in (*found.pose, *all_legs, *found.of_rod)}
     of_carrier = _OF_CRANKS if "v_i" in names else _OF_SLIDES if "q_i" in names else {}
     listed = {**_MEANINGS, **of_carrier}
     return [
