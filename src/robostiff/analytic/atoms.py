@@ -10,7 +10,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.cache import cacheit
 
-from robostiff.analytic.operation_count import count_of
+from robostiff.analytic.operation_count import count_of, parts_of
 from robostiff.errors import InputError
 
 # Larger prime factors of a number under a root stay together.
@@ -41,14 +41,15 @@ def prepare(expression: Any) -> Any:
     prepared: Any = sp.sympify(expression)
     if prepared.is_Symbol or prepared.is_Rational:
         return prepared
-    if prepared.has(sp.Float):
+    if any(x.is_Float for x in parts_of(prepared)):
         prepared = sp.nsimplify(prepared, rational=True)
-    if prepared.has(sp.tan):
+    if any(isinstance(x, sp.tan) for x in parts_of(prepared)):
         prepared = prepared.rewrite(sp.tan, sp.cos)
-    if any(not f.args[0].is_Symbol for f in prepared.atoms(sp.sin, sp.cos)):
+    turning = (x for x in parts_of(prepared) if isinstance(x, sp.sin | sp.cos))
+    if any(not x.args[0].is_Symbol for x in turning):
         prepared = sp.expand_trig(prepared)
-    numbers = [root for root in prepared.atoms(sp.Pow) if is_root(root) and not root.free_symbols]
-    return prepared.xreplace({root: sp.sqrtdenest(root) for root in numbers})
+    numbers = [x for x in parts_of(prepared) if is_root(x) and not x.free_symbols]
+    return prepared.xreplace({x: sp.sqrtdenest(x) for x in numbers}) if numbers else prepared
 
 
 def atoms_of(expressions: Iterable[Any]) -> Atoms:

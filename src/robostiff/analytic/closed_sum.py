@@ -256,10 +256,15 @@ def factored_fraction(expression: Any) -> Any:
     >>> factored_fraction(1 / R - r / R**2)
     (R - r)/R**2
     """
-    if expression.is_Symbol or expression.is_Number:
+    parts = expression.args if expression.is_Mul else (expression,)
+    if all(x.is_Rational or _is_power_of_symbol(x) for x in parts):
         return expression
     field = ExactField([expression])
     return fraction_in_factors(field, field.element(expression))
+
+
+def _is_power_of_symbol(x: Any) -> bool:
+    return x.is_Symbol or (x.is_Pow and x.base.is_Symbol and x.exp.is_Integer)
 
 
 def fraction_in_factors(field: ExactField, element: Element) -> sp.Expr:

@@ -84,10 +84,10 @@ class Element:
 
     def __pow__(self, power: int) -> Element:
         base = self if power >= 0 else 1 / self
-        result = self.field.one
-        for _ in range(abs(power)):
-            result = result * base
-        return result
+        num, den = base.num ** abs(power), base.den ** abs(power)
+        if self.field.has_roots(num) or self.field.has_roots(den):
+            return self.field.fraction(num, den)
+        return Element(self.field, num, den)  # without a common factor, as before
 
     __radd__ = __add__
     __rmul__ = __mul__

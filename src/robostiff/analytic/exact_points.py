@@ -59,19 +59,16 @@ class ExactPoints:
     def __init__(self, record: Record) -> None:
         self.record = record
         self.count = min(_POINTS, record.count)
-        self._known: dict[int, tuple[Any, ...]] = {}
+        self._known: list[tuple[Any, ...]] = []
         self._numbers: dict[Any, Any] = {}
 
     def values(self, step: int) -> tuple[Any, ...]:
         """Balls that contain the values of a step, one a point."""
-        if step not in self._known:
-            # Steps that are asked for in order have what they work on.
-            record = self.record
-            is_next = all(argument in self._known for argument in record.arguments(step))
+        if step >= len(self._known):
+            # All steps before it: looking for those that it needs takes longer.
             with flint.ctx.workprec(BITS):
-                for needed in (step,) if is_next else record.needed([step]):
-                    if needed not in self._known:
-                        self._known[needed] = self._computed(needed)
+                for earlier in range(len(self._known), step + 1):
+                    self._known.append(self._computed(earlier))
         return self._known[step]
 
     def same(self, steps: Iterable[int]) -> dict[int, Same]:
@@ -165,7 +162,8 @@ def _key(values: Iterable[Any], negative: bool) -> tuple[str, ...] | None:
 def exact(number: Any) -> sp.Expr:
     """A number of SymPy; a float as the decimal that it prints as."""
     written = sp.sympify(number)
-    return sp.nsimplify(written, rational=True) if written.has(sp.Float) else written
+    is_exact = written.is_Rational or not written.has(sp.Float)
+    return written if is_exact else sp.nsimplify(written, rational=True)
 
 
 def writes_the_same(K: Any, stiffness: Iterable[Any]) -> bool:

@@ -242,10 +242,10 @@ class ExactField:
                 total = total + self._read(term)
             return total
         if expression.is_Mul:
-            product = self.one
-            for factor in expression.args:
-                product = product * self._read(factor)
-            return product
+            num = den = self.one.num
+            for factor in map(self._read, expression.args):
+                num, den = num * factor.num, den * factor.den
+            return self.fraction(num, den)
         if is_root(expression) or (expression.is_Pow and expression.exp.is_Integer):
             return self._read_power(expression)
         expanded = self._angles.expanded(expression)

@@ -6,6 +6,7 @@ exact ones: no formula is written, and a wrong derivation by elimination differs
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -109,15 +110,16 @@ class _Flexibility:
     def redundant(self) -> list[bool]:
         """Which twists are combinations of those before."""
         found: list[bool] = []
-        basis: list[np.ndarray] = []
+        basis = np.zeros((0, self.C.nrows()))
         for twist in self.J:
             own = np.array([float(x) for x in twist])
-            own = left = own / np.linalg.norm(own)
-            for q in (*basis, *basis):
-                left = left - q * (q @ left)
-            found.append(bool(np.linalg.norm(left) <= _REDUNDANT))
+            left = own / math.sqrt(own @ own)
+            for _ in range(2):
+                left = left - (basis @ left) @ basis
+            size = math.sqrt(left @ left)
+            found.append(size <= _REDUNDANT)
             if not found[-1]:
-                basis.append(left / np.linalg.norm(left))
+                basis = np.vstack([basis, left / size])
         return found
 
     def stiffness(self, redundant: Sequence[bool]) -> Any:

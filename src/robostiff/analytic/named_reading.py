@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, cast
 
 import sympy as sp
 from sympy.core.cache import cacheit
 
-from robostiff.analytic.closed_sum import factored_fraction
+from robostiff.analytic.closed_sum import factored_fraction, fraction_in_factors
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.factors import bound_of_terms, completed_squares
+from robostiff.analytic.factors import bound_of_terms, completed_squares, factored
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.numeric_value import values_of
-from robostiff.analytic.operation_count import count_of, symbols_in
+from robostiff.analytic.operation_count import count_of, parts_of, symbols_in
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.record import Entry, Operation, Record
@@ -182,21 +183,9 @@ class NamedReading:
             return fraction
         best = fraction
         for definition in self.definitions:
-            x = definition.symbol
-            if x not in symbols_in(best):
-                continue
             square = definition.expression**2
-            above, below = sp.fraction(best)
-            if square.is_Symbol or square.is_number or not above.has(x):
-                continue
-            if not above.is_polynomial(x):
-                continue
-            powers = sp.Poly(sp.expand(above), x)
-            replaced = sp.Add(
-                *(c * square ** (k // 2) * x ** (k % 2) for (k,), c in powers.terms())
-            )
-            other = factored_fraction(replaced / below)
-            best = min(best, other, key=count_of)
+            if definition.symbol in symbols_in(best) and not (square.is_Symbol or square.is_number):
+                best = min(best, _without_powers(best, definition.symbol, square), key=count_of)
         return best
 
     def define(self, letter: str, expression: Any, own: str | None = None) -> sp.Symbol:
@@ -270,6 +259,14 @@ class NamedReading:
 
     def _root(self, radicand: Any) -> Any:
         """A square root: what is a square comes out, the rest has a name."""
+        factors = cast("tuple[Any, ...]", sp.Mul.make_args(radicand))
+        sums, others = ([x for x in factors if x.is_Add is own] for own in (True, False))
+        if sums and all(x.is_Rational or x.as_base_exp()[0].is_positive for x in others):
+            # Of sums, SymPy would look for the sign.
+            number = sp.Mul(*others)
+            if number.could_extract_minus_sign():
+                number, sums = -number, [sp.Integer(-1), *sums]
+            return sp.sqrt(number) * self.define("L", sp.sqrt(_in_squares(sp.Mul(*sums))))
         root = sp.sqrt(radicand)
         if not root.free_symbols:
             return root
@@ -294,7 +291,9 @@ class NamedReading:
 @cacheit
 def _fraction(expression: Any) -> Any:
     """A factored fraction of an expression that is short enough."""
-    if max(bound_of_terms(part, _WRITTEN) for part in sp.fraction(expression)) > _WRITTEN:
+    if bound_of_terms(expression, _WRITTEN) > _WRITTEN and any(
+        bound_of_terms(part, _WRITTEN) > _WRITTEN for part in sp.fraction(expression)
+    ):
         raise FormulaTooLargeError.beyond(_WRITTEN)
     fraction = _in_sines(factored_fraction(expression))
     if count_of(fraction) > 2 * _PRINTED:
@@ -302,9 +301,28 @@ def _fraction(expression: Any) -> Any:
     return fraction
 
 
+def _without_powers(fraction: Any, symbol: Any, square: Any) -> Any:
+    """A fraction with a square in place of the even powers of a symbol above the fraction bar."""
+    field = ExactField([fraction, square])
+    element, by = field.element(fraction), field.element(square)
+    if symbol not in field.generators:
+        return fraction
+    place = field.generators.index(symbol)
+    if element.num.degrees()[place] < 2:
+        return fraction
+    parts: dict[int, dict[Any, Any]] = {}
+    for powers, c in element.num.terms():
+        twice, odd = divmod(powers[place], 2)
+        parts.setdefault(twice, {})[*powers[:place], odd, *powers[place + 1 :]] = c
+    total = field.zero
+    for twice, terms in parts.items():
+        total = total + field.fraction(field.ring.from_dict(terms), element.den) * by**twice
+    return fraction_in_factors(field, total)
+
+
 def _in_sines(product: Any) -> Any:
     """A product with -sin^2 x in place of (cos x - 1) (cos x + 1)."""
-    for turn in product.atoms(sp.cos):
+    for turn in (x for x in parts_of(product) if isinstance(x, sp.cos)):
         powers = product.as_powers_dict()
         each = [powers.get(turn + x, 0) for x in (-1, 1)]
         if each[0] * each[1] > 0:
@@ -322,10 +340,29 @@ def _in_squares(radicand: Any) -> Any:
     squares, rest = completed_squares(field, element.num)
     written = [number * field.polynomial_expression(base) ** 2 for base, number in squares]
     other = sp.Add(*written, field.polynomial_expression(rest))
-    turning = sorted(radicand.atoms(sp.sin, sp.cos), key=str)
+    turning = sorted((x for x in parts_of(radicand) if isinstance(x, sp.sin | sp.cos)), key=str)
     found = [radicand, other]
     if turning:
-        powers = [x**k for x in turning for k in (2, 1)]
-        found.append(sp.collect(radicand, powers, func=sp.factor))
+        found.append(_by_turning(radicand, turning))
     # A product under a root is one of roots.
-    return min(found, key=lambda x: count_of(sp.sqrt(x)))
+    return min(found, key=lambda x: 2 + count_of(x) if x.is_Add else count_of(sp.sqrt(x)))
+
+
+def _by_turning(radicand: Any, turning: Sequence[Any]) -> Any:
+    """A polynomial with what stands before each product of sines and cosines in factors."""
+    names = {x: sp.Dummy(str(x)) for x in turning}
+    field = ExactField([radicand.xreplace(names)])
+    places = [field.generators.index(name) for name in names.values()]
+    parts: dict[tuple[int, ...], dict[Any, Any]] = {}
+    for powers, c in field.element(radicand.xreplace(names)).num.terms():
+        left = tuple(0 if i in places else power for i, power in enumerate(powers))
+        parts.setdefault(tuple(powers[i] for i in places), {})[left] = c
+    return sp.Add(
+        *(
+            sp.Mul(
+                factored(field, field.ring.from_dict(terms)),
+                *(x**power for x, power in zip(turning, own, strict=True)),
+            )
+            for own, terms in parts.items()
+        )
+    )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 from itertools import combinations, count
 from typing import Any
 
@@ -14,7 +14,7 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.operation_count import count_of, operations_in, symbols_in
+from robostiff.analytic.operation_count import count_of, operations_in, parts_of, symbols_in
 
 LINES = 10  # lines that are read at a glance
 _A_LINE = 4  # operations that a line beyond these costs: its name, and a look back at it
@@ -30,7 +30,8 @@ class Written:
 
     results: tuple[Any, ...]  # what is counted, and printed one a line
     definitions: tuple[Definition, ...]
-    others: tuple[tuple[Any, ...], ...] = ()  # what is written in the same names, and not counted
+    # Gives what is written in the same names, and not counted.
+    others: Callable[[], tuple[tuple[Any, ...], ...]] = field(default=tuple, compare=False)
 
     @cached_property
     def operations(self) -> int:
@@ -124,7 +125,7 @@ def with_differences(written: Written, taken: Iterable[str]) -> Written:
     names = {d.symbol for d in written.definitions}
     formulas = (*written.results, *(d.expression for d in written.definitions))
     pairs: Counter[tuple[Any, Any]] = Counter()
-    for total in (x for formula in formulas for x in formula.atoms(sp.Add)):
+    for total in (x for formula in formulas for x in parts_of(formula) if x.is_Add):
         plain = sorted((x for x in total.args if x.is_Symbol and x not in names), key=str)
         minus = sorted((-x for x in total.args if (-x).is_Symbol and -x not in names), key=str)
         pairs.update((a, b) for a in plain for b in minus)
@@ -283,9 +284,8 @@ def _with_squares(written: Written, taken: set[str]) -> Written:
             return _in_squares(x, *by)
 
         left = replace(written, definitions=tuple(x for x in written.definitions if x is not d))
-        counted = changed(replace(left, others=()), put, symbol)
-        if counted.operations + operations_in(square.expression) < written.operations:
-            found = changed(left, put, symbol)
+        found = changed(left, put, symbol)
+        if found.operations + operations_in(square.expression) < written.operations:
             ordered = tuple(in_order([square, *found.definitions]))
             written = replace(found, definitions=ordered)
     return written
@@ -294,15 +294,15 @@ def _with_squares(written: Written, taken: set[str]) -> Written:
 @cacheit
 def _squared_in(expression: Any) -> frozenset[Any]:
     """Symbols of which an expression has a power beyond the first."""
-    powers = expression.atoms(sp.Pow)
+    powers = (x for x in parts_of(expression) if x.is_Pow)
     return frozenset(x.base for x in powers if x.exp.is_Integer and abs(x.exp) > 1)
 
 
 def _in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
     """An expression with a name for the square of a symbol, and what stands for an odd factor."""
     powers: dict[Any, Any] = {symbol: once}
-    for power in expression.atoms(sp.Pow):
-        if power.base == symbol and power.exp.is_Integer:
+    for power in parts_of(expression):
+        if power.is_Pow and power.base == symbol and power.exp.is_Integer:
             half, odd = divmod(int(power.exp), 2)
             powers[power] = square**half * once**odd
     return expression.xreplace(powers)
@@ -326,7 +326,10 @@ def in_letters(written: Written, taken: Iterable[str]) -> Written:
         if letter in _LETTERS and own:
             free = (x for i in count() if (x := f"{letter}_{suffix(i)}") not in given)
             name = next(letters.setdefault(letter, free))
-            put[symbol] = sp.Symbol(name, **symbol.assumptions0)
+            if name != symbol.name:
+                put[symbol] = sp.Symbol(name, **symbol.assumptions0)
+    if not put:
+        return written
     found = changed(written, lambda x: x.xreplace(put))
     names = (Definition(put.get(d.symbol, d.symbol), d.expression) for d in found.definitions)
     return replace(found, definitions=tuple(names))
@@ -341,7 +344,7 @@ def changed(written: Written, change: Callable[[Any], Any], symbol: Any = None) 
     return Written(
         tuple(map(own, written.results)),
         tuple(Definition(d.symbol, own(d.expression)) for d in written.definitions),
-        tuple(tuple(map(own, one)) for one in written.others),
+        cache(lambda: tuple(tuple(map(own, one)) for one in written.others())),
     )
 
 

@@ -57,7 +57,7 @@ def _of_product(product: Any) -> int:
         if x.is_Rational:
             above += [sp.Integer(x.p)] * (x.p != 1)
             below += [sp.Integer(x.q)] * (x.q != 1)
-        elif x.is_Pow and x.exp.is_Rational and x.exp.is_negative:
+        elif x.is_Pow and x.exp.is_Rational and x.exp.p < 0:
             below.append(x.base if x.exp is sp.S.NegativeOne else sp.Pow(x.base, -x.exp))
         else:
             above.append(x)
@@ -74,13 +74,26 @@ def _of_factors(factors: list[Any]) -> int:
 
 def _has_minus(term: Any) -> bool:
     number = term.args[0] if term.is_Mul else term
+    if number.is_Rational:  # SymPy would deduce all that holds of it
+        return bool(number.p < 0)
     return bool(number.is_Number and number.is_negative)
+
+
+@cacheit
+def parts_of(expression: Any) -> frozenset[Any]:
+    """All different parts of an expression, itself among them."""
+    found, pending = {expression}, [expression]
+    while pending:
+        new = set(pending.pop().args) - found
+        found |= new
+        pending += new
+    return frozenset(found)
 
 
 @cacheit
 def symbols_in(expression: Any) -> frozenset[Any]:
     """The symbols of an expression."""
-    return frozenset(expression.free_symbols)
+    return frozenset(x for x in parts_of(expression) if x.is_Symbol)
 
 
 def operations_in(expression: Any) -> int:

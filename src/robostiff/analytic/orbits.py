@@ -34,13 +34,15 @@ class Image:
     mirror: tuple[int, ...] | None = None  # signs of its six entries; None without a mirror
     sign: int = 1
 
-    @property
-    def matrix(self) -> sp.Matrix:
-        """The matrix (6, 6) that makes it."""
+    def made_from(self, wrench: Sequence[Any]) -> list[Any]:
+        """The image of a wrench of six formulas or entries."""
         angle = 2 * sp.pi * sp.Rational(self.part.numerator, self.part.denominator)
         c, s = sp.cos(angle), sp.sin(angle)
-        turn = sp.diag(*2 * [sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])])
-        return self.sign * turn * sp.diag(*(self.mirror or 6 * (1,)))
+        signs = [self.sign * x for x in self.mirror or 6 * (1,)]
+        image: list[Any] = []
+        for (x, y, z), (i, j, k) in ((wrench[:3], signs[:3]), (wrench[3:], signs[3:])):
+            image += [(i * c) * x + (-j * s) * y, (i * s) * x + (j * c) * y, k * z]
+        return image
 
     def exact(self, rows: Sequence[int]) -> Any:
         """Some rows and columns of that matrix in balls."""

@@ -87,7 +87,7 @@ def with_components(
         product = _most_useful(written, ours, refused)
         if product is None:
             break
-        name = _name_of(product, written.others, components, used)
+        name = _name_of(product, written.others(), components, used)
         if product.as_numer_denom()[1] == 1 and name not in components:
             refused.add(product)  # a moment is the entry of a wrench
             continue

@@ -67,8 +67,9 @@ class SumOfSprings:
             return min(x, _in_names(factored_fraction(x), self.definitions), key=count_of)
 
         def turned() -> tuple[sp.ImmutableMatrix, ...]:
-            images = (way.matrix.extract(rows, rows) * w for w in own.wrenches)
-            return tuple(sp.ImmutableMatrix(w.applyfunc(shortest)) for w in images)
+            wrenches = [dict(zip(rows, w, strict=True)) for w in own.wrenches]
+            images = (way.made_from([w.get(i, 0) for i in range(6)]) for w in wrenches)
+            return tuple(sp.ImmutableMatrix([shortest(w[i]) for i in rows]) for w in images)
 
         return SpringLeg(Unwritten(turned), own.compliances)
 
@@ -234,13 +235,12 @@ def _with_components(
             put = {d.expression: d.symbol, -d.expression: -d.symbol}
             others = [tuple(x.xreplace(put) for x in one) for one in others]
     names = [COMPONENTS[i] for i in _ROWS[K.rows]]
-    plain = Written(tuple(entries), found.definitions, tuple(others))
+    plain = Written(tuple(entries), found.definitions, lambda: tuple(others))
     written = as_printed(plain, placed.symbols, names, _always_one_at(placed))
-    if written is plain and K == found.K:
-        return found
     put = dict(zip(entries, written.results, strict=True))
     put |= {-entry: -x for entry, x in put.items()}
-    left = iter(written.others)
+    of_others = written.others()
+    left = iter(of_others)
     legs = {
         i: SpringLeg(
             tuple(sp.ImmutableMatrix(next(left)) for _ in leg.wrenches),
@@ -249,8 +249,7 @@ def _with_components(
         for i, leg in found.legs.items()
     }
     matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K])
-    others = [x for one in written.others for x in one]
-    used = used_definitions(written.definitions, [matrix, *others])
+    used = used_definitions(written.definitions, [matrix, *(x for one in of_others for x in one)])
     return SumOfSprings(matrix, legs, used, before=found)
 
 

@@ -50,8 +50,7 @@ class WrenchOfLeg:
         """Its image, which is written where it is no image of others of its compliance."""
 
         def write() -> list[Any]:
-            image = np.array(way.matrix, dtype=object) @ np.array(self.entries, dtype=object)
-            pairs = zip(image, search.scale, strict=True)
+            pairs = zip(way.made_from(self.entries), search.scale, strict=True)
             return [search.record.simplified(x, scale) for x, scale in pairs]
 
         return WrenchOfLeg(way.of(self.at), write)
@@ -94,9 +93,9 @@ class WrenchesAlike:
     def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
         """One of the wrenches, by the first of its orbit where that is shorter."""
         for orbit in self.orbits or ():
-            if number in orbit.images and orbit.first in self.in_names:
-                first = sp.Matrix([read(x) for x in self.wrenches[orbit.first].entries])
-                turned = orbit.images[number].matrix * first
+            if number in orbit.images and orbit.first in self.in_names and number != orbit.first:
+                first = [read(x) for x in self.wrenches[orbit.first].entries]
+                turned = orbit.images[number].made_from(first)
                 return sp.ImmutableMatrix([turned[i] for i in search.space.rows])
         own = self.wrenches[number].entries
         return sp.ImmutableMatrix([read(own[i]) for i in search.space.rows])

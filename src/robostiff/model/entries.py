@@ -152,10 +152,11 @@ def _converted(
 
 
 def _array(values: np.ndarray, convert: Callable[[Any], Any]) -> np.ndarray:
-    converted = np.empty(values.shape, dtype=object)
+    converted = np.empty(values.size, dtype=object)
     # Filled one by one: some entries look like sequences to NumPy.
-    for place in np.ndindex(values.shape):
-        converted[place] = _entry(values[place], convert)
+    for place, value in enumerate(values.ravel().tolist()):
+        converted[place] = _entry(value, convert)
+    converted = converted.reshape(values.shape)
     return converted if any(map(is_formula, converted.flat)) else converted.astype(float)
 
 

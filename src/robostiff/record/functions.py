@@ -22,10 +22,10 @@ def _entry_by_entry(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
     def over_arrays(x: Any) -> Any:
         if not isinstance(x, np.ndarray):
             return function(x)
-        out = np.empty(x.shape, dtype=object)
-        for place in np.ndindex(x.shape):
-            out[place] = function(x[place])
-        return out
+        out = np.empty(x.size, dtype=object)
+        for place, value in enumerate(x.ravel().tolist()):
+            out[place] = function(value)
+        return out.reshape(x.shape)
 
     return over_arrays
 
@@ -183,6 +183,8 @@ def shortened(x: Any) -> Any:
 
 def _bits(number: Any) -> int:
     """Of all fractions in an exact number: Python refuses to write out the longest."""
+    if number.is_Rational:
+        return number.p.bit_length() + number.q.bit_length()
     import sympy as sp
 
     return sum(q.p.bit_length() + q.q.bit_length() for q in number.atoms(sp.Rational))

@@ -212,11 +212,10 @@ class Record:
         if not isinstance(value, Entry):
             short = shortened(value)
             return 0 if short is not value and abs(float(short)) <= _SAME * scale else short
-        own = value.sample
-        if np.all(np.abs(own) <= _SAME * scale):
-            return 0
-        for number in (1, -1):
-            if np.all(np.abs(own - number) <= _SAME):
+        own = self._samples[value.step]
+        first = float(own[0])  # most differ at the first sample
+        for number, near in ((0, _SAME * scale), (1, _SAME), (-1, _SAME)):
+            if abs(first - number) <= near and np.all(np.abs(own - number) <= near):
                 return number
         alike = self._first_alike(value.step)
         if alike is None:

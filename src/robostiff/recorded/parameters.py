@@ -42,7 +42,7 @@ def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
     known: dict[Any, Any] = {}
 
     def read(expression: Any) -> Any:
-        if not hasattr(expression, "free_symbols"):
+        if not hasattr(type(expression), "free_symbols"):
             return expression
         if expression not in known:
             known[expression] = _read(expression)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -27,9 +28,8 @@ def is_formula(value: Any) -> bool:
     >>> is_formula(sp.Symbol("L") / 2), is_formula(sp.pi), is_formula(sp.Float(0.5)), is_formula(2)
     (True, True, False, False)
     """
-    if type(value) is float:  # most values are, and asking them for an attribute takes longer
-        return False
-    return hasattr(value, "free_symbols") and not getattr(value, "is_Float", False)
+    kind = type(value)  # whether it has symbols, not which: SymPy looks for these each time
+    return hasattr(kind, "free_symbols") and not getattr(kind, "is_Float", False)
 
 
 def is_possible(value: Any) -> bool:
@@ -118,8 +118,11 @@ def formula_array(value: Any) -> np.ndarray | None:
     >>> formula_array([sp.Symbol("L"), 0.5, 0]), formula_array([1.0, 2.0])
     (array([L, 1/2, 0], dtype=object), None)
     """
-    if isinstance(value, np.ndarray) and value.dtype != object:
-        return None
+    if isinstance(value, np.ndarray):
+        if value.dtype != object:
+            return None
+        if all(map(is_formula, value.flat)):
+            return value.copy()
     if holds_quantities(value):
         return None  # `as_floats` converts or refuses them
     try:
@@ -197,10 +200,10 @@ def tidied(vector: np.ndarray) -> np.ndarray:
 
 def _filled(shape: tuple[int, ...], entries: Iterable[Any]) -> np.ndarray:
     # Filled one by one: some entries look like sequences to NumPy.
-    array = np.empty(shape, dtype=object)
-    for place, entry in zip(np.ndindex(shape), entries, strict=True):
+    array = np.empty(math.prod(shape), dtype=object)
+    for place, entry in enumerate(entries):
         array[place] = entry
-    return array
+    return array.reshape(shape)
 
 
 def _is_sympy(value: Any) -> bool:

@@ -23,9 +23,10 @@ def cross(
     >>> cross(np.array([1.0, 0, 0]), np.array([0, 1.0, 0]))
     array([0., 0., 1.])
     """
-    if a.ndim == b.ndim == 1 and a.dtype == b.dtype == float:  # numbers of Python are faster
+    dtype = np.result_type(a, b)
+    if a.ndim == b.ndim == 1 and dtype in (float, object):  # numbers of Python are faster
         (a1, a2, a3), (b1, b2, b3) = a.tolist(), b.tolist()
-        return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
+        return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], dtype=dtype)
     a1, a2, a3 = a[..., 0], a[..., 1], a[..., 2]
     b1, b2, b3 = b[..., 0], b[..., 1], b[..., 2]
     return vector_of_entries([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])

@@ -28,10 +28,10 @@ def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
     >>> tidied(np.array([6e-17, 1.0, 0.5]))
     array([0, 1, 0.5], dtype=object)
     """
-    out = np.empty(values.shape, dtype=object)
-    for place in np.ndindex(values.shape):
-        out[place] = _tidy(values[place], scale)
-    return out
+    out = np.empty(values.size, dtype=object)
+    for place, value in enumerate(values.ravel().tolist()):
+        out[place] = _tidy(value, scale)
+    return out.reshape(values.shape)
 
 
 def tidied_point(p: np.ndarray) -> np.ndarray:
