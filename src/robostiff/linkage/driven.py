@@ -287,7 +287,10 @@ def record_linkage_closure(
     bodies = Bodies.of(tree, coordinates(driven, record, (*drives, *following)))
     groups = [
         ClosureGroup(
-            [Opening(gap, _rates(bodies, gap, cut, moving, length)) for cut, gap in loops],
+            [
+                Opening.of(gap, _rates(bodies, gap, cut, moving, length), length)
+                for cut, gap in loops
+            ],
             [name for c in moving for name in coordinate_names(c)],
         )
         for loops, moving in _groups(bodies, following)
