@@ -14,7 +14,7 @@ from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
-from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, close, close_all
+from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, PathsFromHome, close
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 from robostiff.model import Actuated, Chain, Joint
@@ -113,6 +113,10 @@ class DrivenLinkage:
         """Ways to its bodies, and the connections that close loops."""
         return spanning_tree(self.part)
 
+    @cached_property
+    def _paths(self) -> PathsFromHome:
+        return PathsFromHome(self.part, self.home, self.drives)
+
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the coordinates of the drives."""
@@ -188,7 +192,7 @@ class DrivenLinkage:
         if not self.drives:
             return [self.home] * len(rows)
         if self.home.is_closed:
-            return close_all(self.part, self.home, self.values(rows))
+            return self._paths.to(self.values(rows))
         values = [self.values(row) for row in rows]
         return [close(self.part, {n: q.tolist() for n, q in own.items()}) for own in values]
 

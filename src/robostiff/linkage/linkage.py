@@ -222,6 +222,6 @@ class Linkage(Symbolic):
         InputError
             When a name is no joint's, or its numbers are not finite or too many or few.
         """
-        from robostiff.linkage.essential import network_at
+        from robostiff.linkage.as_network import network_at
 
         return network_at(self, values)
