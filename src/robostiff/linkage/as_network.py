@@ -12,7 +12,7 @@ from robostiff.kinematics.placed_masses import placed_with_masses
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.driven import DrivenLinkage
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
-from robostiff.model import Chain, Joint, Link, PlacedFreedom
+from robostiff.model import Joint, Link, PlacedFreedom
 from robostiff.network import JointElement, Network, Node, SpringElement
 from robostiff.spatial import Frame
 
@@ -50,7 +50,7 @@ def network_of(part: Linkage, found: Configuration) -> Network:
     joints, springs = [], []
     for c in part.connections:
         if isinstance(c.element, Link):
-            springs.append(_spring(c, c.element, found))
+            springs.append(_spring(c, found))
         else:
             freedoms = _placed_freedoms(c, found.coordinates[c.name], found.frames[c.a])
             joints.append(JointElement(c.name, c.a, c.b, tuple(freedoms)))
@@ -66,9 +66,9 @@ def network_of(part: Linkage, found: Configuration) -> Network:
     )
 
 
-def _spring(c: Connection, link: Link, found: Configuration) -> SpringElement:
+def _spring(c: Connection, found: Configuration) -> SpringElement:
     base = found.frames[c.a] @ c.before
-    leg = placed_with_masses(c.name, Chain((link,)), found.coordinates[c.name], base)
+    leg = placed_with_masses(c.name, c.chain, found.coordinates[c.name], base)
     (placed,) = leg.springs
     masses = tuple(replace(mass, after=0) for mass in leg.masses)
     place = placed.point, placed.rotation, placed.elasticity
@@ -80,4 +80,4 @@ def _placed_freedoms(connection: Connection, q: np.ndarray, frame_a: Frame) -> l
     if not isinstance(connection.element, Joint):
         return []
     start = frame_a @ connection.before
-    return place_chain(Chain((connection.element,)), q, start.R, start.p).freedoms
+    return place_chain(connection.chain, q, start.R, start.p).freedoms

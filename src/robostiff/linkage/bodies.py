@@ -11,7 +11,6 @@ import numpy as np
 
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.linkage.linkage import Connection, Linkage
-from robostiff.model import Chain
 from robostiff.spatial import Frame
 from robostiff.spatial.batch import product, transposed
 
@@ -89,8 +88,7 @@ class Bodies:
         if connection.element is None:
             return None
         start = a.at(connection.before)
-        chain = Chain((connection.element,))
-        return place_chain(chain, self.q[connection.name], start.R, start.p)
+        return place_chain(connection.chain, self.q[connection.name], start.R, start.p)
 
     def _over(self, connection: Connection, a: BodyFrame, end: PlacedChain | None) -> BodyFrame:
         start = a.at(connection.before) if end is None else BodyFrame(end.R, end.p)

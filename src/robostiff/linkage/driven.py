@@ -17,7 +17,7 @@ from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
 from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, PathsFromHome, close
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
-from robostiff.model import Actuated, Chain, Joint
+from robostiff.model import Actuated, Joint
 from robostiff.record import Record
 from robostiff.recorded.closure import RecordedClosure, steps_from_home
 from robostiff.recorded.guess import with_nominal
@@ -249,8 +249,7 @@ def _actuated(part: Linkage) -> tuple[str, ...]:
 
 def coordinate_names(connection: Connection) -> tuple[str, ...]:
     """Names of the coordinates of a connection: the joint's, with a number where it has several."""
-    element = connection.element
-    return Chain((element,)).coordinate_names if isinstance(element, Joint) else ()
+    return connection.chain.coordinate_names if isinstance(connection.element, Joint) else ()
 
 
 def named(connections: Sequence[Connection], q: Mapping[str, np.ndarray]) -> dict[str, float]:
