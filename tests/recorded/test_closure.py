@@ -35,7 +35,7 @@ from robostiff.spatial import Frame
 from tests.generators.machines import elbow_arm
 
 MODELS = Path(__file__).parent / "models"
-NAMES = ("3-prs", "t3r1", "us-ups", "tricept", "exechon", "capaman")
+NAMES = ("3-prs", "t3r1", "us-ups", "tricept", "exechon", "capaman", "h4", "held-bars")
 TRIGONOMETRIC = {Operation.SINE, Operation.COSINE, Operation.ARC_COSINE, Operation.ARC_TANGENT}
 BACKENDS = [rs.Backend.ARRAYS, *([rs.Backend.MACHINE] if machine_code_is_available() else [])]
 
@@ -81,7 +81,7 @@ def largest_difference(K: np.ndarray, expected: np.ndarray) -> float:
 def test_coordinates_are_those_of_find_posture(name: str):
     robot = robot_called(name)
     closure = closure_of(robot)
-    poses = around_home(robot, 40, 0.05 if name == "capaman" else 0.1)
+    poses = around_home(robot, 40, {"capaman": 0.05, "held-bars": 0.03}.get(name, 0.1))
     q, arrived = arrivals(closure, poses)
     assert np.mean(arrived) > 0.95
     posture = rs.find_posture(robot, poses[arrived])
@@ -89,10 +89,10 @@ def test_coordinates_are_those_of_find_posture(name: str):
     np.testing.assert_allclose(q[arrived], np.hstack(posture.coordinates), atol=1e-11)
 
 
-@pytest.mark.parametrize("name", ["tricept", "exechon", "t3r1"])
+@pytest.mark.parametrize("name", ["tricept", "exechon", "t3r1", "h4", "held-bars"])
 def test_stiffness_from_poses(name: str):
     robot = robot_called(name)
-    poses = around_home(robot, 30, 0.12)
+    poses = around_home(robot, 30, 0.05 if name == "held-bars" else 0.12)
     result = rs.stiffness(robot, poses)
     for backend in BACKENDS:
         compiled = rs.compile(robot, backend=backend)
@@ -169,6 +169,17 @@ def test_what_legs_constrain_leaves_fewer_unknowns():
     of_h4 = closure_of(robot_called("h4"))
     assert of_h4.same["right/22"] == ("rz", 1.0)
     assert not {"rx", "ry"} & set(of_h4.start)
+
+
+def test_ball_joints_are_no_unknowns():
+    """The bodies behind them are held from the platform, past a hinge whose angle is unknown."""
+    closure = closure_of(robot_called("exechon"))
+    assert [name for name in closure.start if "spr" in name] == ["spr/3", "cos spr/4", "sin spr/4"]
+    crank = [f"{of} right/{place}" for place in (0, 1, 2) for of in ("cos", "sin")]
+    assert [name for name in closure_of(robot_called("h4")).start if "right" in name][:7] == [
+        *crank,
+        "cos right/11",
+    ]
 
 
 def test_a_parallelogram_does_not_pass_through_its_line():

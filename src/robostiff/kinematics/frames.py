@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -99,6 +99,7 @@ def place_chain(
     R_base: np.ndarray,
     p_base: np.ndarray,
     theta: Sequence[np.ndarray] | None = None,
+    turned: Mapping[int, np.ndarray] | None = None,
 ) -> PlacedChain:
     """Place the elements of a chain at coordinates q, and springs deflected by theta, eq. (5).
 
@@ -112,8 +113,12 @@ def place_chain(
     theta : sequence of (..., 6) arrays, optional
         Deflection of each elastic link or telescope beam in its own axes [m, rad]; none when left
         out. (The deflection of an elastic joint adds to its coordinate.)
+    turned : mapping of int to (3, 3) arrays, optional
+        Axes behind ball joints that do not come from their coordinates, by the first of their
+        places.
     """
-    walk = ChainWalk(R_base, p_base, Way.of(chain, q, None if theta is None else list(theta)))
+    way = Way.of(chain, q, None if theta is None else list(theta), turned)
+    walk = ChainWalk(R_base, p_base, way)
     walk.along(chain)
     # without a joint that turns or slides, the frame is that of the base: alike at all poses
     batch = q.shape[:-1]
@@ -131,15 +136,20 @@ class Way:
     q: np.ndarray  # of the joints
     given: np.ndarray  # coordinates by which they move, alike where no joints are coupled
     theta: list[np.ndarray] | None = None
+    turned: Mapping[int, np.ndarray] = field(default_factory=dict)  # axes behind some ball joints
     place: int = 0  # of the next coordinate
     loops: list[Loop] = field(default_factory=list)
 
     @classmethod
     def of(
-        cls, chain: Chain, coordinates: np.ndarray, theta: list[np.ndarray] | None = None
+        cls,
+        chain: Chain,
+        coordinates: np.ndarray,
+        theta: list[np.ndarray] | None = None,
+        turned: Mapping[int, np.ndarray] | None = None,
     ) -> Self:
         """The way along a whole chain at its coordinates."""
-        return cls(chain.joint_coordinates(coordinates), coordinates, theta)
+        return cls(chain.joint_coordinates(coordinates), coordinates, theta, turned or {})
 
 
 class ChainWalk:
@@ -222,7 +232,8 @@ class ChainWalk:
         if joint.kind is JointKind.SPHERICAL:
             for i, screw in enumerate(joint.freedoms):
                 self.freedom(f"{joint.name}[{i}]", screw, joint.role, q[..., i])
-            self.R = product(self.R, turn_by_vector(q))
+            known = self.way.turned.get(self.way.place - joint.size)
+            self.R = product(self.R, turn_by_vector(q)) if known is None else known
             return
         for i, screw in enumerate(joint.freedoms):
             name = joint.name if joint.size == 1 else f"{joint.name}[{i}]"

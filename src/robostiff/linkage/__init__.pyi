@@ -1,6 +1,7 @@
+from robostiff.linkage.as_network import network_at
 from robostiff.linkage.closure import Configuration, close
 from robostiff.linkage.driven import DrivenLinkage
-from robostiff.linkage.essential import essential, network_at, welded_places
+from robostiff.linkage.essential import essential, welded_places
 from robostiff.linkage.legs import robot_of, with_roles
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 

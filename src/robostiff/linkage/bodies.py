@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.linkage.linkage import Connection, Linkage
-from robostiff.model import Chain
 from robostiff.spatial import Frame
 from robostiff.spatial.batch import product, transposed
 
@@ -45,6 +44,7 @@ class Bodies:
     # they are entries
     q: Mapping[str, np.ndarray]
     frames: Mapping[str, BodyFrame]  # of every body, along the tree
+    _elements: dict[str, PlacedChain | None] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, tree: SpanningTree, q: Mapping[str, np.ndarray]) -> Bodies:
@@ -59,7 +59,8 @@ class Bodies:
             if direction > 0:
                 frames[body] = bodies.beyond(connection)
             else:
-                frames[body] = frames[connection.b].before(bodies._over(connection, _WORLD))
+                across = bodies._over(connection, _WORLD, bodies._placed(connection, _WORLD))
+                frames[body] = frames[connection.b].before(across)
         return bodies
 
     @property
@@ -69,11 +70,14 @@ class Bodies:
 
     def beyond(self, connection: Connection) -> BodyFrame:
         """Where body b of a connection is, seen from body a."""
-        return self._over(connection, self.frames[connection.a])
+        return self._over(connection, self.frames[connection.a], self.placed(connection))
 
     def placed(self, connection: Connection) -> PlacedChain | None:
         """The element of a connection in the world; None of a weld."""
-        return self._placed(connection, self.frames[connection.a])
+        if connection.name not in self._elements:
+            placed = self._placed(connection, self.frames[connection.a])
+            self._elements[connection.name] = placed
+        return self._elements[connection.name]
 
     def gap(self, cut: Connection) -> Loop:
         """By how much a connection that closes a loop misses its body."""
@@ -84,11 +88,9 @@ class Bodies:
         if connection.element is None:
             return None
         start = a.at(connection.before)
-        chain = Chain((connection.element,))
-        return place_chain(chain, self.q[connection.name], start.R, start.p)
+        return place_chain(connection.chain, self.q[connection.name], start.R, start.p)
 
-    def _over(self, connection: Connection, a: BodyFrame) -> BodyFrame:
-        end = self._placed(connection, a)
+    def _over(self, connection: Connection, a: BodyFrame, end: PlacedChain | None) -> BodyFrame:
         start = a.at(connection.before) if end is None else BodyFrame(end.R, end.p)
         return start.at(connection.after)
 

@@ -12,6 +12,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import freedom_twists
 from robostiff.kinematics.closure import AssemblyMode, ClosurePart, nearest
+from robostiff.kinematics.closure.assembly_mode import FollowedPosture
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
@@ -119,31 +120,98 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
     """
     given = linkage.checked(values or {})
     tree = spanning_tree(linkage)
-    home = _first_closed(linkage, linkage.held, lambda moving: _nearest_home(tree, linkage, moving))
+
+    def near_home(moving: tuple[Connection, ...]) -> Configuration:
+        return _nearest(tree, linkage, {}, moving)
+
+    home = _first_closed(linkage, linkage.held, near_home)
     if not given:
         return home
     # A joint with a given value may contradict one that keeps its home coordinate.
     if not home.is_closed:
-        home = _first_closed(linkage, frozenset(), lambda own: _nearest_home(tree, linkage, own))
+        home = _first_closed(linkage, frozenset(), near_home)
+    if home.is_closed:
+        each = {name: own[None] for name, own in given.items()}
+        return PathsFromHome(linkage, home, tuple(given)).to(each)[0]
     return _first_closed(
-        linkage, frozenset(given), lambda moving: _at_values(tree, linkage, home, given, moving)
+        linkage, frozenset(given), lambda moving: _nearest(tree, linkage, given, moving)
     )
 
 
-def close_all(
-    linkage: Linkage, home: Configuration, given: Mapping[str, np.ndarray]
-) -> list[Configuration]:
-    """As `close`, from a closed home, at many values (N, size) of some joints."""
-    tree = spanning_tree(linkage)
-    passive, movable = _movable(linkage, frozenset(given))
-    found = _all_at_values(tree, linkage, home, given, passive)
-    if passive == movable:
+@dataclass(frozen=True)
+class PathsFromHome:
+    """Paths from a closed home to values of some joints, as those of `close`."""
+
+    linkage: Linkage
+    home: Configuration
+    given: tuple[str, ...]  # names of these joints
+
+    def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
+        """Configurations at values (N, size) of each, closed or as near as they came."""
+        found = self._passive_ones_follow.to(values)
+        every = self._all_follow
+        for i, one in enumerate(found):
+            if every is not None and not one.is_closed:
+                (found[i],) = every.to({name: own[i : i + 1] for name, own in values.items()})
         return found
-    for i, one in enumerate(found):
-        if not one.is_closed:
-            own = {name: values[i] for name, values in given.items()}
-            found[i] = _at_values(tree, linkage, home, own, movable)
-    return found
+
+    @cached_property
+    def _passive_ones_follow(self) -> _PathOfLoops:
+        passive, _ = _movable(self.linkage, frozenset(self.given))
+        return _PathOfLoops.of(self.linkage, self.home, passive)
+
+    @cached_property
+    def _all_follow(self) -> _PathOfLoops | None:
+        passive, movable = _movable(self.linkage, frozenset(self.given))
+        return None if passive == movable else _PathOfLoops.of(self.linkage, self.home, movable)
+
+
+@dataclass(frozen=True)
+class _PathOfLoops:
+    """Paths from a closed home along which some joints keep the loops closed."""
+
+    loops: _Loops
+    home: Configuration
+    mode: AssemblyMode  # of home
+
+    @classmethod
+    def of(
+        cls, linkage: Linkage, home: Configuration, moving: tuple[Connection, ...]
+    ) -> _PathOfLoops:
+        loops = _Loops.of(spanning_tree(linkage), linkage, home.coordinates, moving)
+        return cls(loops, home, AssemblyMode(loops, loops.guess))
+
+    def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
+        """As `PathsFromHome.to`."""
+        given = self.loops.at_values(self.home, values)
+        if any(c.is_screw for c in self.loops.unknowns):
+            return [self._turn_by_turn(row) for row in given]
+        return self._configurations(self.mode.at(given))
+
+    def _configurations(self, found: FollowedPosture, lost: bool = False) -> list[Configuration]:
+        return [
+            replace(self.loops.configuration(x), elsewhere=lost or bool(elsewhere))
+            for x, elsewhere in zip(found.x, found.elsewhere, strict=True)
+        ]
+
+    def _turn_by_turn(self, given: np.ndarray) -> Configuration:
+        """Along the path from home in parts in which no joint that is given turns far."""
+        loops, mode, lost = self.loops, self.mode, False
+        begin = loops.guess[loops.given]
+        turned = np.max(np.abs(given - begin)[loops.turning], initial=0.0)
+        if turned > _FURTHEST:
+            most = f"at most {_FURTHEST:g} rad from home"
+            raise InputError(
+                "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
+            )
+        parts = max(1, math.ceil(turned / PART_OF_A_TURN))
+        for k in range(1, parts):
+            found = mode.at((begin + (given - begin) * (k / parts))[None])
+            if lost := not found.kept[0]:
+                break
+            mode = AssemblyMode(loops, found.x[0])
+        (found,) = self._configurations(mode.at(given[None]), lost)
+        return found
 
 
 def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) -> Configuration:
@@ -182,69 +250,16 @@ def _movable(
     return tuple(c for c in movable if c.is_passive), movable
 
 
-def _nearest_home(
-    tree: SpanningTree, linkage: Linkage, moving: tuple[Connection, ...]
-) -> Configuration:
-    """Closed as near to the home coordinates as possible."""
-    loops = _Loops.of(tree, linkage, {c.name: c.home for c in linkage.connections}, moving)
-    return loops.configuration(nearest(loops, loops.guess[None])[0])
-
-
-def _at_values(
+def _nearest(
     tree: SpanningTree,
     linkage: Linkage,
-    home: Configuration,
     values: Mapping[str, np.ndarray],
     moving: tuple[Connection, ...],
 ) -> Configuration:
-    """Closed at values of some joints; if home is closed, along the path from home."""
-    if home.is_closed:
-        each = {name: own[None] for name, own in values.items()}
-        return _all_at_values(tree, linkage, home, each, moving)[0]
+    """Closed at values of some joints, as near to the home coordinates of the others as it goes."""
     guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
     loops = _Loops.of(tree, linkage, guess, moving)
     return loops.configuration(nearest(loops, loops.guess[None])[0])
-
-
-def _all_at_values(
-    tree: SpanningTree,
-    linkage: Linkage,
-    home: Configuration,
-    values: Mapping[str, np.ndarray],
-    moving: tuple[Connection, ...],
-) -> list[Configuration]:
-    """Along the paths from a closed home to values (N, size) of some joints."""
-    guess = {c.name: values[c.name][0] if c.name in values else c.home for c in linkage.connections}
-    loops = _Loops.of(tree, linkage, guess, moving)
-    start = np.concatenate([home.coordinates[c.name] for c in linkage.connections])
-    given = loops.at_values(home, values)
-    if any(c.is_screw for c in loops.unknowns):
-        return [_turn_by_turn(loops, start, row) for row in given]
-    found = AssemblyMode(loops, start).at(given)
-    return [
-        replace(loops.configuration(x), elsewhere=bool(elsewhere))
-        for x, elsewhere in zip(found.x, found.elsewhere, strict=True)
-    ]
-
-
-def _turn_by_turn(loops: _Loops, start: np.ndarray, given: np.ndarray) -> Configuration:
-    """Along the path from home in parts in which no joint that is given turns far."""
-    begin = start[loops.given]
-    turned = np.max(np.abs(given - begin)[loops.turning], initial=0.0)
-    if turned > _FURTHEST:
-        most = f"at most {_FURTHEST:g} rad from home"
-        raise InputError(
-            "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
-        )
-    parts = max(1, math.ceil(turned / PART_OF_A_TURN))
-    x, lost = start, False
-    for k in range(1, parts):
-        found = AssemblyMode(loops, x).at((begin + (given - begin) * (k / parts))[None])
-        if lost := not found.kept[0]:
-            break
-        x = found.x[0]
-    found = AssemblyMode(loops, x).at(given[None])
-    return replace(loops.configuration(found.x[0]), elsewhere=lost or bool(found.elsewhere[0]))
 
 
 @dataclass(frozen=True)
@@ -314,20 +329,25 @@ class _Loops:
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """Gaps of all loops, turns as such and shifts as parts of the length (N, 6 m)."""
-        bodies = Bodies.of(self.tree, self._by_name(x))
-        parts = [np.zeros((len(x), 0))]
+        return self._gaps_of(len(x), Bodies.of(self.tree, self._by_name(x)))
+
+    def _gaps_of(self, count: int, bodies: Bodies) -> np.ndarray:
+        parts = [np.zeros((count, 0))]
         for cut in self.tree.cuts:
             gap = bodies.gap(cut)
             turn = vector_of_rotation(product(gap.R_wanted, transposed(gap.R)))
             parts += [(gap.p_wanted - gap.p) / self.length, turn]
-        return np.concatenate([np.broadcast_to(p, (len(x), p.shape[-1])) for p in parts], axis=-1)
+        return np.concatenate([np.broadcast_to(p, (count, p.shape[-1])) for p in parts], axis=-1)
 
     def rates(self, x: np.ndarray) -> np.ndarray:
         """Rates at which the unknown coordinates close the gaps (N, 6 m, n)."""
-        tree, bodies = self.tree, Bodies.of(self.tree, self._by_name(x))
+        return self._rates_of(len(x), Bodies.of(self.tree, self._by_name(x)))
+
+    def _rates_of(self, count: int, bodies: Bodies) -> np.ndarray:
+        tree = self.tree
         starts = np.cumsum([0, *(c.size for c in self.unknowns)])
         column = {c.name: start for c, start in zip(self.unknowns, starts, strict=False)}
-        J = np.zeros((len(x), 6 * len(tree.cuts), int(starts[-1])))
+        J = np.zeros((count, 6 * len(tree.cuts), int(starts[-1])))
         placed = {c.name: bodies.placed(c) for c in self.unknowns}
         for i, cut in enumerate(tree.cuts):
             rows, at = slice(6 * i, 6 * i + 6), bodies.frames[cut.b].p
@@ -341,8 +361,9 @@ class _Loops:
         return J * self._units
 
     def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Both at once."""
-        return self.gaps(x), self.rates(x)
+        """Both, of bodies that are placed once."""
+        bodies = Bodies.of(self.tree, self._by_name(x))
+        return self._gaps_of(len(x), bodies), self._rates_of(len(x), bodies)
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Postures after steps; coordinates of a spherical joint turn it about axes of body a."""

@@ -14,10 +14,10 @@ from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
-from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, close, close_all
+from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, PathsFromHome, close
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
-from robostiff.model import Actuated, Chain, Joint
+from robostiff.model import Actuated, Joint
 from robostiff.record import Record
 from robostiff.recorded.closure import RecordedClosure, steps_from_home
 from robostiff.recorded.guess import with_nominal
@@ -113,6 +113,10 @@ class DrivenLinkage:
         """Ways to its bodies, and the connections that close loops."""
         return spanning_tree(self.part)
 
+    @cached_property
+    def _paths(self) -> PathsFromHome:
+        return PathsFromHome(self.part, self.home, self.drives)
+
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the coordinates of the drives."""
@@ -188,7 +192,7 @@ class DrivenLinkage:
         if not self.drives:
             return [self.home] * len(rows)
         if self.home.is_closed:
-            return close_all(self.part, self.home, self.values(rows))
+            return self._paths.to(self.values(rows))
         values = [self.values(row) for row in rows]
         return [close(self.part, {n: q.tolist() for n, q in own.items()}) for own in values]
 
@@ -245,8 +249,7 @@ def _actuated(part: Linkage) -> tuple[str, ...]:
 
 def coordinate_names(connection: Connection) -> tuple[str, ...]:
     """Names of the coordinates of a connection: the joint's, with a number where it has several."""
-    element = connection.element
-    return Chain((element,)).coordinate_names if isinstance(element, Joint) else ()
+    return connection.chain.coordinate_names if isinstance(connection.element, Joint) else ()
 
 
 def named(connections: Sequence[Connection], q: Mapping[str, np.ndarray]) -> dict[str, float]:
@@ -287,7 +290,10 @@ def record_linkage_closure(
     bodies = Bodies.of(tree, coordinates(driven, record, (*drives, *following)))
     groups = [
         ClosureGroup(
-            [Opening(gap, _rates(bodies, gap, cut, moving, length)) for cut, gap in loops],
+            [
+                Opening.of(gap, _rates(bodies, gap, cut, moving, length), length)
+                for cut, gap in loops
+            ],
             [name for c in moving for name in coordinate_names(c)],
         )
         for loops, moving in _groups(bodies, following)

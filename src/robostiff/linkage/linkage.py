@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
-from robostiff.model import Joint, Link, Locked, Passive
+from robostiff.model import Chain, Joint, Link, Locked, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
@@ -50,6 +51,11 @@ class Connection:
     before: Frame
     element: Joint | Link | None
     after: Frame
+
+    @cached_property
+    def chain(self) -> Chain:
+        """Its element alone; nothing for a weld."""
+        return Chain(() if self.element is None else (self.element,))
 
     @property
     def size(self) -> int:
@@ -222,6 +228,6 @@ class Linkage(Symbolic):
         InputError
             When a name is no joint's, or its numbers are not finite or too many or few.
         """
-        from robostiff.linkage.essential import network_at
+        from robostiff.linkage.as_network import network_at
 
         return network_at(self, values)

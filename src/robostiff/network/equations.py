@@ -18,6 +18,8 @@ from robostiff.spatial import Space, block_rotation, compliance_modes, twist_tra
 _IN_PLANE = list(Space.PLANAR.rows)
 _OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
 _ROUNDING = 1e-9
+# Under this name a network keeps its equations, by their tolerance.
+_KEPT = "_equations"
 
 
 def check_in_plane(name: str, C: np.ndarray, J: np.ndarray) -> None:
@@ -273,13 +275,20 @@ class Equations:
 
 
 def equations_of(network: Network, tolerance: Tolerance) -> Equations:
-    """Scaled equations of a network.
+    """Scaled equations of a network, kept with it.
 
     Raises
     ------
     InputError
         When the network has no connection, or one that leaves the plane of a planar network.
     """
+    known: dict[Tolerance, Equations] = vars(network).setdefault(_KEPT, {})
+    if tolerance not in known:
+        known[tolerance] = _equations(network, tolerance)
+    return known[tolerance]
+
+
+def _equations(network: Network, tolerance: Tolerance) -> Equations:
     if not any(network.elements):
         raise InputError(
             f"network {network.name!r}", got="no element", expected="beams, springs or joints"

@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 _SHARED = 1e-6
 
 
+# Under this name equations keep their systems, the platform free or fixed.
+_KEPT = "_systems"
+
+
 @dataclass(frozen=True)
 class Redundancy:
     """Dependent constraints of a network with some nodes fixed.
@@ -293,13 +297,17 @@ def system_of(
 ) -> tuple[SaddlePointSystem, Mobility, Redundancy]:
     """The system of a network, with its platform free or fixed beside the fixed nodes.
 
-    See `saddle_point_system`.
+    It is kept with the equations. See `saddle_point_system`.
     """
-    network = equations.network
-    still = {*network.fixed, network.platform} if platform_fixed else set(network.fixed)
-    mobile = mobility(equations, platform_fixed=platform_fixed)
-    dependent = redundancy(equations, platform_fixed=platform_fixed)
-    return saddle_point_system(equations, still, mobile, dependent), mobile, dependent
+    known = vars(equations).setdefault(_KEPT, {})
+    if platform_fixed not in known:
+        network = equations.network
+        still = {*network.fixed, network.platform} if platform_fixed else set(network.fixed)
+        mobile = mobility(equations, platform_fixed=platform_fixed)
+        dependent = redundancy(equations, platform_fixed=platform_fixed)
+        system = saddle_point_system(equations, still, mobile, dependent)
+        known[platform_fixed] = system, mobile, dependent
+    return known[platform_fixed]
 
 
 def driven_mechanism(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,16 +15,14 @@ from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.frames import place_chain
 from robostiff.model import (
     ALL_COORDINATES,
-    Chain,
     Joint,
     JointKind,
     Leg,
-    ParallelBlock,
     Passive,
     Robot,
 )
 from robostiff.model.entries import Symbolic
-from robostiff.record import Entry, Record, angle_of
+from robostiff.record import Entry, Operation, Record, angle_of
 from robostiff.recorded.newton_step import LegAtGuess
 from robostiff.recorded.parameters import (
     closed_samples,
@@ -70,9 +68,9 @@ class RobotAtGuess:
         decided = () if finder.open_stay_at_home else robot.space.rows
         open_ = {k: _NAMES[k] for k in decided if k not in chosen}
         # The last sample is home: a pivot that vanishes there is none.
-        pose = np.concatenate([poses, finder.home_pose[None]])
-        moving = {_NAMES[k]: pose[:, k] for k in (*chosen, *open_) if not _is_still(pose[:, k])}
-        inputs = {_NAMES[k]: pose[:, k] for k in chosen} | with_nominal(robot)
+        six = np.concatenate([poses, finder.home_pose[None]])
+        moving = {_NAMES[k]: six[:, k] for k in (*chosen, *open_) if not _is_still(six[:, k])}
+        inputs = {_NAMES[k]: six[:, k] for k in chosen} | with_nominal(robot)
         state = {name: moving[name] for name in open_.values() if name in moving}
         guessed = []
         waiting = iter(joints)
@@ -86,16 +84,17 @@ class RobotAtGuess:
         if turns_at_home(own):
             return None
         six = pose_on_entries(own, finder, record, (*inputs, *state))
+        pose = FormulaPose.of_coordinates(six)
         return cls(
             record=record,
             inputs=tuple(inputs),
             start={name: float(values[-1]) for name, values in state.items()},
             angles=tuple(name for guess in guessed for name in guess.angles),
             legs=tuple(
-                guess.on_entries(leg, record, inputs)
+                guess.on_entries(leg, record, inputs, pose)
                 for guess, leg in zip(guessed, own.legs, strict=True)
             ),
-            pose=FormulaPose.of_coordinates(six),
+            pose=pose,
             r=six[3:],
             open=open_,
             same={name: one for guess in guessed for name, one in guess.same.items()},
@@ -121,7 +120,7 @@ class _GuessedLeg:
         chain = leg.chain
         if chain.is_coupled:
             return cls(names, chain.free, q, (), (), {})
-        closing = tuple(closing_balls(leg))
+        closing = tuple(i for ball in following_balls(leg) for i in range(ball, ball + 3))
         same: dict[str, Same] = {}
         # What turns is no multiple of what slides, and a ball joint turns as a whole.
         turns = {name: pose[name] for name in _NAMES[3:] if name in pose}
@@ -163,7 +162,9 @@ class _GuessedLeg:
                 found[name] = self.q[:, i]
         return found
 
-    def on_entries(self, leg: Leg, record: Record, given: Collection[str]) -> LegAtGuess:
+    def on_entries(
+        self, leg: Leg, record: Record, given: Collection[str], pose: FormulaPose
+    ) -> LegAtGuess:
         """The leg at a guess, some pose coordinates given; what closes it stays at zero."""
         places = {name: i for i, name in enumerate(self.names)}
 
@@ -185,7 +186,28 @@ class _GuessedLeg:
         near = self.q[-1].astype(float)
         q_now = np.array(q, dtype=object)
         moving = {n: (None, x) if one in given else (one, x) for n, (one, x) in self.same.items()}
-        return LegAtGuess(leg, self.names, q_now, self.closing, near, moving)
+        R_end = tidied(leg.base.R).T @ pose.R @ tidied(leg.attachment.R)
+        turned = axes_behind_balls(leg, q_now, self.closing[::3], np.eye(3, dtype=int), R_end)
+        turned = {ball: _numbers(R, given) for ball, R in turned.items()}
+        return LegAtGuess(leg, self.names, q_now, self.closing, near, moving, turned)
+
+
+def _numbers(R: np.ndarray, given: Collection[str]) -> np.ndarray:
+    """The same axes; entries of inputs that are given alone, and 0 or +-1 at all samples, as such.
+
+    Others are so at closed postures, where the samples are, but not at every guess.
+    """
+
+    def number(x: Any) -> Any:
+        short = x.record.simplified(x) if isinstance(x, Entry) else x
+        if not isinstance(x, Entry) or isinstance(short, Entry):
+            return x
+        record = x.record
+        steps = [record.operations[step] for step in record.needed([x.step])]
+        names = {name for operation, name, _ in steps if operation is Operation.INPUT}
+        return short if names.issubset(given) else x
+
+    return np.array([number(x) for x in R.flat], dtype=object).reshape(3, 3)
 
 
 def _is_still(x: np.ndarray) -> bool:
@@ -232,36 +254,52 @@ def pose_on_entries(
     return tidied(np.array(six, dtype=object))
 
 
-def closing_balls(leg: Leg) -> Iterator[int]:
-    """Coordinates of passive ball joints in which a leg ends, or a branch that does not lead.
+def following_balls(leg: Leg) -> list[int]:
+    """First places of the passive ball joints that turn as far as the bodies at both sides need.
 
-    Whatever else moves, such a joint turns as far as is needed: its center alone has to meet its
-    place.
+    In each loop of a leg, the last one.
 
     Examples
     --------
     >>> from robostiff.robots import load
-    >>> list(closing_balls(load("us-ups").legs[0]))
-    [2, 3, 4]
+    >>> following_balls(load("us-ups").legs[0])
+    [2]
     """
-    here = np.eye(3), np.zeros(3)
-    placed = place_chain(leg.chain, np.asarray(leg.chain.home, dtype=float), *here)
-    chains = (leg.chain, *_chains_of_loops(leg.chain))
-    for chain, gap in zip(chains, gaps(leg, placed, *here), strict=True):
-        last = chain.elements[-1] if chain.elements else None
-        if isinstance(last, Joint) and last.kind is JointKind.SPHERICAL:
-            own = gap.own[-3:]
-            if isinstance(last.role, Passive) and all(leg.chain.free[i] for i in own):
-                yield from own
+    chain, here = leg.chain, (np.eye(3), np.zeros(3))
+    if chain.is_coupled:
+        return []
+    balls = [
+        place.start
+        for element, place in chain.moving
+        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL
+        if isinstance(element.role, Passive) and chain.free[place].all()
+    ]
+    placed = place_chain(chain, np.asarray(chain.home, dtype=float), *here)
+    each = ([b for b in balls if b in gap.own] for gap in gaps(leg, placed, *here))
+    return [own[-1] for own in each if own]
 
 
-def _chains_of_loops(chain: Chain) -> Iterator[Chain]:
-    """Chains that end where another branch does, in the order of the loops of a placed chain."""
-    for element in chain.elements:
-        if isinstance(element, ParallelBlock):
-            for branch in element.branches:
-                yield from _chains_of_loops(branch.chain)
-            yield from (branch.chain for branch in element.branches[1:])
+def axes_behind_balls(
+    leg: Leg, q: np.ndarray, balls: Sequence[int], R_base: np.ndarray, R_end: np.ndarray
+) -> dict[int, np.ndarray]:
+    """Axes (3, 3) behind ball joints that follow, from those (3, 3) in which the leg ends.
+
+    Whatever stands before such a joint, and its own coordinates, do not matter.
+    """
+    if not balls:
+        return {}
+    none = np.zeros(3, dtype=int).astype(object)
+    turned = dict.fromkeys(balls, np.eye(3, dtype=int).astype(object))
+    placed = place_chain(leg.chain, q, R_base, none, turned=turned)
+    each = list(gaps(leg, placed, R_end, none))
+
+    def behind(ball: int) -> np.ndarray:
+        own = next(gap for gap in each if ball in gap.own)
+        leading = [other for other in balls if other in own.leading]
+        wanted = behind(leading[0]) @ own.R_wanted if leading else own.R_wanted
+        return wanted @ own.R.T
+
+    return {ball: behind(ball) for ball in balls}
 
 
 def with_nominal(robot: Symbolic) -> dict[str, np.ndarray]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
+from itertools import pairwise
 from operator import add
 from typing import Any
 
@@ -15,7 +16,11 @@ from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.formula.placed import FormulaPose
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
+from robostiff.kinematics.turn import (
+    rotvec_rate,
+    turn_by_vector_of_entries,
+    vector_of_turn_near,
+)
 from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_zero, sine, square_root
 from robostiff.recorded.sparse_elimination import Equation, SparseElimination
@@ -33,14 +38,16 @@ class LegAtGuess:
     leg: Leg  # of floats and recorded entries
     names: Sequence[str]  # of its coordinates, as unknowns
     # (size,) of entries and numbers: coordinates [m, rad], locked ones as numbers; 0 of those that
-    # follow
+    # follow and are unlike any other
     q: np.ndarray
-    # Places of the coordinates of ball joints that close a gap by themselves, three by three
+    # Places of the coordinates of ball joints that follow from the others, three by three
     following: tuple[int, ...] = ()
     # (size,): coordinates near which these are looked for [rad]
     home: np.ndarray = field(default_factory=lambda: np.zeros(0))
     # Those that are no unknowns: a factor times another one; or a number
     same: Mapping[str, tuple[str | None, float]] = field(default_factory=dict)
+    # Axes (3, 3) behind these ball joints in the frame of the base, by their first place
+    turned: Mapping[int, np.ndarray] = field(default_factory=dict)
 
     @property
     def moving(self) -> dict[int, tuple[str | None, float]]:
@@ -101,20 +108,12 @@ def newton_step(
     turning = rotvec_rate(r) if any(k >= 3 for k in open_) else None
     groups, following = [], {}
     for own in legs:
-        openings = []
-        placed, arm, gaps_of_leg = _gaps(own, pose)
-        for number, gap in enumerate(gaps_of_leg):
-            rates = _rates_of_leg(own, gap, placed, length)
-            if number == 0:  # that at the platform
-                for name, twist in _rates_of_pose(own.leg, arm, open_, turning, length).items():
-                    rates[name] = rates[name] + twist if name in rates else twist
-            ball = gap.own[-3:] if set(gap.own[-3:]) & set(own.following) else ()
-            names = [own.names[i] for i in ball]
-            known = bool(ball) and names[0] in own.same
-            if ball and not known:
-                turn = vector_of_turn_near(gap.R.T @ gap.R_wanted, own.home[list(ball)])
-                following |= zip(names, turn, strict=True)
-            openings.append(Opening(gap, rates, turns=not ball, turn_is_known=known))
+        openings, turns = _openings(own, pose, open_, turning, length)
+        for ball, turn in turns.items():
+            names = own.names[ball : ball + 3]
+            if names[0] not in own.same:
+                near = own.home[ball : ball + 3]
+                following |= zip(names, vector_of_turn_near(turn, near), strict=True)
         groups.append(ClosureGroup(openings, own.free))
 
     def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
@@ -126,20 +125,28 @@ def newton_step(
 
 @dataclass(frozen=True)
 class Opening:
-    """A gap, and the twists by which unknowns close it, in units of the length.
+    """What is open in a loop: by how much, and the twists by which unknowns close it.
 
-    Without `turns`, a ball joint stands there: it turns as it likes, or as is known.
+    Shifts are parts of the length, turns D as vee(D - D^T)/2.
     """
 
-    gap: Loop
-    rates: dict[str, np.ndarray]
-    turns: bool = True
-    turn_is_known: bool = False
+    shift: np.ndarray  # (3,) or none of it
+    turn: np.ndarray  # (3,) or none of it
+    rates: dict[str, np.ndarray]  # twists (6,)
+    squares: Sequence[Any]  # vanish where the loop is closed, and only there
+
+    @classmethod
+    def of(cls, gap: Loop, rates: dict[str, np.ndarray], length: float) -> Opening:
+        """Of a gap across which nothing turns freely."""
+        shift = (gap.p_wanted - gap.p) * (1 / length)
+        D = gap.R_wanted @ gap.R.T
+        turn = np.array([(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))])
+        return cls(shift, turn, rates, [*shift, *(gap.R_wanted - gap.R).reshape(-1)])
 
 
 @dataclass(frozen=True)
 class ClosureGroup:
-    """Gaps that are closed together, and the names of the unknowns that stand in no other group."""
+    """Loops that are closed together, and names of the unknowns that stand in no other group."""
 
     openings: Sequence[Opening]
     unknowns: Sequence[str]
@@ -162,8 +169,8 @@ def step_of_groups(
     for group in groups:
         equations: list[Equation] = []
         for opening in group.openings:
-            squares += _squares(opening, length)
-            equations += _equations(opening, length)
+            squares += (x * x for x in opening.squares if not is_zero(x))
+            equations += _equations(opening)
         left += elimination.eliminate(equations, group.unknowns)
     elimination.eliminate(left, shared)
     found = elimination.solution()
@@ -177,36 +184,71 @@ def step_of_groups(
     )
 
 
-def _gaps(own: LegAtGuess, pose: FormulaPose) -> tuple[PlacedChain, np.ndarray, list[Loop]]:
-    """A leg in its base frame, the arm of its end on the platform, and what is open in it."""
+def _openings(
+    own: LegAtGuess,
+    pose: FormulaPose,
+    open_: dict[int, str],
+    turning: np.ndarray | None,
+    length: float,
+) -> tuple[list[Opening], dict[int, np.ndarray]]:
+    """What is open in a leg, seen from its base, and turns (3, 3) of the balls that follow.
+
+    A ball joint turns as the bodies before and behind it do: its center alone has to meet its
+    place. Behind a ball of the path to the platform, branches end where the platform has them:
+    their paths are closed with the platform as well, without the first branch.
+    """
     leg = own.leg
     R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
     arm = R_base.T @ (pose.R @ tidied_point(leg.attachment.p))
     R_wanted = R_base.T @ pose.R @ tidied(leg.attachment.R)
     p_wanted = R_base.T @ (pose.p - p_base) + arm
     here = np.eye(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object)
-    placed = place_chain(leg.chain, own.q, *here)
-    return placed, arm, list(gaps(leg, placed, R_wanted, p_wanted))
+    placed = place_chain(leg.chain, own.q, *here, turned=own.turned)
+    all_gaps, freedoms = list(gaps(leg, placed, R_wanted, p_wanted)), placed.freedoms
+    openings, turns = [], {}
+    for gap in all_gaps:
+        way = list(_gaps_to_platform(gap, all_gaps, own.turned))
+        path = list(gap.own)
+        for inner, outer in pairwise(way):
+            path += [i for i in outer.own if i not in inner.leading]
+        ball = next((b for b in own.turned if b in gap.own), None)
+        center = gap.p if ball is None else freedoms[ball].point
+        behind = gap.p - center
+        rates = _rates_of_leg(own, path, placed, center, 1, length)
+        leading = _rates_of_leg(own, way[-1].leading, placed, gap.p_wanted - behind, -1, length)
+        if way[-1] is all_gaps[0]:
+            center_arm = arm + (center - all_gaps[0].p)
+            leading = _rates_of_pose(leg, center_arm, open_, turning, length)
+        for name, twist in leading.items():
+            rates[name] = rates[name] + twist if name in rates else twist
+        opening = Opening.of(gap, rates, length)
+        shift = reduce(add, [(g.p_wanted - g.p) * (1 / length) for g in way])
+        if ball is None:
+            openings.append(replace(opening, shift=shift))
+            continue
+        before = np.stack([freedoms[i].axis for i in range(ball, ball + 3)], axis=-1)
+        turns[ball] = before.T @ own.turned[ball]
+        squares = [*opening.shift]
+        if own.names[ball] in own.same:
+            known = turn_by_vector_of_entries(own.q[ball : ball + 3])
+            squares += [*(turns[ball] - known).reshape(-1)]
+        openings.append(Opening(shift, np.zeros(0), rates, squares))
+    return openings, turns
 
 
-def _squares(opening: Opening, length: float) -> list[Any]:
-    """Squares that vanish where a gap is closed, and only there."""
-    gap = opening.gap
-    shift = (gap.p_wanted - gap.p) * (1 / length)
-    turned = opening.turns or opening.turn_is_known
-    chord = (gap.R_wanted - gap.R).reshape(-1) if turned else ()
-    return [x * x for x in (*shift, *chord) if not is_zero(x)]
+def _gaps_to_platform(gap: Loop, others: Sequence[Loop], balls: Collection[int]) -> Iterator[Loop]:
+    """A gap, and those around it as long as a ball that follows leads to the end of it."""
+    yield gap
+    leading = [ball for ball in balls if ball in gap.leading]
+    for outer in others:
+        if any(ball in outer.own for ball in leading):
+            yield from _gaps_to_platform(outer, others, balls)
 
 
-def _equations(opening: Opening, length: float) -> list[Equation]:
-    """What closes a gap, shifts before turns; rows in which nothing moves are left out."""
-    gap = opening.gap
-    right = [*((gap.p_wanted - gap.p) * (1 / length))]
-    if opening.turns:
-        D = gap.R_wanted @ gap.R.T
-        right += [(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
+def _equations(opening: Opening) -> list[Equation]:
+    """What closes a loop, shifts before turns; rows in which nothing moves are left out."""
     found = []
-    for row, missing in enumerate(right):
+    for row, missing in enumerate((*opening.shift, *opening.turn)):
         own = {name: rate[row] for name, rate in opening.rates.items() if _moves(rate[row])}
         if own:
             found.append(Equation(own, missing))
@@ -214,26 +256,30 @@ def _equations(opening: Opening, length: float) -> list[Equation]:
 
 
 def _rates_of_leg(
-    own: LegAtGuess, gap: Loop, placed: PlacedChain, length: float
+    own: LegAtGuess,
+    places: Iterable[int],
+    placed: PlacedChain,
+    at: np.ndarray,
+    sign: int,
+    length: float,
 ) -> dict[str, np.ndarray]:
-    """Twists by which the free coordinates of a leg close a gap, in units of the length."""
+    """Twists at a point of the unknowns at some places, in units of the length."""
     freedoms, moving = placed.freedoms, own.moving
     rates: dict[str, np.ndarray] = {}
-    for places, at, sign in ((gap.own, gap.p, 1), (gap.leading, gap.p_wanted, -1)):
-        for i in places:
-            name, factor = moving.get(i, (None, 0.0))
-            if name is not None:
-                twist = freedom_twist(freedoms[i], at) * (sign * int(factor))
-                if freedoms[i].turns:
-                    twist = per_turn(twist, length)
-                rates[name] = rates[name] + twist if name in rates else twist
+    for i in places:
+        name, factor = moving.get(i, (None, 0.0))
+        if name is not None:
+            twist = freedom_twist(freedoms[i], at) * (sign * int(factor))
+            if freedoms[i].turns:
+                twist = per_turn(twist, length)
+            rates[name] = rates[name] + twist if name in rates else twist
     return rates
 
 
 def _rates_of_pose(
     leg: Leg, arm: np.ndarray, open_: dict[int, str], turning: np.ndarray | None, length: float
 ) -> dict[str, np.ndarray]:
-    """Twists by which open pose coordinates close the gap at the platform."""
+    """Twists by which open pose coordinates close the gap at the end of an arm of the platform."""
     R_base = tidied(leg.base.R)
     rates = {}
     for k, name in open_.items():

@@ -12,6 +12,7 @@ import numpy as np
 
 from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import (
     FormulaPose,
     PlacedFormula,
@@ -22,7 +23,7 @@ from robostiff.model import ALL_COORDINATES, Actuated, Leg, Robot
 from robostiff.record import Entry, Operation, Record, least, usual_size
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
-from robostiff.recorded.guess import Same, pose_on_entries
+from robostiff.recorded.guess import Same, axes_behind_balls, following_balls, pose_on_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
     closed_samples,
@@ -177,12 +178,18 @@ class RobotOnEntries:
         else:
             waiting = iter(given)
             q = [[_at(next(waiting), record, same) for _ in range(leg.chain.size)] for leg in legs]
-            pairs = zip(legs, q, strict=True)
-            placed = tuple(place_leg_at_joints(leg, np.array(x, dtype=object)) for leg, x in pairs)
-            pose = placed[0].platform
-            if closure is not None:
+            each = [np.array(x, dtype=object) for x in q]
+            if closure is None:
+                pairs = zip(legs, each, strict=True)
+                placed = tuple(place_leg_at_joints(leg, x) for leg, x in pairs)
+                pose = placed[0].platform
+            else:
                 six = pose_on_entries(robot, finder, record, (*closure.inputs, *closure.start))
                 pose = FormulaPose.of_coordinates(six)
+                placed = tuple(
+                    _placed_below(leg, x, following_balls(twin), pose)
+                    for leg, twin, x in zip(legs, finder.robot.legs, each, strict=True)
+                )
         return cls(robot, record, tuple(given), pose, placed, finder.length)
 
     @property
@@ -194,6 +201,15 @@ class RobotOnEntries:
     def recorded(self) -> RecordedRobot:
         """Its stiffness, as one of these coordinates."""
         return assembled(self.robot, self.record, self.pose, self.placed, self.length)
+
+
+def _placed_below(
+    leg: Leg, q: np.ndarray, balls: Sequence[int], pose: FormulaPose
+) -> PlacedFormula:
+    """A leg at its coordinates, but for the bodies that the platform holds by ball joints."""
+    R_end = pose.R @ tidied(leg.attachment.R)
+    turned = axes_behind_balls(leg, q, balls, tidied(leg.base.R), R_end)
+    return place_leg_at_joints(leg, q, {ball: tidied(R) for ball, R in turned.items()})
 
 
 def _at(joint: str, record: Record, same: Mapping[str, Same]) -> Any:

@@ -28,7 +28,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.linkage import Configuration, Linkage
-from robostiff.linkage.essential import closed_at, network_of
+from robostiff.linkage.as_network import closed_at, network_of
 from robostiff.markup import Number
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot

@@ -14,7 +14,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
-from robostiff.linkage.essential import network_at
+from robostiff.linkage.as_network import network_at
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,7 +71,9 @@ class PlacedFormula:
     losses: tuple[Any, ...] = ()
 
 
-def place_leg_at_joints(leg: Leg, q: np.ndarray) -> PlacedFormula:
+def place_leg_at_joints(
+    leg: Leg, q: np.ndarray, turned: Mapping[int, np.ndarray] | None = None
+) -> PlacedFormula:
     """Record a leg at recorded coordinates, eq. (5); it has no gap.
 
     Parameters
@@ -80,9 +82,12 @@ def place_leg_at_joints(leg: Leg, q: np.ndarray) -> PlacedFormula:
         Of floats or recorded entries.
     q : (size,) array of entries and numbers
         Leg coordinates [m, rad].
+    turned : mapping of int to (3, 3) arrays, optional
+        Axes in the world behind ball joints that do not come from their coordinates.
     """
     q = np.array(q, dtype=object)
-    placed = place_chain(leg.chain, q, tidied(leg.base.R), tidied_point(leg.base.p))
+    R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
+    placed = place_chain(leg.chain, q, R_base, p_base, turned=turned)
     R = placed.R @ np.array(leg.attachment.R, dtype=object).T
     lengths = [
         beam.fixed + beam.share * q[where.start]
