@@ -14,6 +14,7 @@ import robostiff as rs
 from robostiff.compiled.closed import ClosedCode
 from robostiff.kinematics import posture_finder
 from robostiff.model import PlacedFreedom
+from robostiff.recorded.closure import LAST
 from robostiff.statics.kernels.buckling import buckling_of
 from robostiff.statics.loaded_posture import postures_of
 
@@ -112,7 +113,7 @@ def test_half_the_critical_load_is_met_and_what_is_near_or_beyond_it_is_computed
         assert np.abs((answer.K[k] - one.K) / np.outer(size, size)).max() < 1e-10
 
 
-def test_four_steps_arrive_at_half_the_critical_load():
+def test_four_steps_arrive_at_half_the_critical_load_and_newtons_are_squared():
     fast, home = compiled("gough-stewart-b"), posture_finder(rs.load("gough-stewart-b")).home_pose
     random = np.random.default_rng(2)
     poses = home + 0.02 * random.uniform(-1, 1, (64, 6))
@@ -121,10 +122,21 @@ def test_four_steps_arrive_at_half_the_critical_load():
     assert isinstance(code, ClosedCode)
     assert code.whole is not None
     found = np.empty((code.rows, 64))
-    code.whole.evaluate(np.ascontiguousarray(np.concatenate([poses.T, wrenches.T])), found)
-    # one digit less where the tangent is not exact: then steps shrink in proportion, not squared
-    assert np.sqrt(found[-2]).max() < 1e-13
+    inputs = np.ascontiguousarray(np.concatenate([poses.T, wrenches.T]))
+    code.whole.evaluate(inputs, found)
+    assert np.sqrt(found[-2]).max() < 1e-12
     assert np.all(found[-1] > 0)
+    # where the tangent is not exact, steps shrink in proportion, not squared
+    closure = code.closure
+    values = {**dict(zip(closure.inputs, inputs, strict=True)), **closure.state}
+    sizes = []
+    for _ in range(6):
+        values |= zip(closure.state, closure.step.evaluated(values), strict=True)
+        sizes.append(np.sqrt(values[LAST]))
+    before, after = np.array(sizes[1:-1]), np.array(sizes[2:])
+    seen = after > 1e-13
+    assert np.count_nonzero(seen) > 100
+    assert np.all(after[seen] < 8 * before[seen] ** 2)
 
 
 @pytest.mark.parametrize("force", [-5e5, 5e5])

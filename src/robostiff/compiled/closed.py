@@ -101,8 +101,10 @@ class ClosedCode:
             self._loop(self.many, inputs, outputs, threads)
         else:
             self.whole.evaluate(inputs, outputs, threads)
-            # The last two rows are the gap and the assembly mode.
-            again = np.flatnonzero(~(outputs[-2] < CLOSED) & (outputs[-1] > 0))
+            left = ~_arrived(outputs)
+            if not left.any():
+                return
+            again = np.flatnonzero(left & (outputs[-1] > 0))
             if again.size:
                 more = np.empty((self.rows, again.size))
                 codes = self.few if again.size < _MANY else self.many

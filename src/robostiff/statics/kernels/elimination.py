@@ -231,40 +231,58 @@ def _as_part(value: Any) -> Any:
     return value * (1 / usual_size(value)) if isinstance(value, Entry) else value
 
 
-def solved_with(
-    K: Mapping[tuple[int, int], Any], antisymmetric: np.ndarray, right: Sequence[Any]
-) -> tuple[list[Any], list[Any]]:
-    """Solution of ``(K + A) x = r``, and the pivots, positive where K is positive definite.
+@dataclass(frozen=True)
+class Factored:
+    """``K + A`` eliminated in order, K symmetric and A antisymmetric.
 
-    K is given by its upper triangle, A by all of it. Elimination in order: as long as A has nothing
-    to say, what is left is symmetric.
+    As long as A has nothing to say, what is left is symmetric.
+
+    Attributes
+    ----------
+    lower, upper : dict of (int, int) to entries and numbers
+        Parts of rows that are taken from those below, and rows that are left.
+    inverses, pivots : list of entries and numbers
+        The latter positive where K is positive definite.
     """
-    n = len(right)
-    left = {(i, j): K[min(i, j), max(i, j)] for i in range(n) for j in range(n)}
-    x, inverses = list(right), []
-    whole = False
-    for k in range(n):
-        if not whole and not all(is_zero(a) for a in antisymmetric[k]):
-            whole = True
-            for i in range(k, n):
-                for j in range(i, n):
-                    upper = left[i, j]
-                    left[i, j], left[j, i] = (
-                        upper + antisymmetric[i, j],
-                        upper + antisymmetric[j, i],
-                    )
-        by = reciprocal(left[k, k])
-        inverses.append(by)
-        for i in range(k + 1, n):
-            part = (left[i, k] if whole else left[k, i]) * by
-            if is_zero(part):
-                continue
-            for j in range(k + 1 if whole else i, n):
-                left[i, j] = left[i, j] - part * left[k, j]
-            x[i] = x[i] - part * x[k]
-    pivots = [left[k, k] for k in range(n)]
-    for k in reversed(range(n)):
-        for j in range(k + 1, n):
-            x[k] = x[k] - left[k, j] * x[j]
-        x[k] = x[k] * inverses[k]
-    return x, pivots
+
+    lower: dict[tuple[int, int], Any]
+    upper: dict[tuple[int, int], Any]
+    inverses: list[Any]
+    pivots: list[Any]
+
+    @classmethod
+    def of(
+        cls, K: Mapping[tuple[int, int], Any], antisymmetric: np.ndarray | None = None
+    ) -> Factored:
+        """K is given by its upper triangle, A by all of it; none where left out."""
+        n = 1 + max(j for _, j in K)
+        A = np.zeros((n, n), dtype=int) if antisymmetric is None else antisymmetric
+        left = {(i, j): K[min(i, j), max(i, j)] for i in range(n) for j in range(n)}
+        lower, inverses, whole = {}, [], False
+        for k in range(n):
+            if not whole and not all(is_zero(a) for a in A[k]):
+                whole = True
+                for i in range(k, n):
+                    for j in range(i, n):
+                        upper = left[i, j]
+                        left[i, j], left[j, i] = upper + A[i, j], upper + A[j, i]
+            inverses.append(reciprocal(left[k, k]))
+            for i in range(k + 1, n):
+                lower[i, k] = part = (left[i, k] if whole else left[k, i]) * inverses[k]
+                if is_zero(part):
+                    continue
+                for j in range(k + 1 if whole else i, n):
+                    left[i, j] = left[i, j] - part * left[k, j]
+        return cls(lower, left, inverses, [left[k, k] for k in range(n)])
+
+    def solved(self, right: Sequence[Any]) -> list[Any]:
+        """Solution x of ``(K + A) x = right``."""
+        x, n = list(right), len(right)
+        for k in range(n):
+            for i in range(k + 1, n):
+                x[i] = x[i] - self.lower[i, k] * x[k]
+        for k in reversed(range(n)):
+            for j in range(k + 1, n):
+                x[k] = x[k] - self.upper[k, j] * x[j]
+            x[k] = x[k] * self.inverses[k]
+        return x

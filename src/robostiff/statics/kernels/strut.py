@@ -45,9 +45,10 @@ class RecordedStrut:
         sign = np.sign(_values(np.array(w[:3], dtype=object) @ (self.B - self.A))[0])
         return (np.array([x / mu for x in w], dtype=object) @ twist) * size * float(sign)
 
-    def length(self, origin: np.ndarray) -> Any:
-        """Unloaded [m], by way of a point of the platform, as `strut_terms` computes it."""
-        d = (self.B - origin) + (origin - self.A)
+    @property
+    def length(self) -> Any:
+        """Unloaded [m]."""
+        d = self.B - self.A
         return square_root(d @ d)
 
 
@@ -56,20 +57,20 @@ class StrutTerms:
     """What some struts carry together, and each of them.
 
     W (6,) is their wrench about the point of the platform, K the symmetric part of their stiffness,
-    upper triangle; of each, `along` is its unit wrench, the rate of its length by the twist of the
-    platform, t its force [N], and `lengths` are without load [m].
+    upper triangle, and `moment` is W[3:] of the forces that K is of; of each, `rates` are those of
+    its force by the twist of the platform, t is this force [N], `lengths` are without load [m].
     """
 
     W: np.ndarray
     K: dict[tuple[int, int], Any]
-    along: list[np.ndarray]
+    moment: np.ndarray
+    rates: list[tuple[Any, np.ndarray]]
     t: list[Any]
     lengths: list[Any]
 
-    def forces_after(self, struts: Sequence[RecordedStrut], twist: np.ndarray) -> list[Any]:
+    def forces_after(self, twist: np.ndarray) -> list[Any]:
         """To first order, after a twist (6,) of the platform."""
-        pairs = zip(struts, self.t, self.along, strict=True)
-        return [t + (w @ twist) * own.stiffness for own, t, w in pairs]
+        return [t + (g @ twist) * k for t, (k, g) in zip(self.t, self.rates, strict=True)]
 
 
 def strut_terms(
@@ -77,56 +78,70 @@ def strut_terms(
 ) -> StrutTerms:
     """Struts between the base and a body that has moved.
 
-    With d along a strut of length l, c from the point of the body to its end, ``w = (d, c x d)/l``
-    and ``s = t/l``, W is the sum of ``t w``, and K, symmetric part, that of ``(k - s) w w^T + s
-    [[I, -c~], [c~, G - trace(G) I]]`` with G the symmetric part of ``(d - c) c^T``. What s
-    multiplies is summed over the struts first: ``d - c`` is from A to the point of the body, which
-    is the same for all.
+    With d along a strut of length l, unloaded l_0, c from the point of the body to its end, ``g =
+    (d, c x d)`` and ``s = t/l = k - k l_0/l``, W is the sum of ``s g``, and K, symmetric part, that
+    of ``(k - s) g g^T / l^2`` and of forces that turn.
 
     `forces` are those that turn with the struts, t where left out. A Newton step with the forces
     that a long step before it led to, as those of a wrench that is an unknown, comes closer: what
     stretches a strut to second order is no force that holds.
     """
-    W = np.zeros(3 if forces is None else 6, dtype=int).astype(object)
+    rates, tensions, lengths, turning = [], [], [], []
+    W: list[Any] = [0] * 6
     K: dict[tuple[int, int], Any] = {(i, j): 0 for i in range(6) for j in range(i, 6)}
-    first = struts[0].A
-    total, turning = 0, np.zeros(3, dtype=int).astype(object)
-    apart = np.zeros((3, 3), dtype=int).astype(object)
-    along, tensions, lengths = [], [], []
     for number, own in enumerate(struts):
         c = body.R @ (own.B - body.origin)
         d = c + (body.at - own.A)
-        length = square_root(d @ d)
-        by = reciprocal(length)
-        unloaded = own.length(body.origin)
-        t = own.stiffness * (length - unloaded)
-        u = d * by
-        w = np.concatenate([u, cross(c, u)])
-        W = W + (w * t if forces is not None else u * t)
-        s = (t if forces is None else forces[number]) * by
-        scaled = w * (own.stiffness - s)
+        square = d @ d
+        by = reciprocal(square_root(square))
+        unloaded = own.length
+        soft = own.stiffness * unloaded * by
+        s = own.stiffness - soft
+        g = np.concatenate([d, cross(c, body.at - own.A)])
+        turning.append(s if forces is None else forces[number] * by)
+        scaled = g * ((soft if forces is None else own.stiffness - turning[-1]) * (by * by))
         for i in range(6):
+            W[i] = W[i] + g[i] * s
             for j in range(i, 6):
-                K[i, j] = K[i, j] + scaled[i] * w[j]
-        total = total + s
-        turning = turning + c * s
-        apart = apart + (c * s)[:, None] * (own.A - first)[None, :]
-        along.append(w)
-        tensions.append(t)
+                K[i, j] = K[i, j] + scaled[i] * g[j]
+        rates.append((own.stiffness * by, g))
+        tensions.append(s * (square * by))
         lengths.append(unloaded)
+    of_forces, moment = turning_forces(struts, body, turning)
+    for place, value in of_forces.items():
+        K[place] = K[place] + value
+    if forces is None:
+        W[3:] = moment
+    return StrutTerms(np.array(W, dtype=object), K, moment, rates, tensions, lengths)
+
+
+def turning_forces(
+    struts: Sequence[RecordedStrut], body: Body, s: Sequence[Any]
+) -> tuple[dict[tuple[int, int], Any], np.ndarray]:
+    """Stiffness of forces ``s d`` that turn with struts, and their moment (3,).
+
+    The symmetric part, upper triangle, is the sum of ``s [[I, -c~], [c~, G - trace(G) I]]`` with G
+    the symmetric part of ``(d - c) c^T``; the other part of that is the moment. ``d - c`` is from A
+    to the point of the body, which is the same for all, so that s is summed first.
+    """
+    total, first = 0, struts[0].A
+    turning, apart = (
+        np.zeros(3, dtype=int).astype(object),
+        np.zeros((3, 3), dtype=int).astype(object),
+    )
+    for own, part in zip(struts, s, strict=True):
+        scaled = (body.R @ (own.B - body.origin)) * part
+        total = total + part
+        turning = turning + scaled
+        apart = apart + scaled[:, None] * (own.A - first)[None, :]
     G = turning[:, None] * (body.at - first)[None, :] - apart
-    if forces is None:  # c x t u is what G has of the other symmetry
-        W = np.array([*W, G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]], dtype=object)
+    K: dict[tuple[int, int], Any] = {}
     x, y, z = turning
     for i, j, k in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
-        K[i, i] = K[i, i] + total
-        K[3 + i, 3 + i] = K[3 + i, 3 + i] - (G[j, j] + G[k, k])
-        K[3 + j, 3 + k] = K[3 + j, 3 + k] + (G[j, k] + G[k, j]) * 0.5
-    for (i, j), value in {(0, 4): z, (1, 5): x, (2, 3): y}.items():
-        K[i, j] = K[i, j] + value
-    for (i, j), value in {(0, 5): y, (1, 3): z, (2, 4): x}.items():
-        K[i, j] = K[i, j] - value
-    return StrutTerms(W, K, along, tensions, lengths)
+        K[i, i], K[3 + i, 3 + i] = total, -(G[j, j] + G[k, k])
+        K[3 + j, 3 + k] = (G[j, k] + G[k, j]) * 0.5
+    K |= {(0, 4): z, (1, 5): x, (2, 3): y, (0, 5): -y, (1, 3): -z, (2, 4): -x}
+    return K, np.array([G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]], dtype=object)
 
 
 def recorded_strut(

@@ -1,0 +1,306 @@
+"""A robot under load on entries: its equations at a state, and the steps to equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from operator import add
+from typing import Any
+
+import numpy as np
+
+from robostiff.record import Entry, is_zero, least, reciprocal, usual_size
+from robostiff.recorded import RecordedRobot
+from robostiff.recorded.closure import BEFORE_FIRST, LAST, contraction, handed_on
+from robostiff.spatial import Space, cross
+from robostiff.statics.kernels.buckling import Buckling
+from robostiff.statics.kernels.elements import RecordedJoint
+from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
+from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned
+from robostiff.statics.kernels.motion import FURTHEST_TURN, identity
+from robostiff.statics.kernels.springs import RecordedBodySpring, SpringEnds
+from robostiff.statics.kernels.strut import (
+    RecordedStrut,
+    StrutTerms,
+    strut_terms,
+    turning_forces,
+)
+from robostiff.statics.newton import FALLS, HALF, LITTLE
+
+#: Least ratio of stiffness under load to that without it at which an answer is given.
+SAFE = 0.3
+# Of its mean size at the samples: what a pivot must keep.
+_PIVOT = 1e-3
+# The step that would be next at which equilibrium is reached; ClosedCode compares with 1e-12.
+_ARRIVED = 1e-11
+# Part of the one before that a step may be at most: its square.
+_PART, _ROUNDING = "part of the last step", 1e-18
+#: What a step hands to the next, and what the first finds.
+HANDED = BEFORE_FIRST | {_PART: HALF**2}
+
+
+@dataclass(frozen=True)
+class _Equations:
+    """The platform's equations at a state, legs eliminated.
+
+    K is that of the legs, `K_total` that less what dead forces f on the platform do, both symmetric
+    parts; `arms` is the sum of ``b f^T``, b their arms.
+    """
+
+    elimination: SymmetricElimination
+    K: dict[tuple[int, int], Any]
+    K_total: dict[tuple[int, int], Any]
+    antisymmetric: np.ndarray
+    arms: np.ndarray
+    right: list[Any]
+    turns: list[Any]
+    buckling: list[Any]
+    struts: StrutTerms | None
+
+    @cached_property
+    def factored(self) -> Factored:
+        """K_total, not symmetric under moments."""
+        return Factored.of(self.K_total, self.antisymmetric)
+
+
+def _antisymmetric(moment: np.ndarray) -> np.ndarray:
+    """Part (6, 6) of the rate of a wrench with this moment (3,)."""
+    x, y, z = moment * 0.5
+    A = np.zeros((6, 6), dtype=int).astype(object)
+    A[3:, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+    return A
+
+
+@dataclass(frozen=True)
+class LoadedRobot:
+    """A robot on entries, placed at its unloaded posture.
+
+    Attributes
+    ----------
+    unloaded : RecordedRobot
+        Its stiffness without load, and the checks of the posture.
+    legs : list of RecordedLoadedLeg or RecordedStrut
+    buckling : dict of int to Buckling
+        Of those that are struts.
+    platform : Turned
+    space : Space
+    length, force : float
+    wrench : list of entries
+    dead : list of pairs of (3,) arrays
+        Arms from the point of the platform at the unloaded posture [m], and forces [N].
+    springs : list of RecordedBodySpring
+        Between bodies.
+    """
+
+    unloaded: RecordedRobot
+    legs: list[RecordedLoadedLeg | RecordedStrut]
+    buckling: dict[int, Buckling]
+    platform: Turned
+    space: Space
+    length: float
+    force: float
+    wrench: list[Any]
+    dead: list[tuple[np.ndarray, np.ndarray]]
+    springs: list[RecordedBodySpring]
+
+    @property
+    def start(self) -> dict[str, float]:
+        """Its unknowns without load."""
+        found = dict(self.platform.start)
+        for leg in self.legs:
+            if isinstance(leg, RecordedLoadedLeg):
+                found |= leg.start
+        return found
+
+    @property
+    def struts(self) -> dict[int, RecordedStrut]:
+        """Legs that are struts, by number."""
+        return {k: leg for k, leg in enumerate(self.legs) if isinstance(leg, RecordedStrut)}
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """Names of what a step has and gives."""
+        return (*self.start, *HANDED)
+
+    @property
+    def stands(self) -> bool:
+        """Whether anything acts beside the wrench."""
+        if self.dead or self.springs:
+            return True
+        chains = [c for leg in self.legs if isinstance(leg, RecordedLoadedLeg) for c in leg.chains]
+        joints = [e for c in chains for e in c.elements if isinstance(e, RecordedJoint)]
+        return any(c.loads for c in chains) or any(not is_zero(e.preload) for e in joints)
+
+    @property
+    def _at_rest(self) -> LoadedRobot:
+        """The same, springs between bodies relaxed and nothing acting on bodies."""
+        legs = [leg if isinstance(leg, RecordedStrut) else leg.without_loads for leg in self.legs]
+        return replace(self, legs=legs, springs=[own.relaxed for own in self.springs], dead=[])
+
+    def equations(
+        self, values: Mapping[str, Any], forces: Sequence[Any] | None = None
+    ) -> _Equations:
+        """At a state; `forces` are those of struts that turn with them, see `strut_terms`."""
+        rows = list(self.space.rows)
+        twist = [f"t{row}" for row in rows]
+        elimination = SymmetricElimination()
+        for name in twist:
+            elimination.unknown(name, 1.0)
+        for name, own in zip(twist, self.wrench, strict=True):
+            elimination.add_right(name, own)
+        body = self.platform.moved(values)
+        moment = np.zeros(3, dtype=int).astype(object)
+        turns, buckling = [], []
+        alone = [own for own in self.springs if own.leg is None]
+        moment = moment + SpringEnds(body, twist, rows).add(alone, elimination)[1]
+        for leg in self.legs:
+            if isinstance(leg, RecordedLoadedLeg):
+                taken, turned = leg.add_to(elimination, values, body, twist, self.force)
+                moment, turns = moment + taken, turns + turned
+        terms, struts = None, self.struts
+        if struts:
+            terms = strut_terms([*struts.values()], body, forces)
+            for (i, j), value in terms.K.items():
+                elimination.add(f"t{i}", f"t{j}", value)
+            for name, own in zip(twist, terms.W, strict=True):
+                elimination.add_right(name, -own)
+            moment = moment + terms.moment
+            for number, t, length in zip(struts, terms.t, terms.lengths, strict=True):
+                buckling += self.buckling[number].checks(t, length, SAFE)
+        arms = np.zeros((3, 3), dtype=int).astype(object)
+        for arm, force in self.dead:
+            b = body.R @ arm
+            arms = arms + b[:, None] * force[None, :]
+            acting = np.concatenate([force, cross(b, force)])
+            moment = moment - acting[3:]
+            for name, row in zip(twist, rows, strict=True):
+                elimination.add_right(name, acting[row])
+        n = len(rows)
+        K = {
+            (i, j): elimination.A[twist[i]].get(twist[j], 0) for i in range(n) for j in range(i, n)
+        }
+        turning = np.zeros((6, 6), dtype=int).astype(object)
+        trace = arms[0, 0] + arms[1, 1] + arms[2, 2]
+        turning[3:, 3:] = (arms + arms.T) * 0.5 - identity() * trace
+        K_total = {(i, j): own - turning[rows[i], rows[j]] for (i, j), own in K.items()}
+        right = [elimination.right[name] for name in twist]
+        A = _antisymmetric(moment)[np.ix_(rows, rows)]
+        return _Equations(elimination, K, K_total, A, arms, right, turns, buckling, terms)
+
+    def first(self, values: Mapping[str, Any]) -> list[Any]:
+        """The state after the first step, the linear answer; of struts after three more.
+
+        Under the forces of the linear answer the unloaded posture is stiffer or softer: steps that
+        begin with it come closer. The last has the stiffness of the one before.
+        """
+        values = {**values, **self.start, **HANDED}
+        at = self.equations(values)
+        K, right = self.unloaded.K, self.wrench
+        if self.stands:
+            K, right = at.K_total, at.right
+            twist = at.factored.solved(right)
+        else:
+            twist = self.unloaded.factors.solved(right)
+        struts = [*self.struts.values()]
+        if not struts:
+            return self.step(values, at, twist, falls=False)
+        forces = [own.first_force(np.array(twist, dtype=object)) for own in struts]
+        factored = self._stretched(K, forces)
+        twist = factored.solved(right)
+        forces = [own.first_force(np.array(twist, dtype=object)) for own in struts]
+        after = self.step(values, at, twist, falls=False, checks=factored.pivots)
+        for forces_that_turn in (True, True, False):
+            values |= zip(self.state, after, strict=True)
+            at = self.equations(values, forces if forces_that_turn else None)
+            factored = at.factored if forces_that_turn else factored
+            twist = factored.solved(at.right)
+            after = self.step(values, at, twist, falls=False)
+            forces = at.struts.forces_after(np.array(twist, dtype=object)) if at.struts else []
+        return after
+
+    def _stretched(self, K: Mapping[tuple[int, int], Any], forces: Sequence[Any]) -> Factored:
+        """The unloaded posture with forces in the struts, which turn, and stretch them alike."""
+        struts, rows = [*self.struts.values()], self.space.rows
+        body = self.platform.moved(self.start)
+        s = [f * reciprocal(own.length) for own, f in zip(struts, forces, strict=True)]
+        softer = reduce(add, s) * reciprocal(reduce(add, (own.stiffness for own in struts)))
+        of_forces, moment = turning_forces(struts, body, s)
+        found = {
+            (i, j): own - own * softer + of_forces.get((rows[i], rows[j]), 0)
+            for (i, j), own in K.items()
+        }
+        return Factored.of(found, _antisymmetric(moment)[np.ix_(rows, rows)])
+
+    def sizes(self, twist: Sequence[Any]) -> list[Any]:
+        """A twist in radians, shifts by the length."""
+        return [
+            x * (1 / self.length) if row < 3 else x
+            for x, row in zip(twist, self.space.rows, strict=True)
+        ]
+
+    def step(
+        self,
+        values: Mapping[str, Any],
+        at: _Equations,
+        twist: list[Any],
+        *,
+        falls: bool = True,
+        checks: Sequence[Any] = (),
+    ) -> list[Any]:
+        """The state after a step, in the order of `start`; size, contraction, and what may follow.
+
+        `falls`: whether it is one of Newton's, of which each has to be a smaller part than before;
+        `checks` have to be positive.
+        """
+        full = np.zeros(6, dtype=int).astype(object)
+        full[list(self.space.rows)] = twist
+        names = [f"t{row}" for row in self.space.rows]
+        found = at.elimination.solution(dict(zip(names, twist, strict=True)))
+        after = self.platform.stepped(values, full)
+        moved = self.sizes(twist)
+        for leg in self.legs:
+            if isinstance(leg, RecordedLoadedLeg):
+                own, motion = leg.stepped(values, found, full)
+                after |= own
+                moved += motion
+        size = reduce(add, (x * x for x in moved if not is_zero(x)))
+        (size, margin), part = handed_on(values, size, values[_PART]), HALF**2
+        parts = (x * (1 / usual_size(x)) for x in checks if isinstance(x, Entry))
+        margin = reduce(least, parts, margin)
+        if falls:
+            of_last = size / (values[LAST] + _ROUNDING)
+            part = least(values[_PART], of_last * FALLS**2 + LITTLE**2)
+        return [*(after[name] for name in self.start), size, margin, part]
+
+    def arrival(
+        self, values: Mapping[str, Any], at: _Equations
+    ) -> tuple[list[Any], dict[str, Any]]:
+        """What is computed in equilibrium, and the checks of the unloaded posture.
+
+        The step that would be next is taken with what K has more than its share of the stiffness
+        without load: where that is positive, the energy of this step is at least that of the other.
+        """
+        unloaded = self.unloaded.K
+        if self.springs:
+            unloaded = self._at_rest.equations({**values, **self.start}).K
+        rest = {place: own - unloaded[place] * SAFE for place, own in at.K_total.items()}
+        safe_part = Factored.of(rest)
+        twist = safe_part.solved(at.right)
+        left = [x for x in self.sizes(twist) if not is_zero(x)]
+        gap = reduce(add, (x * x for x in left)) * (1e-12 / _ARRIVED) ** 2
+        n = self.space.size
+        safe: list[Any] = [
+            *safe_part.pivots,
+            *(own - _PIVOT for own in at.elimination.pivots if isinstance(own, Entry)),
+            *at.elimination.still,
+            *at.buckling,
+            *(FURTHEST_TURN - turn for turn in at.turns if isinstance(turn, Entry)),
+            contraction(values),
+        ]
+        safe = [x for x in safe if isinstance(x, Entry)]
+        K = [at.K[i, j] for i in range(n) for j in range(i, n)]
+        place = [values[name] for name in self.platform.coordinates]
+        arms = [*at.arms.flat] if self.dead else []
+        checks = self.unloaded.checks
+        return [*K, *place, *arms, *checks.values(), gap, reduce(least, safe)], checks
