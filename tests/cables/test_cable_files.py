@@ -141,11 +141,6 @@ def test_cables_command_with_rules():
         (("cables", "cable-8", "--rule", "best"), "nearest or closed-form"),
         (("cables", "cable-8", "--tensions", "1 2"), "expected 8"),
         (("cables", "cable-8", "--level", "3"), "0 to 1"),
-        (("cables", "cable-8", "--rule", "best", "--tensions", "1 2"), "nearest or closed-form"),
-        (
-            ("cables", "cable-8", "--rule", "closed-form", "--tensions", "1 2"),
-            "--tensions and --rule: expected one of them",
-        ),
         (("cables", "cable-8", "--wrench", "1 0 0 0 0 0", "--balance", "1 0 0 0 0 0"), "one of"),
         (("stiffness", "cable-8", "--joints", "1"), "cables have no joints"),
         (("stiffness", "cable-8", "--method", "block"), "forms of K_C are of legs"),
@@ -153,6 +148,11 @@ def test_cables_command_with_rules():
         (("map", "cable-8", "--x", "0 1 3", "-o", "map.nc"), "many poses of a cable robot"),
         (("derive", "cable-8"), "cable robots have numbers alone"),
         (("verify", "cable-8"), "one method for cables"),
+        (("cables", "cable-8", "--rule", "best", "--tensions", "1 2"), "nearest or closed-form"),
+        (
+            ("cables", "cable-8", "--rule", "closed-form", "--tensions", "1 2"),
+            "--tensions and --rule: expected one of them",
+        ),
     ],
 )
 def test_misuse_on_the_command_line(words, message):

@@ -9,7 +9,8 @@ import xarray
 import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity
 from robostiff.errors import FileError, InputError
-from robostiff.io.map_files import maps, read_map, read_poses, write_map_csv, write_map_netcdf
+from robostiff.io import map_files
+from robostiff.io.map_files import read_map, read_poses, write_map_csv, write_map_netcdf
 from tests.analysis.maps.robots import loaded
 from tests.campaign import stores
 
@@ -170,8 +171,8 @@ def test_what_hdf5_does_not_end_with_is_stopped(found, tmp_path, monkeypatch):
     write_map_netcdf(found, path)
     endless = tmp_path / "endless.py"
     endless.write_text("while True: pass")
-    monkeypatch.setattr(maps, "READ_HDF5", endless)
-    monkeypatch.setattr(maps, "_SECONDS", 1)
+    monkeypatch.setattr(map_files, "READ_HDF5", endless)
+    monkeypatch.setattr(map_files, "_SECONDS", 1)
     with pytest.raises(InputError, match=r"HDF5 cannot read .*more than 1 s"):
         read_map(path)
     endless.write_text("import os; os.abort()")

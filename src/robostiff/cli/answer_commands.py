@@ -9,12 +9,12 @@ from robostiff.cli.options import (
     Answer,
     Length,
     Model,
+    Part,
     Place,
     Replacing,
     argument,
     gravity_option,
     option,
-    part,
     plot_option,
     wrench_option,
 )
@@ -185,7 +185,7 @@ COMMANDS = {
     ),
     "deflection": Command(
         "commands:print_deflection",
-        (Model, part(WrittenLoads, "wrench", "weights", "forces", "gravity"), Place, Answer),
+        (Model, Part(WrittenLoads, "wrench", "weights", "forces", "gravity"), Place, Answer),
         "Print deflection, elastic energy of parts and actuator loads of a robot under a load.",
         examples=(
             'deflection gough-stewart-b-beams --wrench "200 N 0 -500 0 0 0"',
@@ -232,14 +232,14 @@ COMMANDS = {
     ),
     "verify": Command(
         "commands:print_verification",
-        (Model, part(Place, "pose", "joints", "near"), Answer),
+        (Model, Part(Place, "pose", "joints", "near"), Answer),
         "Compute the stiffness matrix by all methods, and report whether they agree.",
         examples=('verify gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"',),
         status="0 when the methods agree, 1 when they do not, 2 for bad input.",
     ),
     "cables": Command(
         "commands:print_cables",
-        (part(Model, "source", "settings"), part(Place, "pose"), WrittenTensions, Answer),
+        (Part(Model, "source", "settings"), Part(Place, "pose"), WrittenTensions, Answer),
         "Print tensions and stiffness of a cable robot, and which cables become slack under a "
         "load.",
         examples=('cables cable-8 --pose "0.5 0.2 1 0 0 0" --wrench "0 0 -200 N 0 0 0"',),

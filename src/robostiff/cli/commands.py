@@ -31,8 +31,7 @@ from robostiff.elastostatics import (
 )
 from robostiff.errors import InputError
 from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
-from robostiff.io.results.plain_data import picked, plain
-from robostiff.io.results.text import about
+from robostiff.io.results.stiffness import about, picked, plain
 from robostiff.markup import text_of
 from robostiff.model import Robot, Snapshot
 from robostiff.version import __version__

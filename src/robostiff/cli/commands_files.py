@@ -151,7 +151,7 @@ def convert(
         )
     robot = model.load()
     if form == "matlab" and path is not None:
-        from robostiff.io.results.plain_data import write_matlab
+        from robostiff.io.results.stiffness import write_matlab
 
         write_matlab(path, _results(source, robot, place))
     else:

@@ -10,12 +10,12 @@ from robostiff.cli.command import Command
 from robostiff.cli.options import (
     Answer,
     Model,
+    Part,
     Place,
     Replacing,
     argument,
     option,
     output_option,
-    part,
 )
 
 FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
@@ -146,7 +146,7 @@ class Converted:
 COMMANDS = {
     "derive": Command(
         "commands_derive:print_formula",
-        (part(Model, "source", "settings"), FormulaRequest, Questions, Sheet, Replacing, Answer),
+        (Part(Model, "source", "settings"), FormulaRequest, Questions, Sheet, Replacing, Answer),
         "Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia or "
         "MATLAB.",
         examples=(
@@ -177,7 +177,7 @@ COMMANDS = {
     ),
     "convert": Command(
         "commands_files:convert",
-        (Model, Converted, part(Place, "pose", "joints", "near"), Replacing, Answer),
+        (Model, Converted, Part(Place, "pose", "joints", "near"), Replacing, Answer),
         "Write a robot at a pose as a file: a snapshot, a finite element model, results for "
         "MATLAB.",
         examples=(

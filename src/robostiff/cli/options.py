@@ -45,21 +45,15 @@ def argument(metavar: str, text: str, default: Any = ..., **words: Any) -> Any:
     return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
 
 
-@dataclass(frozen=True)
 class Part:
     """Some of the options of a class, where a command has no use for the others."""
 
-    of: type
-    names: tuple[str, ...]
+    def __init__(self, of: type, *names: str) -> None:
+        self.of, self.names = of, names
 
     def __call__(self, **given: Any) -> Any:
         """An object of the class."""
         return self.of(**given)
-
-
-def part(of: type, *names: str) -> Part:
-    """A class of options with these alone."""
-    return Part(of, names)
 
 
 def _fields(taken: type | Part) -> Iterator[Field[Any]]:

@@ -12,12 +12,12 @@ from robostiff.cli.options import (
     Answer,
     Length,
     Model,
+    Part,
     Place,
     Replacing,
     gravity_option,
     option,
     output_option,
-    part,
     plot_option,
     robot_argument,
     wrench_option,
@@ -253,7 +253,7 @@ COMMANDS = {
     "map": Command(
         "commands_map:make_map",
         (
-            *(Model, MapPoses, MapQuantities, MapLoad, Length, part(Place, "near"), Run),
+            *(Model, MapPoses, MapQuantities, MapLoad, Length, Part(Place, "near"), Run),
             *(Replacing, Answer),
         ),
         "Compute stiffness at many poses: over a grid, along a trajectory, or at random.",
@@ -270,7 +270,7 @@ COMMANDS = {
     ),
     "view": Command(
         "commands_pictures:show_view",
-        (Model, part(Place, "pose", "joints"), Page, Answer),
+        (Model, Part(Place, "pose", "joints"), Page, Answer),
         "Show a robot in the browser, with sliders for its pose, its parameters and a load.",
         "Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. "
         "Only this computer can open the page. Ctrl-C ends it.",

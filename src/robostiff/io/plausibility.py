@@ -23,19 +23,10 @@ def question(
     has_unit: bool = False,
     in_si: bool = False,
 ) -> None:
-    """Warn when a number is probably meant in another unit.
+    """Warn when a number, in SI units, is probably meant in another unit.
 
-    Parameters
-    ----------
-    number : float
-        In SI units.
-    dimension : Dimension
-    location, path
-        Where it is written; looked up for a warning only.
-    has_unit : bool
-        Whether a unit is written with it.
-    in_si : bool
-        Whether none can be written there, as numbers are always in SI units.
+    Where it is written is looked up for a warning only; `in_si` says that no unit can be written
+    there.
     """
     found = _doubt(float(number), dimension, has_unit)
     if found is None:

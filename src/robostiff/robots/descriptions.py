@@ -60,13 +60,7 @@ def described(
 ) -> tuple[RigidTree, Document]:
     """The tree and the side file of a description, of a side file that names one, or of an object.
 
-    Parameters
-    ----------
-    value : str or Path, Document, or object of another program
-    side : str or path, optional
-        The side file; the one beside a description when left out.
-    allow_xacro : bool
-        Whether a side file may name a xacro; see `robostiff.load`.
+    The side file of a description is the one beside it when left out.
     """
     from robostiff.io.document import Document
     from robostiff.io.rigid_tree import read_side

@@ -44,18 +44,8 @@ def answer_of(
     """The answer of the function ``answer`` of a script to a request.
 
     The script runs in a Python of its own. It may read files, but neither write them nor start
-    programs nor open connections. Request and answer are JSON.
-
-    Parameters
-    ----------
-    task : Path
-        Of the script; it imports nothing of this package.
-    request : dict
-    location : Location
-        Of the file that it is about.
-    subject, reader : str
-        What is read (``"MJCF"``) and what reads it (``"MuJoCo"``), for messages.
-    limits : ProcessLimits
+    programs nor open connections. Request and answer are JSON. Messages name the `location` of the
+    file, what is read (``"MJCF"``) and what reads it (``"MuJoCo"``).
 
     Raises
     ------

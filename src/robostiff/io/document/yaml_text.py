@@ -179,55 +179,44 @@ def _events(text: str, file: str) -> Iterator[Any]:
 
 
 def _check_node(event: Any, builder: Builder, line: int, column: int) -> None:
-    """Refuse anchors, aliases and tags."""
-    if event.anchor is None and event.tag is None:
+    """Refuse anchors, aliases, tags and halves of characters."""
+    text = getattr(event, "value", "")
+    halved = not text.isascii() and any("\ud800" <= c <= "\udfff" for c in text)
+    if event.anchor is None and event.tag is None and not halved:
         return
     place = builder.place(line, column)
     if event.anchor is not None:
         is_alias = type(event).__name__ == "AliasEvent"
-        mark = f"*{event.anchor}" if is_alias else f"&{event.anchor}"
         raise FileError(
             place,
             "alias" if is_alias else "anchor",
-            got=mark,
+            got=f"*{event.anchor}" if is_alias else f"&{event.anchor}",
             expected="a value written out",
             hint="for a value used twice, define it under parameters:",
         )
-    raise FileError(
-        place,
-        "tag",
-        got=str(event.tag).replace("tag:yaml.org,2002:", "!!"),
-        expected="a value without a tag",
-        hint=_NO_TAG,
-    )
+    if event.tag is not None:
+        got = str(event.tag).replace("tag:yaml.org,2002:", "!!")
+        raise FileError(place, "tag", got=got, expected="a value without a tag", hint=_NO_TAG)
+    raise FileError(place, "text", got=text, expected="whole Unicode characters")
 
 
 def _add_node(event: Any, builder: Builder, line: int, column: int) -> None:
     kind = type(event).__name__
-    value: Any = None
-    if kind == "ScalarEvent":
-        value = _scalar(event, builder, line, column)
-    if builder.expects_key:
-        if not isinstance(value, str):
-            came = Words("a list or mapping" if kind != "ScalarEvent" else event.value or "nothing")
-            raise FileError(
-                builder.place(line, column),
-                "key",
-                got=came,
-                expected="a text",
-                hint=f'write "{event.value}":' if kind == "ScalarEvent" and event.value else None,
-            )
-        builder.key(value, line, column)
-    elif kind == "ScalarEvent":
-        builder.scalar(value, line, column)
-    else:
+    if kind != "ScalarEvent" and not builder.expects_key:
         builder.start([] if kind == "SequenceStartEvent" else {}, line, column)
-
-
-def _scalar(event: Any, builder: Builder, line: int, column: int) -> Any:
-    value = event.value
-    if not value.isascii() and any("\ud800" <= c <= "\udfff" for c in value):
+        return
+    written = getattr(event, "value", "")
+    plain = getattr(event, "style", None) is None
+    value = resolve_plain(written) if plain else written
+    if not builder.expects_key:
+        builder.scalar(value, line, column)
+        return
+    if kind != "ScalarEvent" or not isinstance(value, str):
         raise FileError(
-            builder.place(line, column), "text", got=value, expected="whole Unicode characters"
+            builder.place(line, column),
+            "key",
+            got=Words("a list or mapping" if kind != "ScalarEvent" else written or "nothing"),
+            expected="a text",
+            hint=f'write "{written}":' if written else None,
         )
-    return resolve_plain(value) if event.style is None else value
+    builder.key(value, line, column)

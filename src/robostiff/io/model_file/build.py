@@ -135,7 +135,7 @@ def _assembled(
     if isinstance(written, WrittenMachine):
         place = top / "coordinates"
         words = written.coordinates
-        given = None if words is None else _distinct(place, words)
+        given = None if words is None else distinct_coordinates(place, words)
         return build_machine(top, written, given, files), []
     stock = Stock.of_file(top, written.materials, written.sections)
     here = top / "platform"
@@ -172,7 +172,7 @@ def _coordinates(place: Place, written: WrittenRobot | WrittenArm) -> tuple[Coor
         if written.home is None:
             return ()  # a serial arm, posed by its joints
         return _PLANAR_COORDINATES if written.planar else ALL_COORDINATES
-    chosen = _distinct(place, written.coordinates)
+    chosen = distinct_coordinates(place, written.coordinates)
     outside = [c for c in chosen if written.planar and c not in _PLANAR_COORDINATES]
     if outside:
         i = chosen.index(outside[0])
@@ -182,7 +182,8 @@ def _coordinates(place: Place, written: WrittenRobot | WrittenArm) -> tuple[Coor
     return chosen
 
 
-def _distinct(place: Place, words: Sequence[str]) -> tuple[Coordinate, ...]:
+def distinct_coordinates(place: Place, words: Sequence[str]) -> tuple[Coordinate, ...]:
+    """The pose coordinates that are written at a place, each once."""
     chosen = tuple(Coordinate(word) for word in words)
     if len(set(chosen)) < len(chosen):
         raise place.error("coordinates", got=list(words), expected="each one once")

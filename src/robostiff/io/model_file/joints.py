@@ -186,17 +186,12 @@ def stiffness_law(place: Place, written: str | float, turns: bool) -> StiffnessL
     if not isinstance(written, str) or _MOTION in place.names:
         return None
     with place.complaints():
-        expression = parse(written)
-        if _MOTION not in expression.names:
+        if _MOTION not in parse(written).names:
             return None
         import sympy as sp
 
-        k = of_motion(
-            place,
-            written,
-            Dimension.ROTATIONAL_STIFFNESS if turns else Dimension.TRANSLATIONAL_STIFFNESS,
-            turns,
-        )
+        dimension = _STIFFNESS_OF[Dimension.ANGLE if turns else Dimension.LENGTH]
+        k = of_motion(place, written, dimension, turns)
         return StiffnessLaw.of(k, sp.Symbol(_MOTION, real=True), exact=place.is_exact)
 
 
@@ -283,15 +278,9 @@ WrittenLaw = Annotated[
 
 
 def with_written_laws(place: Place, robot: Robot, written: Mapping[str, WrittenLaw]) -> Robot:
-    """The robot with the force laws that are written for its joints.
+    """The robot of numbers with the force laws that are written for ``leg/joint``.
 
-    Parameters
-    ----------
-    place : Place
-    robot : Robot
-        Of numbers.
-    written : mapping of str to expression or table
-        By ``leg/joint``; ``*`` stands for any part of a name.
+    In these names ``*`` stands for any part.
     """
     if not written:
         return robot

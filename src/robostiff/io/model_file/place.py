@@ -133,23 +133,10 @@ def top_place(
     overrides: Mapping[str, Any],
     mathematics: Mathematics = FLOATS,
 ) -> Place:
-    """The whole of a document, where its parameters have values, some of them other ones.
+    """The whole of a document, where its parameters have values, some of them `overrides`.
 
-    Parameters
-    ----------
-    document : Document
-    parameters : mapping of str to (str or float)
-        As they are written in the document.
-    overrides : mapping of str to (str, float or quantity)
-        Values in place of those written.
-    mathematics : Mathematics
-
-    Raises
-    ------
-    FileError
-        At a parameter that cannot be computed as it is written.
-    ParameterError
-        When it is a value of `overrides` that does not fit.
+    Raises a FileError at a parameter that cannot be computed as it is written, a ParameterError
+    for an override that does not fit.
     """
     try:
         names = parameter_values(parameters, overrides, mathematics)

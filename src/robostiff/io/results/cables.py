@@ -9,8 +9,7 @@ import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness
 from robostiff.elastostatics.tolerance import scaling
-from robostiff.io.results.plain_data import head, order, plain
-from robostiff.io.results.text import matrix_lines, named
+from robostiff.io.results.stiffness import head, matrix_lines, named, order, plain
 from robostiff.markup import STIFFNESS_UNITS, number, row, text_of
 
 

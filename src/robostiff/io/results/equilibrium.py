@@ -6,8 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.io.results.plain_data import head, order, picked, plain
-from robostiff.io.results.text import load_line, matrix_lines, named, share_lines
+from robostiff.io.results.stiffness import (
+    head,
+    load_line,
+    matrix_lines,
+    named,
+    order,
+    picked,
+    plain,
+    share_lines,
+)
 from robostiff.markup import number, row, text_of
 from robostiff.network import Network, NetworkResponse
 from robostiff.statics import CriticalLoad, Equilibrium, EquilibriumStatus, Modes

@@ -19,8 +19,7 @@ from robostiff.analysis.indices import (
     StiffnessIndices,
 )
 from robostiff.elastostatics import Status
-from robostiff.io.results.plain_data import head, order, plain
-from robostiff.io.results.text import about
+from robostiff.io.results.stiffness import about, head, order, plain
 from robostiff.markup import number, row, text_of
 
 

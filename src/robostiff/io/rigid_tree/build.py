@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import exact_mathematics
-from robostiff.io.model_file.build import verified
+from robostiff.io.model_file.build import distinct_coordinates, verified
 from robostiff.io.model_file.place import Place, point, top_place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.symbols import Symbols, chosen_parameters, symbolic_values
@@ -41,6 +41,8 @@ from robostiff.linkage import (
 )
 from robostiff.linkage.as_network import network_of
 from robostiff.model import Coordinate, Joint, Robot
+from robostiff.linkage.essential import network_of
+from robostiff.model import Joint, Robot
 from robostiff.model.chain import is_elastic
 from robostiff.network import Network
 
@@ -273,11 +275,7 @@ def _hint(part: Linkage) -> str:
 def _with_coordinates(robot: Robot, written: WrittenSide, top: Place) -> Robot:
     chosen = written.coordinates is not None
     if written.coordinates is not None:
-        coordinates = tuple(map(Coordinate, written.coordinates))
-        if len(set(coordinates)) < len(coordinates):
-            raise (top / "coordinates").error(
-                "coordinates", got=written.coordinates, expected="each one once"
-            )
+        coordinates = distinct_coordinates(top / "coordinates", written.coordinates)
         if robot.is_serial:
             raise (top / "coordinates").error(
                 "coordinates of a serial arm", expected="none: its joints pose it", key=True
@@ -333,12 +331,6 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
             )
         side = found
     document = read_document(side)
-    _check(document)
-    return document
-
-
-def _check(document: Document) -> None:
-    """Raise unless the document begins as a side file of this version does."""
     expected = f"robostiff: {VERSION} at the top"
     check_version(document, "side file", "version of the side file", expected, _EXAMPLE)
     if "legs" in document.data:
@@ -349,3 +341,4 @@ def _check(document: Document) -> None:
             expected="a side file of a robot description",
             hint=_EXAMPLE,
         )
+    return document

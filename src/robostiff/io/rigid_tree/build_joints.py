@@ -81,22 +81,11 @@ def couplings_between(
     """Couplings between the joints of a chain, and the roles that they then have.
 
     Joints that follow one outside of the chain, which carries no load, are held by its drive: as
-    stiff as that, referred to their own motion.
+    stiff as that, referred to their own motion. A FileError where joints follow one another in a
+    circle, or what a joint follows is none.
 
-    Parameters
-    ----------
-    undecided : collection of str
-        Joints that follow another one.
-    felt : collection of str
-        All joints of the chain.
-    tree : RigidTree
-    joints : mapping of str to Joint or None
-        All joints, with roles as if each was one of its own.
-
-    Raises
-    ------
-    FileError
-        When joints follow one another in a circle, or what a joint follows is none.
+    `undecided` are joints that follow another one, `felt` all those of the chain; `joints` have
+    roles as if each was one of its own.
     """
     roles: dict[str, Role] = {}
     leaders: dict[str, tuple[str, float, float]] = {}

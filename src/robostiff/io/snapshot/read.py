@@ -48,13 +48,9 @@ _TOLERANCE = 1e-9
 
 
 def check_planar(snapshot: Snapshot, legs: DocumentPlace) -> None:
-    """Raise a FileError unless all legs fit the plane; `legs` is where they are written.
+    """Raise a FileError unless all legs, written at `legs`, fit the plane.
 
-    Raises
-    ------
-    FileError
-        When a joint does not turn about z or slide across z, or a load in the plane bends a leg out
-        of it.
+    Their joints turn about z or slide across it, and loads in the plane bend none out of it.
     """
     for i, leg in enumerate(snapshot.legs):
         _check_leg(leg, snapshot.reference_point, legs.at(i, "chain"))
