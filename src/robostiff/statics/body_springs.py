@@ -150,19 +150,17 @@ class SpringTerms:
         by_twist, carried = np.zeros((m, r)), np.zeros(6)
         by_unknown, of_twist, of_share = np.zeros((6, m)), np.zeros((6, 6)), np.zeros(6)
         for spring in group.springs:
-            ends = [_end(end, group, anchored, R, p) for end in spring.ends]
-            own = spring.pulling(ends[0].point, ends[1].point, share.value)
-            J = ends[1].J - ends[0].J  # of the vector between the points, by the legs
-            J_t = ends[1].J_t - ends[0].J_t  # and by the twist of the platform (3, 6)
+            (a, b), J, J_t = _between(spring, group, anchored, R, p)
+            own = spring.pulling(a, b, share.value)
             stiffness += J.T @ own.D @ J
             by_share += J.T @ own.rate
             by_twist += (J.T @ own.D @ J_t)[:, rows]
-            for sign, end, anchor in zip((1.0, -1.0), ends, spring.ends, strict=True):
+            for sign, at, anchor in zip((1.0, -1.0), (a, b), spring.ends, strict=True):
                 if anchor.chain is not None:
                     pulls[anchor.chain][anchor.place] += sign * own.force
                 if anchor.on_platform:
                     f = -sign * own.force  # what the platform exerts
-                    arm = end.point - p
+                    arm = at - p
                     carried += np.concatenate([f, np.cross(arm, f)])
                     of_twist[3:, 3:] += skew(f) @ skew(arm)
             # the platform moves both ends where it has them: its wrench is J_t^T force
@@ -175,31 +173,26 @@ class SpringTerms:
         return SpringTerms(pulls, stiffness, by_share, by_twist, carried[rows], beside)
 
 
-@dataclass(frozen=True)
-class _End:
-    """An end of a spring: where it is, and its velocity by legs (3, m) and platform (3, 6)."""
-
-    point: np.ndarray
-    J: np.ndarray
-    J_t: np.ndarray
-
-
-def _end(
-    anchor: Anchor,
+def _between(
+    spring: FiniteBodySpring,
     group: LegGroup,
     anchored: Sequence[tuple[np.ndarray, np.ndarray]],
     R: np.ndarray,
     p: np.ndarray,
-) -> _End:
-    point, J, J_t = anchor.point, np.zeros((3, group.free_size)), np.zeros((3, 6))
-    if anchor.chain is not None:
-        points, velocities = anchored[anchor.chain]
-        point, J = points[anchor.place], velocities[anchor.place]
-    elif anchor.on_platform:
-        arm = R @ (anchor.point - group.platform_point)
-        point = p + arm
-        J_t = np.concatenate([np.eye(3), -skew(arm)], axis=1)
-    return _End(point, J, J_t)
+) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray, np.ndarray]:
+    """Its points, and the velocity between them by legs (3, m) and platform (3, 6)."""
+    found, J, J_t = [], np.zeros((3, group.free_size)), np.zeros((3, 6))
+    for sign, anchor in zip((-1.0, 1.0), spring.ends, strict=True):
+        point = anchor.point
+        if anchor.chain is not None:
+            points, velocities = anchored[anchor.chain]
+            point, J = points[anchor.place], J + sign * velocities[anchor.place]
+        elif anchor.on_platform:
+            arm = R @ (anchor.point - group.platform_point)
+            point = p + arm
+            J_t = J_t + sign * np.concatenate([np.eye(3), -skew(arm)], axis=1)
+        found.append(point)
+    return (found[0], found[1]), J, J_t
 
 
 def small_pulls(
@@ -214,9 +207,9 @@ def small_pulls(
     moved = np.zeros(6)
     moved[list(group.rows)] = twist
     for spring in group.springs:
-        ends = [_end(end, group, anchored, at_rest.R, at_rest.p) for end in spring.ends]
-        own = spring.pulling(ends[0].point, ends[1].point, 0.0)
-        d = (ends[1].J - ends[0].J) @ step + (ends[1].J_t - ends[0].J_t) @ moved
+        ends, J, J_t = _between(spring, group, anchored, at_rest.R, at_rest.p)
+        own = spring.pulling(*ends, 0.0)
+        d = J @ step + J_t @ moved
         for sign, anchor in zip((1.0, -1.0), spring.ends, strict=True):
             if anchor.chain is not None:
                 pulls[anchor.chain][anchor.place] += sign * (own.D @ d + own.rate)
@@ -257,10 +250,8 @@ def loaded_springs(
             continue
         anchored = group.anchored(own)
         for spring in group.springs:
-            a, b = (_end(end, group, anchored, state.R, state.p).point for end in spring.ends)
-            now = spring.pulling(a, b, share)
+            ends = _between(spring, group, anchored, state.R, state.p)[0]
+            now = spring.pulling(*ends, share)
             energy = spring.energy(now.length, now.tension)
-            found.append(
-                LoadedSpring(spring.name, np.array([a, b]), now.length, now.tension, energy)
-            )
+            found.append(LoadedSpring(spring.name, np.array(ends), now.length, now.tension, energy))
     return tuple(found)

@@ -163,7 +163,9 @@ def solved(
         if confirmed is not found:
             found = confirmed
             margins = _margins(problem, found.known, unloaded) if found.converged else {}
-    if displacement is not None and _is_against_rigid_parts(problem, found.known):
+    held = found.known.held
+    if displacement is not None and held and np.linalg.norm(held.gap) > _OPEN * problem.length:
+        # legs stay open at the pose of the platform
         status |= EquilibriumStatus.NO_EQUILIBRIUM
         return Equilibrium(loaded.name, loaded.space, status, held=True)
     if critical is not None:
@@ -197,11 +199,6 @@ def _margins(
     names = {k: name for g in problem.groups for k, name in zip(g.indices, g.names, strict=True)}
     margins = {"platform": platform_margin(problem, known, unloaded).value}
     return margins | {names[k]: own.value for k, own in leg_margins(problem, known).items()}
-
-
-def _is_against_rigid_parts(problem: EquilibriumProblem, known: Linearised) -> bool:
-    """Whether legs stay open at the pose of the platform."""
-    return known.held is not None and bool(np.linalg.norm(known.held.gap) > _OPEN * problem.length)
 
 
 def _answer(

@@ -16,15 +16,12 @@ from robostiff.analysis.measures import stiffness_indices, symmetric_eigenvalues
 from robostiff.compiled import Backend
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot
-from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.equilibrium import equilibrium
-from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.kernels.compile import compile_loaded
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
+from robostiff.statics.kernels.weights import StandingLoads
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
 
-_BOWING = Bowing()
 # Equilibria take some 20 ms each, a kernel some seconds to make.
 _WORTH_COMPILING = 2000
 # Poses from which machine code is worth the time that it takes to compile.
@@ -36,7 +33,7 @@ _FREE = 1e-9
 
 
 @dataclass(frozen=True)
-class UnderLoad:
+class UnderLoad(StandingLoads):
     """As method of `stiffness_map`: everything in the equilibrium under the loads of each pose.
 
     K is the rate of the wrench; principal stiffnesses and indices are those of its symmetric part,
@@ -64,10 +61,6 @@ class UnderLoad:
     '{"ok": 2, "unstable+beyond-critical-load": 1}'
     """
 
-    loads: Loads | None = None
-    gravity: Gravity = None
-    preload: Mapping[str, float] | None = None
-    beams: Beams = _BOWING
     by: Method | None = None
 
     def evaluator(self, like: BatchedEvaluator, count: int) -> LoadedEvaluator:
@@ -111,14 +104,7 @@ class UnderLoad:
             backend = Backend.BEST if count >= _WORTH_MACHINE_CODE else Backend.ARRAYS
             if isinstance(self.by, Compiled):
                 backend = self.by.backend
-            return compile_loaded(
-                robot,
-                loads=self.loads,
-                gravity=self.gravity,
-                preload=self.preload,
-                beams=self.beams,
-                backend=backend,
-            )
+            return compile_loaded(robot, **self.given, backend=backend)
         except (InputError, NoAnswerError):
             if required:
                 raise
@@ -170,28 +156,14 @@ class LoadedEvaluator:
         F = own[:, :-1] * own[:, -1:]
         found: LoadedAnswer | Equilibria
         if self.kernel is None:
-            found, guarded = self._equilibria(pose, F), np.zeros(len(poses), dtype=bool)
+            found = self.load.equilibria(self.like.robot, pose, F)
+            guarded = np.zeros(len(poses), dtype=bool)
         else:
             found = self.kernel.evaluate(pose, F)
             guarded = found.guarded
         for name, values in self._quantities(found).items():
             out[name][...] = values
         return {**out, "guarded": guarded}
-
-    def _equilibria(self, pose: Any, F: np.ndarray) -> Equilibria:
-        load = self.load
-        found = equilibrium(
-            self.like.robot,
-            pose,
-            F,
-            loads=load.loads,
-            gravity=load.gravity,
-            preload=load.preload,
-            beams=load.beams,
-        )
-        if not isinstance(found, Equilibria):
-            raise TypeError("a batch of poses gives equilibria")
-        return found
 
     def _quantities(self, found: LoadedAnswer | Equilibria) -> dict[str, np.ndarray]:
         quantities, space = self.like.quantities, self.like.robot.space

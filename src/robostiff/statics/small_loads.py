@@ -224,7 +224,11 @@ class _Small:
             status=status,
             moved=t,
             parts=shares_of(parts),
-            reactions=_reactions(parts),
+            reactions=tuple(
+                JointReaction(part.leg, part.part, part.wrench, part.point)
+                for part in parts
+                if part.load is not None
+            ),
             actuators=self.actuators(parts),
             leg_wrenches=tuple(move_wrench(W, to_origin) for W in problem.leg_wrenches(state)),
             work_of_loads=self.work(known, steps, t),
@@ -278,11 +282,3 @@ def _drives_legs(known: Linearised) -> bool:
         if np.any(rest > _DRIVEN * terms + LOST * largest):
             return True
     return False
-
-
-def _reactions(parts: tuple[LoadedPart, ...]) -> tuple[JointReaction, ...]:
-    return tuple(
-        JointReaction(part.leg, part.part, part.wrench, part.point)
-        for part in parts
-        if part.load is not None
-    )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robostiff.spatial import skew
 from robostiff.statics.problem import EquilibriumProblem, Linearised, State
 from robostiff.statics.stability import unit_sizes
 
@@ -73,8 +74,7 @@ class SmallMotions:
         for arm, force in zip(weights.arms, weights.forces, strict=True):
             b = state.R @ arm
             rate = np.zeros((3, n))
-            turning = np.array([[0, b[2], -b[1]], [-b[2], 0, b[0]], [b[1], -b[0], 0]])
-            rate[:, n - r :] = np.concatenate([np.eye(3), turning], axis=1)[:, rows]
+            rate[:, n - r :] = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]
             B.append(np.sqrt(np.linalg.norm(force)) * rate)
         C = np.concatenate(closure)
         return SmallMotions(

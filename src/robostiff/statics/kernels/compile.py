@@ -132,18 +132,15 @@ def compile_loaded(
     robot = with_parameters(robot, parameters, taken)
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder)
-    standing = StandingLoads(loads, gravity, preload)
-    loaded_postures = _loaded_postures(finder, standing, beams)
+    standing = StandingLoads(loads, gravity, preload, beams)
+    loaded_postures = _loaded_postures(finder, standing)
     force = _small_force(robot, loaded_postures[0].problem)
     try:
         loading = record_loading(
-            robot, finder, loaded_postures, force, standing, beams, by_pose=not recorded.joints
+            robot, finder, loaded_postures, force, standing, by_pose=not recorded.joints
         )
     except RigidLegError as error:
-        raise NoAnswerError(
-            f"no kernel under load of {robot.name!r}: a leg is rigid in some direction; give its "
-            "parts a stiffness"
-        ) from error
+        raise _rigid(robot) from error
 
     def chosen(program: Program) -> MachineCode | ArrayCode:
         return code(program) if program.operations <= _LONGEST else ArrayCode(program)
@@ -169,17 +166,15 @@ def compile_loaded(
         )
     general = AtGeneralPoses(loading.rank, loading.status, verified=True)
     found = CompiledLoading(
-        robot, kernel, closure, general, EquilibriumStatus.OK, beams, standing, loading.has_arms
+        robot, kernel, closure, general, EquilibriumStatus.OK, standing, loading.has_arms
     )
     return _confirmed(found, finder, force)
 
 
-def _loaded_postures(
-    finder: PostureFinder, standing: StandingLoads, beams: Beams
-) -> list[LoadedPosture]:
+def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[LoadedPosture]:
     """The robot in numbers at home, and at postures around it."""
     robot = finder.robot
-    own = standing.loads, standing.preload, beams, standing.gravity
+    own = standing.loads, standing.preload, standing.beams, standing.gravity
     found = [postures_of(robot, None, None).loaded(0, None, *own)]
     if robot.is_posed_by_joints:
         return found
@@ -205,10 +200,7 @@ def _small_force(robot: Robot, problem: EquilibriumProblem) -> float:
     """
     known = problem.at_rest
     if known.rigid:
-        raise NoAnswerError(
-            f"no kernel under load of {robot.name!r}: a leg is rigid in some direction; give its "
-            "parts a stiffness"
-        )
+        raise _rigid(robot)
     values = np.linalg.eigvalsh(known.K / np.outer(problem.scale, problem.scale))
     if values[0] <= _FREE * values[-1]:
         raise NoAnswerError(
@@ -216,6 +208,11 @@ def _small_force(robot: Robot, problem: EquilibriumProblem) -> float:
             "wrench has no equilibrium; ask rs.equilibrium, wrench by wrench"
         )
     return 1e-3 * problem.length * float(values[0])
+
+
+def _rigid(robot: Robot) -> NoAnswerError:
+    why = "a leg is rigid in some direction; give its parts a stiffness"
+    return NoAnswerError(f"no kernel under load of {robot.name!r}: {why}")
 
 
 def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> CompiledLoading:
@@ -249,7 +246,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     status = EquilibriumStatus.OK
     for other, own in parameter_rows.groups(~answer.guarded):
         part = JointCoordinates(given[own]) if by_joints else given[own]
-        sure = found.equilibria(other, part, F[own])
+        sure = found.standing.equilibria(other, part, F[own])
         for k, one in zip(own, sure, strict=True):
             where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
             if not one.has_answer:

@@ -20,11 +20,8 @@ from robostiff.kinematics import JointCoordinates, Pose
 from robostiff.model import Robot
 from robostiff.recorded import CLOSED
 from robostiff.spatial.rotation import vector_of_quaternion
-from robostiff.statics.beam_bowing import Beams
-from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.kernels.weights import StandingLoads
 from robostiff.statics.loaded_posture import wrenches_of
-from robostiff.statics.result import Equilibria
 from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
 
 
@@ -117,7 +114,6 @@ class CompiledLoading:
         Without load.
     status : EquilibriumStatus
         At a general pose.
-    beams : Bowing or Linear
     standing : StandingLoads
         What acts beside the wrench.
     has_arms : bool
@@ -129,7 +125,6 @@ class CompiledLoading:
     closure: Kernel | None
     general: AtGeneralPoses
     status: EquilibriumStatus
-    beams: Beams
     standing: StandingLoads
     has_arms: bool
 
@@ -189,7 +184,8 @@ class CompiledLoading:
         threads = whole_threads(threads)
         robot, space = self.robot, self.robot.space
         by_joints = isinstance(pose, JointCoordinates)
-        given = KernelInputs(robot, self._joints).checked(pose)
+        joints = robot.legs[0].chain.size if robot.is_posed_by_joints else 0
+        given = KernelInputs(robot, joints).checked(pose)
         count = len(given)
         F = wrenches_of("wrench", wrench, space)
         if F.ndim == 2 and len(F) not in (1, count):
@@ -220,12 +216,6 @@ class CompiledLoading:
                 answer.stable[rows] = False
                 answer.status_codes[rows] = int(EquilibriumStatus.UNREACHABLE)
         return answer
-
-    @property
-    def _joints(self) -> int:
-        if not self.robot.is_posed_by_joints:
-            return 0
-        return self.robot.legs[0].chain.size
 
     def _fill(
         self,
@@ -270,7 +260,7 @@ class CompiledLoading:
     def _compute_again(
         self, robot: Robot, pose: Pose, F: np.ndarray, rows: np.ndarray, answer: LoadedAnswer
     ) -> None:
-        found = self.equilibria(robot, pose, F)
+        found = self.standing.equilibria(robot, pose, F)
         K = found.K.filled(np.nan)
         answer.K_sym[rows] = 0.5 * (K + np.swapaxes(K, -1, -2))
         answer.displacement[rows] = found.displacement.filled(np.nan)
@@ -279,10 +269,3 @@ class CompiledLoading:
             if one.problem is not None and one.found is not None:
                 b = one.problem.arms @ one.found.state.R.T
                 answer.arms[row] = b.T @ one.problem.forces
-
-    def equilibria(self, robot: Robot, pose: Pose, F: np.ndarray) -> Equilibria:
-        """Equilibria of a robot at many poses, each under its wrench and what stands."""
-        found = equilibrium(robot, pose, F, beams=self.beams, **self.standing.given)
-        if not isinstance(found, Equilibria):
-            raise TypeError("a batch of poses gives equilibria")
-        return found

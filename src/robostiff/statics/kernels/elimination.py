@@ -125,14 +125,10 @@ class SymmetricElimination:
     def solution(self, known: dict[str, Any]) -> dict[str, Any]:
         """Every unknown that was eliminated, from the others."""
         found = dict(known)
-        for kind, *step in reversed(self._solved):
-            if kind == "still":
-                found[step[0]] = 0
-                continue
-            names, rows, rights = step
-            for name in names:
+        for rows, rights in reversed(self._solved):
+            for name, own in rows.items():
                 value = rights[name]
-                for other, rate in rows[name].items():
+                for other, rate in own.items():
                     if not is_zero(found[other]):
                         value = value - rate * found[other]
                 found[name] = value
@@ -147,7 +143,7 @@ class SymmetricElimination:
         held = row.get(name, 0) * (1 / by_loads) + _NOTHING
         driven = right * (1 / by_loads)
         self.still += [held, _NOTHING**2 - driven * driven]
-        self._solved.append(("still", name))
+        self._solved.append(({name: {}}, {name: 0}))
 
     def _one(self, own: str) -> None:
         row = self.A.pop(own)
@@ -163,7 +159,7 @@ class SymmetricElimination:
                 self.add(a, b, -(solved[a] * row[b]))
             if not is_zero(right):
                 self.right[a] = self.right[a] - solved[a] * right
-        self._solved.append(("solved", (own,), {own: solved}, {own: new_right}))
+        self._solved.append(({own: solved}, {own: new_right}))
 
     def _two(self, q: str, j: str) -> None:
         """A pair, by ``[[a, b], [b, d]]^-1 = [[d, -b], [-b, a]] / (a d - b^2)``."""
@@ -173,33 +169,28 @@ class SymmetricElimination:
         right = {q: self.right.pop(q), j: self.right.pop(j)}
         minus = b * b - a * d
         self.pivots.append(_as_part(minus))
-        inverse = 1 / minus
+        if is_zero(a) and is_zero(d):
+            of_q, of_both, of_j = 0, 1 / b, 0
+        else:
+            inverse = 1 / minus
+            of_q, of_both, of_j = -d * inverse, b * inverse, -a * inverse
         names = sorted({*first, *second})
         for name in names:
             self.A[name].pop(q, None)
             self.A[name].pop(j, None)
         rows: dict[str, dict[str, Any]] = {q: {}, j: {}}
-        simple = is_zero(a) and is_zero(d)
-        factor = 1 / b if simple else inverse
         for name in names:
             x, y = first.get(name, 0), second.get(name, 0)
-            if simple:
-                rows[q][name], rows[j][name] = y * factor, x * factor
-            else:
-                rows[q][name] = (b * y - d * x) * factor
-                rows[j][name] = (b * x - a * y) * factor
+            rows[q][name], rows[j][name] = of_q * x + of_both * y, of_both * x + of_j * y
         x, y = right[q], right[j]
-        if simple:
-            rights = {q: y * factor, j: x * factor}
-        else:
-            rights = {q: (b * y - d * x) * factor, j: (b * x - a * y) * factor}
+        rights = {q: of_q * x + of_both * y, j: of_both * x + of_j * y}
         for i, one in enumerate(names):
             x, y = first.get(one, 0), second.get(one, 0)
             for other in names[i:]:
                 self.add(one, other, -(x * rows[q][other] + y * rows[j][other]))
             self.right[one] = self.right[one] - (x * rights[q] + y * rights[j])
         rows = {k: {n: v for n, v in own.items() if not is_zero(v)} for k, own in rows.items()}
-        self._solved.append(("solved", (q, j), rows, rights))
+        self._solved.append((rows, rights))
 
     def _pair(self, free: Sequence[str], left: Sequence[str]) -> tuple[str, str] | None:
         best: tuple[Any, ...] | None = None

@@ -152,10 +152,10 @@ class RecordedLoadedLeg:
         return found
 
     @property
-    def without_loads(self) -> RecordedLoadedLeg:
+    def at_rest(self) -> RecordedLoadedLeg:
         """The same, its springs relaxed and nothing acting on its bodies."""
         chains = tuple(replace(chain, loads=()) for chain in self.chains)
-        return replace(self, chains=chains, springs=tuple(own.relaxed for own in self.springs))
+        return replace(self, chains=chains, springs=tuple(own.at_rest for own in self.springs))
 
     def samples(
         self, shares: np.ndarray, force: float, random: np.random.Generator
@@ -291,35 +291,20 @@ _BASE = Body(
 )
 
 
-def recorded_legs(
-    walks: Sequence[LegWalk],
-    placed: Sequence[PlacedLeg],
-    unloaded: RecordedRobot,
-    loads: Sequence[Mapping[int, Sequence[BodyLoad]]],
-    preload: Mapping[str, float],
-    springs: Sequence[RecordedBodySpring],
-) -> list[RecordedLoadedLeg | RecordedStrut]:
-    """Legs on entries, of the same elements as those in numbers.
-
-    `walks` has them in numbers at one posture, `placed` on entries, `unloaded` their stiffness
-    without load. Forces act on their bodies by chain, preloads in ``leg/part``.
-    """
-    legs = zip(walks, placed, unloaded.legs, loads, strict=True)
-    return [
-        _leg(*own, preload, unloaded, tuple(spring for spring in springs if spring.leg == k))
-        for k, own in enumerate(legs)
-    ]
-
-
-def _leg(
+def recorded_leg(
     walk: LegWalk,
     placed: PlacedLeg,
     own: RecordedLeg,
     loads: Mapping[int, Sequence[BodyLoad]],
     preload: Mapping[str, float],
     robot: RecordedRobot,
-    springs: tuple[RecordedBodySpring, ...],
+    springs: Sequence[RecordedBodySpring],
 ) -> RecordedLoadedLeg | RecordedStrut:
+    """A leg on entries, of the same elements as in numbers.
+
+    `walk` has it in numbers at one posture, `placed` on entries, `own` its stiffness without load.
+    Forces act on its bodies by chain, preloads in ``leg/part``.
+    """
     space, length = robot.space, robot.length
     parts = {part.name: part for part in placed.parts}
     chains, origins = [], {}
@@ -344,7 +329,7 @@ def _leg(
         if strut is not None:
             return strut
     bodies = tuple(Turned(f"{placed.name}.b{b}", origins[b]) for b in range(len(walk.points)))
-    return RecordedLoadedLeg(placed.name, tuple(chains), bodies, space, length, springs)
+    return RecordedLoadedLeg(placed.name, tuple(chains), bodies, space, length, tuple(springs))
 
 
 def _gap(terms: ChainTerms, end: Body) -> np.ndarray:

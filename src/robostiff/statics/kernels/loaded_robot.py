@@ -15,7 +15,6 @@ from robostiff.recorded import RecordedRobot
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, contraction, handed_on
 from robostiff.spatial import Space, cross
 from robostiff.statics.kernels.buckling import Buckling
-from robostiff.statics.kernels.elements import RecordedJoint
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
 from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned
 from robostiff.statics.kernels.motion import FURTHEST_TURN, identity
@@ -80,9 +79,11 @@ class LoadedRobot:
     ----------
     unloaded : RecordedRobot
         Its stiffness without load, and the checks of the posture.
-    legs : list of RecordedLoadedLeg or RecordedStrut
+    legs : list of RecordedLoadedLeg
+    struts : dict of int to RecordedStrut
+        Of the other legs, by their numbers.
     buckling : dict of int to Buckling
-        Of those that are struts.
+        Of the struts.
     platform : Turned
     space : Space
     length, force : float
@@ -91,10 +92,13 @@ class LoadedRobot:
         Arms from the point of the platform at the unloaded posture [m], and forces [N].
     springs : list of RecordedBodySpring
         Between bodies.
+    stands : bool
+        Whether anything acts beside the wrench.
     """
 
     unloaded: RecordedRobot
-    legs: list[RecordedLoadedLeg | RecordedStrut]
+    legs: list[RecordedLoadedLeg]
+    struts: dict[int, RecordedStrut]
     buckling: dict[int, Buckling]
     platform: Turned
     space: Space
@@ -103,40 +107,20 @@ class LoadedRobot:
     wrench: list[Any]
     dead: list[tuple[np.ndarray, np.ndarray]]
     springs: list[RecordedBodySpring]
+    stands: bool
 
     @property
     def start(self) -> dict[str, float]:
         """Its unknowns without load."""
         found = dict(self.platform.start)
         for leg in self.legs:
-            if isinstance(leg, RecordedLoadedLeg):
-                found |= leg.start
+            found |= leg.start
         return found
-
-    @property
-    def struts(self) -> dict[int, RecordedStrut]:
-        """Legs that are struts, by number."""
-        return {k: leg for k, leg in enumerate(self.legs) if isinstance(leg, RecordedStrut)}
 
     @property
     def state(self) -> tuple[str, ...]:
         """Names of what a step has and gives."""
         return (*self.start, *HANDED)
-
-    @property
-    def stands(self) -> bool:
-        """Whether anything acts beside the wrench."""
-        if self.dead or self.springs:
-            return True
-        chains = [c for leg in self.legs if isinstance(leg, RecordedLoadedLeg) for c in leg.chains]
-        joints = [e for c in chains for e in c.elements if isinstance(e, RecordedJoint)]
-        return any(c.loads for c in chains) or any(not is_zero(e.preload) for e in joints)
-
-    @property
-    def _at_rest(self) -> LoadedRobot:
-        """The same, springs between bodies relaxed and nothing acting on bodies."""
-        legs = [leg if isinstance(leg, RecordedStrut) else leg.without_loads for leg in self.legs]
-        return replace(self, legs=legs, springs=[own.relaxed for own in self.springs], dead=[])
 
     def equations(
         self, values: Mapping[str, Any], forces: Sequence[Any] | None = None
@@ -155,18 +139,17 @@ class LoadedRobot:
         alone = [own for own in self.springs if own.leg is None]
         moment = moment + SpringEnds(body, twist, rows).add(alone, elimination)[1]
         for leg in self.legs:
-            if isinstance(leg, RecordedLoadedLeg):
-                taken, turned = leg.add_to(elimination, values, body, twist, self.force)
-                moment, turns = moment + taken, turns + turned
-        terms, struts = None, self.struts
-        if struts:
-            terms = strut_terms([*struts.values()], body, forces)
+            taken, turned = leg.add_to(elimination, values, body, twist, self.force)
+            moment, turns = moment + taken, turns + turned
+        terms = None
+        if self.struts:
+            terms = strut_terms([*self.struts.values()], body, forces)
             for (i, j), value in terms.K.items():
                 elimination.add(f"t{i}", f"t{j}", value)
             for name, own in zip(twist, terms.W, strict=True):
                 elimination.add_right(name, -own)
             moment = moment + terms.moment
-            for number, t, length in zip(struts, terms.t, terms.lengths, strict=True):
+            for number, t, length in zip(self.struts, terms.t, terms.lengths, strict=True):
                 buckling += self.buckling[number].checks(t, length, SAFE)
         arms = np.zeros((3, 3), dtype=int).astype(object)
         for arm, force in self.dead:
@@ -260,10 +243,9 @@ class LoadedRobot:
         after = self.platform.stepped(values, full)
         moved = self.sizes(twist)
         for leg in self.legs:
-            if isinstance(leg, RecordedLoadedLeg):
-                own, motion = leg.stepped(values, found, full)
-                after |= own
-                moved += motion
+            own, motion = leg.stepped(values, found, full)
+            after |= own
+            moved += motion
         size = reduce(add, (x * x for x in moved if not is_zero(x)))
         (size, margin), part = handed_on(values, size, values[_PART]), HALF**2
         parts = (x * (1 / usual_size(x)) for x in checks if isinstance(x, Entry))
@@ -283,7 +265,10 @@ class LoadedRobot:
         """
         unloaded = self.unloaded.K
         if self.springs:
-            unloaded = self._at_rest.equations({**values, **self.start}).K
+            # springs between bodies relaxed, and nothing acting on bodies
+            legs, springs = ([x.at_rest for x in own] for own in (self.legs, self.springs))
+            at_rest = replace(self, legs=legs, springs=springs, dead=[])
+            unloaded = at_rest.equations({**values, **self.start}).K
         rest = {place: own - unloaded[place] * SAFE for place, own in at.K_total.items()}
         safe_part = Factored.of(rest)
         twist = safe_part.solved(at.right)

@@ -13,17 +13,16 @@ from robostiff.model import Robot
 from robostiff.record import Program
 from robostiff.recorded.closure import RecordedSteps
 from robostiff.recorded.robot import RobotOnEntries
-from robostiff.statics.beam_bowing import Beams
 from robostiff.statics.from_snapshot import walks_of
+from robostiff.statics.given_loads import acting_gravity
 from robostiff.statics.kernels.buckling import buckling_of
-from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_legs
+from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_leg
 from robostiff.statics.kernels.loaded_robot import HANDED, LoadedRobot
 from robostiff.statics.kernels.springs import recorded_body_springs, with_anchors, without_anchors
 from robostiff.statics.kernels.strut import RecordedStrut
 from robostiff.statics.kernels.weights import (
     StandingLoads,
     framed,
-    gravity_on,
     loads_on_legs,
     loads_on_platform,
     with_recorded_masses,
@@ -69,7 +68,6 @@ def record_loading(
     loaded_postures: Sequence[LoadedPosture],
     force: float,
     standing: StandingLoads,
-    beams: Beams,
     *,
     by_pose: bool,
 ) -> RecordedLoading:
@@ -79,7 +77,8 @@ def record_loading(
     [N] the platform moves by about a thousandth of the robot's length. The other inputs are pose
     coordinates (`by_pose`), or the coordinates of all legs.
     """
-    gravity, springs = gravity_on(robot.numeric, standing), finder.robot.springs
+    gravity = acting_gravity(robot.numeric, standing.gravity)
+    springs = finder.robot.springs
     here = RobotOnEntries.of(
         robot,
         finder,
@@ -103,17 +102,22 @@ def record_loading(
     inputs = record.inputs
     dead, forces = loads_on_platform(here, standing, gravity)
     snapshot = loaded_postures[0].snapshot
-    walks = [] if snapshot is None else walks_of(snapshot, beams)
+    walks = [] if snapshot is None else walks_of(snapshot, standing.beams)
     on_legs = [own.leg for own in here.placed]
     loads = loads_on_legs(walks, on_legs, forces, gravity)
     placed = () if snapshot is None else snapshot.springs
     held = recorded_body_springs(springs, placed, here, frames, walks)
-    legs = recorded_legs(walks, on_legs, unloaded, loads, standing.preload or {}, held)
-    struts = [k for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)]
+    each = zip(walks, on_legs, unloaded.legs, loads, strict=True)
+    legs = [
+        recorded_leg(*own, standing.preload or {}, unloaded, [s for s in held if s.leg == k])
+        for k, own in enumerate(each)
+    ]
+    struts = {k: leg for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)}
     loaded = LoadedRobot(
         unloaded,
-        legs,
-        buckling_of([own.problem for own in loaded_postures], struts, force),
+        [leg for leg in legs if isinstance(leg, RecordedLoadedLeg)],
+        struts,
+        buckling_of([own.problem for own in loaded_postures], [*struts], force),
         Turned("platform", here.reference),
         robot.space,
         finder.length,
@@ -121,15 +125,15 @@ def record_loading(
         wrench,
         dead,
         held,
+        stands=bool(dead or held or standing.loads or standing.preload or np.any(gravity)),
     )
     start = loaded.start
     lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)
     for name, size in (lengths | dict.fromkeys(loaded.platform.coordinates[3:], 1e-3)).items():
         record.add_input(name, small(size) if start[name] == 0.0 else start[name])
-    for leg in legs:
-        if isinstance(leg, RecordedLoadedLeg):
-            for name, sample in leg.samples(shares, force, random).items():
-                record.add_input(name, sample)
+    for leg in loaded.legs:
+        for name, sample in leg.samples(shares, force, random).items():
+            record.add_input(name, sample)
     for name in HANDED:
         record.add_input(name, 1.0)
     values = {name: record.input(name) for name in record.inputs}

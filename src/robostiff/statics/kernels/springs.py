@@ -73,7 +73,7 @@ class RecordedBodySpring:
         return next((end.leg for end in self.ends if end.leg is not None), None)
 
     @property
-    def relaxed(self) -> RecordedBodySpring:
+    def at_rest(self) -> RecordedBodySpring:
         """The same without tension at the unloaded posture."""
         d = self.ends[1].point - self.ends[0].point
         return replace(self, constant=square_root(d @ d) * -self.stiffness)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.kinematics import Pose
 from robostiff.model import (
     Chain,
     Joint,
@@ -23,34 +24,45 @@ from robostiff.model import (
     PlacedMass,
     PlacedSpring,
     Rigid,
-    Robot,
     Telescope,
     TelescopicBeam,
 )
 from robostiff.record import is_zero
 from robostiff.recorded.robot import RobotOnEntries
+from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.chain import BodyLoad
+from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.from_snapshot import DeadForce, LegWalk
-from robostiff.statics.given_loads import Gravity, Loads, acting_gravity, given_forces
+from robostiff.statics.given_loads import Gravity, Loads, given_forces
 from robostiff.statics.kernels.marks import marked
+from robostiff.statics.result import Equilibria
 
 # Names a rigid part without extent, which shows where the frame of the next one is.
 _FRAME = "\0frame"
 _NOWHERE = np.zeros(3)
+_BOWING = Bowing()
 
 
 @dataclass(frozen=True)
 class StandingLoads:
-    """What acts beside the wrench, at every pose alike; as for `equilibrium`."""
+    """What acts beside the wrench, at every pose alike, and on what; as for `equilibrium`."""
 
     loads: Loads | None = None
     gravity: Gravity = None
     preload: Mapping[str, float] | None = None
+    beams: Beams = _BOWING
 
     @property
     def given(self) -> dict[str, Any]:
         """As arguments of `equilibrium`."""
-        return {"loads": self.loads, "gravity": self.gravity, "preload": self.preload}
+        return {name: getattr(self, name) for name in ("loads", "gravity", "preload", "beams")}
+
+    def equilibria(self, robot: Any, pose: Pose, F: np.ndarray) -> Equilibria:
+        """Of a robot at many poses, each under its wrench and what stands."""
+        found = equilibrium(robot, pose, F, **self.given)
+        if not isinstance(found, Equilibria):
+            raise TypeError("a batch of poses gives equilibria")
+        return found
 
 
 def framed(leg: Leg) -> Leg:
@@ -222,8 +234,3 @@ def _together(several: Sequence[tuple[Any, np.ndarray]]) -> tuple[Any, np.ndarra
         return total, several[0][1]
     moment = reduce(add, (point * value for value, point in several))
     return total, moment * (1 / total)
-
-
-def gravity_on(robot: Robot, standing: StandingLoads) -> np.ndarray:
-    """Acceleration of free fall (3,) [m/s^2] on a robot in numbers."""
-    return acting_gravity(robot, standing.gravity)
