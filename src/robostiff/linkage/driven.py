@@ -374,9 +374,9 @@ def _rates(
     rates = {}
     own = {c.name for c in moving}
     for connection, sign in bodies.tree.around(cut):
-        placed = bodies.placed(connection) if connection.name in own else None
-        if placed is None:
+        if connection.name not in own:
             continue
+        placed = bodies.placed(connection)
         for name, freedom in zip(coordinate_names(connection), placed.freedoms, strict=True):
             twist = freedom_twist(freedom, gap.p) * int(sign)
             rates[name] = per_turn(twist, length) if freedom.turns else twist

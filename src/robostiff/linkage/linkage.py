@@ -57,6 +57,14 @@ class Connection:
         """Its element alone; nothing for a weld."""
         return Chain(() if self.element is None else (self.element,))
 
+    @cached_property
+    def rigid(self) -> Frame | None:
+        """Frame of body b in that of body a where no joint is between them."""
+        if isinstance(self.element, Joint):
+            return None
+        to = np.zeros(3) if self.element is None else self.element.to
+        return self.before @ Frame(np.eye(3), to) @ self.after
+
     @property
     def size(self) -> int:
         """Number of its coordinates."""

@@ -239,8 +239,7 @@ class _Circulation:
     def _placed(self, name: str, chain: Sequence[Connection]) -> PlacedLeg:
         elements: list[PlacedFreedom | PlacedSpring] = []
         for c in chain:
-            placed = self.bodies.placed(c)
-            elements += [] if placed is None else placed.parts
+            elements += self.bodies.placed(c).parts
         record = self.recorder.record
 
         def plain(x: np.ndarray, size: float = 1.0) -> np.ndarray:
