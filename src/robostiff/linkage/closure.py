@@ -339,7 +339,7 @@ class _Loops:
 
     def rates(self, x: np.ndarray) -> np.ndarray:
         """Rates at which the unknown coordinates close the gaps (N, 6 m, n)."""
-        return self._rates_of(len(x), Bodies.of(self.tree, self._by_name(x)))
+        return self.gaps_and_rates(x)[1]
 
     def _rates_of(self, count: int, bodies: Bodies) -> np.ndarray:
         tree = self.tree

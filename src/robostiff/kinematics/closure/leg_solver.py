@@ -27,9 +27,10 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
     pose_of_end,
 )
-from robostiff.kinematics.closure.recognised import ClosedForm, recognised
-from robostiff.kinematics.closure.rod import Rod
-from robostiff.kinematics.closure.strut import Strut
+from robostiff.kinematics.closure.post import Post, recognise_post
+from robostiff.kinematics.closure.rod import Rod, recognise_rod, recognise_sliding_rod
+from robostiff.kinematics.closure.skeleton import skeleton_of
+from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg
@@ -37,6 +38,8 @@ from robostiff.spatial.batch import poses_side_by_side
 
 _CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
+ClosedForm = Strut | Rod | Post
+_KEPT = "_closed_form"  # attribute of a chain
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 
@@ -109,7 +112,7 @@ class LegSolver:
         if self.closed_form is not None:
             _, every = self.in_all_modes(pose, R_platform)
             open_ = _open_by(self.leg, every, pose, R_platform, self.length)
-            given = np.ones(self.main.size, dtype=bool)
+            given = np.ones(self.leg.chain.main_path.size, dtype=bool)
             chosen = self._nearest(self.closed_form, every, open_ <= _CLOSED, near, given)
             q = every[chosen, left]
             loops_open = self.leg.chain.has_blocks & (open_[chosen, left] > _CLOSED)
@@ -191,11 +194,6 @@ class LegSolver:
         kept = [not isinstance(self.closed_form, Strut) or mode.root == root for mode in modes]
         return q[np.array(kept, dtype=bool) & ~beyond_limits(self.leg.chain, q)]
 
-    @property
-    def main(self) -> Chain:
-        """The chain that the closed form is of."""
-        return self.leg.chain.main_path
-
     def _nearest(
         self,
         form: ClosedForm,
@@ -204,10 +202,9 @@ class LegSolver:
         near: np.ndarray,
         given: np.ndarray,
     ) -> np.ndarray:
-        places = self.leg.chain.main_places
-        return nearest(
-            self.main, every[..., places], closed, near[places], given, form.leading, self.length
-        )
+        path, places = self.leg.chain.main_path, self.leg.chain.main_places
+        q, own = every[..., places], near[places]
+        return nearest(path, q, closed, own, given, form.leading, self.length)
 
     def _leaves_loops_open(
         self, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray
@@ -298,7 +295,7 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     """
     # No closed form takes joints that follow one another.
     copies = None if leg.chain.is_coupled else copied_places(leg.chain)
-    closed_form = None if copies is None else recognised(leg.chain.main_path)
+    closed_form = None if copies is None else _recognised(leg.chain.main_path)
     if leg.elbow is not Elbow.HOME and not isinstance(closed_form, Rod):
         raise InputError(
             f"elbow of leg {leg.name!r}",
@@ -327,6 +324,24 @@ def _placed(
     """A leg at coordinates, and its gaps."""
     placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
     return placed, list(gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)))
+
+
+def _recognised(path: Chain) -> ClosedForm | None:
+    """The closed form of a chain without blocks, kept with it: several legs may have one."""
+    kept = vars(path)
+    if _KEPT not in kept:
+        kept[_KEPT] = _closed_form(path)
+    return kept[_KEPT]
+
+
+def _closed_form(path: Chain) -> ClosedForm | None:
+    """By given points first, then by meeting axes."""
+    for joined in (False, True):
+        skeleton = skeleton_of(path, joined_where_axes_meet=joined)
+        for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post):
+            if (found := recognise(skeleton)) is not None:
+                return found
+    return None
 
 
 def _open_by(
