@@ -144,7 +144,7 @@ def _row(values: np.ndarray) -> str:
 
 def _linkage(rng: np.random.Generator) -> tuple[list[Complaint], _TEXT]:
     """A planar four-bar that a crank drives far from home, where it can go all the way round."""
-    from robostiff.linkage import Connection, Linkage, network_at
+    from robostiff.linkage import Connection, Linkage
     from robostiff.model import Passive
 
     ground, coupler, rocker = 1.0, rng.uniform(0.7, 1.3), rng.uniform(0.7, 1.3)
@@ -192,7 +192,7 @@ def _linkage(rng: np.random.Generator) -> tuple[list[Complaint], _TEXT]:
     judge = Judge(None, 1.0, True)
     text = {"linkage.txt": repr(linkage) + f"\ncrank at {end!r}"}
     try:
-        network = network_at(linkage, {"crank": end})
+        network = linkage.network_at({"crank": end})
     except rs.NoAnswerError as error:
         judge.say("linkage", "open, and a smooth way closes it", str(error)[:200])
         return judge.complaints, text

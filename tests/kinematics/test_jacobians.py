@@ -13,7 +13,7 @@ from robostiff.kinematics import (
     place_chain,
     spring_jacobian,
 )
-from robostiff.kinematics.closure import advance
+from robostiff.kinematics.closure.motion_tree import MotionTree, advanced
 from robostiff.model import (
     Actuated,
     Chain,
@@ -41,7 +41,7 @@ def placed_leg(chain: Chain, base: Frame, q: np.ndarray) -> PlacedLeg:
 
 
 def leg_of(chain: Chain, base: Frame) -> Leg:
-    """A leg that may lack compliance, which only the closure's `advance` looks at."""
+    """A leg that may lack compliance, which only the closure's steps look at."""
     elastic = Chain((*chain.elements, revolute([0, 0, 1], Actuated(1.0))))
     return Leg("leg", base, elastic, Frame.identity())
 
@@ -62,7 +62,8 @@ def test_columns_of_all_joints(case: tuple[Chain, Frame, np.random.Generator]):
         def frame(step: float, i: int = i) -> AxesAndPoint:
             delta = np.zeros(chain.size + 1)
             delta[i] = step
-            moved = advance(with_extra, np.append(q, 0.0), delta)[:-1]
+            balls = MotionTree((with_extra,)).balls
+            moved = advanced(np.append(q, 0.0), delta, balls)[:-1]
             end = place_chain(chain, moved, R_base, p_base)
             return end.R, end.p
 

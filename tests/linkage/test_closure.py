@@ -1,5 +1,6 @@
 """Closing the loops of linkages."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -89,10 +90,10 @@ def _relative_rate(plus, minus, h):
     return np.concatenate([v1 + np.cross(w1, p2 - p1) - v2, w1 - w2])
 
 
-def _four_bar(roles, held=frozenset(), start=0.0):
+def _four_bar(roles, held=frozenset(), start=0.0, coupler=2.0):
     """Cranks of 1 m on feet 2 m apart, a coupler of 2 m: a parallelogram, at any crank angle."""
     here, right = Frame.identity(), Frame(np.eye(3), np.array([2.0, 0, 0]))
-    up = Frame(np.eye(3), np.array([0, 0, 1.0]))
+    up, along = (Frame(np.eye(3), np.array(p)) for p in ([0, 0, 1.0], [coupler, 0, 0]))
 
     def hinge(name, i):
         return revolute([0, 1, 0], roles[i], home=[start * (i == 0)], name=name)
@@ -101,7 +102,7 @@ def _four_bar(roles, held=frozenset(), start=0.0):
         Connection("left", "ground", "crank", here, hinge("left", 0), here),
         Connection("knee", "crank", "coupler", up, hinge("knee", 1), here),
         Connection("right", "ground", "rocker", right, hinge("right", 2), here),
-        Connection("loop", "coupler", "rocker", right, hinge("loop", 3), up.inverse),
+        Connection("loop", "coupler", "rocker", along, hinge("loop", 3), up.inverse),
     )
     return Linkage("four bar", connections, "ground", "coupler", np.zeros(3), held)
 
@@ -114,6 +115,27 @@ def test_a_parallelogram_keeps_its_coupler_level(angle):
     assert found.coordinates["left"] == [angle]
     assert found.coordinates["right"][0] == pytest.approx(angle, abs=1e-12)
     assert np.allclose(found.frames["coupler"].R, np.eye(3), atol=1e-12)
+
+
+def test_what_was_asked_before_changes_no_answer():
+    """Home is closed once for all paths; each begins there, also after one that leads nowhere."""
+    roles = [Actuated(1.0), Passive(), Passive(), Passive()]
+    asked = _four_bar(roles, held=frozenset({"left"}), coupler=2.3)
+    angles = [0.3, 1.5, 2.9, -0.4, -2.0, 0.3, 3.1, 0.0]
+    lost = 0
+    for angle in angles:
+        fresh = replace(asked)
+        assert fresh is not asked
+        try:
+            points = [node.point for node in fresh.network_at({"left": angle}).nodes]
+        except rs.NoAnswerError as error:
+            lost += 1
+            with pytest.raises(rs.NoAnswerError, match=re.escape(str(error))):
+                asked.network_at({"left": angle})
+            continue
+        again = [node.point for node in asked.network_at({"left": angle}).nodes]
+        np.testing.assert_array_equal(again, points)
+    assert 0 < lost < len(angles) - 3
 
 
 def test_driven_joints_stay_where_passive_ones_can_close():

@@ -8,7 +8,7 @@ import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.kinematics import place_chain
 from robostiff.linkage import Connection, Linkage, close, essential, robot_of
-from robostiff.linkage.as_network import network_of
+from robostiff.linkage.essential import network_of
 from robostiff.model import (
     Actuated,
     Chain,

@@ -23,7 +23,7 @@ from robostiff.io.snapshot import (
     snapshot_to_data,
 )
 from robostiff.kinematics import JointCoordinates, leg_compliance, passive_jacobian
-from robostiff.linkage import Connection, Linkage, close, network_at, robot_of
+from robostiff.linkage import Connection, Linkage, close, robot_of
 from robostiff.model import Actuated, Chain, Leg, Passive, PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import network_of_snapshot
 from robostiff.plot.geometry.displacement import motion_under
@@ -263,7 +263,7 @@ def test_a_linkage_with_a_screw_is_the_robot_and_its_network(sign: int):
         Connection("beam", "body", "tip", frames[2], beam, Frame.identity()),
     )
     linkage = Linkage("jack", connections, "base", "tip", np.zeros(3))
-    C = rs.compliance(network_at(linkage))
+    C = rs.compliance(linkage.network_at())
     robot = robot_of(linkage, close(linkage))
     snapshot = rs.find_posture(robot).snapshot.one(0)
     assert apart(rs.compliance(snapshot), C) < 1e-10

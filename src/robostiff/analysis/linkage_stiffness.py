@@ -23,8 +23,8 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.pose import six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
-from robostiff.linkage.as_network import network_of
 from robostiff.linkage.closure import as_rounded
+from robostiff.linkage.essential import network_of
 from robostiff.model import Joint
 from robostiff.network import Network, NetworkStiffness, compliance_between, condense
 from robostiff.spatial import Space, as_floats

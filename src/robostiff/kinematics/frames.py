@@ -51,6 +51,17 @@ class Loop:
     own: tuple[int, ...]
     leading: tuple[int, ...]
 
+    @property
+    def missed(self) -> tuple[np.ndarray, np.ndarray]:
+        """By how much it is open: shift (...) [m] and turn (...) [rad].
+
+        The turn is that of a chord: exact enough for small gaps, and never above pi.
+        """
+        shift, chord = self.p_wanted - self.p, self.R_wanted - self.R
+        half_sine = np.sqrt(np.einsum("...ij,...ij->...", chord, chord) / 8.0)
+        turn = 2.0 * np.arcsin(np.minimum(half_sine, 1.0))
+        return np.sqrt(np.einsum("...i,...i->...", shift, shift)), turn
+
     def at_poses(self, batch: tuple[int, ...]) -> Loop:
         """The same loop with a frame for each pose, also where nothing in it moves."""
         return replace(

@@ -1,4 +1,3 @@
-from robostiff.linkage.as_network import network_at
 from robostiff.linkage.closure import Configuration, close
 from robostiff.linkage.driven import DrivenLinkage
 from robostiff.linkage.essential import essential, welded_places
@@ -13,7 +12,6 @@ __all__ = [
     "Linkage",
     "close",
     "essential",
-    "network_at",
     "robot_of",
     "welded_places",
     "with_roles",

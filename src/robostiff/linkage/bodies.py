@@ -44,7 +44,7 @@ class Bodies:
     # they are entries
     q: Mapping[str, np.ndarray]
     frames: Mapping[str, BodyFrame]  # of every body, along the tree
-    _elements: dict[str, PlacedChain | None] = field(default_factory=dict, repr=False)
+    _elements: dict[str, PlacedChain] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, tree: SpanningTree, q: Mapping[str, np.ndarray]) -> Bodies:
@@ -58,8 +58,10 @@ class Bodies:
             connection, direction = way[-1]
             if direction > 0:
                 frames[body] = bodies.beyond(connection)
+            elif connection.rigid is not None:
+                frames[body] = frames[connection.b].at(connection.rigid.inverse)
             else:
-                across = bodies._over(connection, _WORLD, bodies._placed(connection, _WORLD))
+                across = _end(connection, bodies._placed(connection, _WORLD))
                 frames[body] = frames[connection.b].before(across)
         return bodies
 
@@ -70,10 +72,12 @@ class Bodies:
 
     def beyond(self, connection: Connection) -> BodyFrame:
         """Where body b of a connection is, seen from body a."""
-        return self._over(connection, self.frames[connection.a], self.placed(connection))
+        if connection.rigid is not None:
+            return self.frames[connection.a].at(connection.rigid)
+        return _end(connection, self.placed(connection))
 
-    def placed(self, connection: Connection) -> PlacedChain | None:
-        """The element of a connection in the world; None of a weld."""
+    def placed(self, connection: Connection) -> PlacedChain:
+        """The element of a connection in the world."""
         if connection.name not in self._elements:
             placed = self._placed(connection, self.frames[connection.a])
             self._elements[connection.name] = placed
@@ -84,15 +88,13 @@ class Bodies:
         meant, there = self.beyond(cut), self.frames[cut.b]
         return Loop(cut.name, meant.R, meant.p, there.R, there.p, (), ())
 
-    def _placed(self, connection: Connection, a: BodyFrame) -> PlacedChain | None:
-        if connection.element is None:
-            return None
+    def _placed(self, connection: Connection, a: BodyFrame) -> PlacedChain:
         start = a.at(connection.before)
         return place_chain(connection.chain, self.q[connection.name], start.R, start.p)
 
-    def _over(self, connection: Connection, a: BodyFrame, end: PlacedChain | None) -> BodyFrame:
-        start = a.at(connection.before) if end is None else BodyFrame(end.R, end.p)
-        return start.at(connection.after)
+
+def _end(connection: Connection, placed: PlacedChain) -> BodyFrame:
+    return BodyFrame(placed.R, placed.p).at(connection.after)
 
 
 Way = tuple[tuple[Connection, float], ...]

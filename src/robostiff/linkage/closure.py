@@ -301,10 +301,8 @@ class _Loops:
         q = self._by_name(x)
         bodies, gaps = Bodies.of(self.tree, q), {}
         for cut in self.tree.cuts:
-            gap = bodies.gap(cut)
-            half_sine = min(1.0, float(np.sqrt(np.sum((gap.R_wanted - gap.R) ** 2) / 8.0)))
-            shift = float(np.linalg.norm(gap.p_wanted - gap.p))
-            gaps[cut.name] = shift, 2.0 * float(np.arcsin(half_sine))
+            shift, turn = bodies.gap(cut).missed
+            gaps[cut.name] = float(shift), float(turn)
         return Configuration(q, bodies.in_world, gaps, self.length)
 
     @cached_property
@@ -341,7 +339,7 @@ class _Loops:
 
     def rates(self, x: np.ndarray) -> np.ndarray:
         """Rates at which the unknown coordinates close the gaps (N, 6 m, n)."""
-        return self._rates_of(len(x), Bodies.of(self.tree, self._by_name(x)))
+        return self.gaps_and_rates(x)[1]
 
     def _rates_of(self, count: int, bodies: Bodies) -> np.ndarray:
         tree = self.tree

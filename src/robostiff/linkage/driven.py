@@ -22,7 +22,6 @@ from robostiff.record import Record
 from robostiff.recorded.closure import RecordedClosure, steps_from_home
 from robostiff.recorded.guess import with_nominal
 from robostiff.recorded.newton_step import (
-    ClosureGroup,
     Opening,
     joint_steps,
     per_turn,
@@ -288,16 +287,11 @@ def record_linkage_closure(
     state = _sampled(following, closed)
     record = Record({**given, **state})
     bodies = Bodies.of(tree, coordinates(driven, record, (*drives, *following)))
-    groups = [
-        ClosureGroup(
-            [
-                Opening.of(gap, _rates(bodies, gap, cut, moving, length), length)
-                for cut, gap in loops
-            ],
-            [name for c in moving for name in coordinate_names(c)],
-        )
-        for loops, moving in _groups(bodies, following)
-    ]
+    groups = []
+    for loops, moving in _groups(bodies, following):
+        gaps = [(gap, _rates(bodies, gap, cut, moving, length)) for cut, gap in loops]
+        names = [name for c in moving for name in coordinate_names(c)]
+        groups.append(([Opening.of(*one, length) for one in gaps], names))
 
     def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
         steps: dict[str, Any] = {}
@@ -374,9 +368,9 @@ def _rates(
     rates = {}
     own = {c.name for c in moving}
     for connection, sign in bodies.tree.around(cut):
-        placed = bodies.placed(connection) if connection.name in own else None
-        if placed is None:
+        if connection.name not in own:
             continue
+        placed = bodies.placed(connection)
         for name, freedom in zip(coordinate_names(connection), placed.freedoms, strict=True):
             twist = freedom_twist(freedom, gap.p) * int(sign)
             rates[name] = per_turn(twist, length) if freedom.turns else twist

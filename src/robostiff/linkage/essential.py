@@ -1,4 +1,4 @@
-"""The part of a linkage that determines the stiffness of its platform."""
+"""The part of a linkage that determines the stiffness of its platform, also as a network."""
 
 from __future__ import annotations
 
@@ -7,7 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kinematics import place_chain
+from robostiff.kinematics.placed_masses import placed_with_masses
+from robostiff.linkage.closure import Configuration
 from robostiff.linkage.linkage import Connection, Linkage
+from robostiff.model import Joint, Link, PlacedFreedom
+from robostiff.network import JointElement, Network, Node, SpringElement
 from robostiff.spatial import Frame
 
 _APART = 1e-9
@@ -153,3 +158,42 @@ def _component_of(first: int, ends: list[tuple[str, str]], start: str) -> set[in
                 # The edges found since are connected to one body only.
                 del open_edges[open_edges.index(led_here) :]
     return set(open_edges) - {first}
+
+
+def network_of(part: Linkage, found: Configuration) -> Network:
+    """An essential linkage in a closed configuration as a network."""
+    platform = found.frames[part.platform]
+    joints, springs = [], []
+    for c in part.connections:
+        if isinstance(c.element, Link):
+            springs.append(_spring(c, found))
+        else:
+            freedoms = _placed_freedoms(c, found.coordinates[c.name], found.frames[c.a])
+            joints.append(JointElement(c.name, c.a, c.b, tuple(freedoms)))
+    return Network(
+        part.name,
+        tuple(Node(body, found.frames[body].p) for body in part.bodies),
+        (part.base,),
+        part.platform,
+        platform.p + platform.R @ part.reference_point,
+        springs=tuple(springs),
+        joints=tuple(joints),
+        description=part.title,
+    )
+
+
+def _spring(c: Connection, found: Configuration) -> SpringElement:
+    base = found.frames[c.a] @ c.before
+    leg = placed_with_masses(c.name, c.chain, found.coordinates[c.name], base)
+    (placed,) = leg.springs
+    masses = tuple(replace(mass, after=0) for mass in leg.masses)
+    place = placed.point, placed.rotation, placed.elasticity
+    return SpringElement(c.name, c.a, c.b, *place, masses)
+
+
+def _placed_freedoms(connection: Connection, q: np.ndarray, frame_a: Frame) -> list[PlacedFreedom]:
+    """The elementary joints of a joint in the world, where body a is."""
+    if not isinstance(connection.element, Joint):
+        return []
+    start = frame_a @ connection.before
+    return place_chain(connection.chain, q, start.R, start.p).freedoms

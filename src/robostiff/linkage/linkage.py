@@ -10,19 +10,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Chain, Joint, Link, Locked, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
 if TYPE_CHECKING:
+    from robostiff.linkage.closure import Configuration
     from robostiff.network import Network
 
 JointValues = Mapping[str, float | Sequence[float]]
 """Coordinates of joints by their names [m, rad]; a list for a joint with several."""
 DriveValues = ArrayLike | Mapping[str, ArrayLike]
 """Coordinates of driven joints: all of them in the last axis, or numbers for each by name."""
+
+
+# Under this name a linkage keeps its closed home, by the joints that are given.
+_KEPT = "_driven"
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,14 @@ class Connection:
     def chain(self) -> Chain:
         """Its element alone; nothing for a weld."""
         return Chain(() if self.element is None else (self.element,))
+
+    @cached_property
+    def rigid(self) -> Frame | None:
+        """Frame of body b in that of body a where no joint is between them."""
+        if isinstance(self.element, Joint):
+            return None
+        to = np.zeros(3) if self.element is None else self.element.to
+        return self.before @ Frame(np.eye(3), to) @ self.after
 
     @property
     def size(self) -> int:
@@ -228,6 +241,27 @@ class Linkage(Symbolic):
         InputError
             When a name is no joint's, or its numbers are not finite or too many or few.
         """
-        from robostiff.linkage.as_network import network_at
+        from robostiff.linkage.essential import network_of
 
-        return network_at(self, values)
+        return network_of(*self.closed_at(values))
+
+    def closed_at(self, values: JointValues | None = None) -> tuple[Linkage, Configuration]:
+        """The part between base and platform, closed; as `network_at`.
+
+        Every path begins at the same home, which is closed once.
+        """
+        from robostiff.linkage.driven import DrivenLinkage
+
+        given = self.checked(values or {})
+        known: dict[tuple[str, ...], DrivenLinkage] = vars(self).setdefault(_KEPT, {})
+        names = tuple(given)
+        if names not in known:
+            known[names] = DrivenLinkage.moved_by(self, names)
+        driven = known[names]
+        row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
+        (found,) = driven.at(row[None])
+        if not found.is_closed:
+            raise NoAnswerError(
+                f"the loops of {self.name!r} do not close: {found.complaint}; {found.advice}"
+            )
+        return driven.part, found

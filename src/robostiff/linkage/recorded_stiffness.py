@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from robostiff.elastostatics import scaling
-from robostiff.linkage.as_network import network_of
 from robostiff.linkage.bodies import Bodies, spanning_tree
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.driven import (
@@ -25,6 +24,7 @@ from robostiff.linkage.driven import (
     record_linkage_closure,
     sampled_coordinates,
 )
+from robostiff.linkage.essential import network_of
 from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, most_size, usual_size
@@ -239,8 +239,7 @@ class _Circulation:
     def _placed(self, name: str, chain: Sequence[Connection]) -> PlacedLeg:
         elements: list[PlacedFreedom | PlacedSpring] = []
         for c in chain:
-            placed = self.bodies.placed(c)
-            elements += [] if placed is None else placed.parts
+            elements += self.bodies.placed(c).parts
         record = self.recorder.record
 
         def plain(x: np.ndarray, size: float = 1.0) -> np.ndarray:

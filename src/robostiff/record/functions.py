@@ -41,31 +41,27 @@ def square_root(x: Any) -> Any:
 @_entry_by_entry
 def sine(x: Any) -> Any:
     """Sine of an angle [rad]; that of zero is a whole number, which keeps formulas exact."""
-    if isinstance(x, Entry):
-        operation, a, _ = x.record.operations[x.step]
-        if operation is Operation.NEGATE:
-            return -sine(Entry(x.record, a))
-        if x.step in x.record.turns:
-            return x.record.turns[x.step][0]
-        return x.apply(Operation.SINE)
-    if is_exact(x):
-        return _exact("sin", x)
-    return 0 if x == 0 else math.sin(x)
+    return _of_turn(x, 0, Operation.SINE, math.sin)
 
 
 @_entry_by_entry
 def cosine(x: Any) -> Any:
     """Cosine of an angle [rad]; that of zero is a whole number, which keeps formulas exact."""
+    return _of_turn(x, 1, Operation.COSINE, math.cos)
+
+
+def _of_turn(x: Any, at_zero: int, operation: Operation, function: Callable[..., float]) -> Any:
+    """Sine or cosine: what it is at zero is also its place in the turns of a record."""
     if isinstance(x, Entry):
-        operation, a, _ = x.record.operations[x.step]
-        if operation is Operation.NEGATE:
-            return cosine(Entry(x.record, a))
-        if x.step in x.record.turns:
-            return x.record.turns[x.step][1]
-        return x.apply(Operation.COSINE)
+        last, a, _ = x.record.operations[x.step]
+        if last is Operation.NEGATE:
+            found = _of_turn(Entry(x.record, a), at_zero, operation, function)
+            return found if at_zero else -found
+        known = x.record.turns.get(x.step)
+        return x.apply(operation) if known is None else known[at_zero]
     if is_exact(x):
-        return _exact("cos", x)
-    return 1 if x == 0 else math.cos(x)
+        return _exact(operation.value, x)
+    return at_zero if x == 0 else function(x)
 
 
 @_entry_by_entry

@@ -125,16 +125,15 @@ class _GuessedLeg:
         # What turns is no multiple of what slides, and a ball joint turns as a whole.
         turns = {name: pose[name] for name in _NAMES[3:] if name in pose}
         slides = {name: pose[name] for name in _NAMES[:3] if name in pose}
-        platform = [dict(turns)] if len(turns) == 3 else []
         balls: list[dict[str, np.ndarray]] = []
         angles = []
         for element, place in chain.moving:
             own = {names[i]: q[:, i] for i in range(place.start, place.stop) if chain.free[i]}
             if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
-                closes = place.start in closing
-                found = _same_turn(own, [*platform, *balls] if closes else balls)
-                same |= found
-                balls += [] if found or closes else [own]
+                if place.start not in closing:
+                    found = _same_turn(own, balls)
+                    same |= found
+                    balls += [] if found else [own]
                 continue
             for (name, x), screw in zip(own.items(), element.freedoms, strict=False):
                 known = turns if screw.turns else slides

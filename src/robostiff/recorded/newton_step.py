@@ -16,11 +16,7 @@ from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.formula.placed import FormulaPose
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.kinematics.turn import (
-    rotvec_rate,
-    turn_by_vector_of_entries,
-    vector_of_turn_near,
-)
+from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
 from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_zero, sine, square_root
 from robostiff.recorded.sparse_elimination import Equation, SparseElimination
@@ -38,7 +34,7 @@ class LegAtGuess:
     leg: Leg  # of floats and recorded entries
     names: Sequence[str]  # of its coordinates, as unknowns
     # (size,) of entries and numbers: coordinates [m, rad], locked ones as numbers; 0 of those that
-    # follow and are unlike any other
+    # follow
     q: np.ndarray
     # Places of the coordinates of ball joints that follow from the others, three by three
     following: tuple[int, ...] = ()
@@ -106,15 +102,15 @@ def newton_step(
     the rotation vector of the platform [rad].
     """
     turning = rotvec_rate(r) if any(k >= 3 for k in open_) else None
-    groups, following = [], {}
+    groups: list[ClosureGroup] = []
+    following: dict[str, Any] = {}
     for own in legs:
         openings, turns = _openings(own, pose, open_, turning, length)
         for ball, turn in turns.items():
-            names = own.names[ball : ball + 3]
-            if names[0] not in own.same:
-                near = own.home[ball : ball + 3]
-                following |= zip(names, vector_of_turn_near(turn, near), strict=True)
-        groups.append(ClosureGroup(openings, own.free))
+            where = slice(ball, ball + 3)
+            turned = vector_of_turn_near(turn, own.home[where])
+            following |= zip(own.names[where], turned, strict=True)
+        groups.append((openings, own.free))
 
     def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
         return _in_coordinates(legs, found, open_, length)
@@ -144,12 +140,8 @@ class Opening:
         return cls(shift, turn, rates, [*shift, *(gap.R_wanted - gap.R).reshape(-1)])
 
 
-@dataclass(frozen=True)
-class ClosureGroup:
-    """Loops that are closed together, and names of the unknowns that stand in no other group."""
-
-    openings: Sequence[Opening]
-    unknowns: Sequence[str]
+#: Loops that are closed together, and names of the unknowns that stand in no other group.
+ClosureGroup = tuple[Sequence[Opening], Sequence[str]]
 
 
 def step_of_groups(
@@ -166,12 +158,10 @@ def step_of_groups(
     elimination = SparseElimination()
     left: list[Equation] = []
     squares: list[Any] = []
-    for group in groups:
-        equations: list[Equation] = []
-        for opening in group.openings:
-            squares += (x * x for x in opening.squares if not is_zero(x))
-            equations += _equations(opening)
-        left += elimination.eliminate(equations, group.unknowns)
+    for openings, unknowns in groups:
+        squares += (x * x for own in openings for x in own.squares if not is_zero(x))
+        equations = [one for own in openings for one in _equations(own)]
+        left += elimination.eliminate(equations, unknowns)
     elimination.eliminate(left, shared)
     found = elimination.solution()
     moved = [x for x in found.values() if not is_zero(x)]
@@ -228,11 +218,7 @@ def _openings(
             continue
         before = np.stack([freedoms[i].axis for i in range(ball, ball + 3)], axis=-1)
         turns[ball] = before.T @ own.turned[ball]
-        squares = [*opening.shift]
-        if own.names[ball] in own.same:
-            known = turn_by_vector_of_entries(own.q[ball : ball + 3])
-            squares += [*(turns[ball] - known).reshape(-1)]
-        openings.append(Opening(shift, np.zeros(0), rates, squares))
+        openings.append(Opening(shift, np.zeros(0), rates, list(opening.shift)))
     return openings, turns
 
 

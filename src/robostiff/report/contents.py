@@ -28,7 +28,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.linkage import Configuration, Linkage
-from robostiff.linkage.as_network import closed_at, network_of
+from robostiff.linkage.essential import network_of
 from robostiff.markup import Number
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
@@ -208,7 +208,7 @@ def report_contents(
     own: dict[str, Any] = {"title_block": title_block, "described_by": described_by}
     place: Any = pose
     if isinstance(robot, Linkage):
-        part, closed = closed_at(robot, place)
+        part, closed = robot.closed_at(place)
         own |= {"joints": _coordinates(part, closed), "given": joints_in_words(robot, place)}
         robot, place = network_of(part, closed), None
     if not isinstance(robot, Robot | Snapshot | Network | CableRobot):

@@ -14,7 +14,6 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
-from robostiff.linkage.as_network import network_at
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
@@ -190,7 +189,7 @@ class Postures:
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
     """The unloaded postures of a robot at poses, or of a snapshot, network or linkage."""
     if isinstance(robot, Linkage):
-        robot, pose = network_at(robot, pose), None
+        robot, pose = robot.network_at(pose), None
     if isinstance(robot, Network) and pose is None and near is None:
         return Postures(robot)
     if isinstance(robot, Robot):

@@ -103,17 +103,17 @@ class Machine(ABC):
         result = bent.stiffness
         colours = colours_of_network(network)
         shapes, words = shapes_of(result, self._ellipsoids, self.size, look)
-        drawn = NetworkDrawing(network, 1.0, colours)
-        layers = {"robot": network_items(drawn), **shapes}
+        drawn = moved = NetworkDrawing(network, 1.0, colours)
+        layers = dict(shapes)
         if bent.has_answer and np.any(wrench):
             motions, scale = displaced_network(network, bent, look.exaggeration)
             moved = replace(drawn, motions=motions, scale=scale)
-            layers["robot"] = network_items(moved)
             if "shape without load" in look.seen:
                 layers["shape without load"] = network_ghost(drawn)
             if "load" in look.seen:
                 layers["load"] = network_load(moved, bent)
             words.append(f"displacements × {short(scale, 6)}")
+        layers["robot"] = network_items(moved)
         return answer_of(bent, layers, words, colours)
 
 

@@ -39,7 +39,7 @@ from robostiff.linkage import (
     welded_places,
     with_roles,
 )
-from robostiff.linkage.as_network import network_of
+from robostiff.linkage.essential import network_of
 from robostiff.model import Coordinate, Joint, Robot
 from robostiff.linkage.essential import network_of
 from robostiff.model import Joint, Robot

@@ -10,7 +10,6 @@ from robostiff.kinematics.closure.assembly_mode import AssemblyMode
 from robostiff.kinematics.closure.leg_equations import (
     Followed,
     NewtonTask,
-    advance,
     attachment_frame,
     closing_rates,
     gaps,
@@ -26,7 +25,6 @@ __all__ = [
     "LegSolver",
     "LegsAlike",
     "NewtonTask",
-    "advance",
     "attachment_frame",
     "closing_rates",
     "each_alone",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.kinematics.closure.vectors import cross, dot, frame, times
-from robostiff.record import Entry, is_zero, square_root
+from robostiff.record import Entry, is_zero, most_size, square_root
 from robostiff.record.entry import is_exact
 
 #: Of a cosine: what a few operations leave of an exact zero.
@@ -42,12 +42,7 @@ def tidied_point(p: np.ndarray) -> np.ndarray:
     >>> tidied_point(np.array([0.3, 2e-17, 0.0]))
     array([0.3, 0, 0], dtype=object)
     """
-    return tidied(p, max(size_of(x) for x in p))
-
-
-def size_of(value: Any) -> float:
-    """Largest size of an entry at the samples, or the size of a number."""
-    return float(np.max(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
+    return tidied(p, max(most_size(x) for x in p))
 
 
 def _tidy(value: Any, scale: float) -> Any:
@@ -86,7 +81,7 @@ class Rest:
         return _once(self._points, x, lambda: self._local(x))
 
     def _local(self, x: np.ndarray) -> np.ndarray:
-        size = max(size_of(c) for c in (*x, *self.p))
+        size = max(most_size(c) for c in (*x, *self.p))
         return tidied(self.R.T @ (x - self.p), size)
 
 
@@ -198,7 +193,7 @@ def direction_across(axis: np.ndarray) -> np.ndarray:
     >>> direction_across(np.array([0, 0, 1]))
     array([1, 0, 0], dtype=object)
     """
-    start = np.eye(3, dtype=int)[int(np.argmin([size_of(x) for x in axis]))]
+    start = np.eye(3, dtype=int)[int(np.argmin([most_size(x) for x in axis]))]
     v = start - axis * (start @ axis)
     return tidied(v / square_root(v @ v))
 

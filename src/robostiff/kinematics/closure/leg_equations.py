@@ -16,7 +16,7 @@ from robostiff.kinematics.closure.spin import Spin, spins_of
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
-from robostiff.model import Joint, JointKind, Leg, Telescope
+from robostiff.model import Leg, Telescope
 from robostiff.spatial import cross
 from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.rotation import vector_of_rotation
@@ -235,16 +235,6 @@ def closing_rates(gap: Loop, placed: PlacedChain) -> np.ndarray:
     if gap.leading:
         J[..., gap.leading] -= freedom_twists([freedoms[i] for i in gap.leading], gap.p_wanted)
     return J
-
-
-def advance(leg: Leg, q: np.ndarray, delta: np.ndarray) -> np.ndarray:
-    """Coordinates after small motions; those of a spherical joint turn it about frame axes."""
-    balls = [
-        range(place.start, place.stop)
-        for element, place in leg.chain.moving
-        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL
-    ]
-    return advanced(q, delta, np.array(balls, dtype=int))
 
 
 def attachment_frame(

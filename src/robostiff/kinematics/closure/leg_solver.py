@@ -27,17 +27,19 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
     pose_of_end,
 )
-from robostiff.kinematics.closure.recognised import ClosedForm, recognised
-from robostiff.kinematics.closure.rod import Rod
-from robostiff.kinematics.closure.strut import Strut
+from robostiff.kinematics.closure.post import Post, recognise_post
+from robostiff.kinematics.closure.rod import Rod, recognise_rod, recognise_sliding_rod
+from robostiff.kinematics.closure.skeleton import skeleton_of
+from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
-from robostiff.spatial.rotation import vector_of_rotation
 
 _CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
+ClosedForm = Strut | Rod | Post
+_KEPT = "_closed_form"  # attribute of a chain
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 
@@ -84,9 +86,9 @@ class LegSolver:
                 q, elsewhere = found.coordinates[0], found.elsewhere
             else:
                 q = self._task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
-            return on_turn_of_home(self.leg.chain, q, self._as_given), elsewhere, None
+            return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere, None
         q = self._copies_at(self.closed_form, pose, R_platform)
-        q = on_turn_of_home(self.leg.chain, q, self._as_given)
+        q = on_turn_of_home(self.leg.chain, q, self.leg.chain.home)
         if not (self.leg.chain.has_blocks and from_afar):
             return q, elsewhere, None
         leaves_open, placed = self._leaves_loops_open(q, pose, R_platform)
@@ -97,7 +99,7 @@ class LegSolver:
         met = found.closed | found.elsewhere
         q[rows[met]] = found.coordinates[0][met]
         elsewhere[rows] = found.elsewhere
-        return on_turn_of_home(self.leg.chain, q, self._as_given), elsewhere, None
+        return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere, None
 
     def solve_near(self, near: np.ndarray, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Leg coordinates (N, size) at platform poses, in the posture nearest to given ones.
@@ -110,7 +112,7 @@ class LegSolver:
         if self.closed_form is not None:
             _, every = self.in_all_modes(pose, R_platform)
             open_ = _open_by(self.leg, every, pose, R_platform, self.length)
-            given = np.ones(self.main.size, dtype=bool)
+            given = np.ones(self.leg.chain.main_path.size, dtype=bool)
             chosen = self._nearest(self.closed_form, every, open_ <= _CLOSED, near, given)
             q = every[chosen, left]
             loops_open = self.leg.chain.has_blocks & (open_[chosen, left] > _CLOSED)
@@ -192,11 +194,6 @@ class LegSolver:
         kept = [not isinstance(self.closed_form, Strut) or mode.root == root for mode in modes]
         return q[np.array(kept, dtype=bool) & ~beyond_limits(self.leg.chain, q)]
 
-    @property
-    def main(self) -> Chain:
-        """The chain that the closed form is of."""
-        return self.leg.chain.main_path
-
     def _nearest(
         self,
         form: ClosedForm,
@@ -205,10 +202,9 @@ class LegSolver:
         near: np.ndarray,
         given: np.ndarray,
     ) -> np.ndarray:
-        places = self.leg.chain.main_places
-        return nearest(
-            self.main, every[..., places], closed, near[places], given, form.leading, self.length
-        )
+        path, places = self.leg.chain.main_path, self.leg.chain.main_places
+        q, own = every[..., places], near[places]
+        return nearest(path, q, closed, own, given, form.leading, self.length)
 
     def _leaves_loops_open(
         self, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray
@@ -217,9 +213,8 @@ class LegSolver:
 
         There the body after a block is turned so that its branches are no copies any more.
         """
-        frame = attachment_frame(self.leg, R_platform, pose[..., :3])
-        placed = place_chain(self.leg.chain, q, self.leg.base.R, self.leg.base.p)
-        return self.leaves_open(gaps(self.leg, placed, *frame)), placed
+        placed, found = _placed(self.leg, q, R_platform, pose[..., :3])
+        return self.leaves_open(found), placed
 
     def leaves_open(self, ends: Iterable[Loop]) -> np.ndarray:
         """The same, of gaps at the platform and of loops (N,)."""
@@ -229,11 +224,6 @@ class LegSolver:
     def _iterated(self, pose: np.ndarray) -> Followed:
         """Leg coordinates by Newton's method."""
         return self._task.follow(self.home_pose, [self.home], pose)
-
-    @cached_property
-    def _as_given(self) -> np.ndarray:
-        """Home coordinates of the chain, as they are given."""
-        return self.leg.chain.home
 
     @cached_property
     def _task(self) -> NewtonTask:
@@ -278,7 +268,7 @@ class LegSolver:
     def closed_at(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates (N, size) in closed form, the end frame at (R, p) in that of the base."""
         q = self._in_form(form, R, p)
-        return on_turn_of_home(self.leg.chain, q, self._as_given)
+        return on_turn_of_home(self.leg.chain, q, self.leg.chain.home)
 
     def _in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         q = form.solve(R, p)
@@ -305,7 +295,7 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     """
     # No closed form takes joints that follow one another.
     copies = None if leg.chain.is_coupled else copied_places(leg.chain)
-    closed_form = None if copies is None else recognised(leg.chain.main_path)
+    closed_form = None if copies is None else _recognised(leg.chain.main_path)
     if leg.elbow is not Elbow.HOME and not isinstance(closed_form, Rod):
         raise InputError(
             f"elbow of leg {leg.name!r}",
@@ -316,8 +306,8 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     if closed_form is not None and copies is not None:
         solver = LegSolver(leg, closed_form, copies, home_pose, leg.chain.home, length)
         solver = solver.in_mode_of_home()
-        loops = leg.chain.has_blocks
-        if not loops or max(_gap_at_home(leg, solver.home, home_pose, length)[1:]) <= _CLOSED:
+        open_ = _size(_gap_at_home(leg, solver.home, home_pose, length), length)
+        if not leg.chain.has_blocks or open_ <= _CLOSED:
             _check_home(leg, solver.home, home_pose, length)
             return solver
     task = NewtonTask((leg,), (), length)
@@ -328,34 +318,55 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     return LegSolver(leg, None, alone, home_pose, closed[0], length)
 
 
+def _placed(
+    leg: Leg, q: np.ndarray, R_platform: np.ndarray, p_platform: np.ndarray
+) -> tuple[PlacedChain, list[Loop]]:
+    """A leg at coordinates, and its gaps."""
+    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
+    return placed, list(gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)))
+
+
+def _recognised(path: Chain) -> ClosedForm | None:
+    """The closed form of a chain without blocks, kept with it: several legs may have one."""
+    kept = vars(path)
+    if _KEPT not in kept:
+        kept[_KEPT] = _closed_form(path)
+    return kept[_KEPT]
+
+
+def _closed_form(path: Chain) -> ClosedForm | None:
+    """By given points first, then by meeting axes."""
+    for joined in (False, True):
+        skeleton = skeleton_of(path, joined_where_axes_meet=joined)
+        for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post):
+            if (found := recognise(skeleton)) is not None:
+                return found
+    return None
+
+
 def _open_by(
     leg: Leg, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray, length: float
 ) -> np.ndarray:
     """How far postures (m, N, size) leave a leg open: part of the length, or radians (m, N)."""
-    rows = q.reshape(-1, q.shape[-1])
-    frame = attachment_frame(
-        leg, np.tile(R_platform, (len(q), 1, 1)), np.tile(pose[:, :3], (len(q), 1))
-    )
-    largest = np.zeros(len(rows))
-    for gap in gaps(leg, place_chain(leg.chain, rows, leg.base.R, leg.base.p), *frame):
-        largest = np.maximum(largest, _size(gap, length))
-    return largest.reshape(q.shape[:-1])
+    many = np.tile(R_platform, (len(q), 1, 1)), np.tile(pose[:, :3], (len(q), 1))
+    _, found = _placed(leg, q.reshape(-1, q.shape[-1]), *many)
+    return np.max([_size(gap, length) for gap in found], axis=0).reshape(q.shape[:-1])
 
 
 def _size(gap: Loop, length: float) -> np.ndarray:
-    """Of a gap (N,): part of the length, or radians."""
-    shift = np.max(np.abs(gap.p_wanted - gap.p), axis=-1) / length
-    turn = np.max(np.abs(gap.R_wanted - gap.R), axis=(-1, -2))
-    return np.maximum(shift, turn)
+    """Of a gap (...): part of the length, or radians."""
+    shift, turn = gap.missed
+    return np.maximum(shift / length, turn)
 
 
 def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:
-    where, shift, turn = _gap_at_home(leg, q, home_pose, length)
-    if max(shift, turn) > _CLOSED:
+    gap = _gap_at_home(leg, q, home_pose, length)
+    if _size(gap, length) > _CLOSED:
+        (shift, turn), where = gap.missed, gap.name
         place = f"at the end of branch {where!r}" if where else "at the platform"
         raise OpenAtHomeError(
             f"home configuration of leg {leg.name!r}",
-            got=f"a gap of {shift * length:.4g} m and {np.degrees(turn):.4g} deg {place}",
+            got=f"a gap of {shift:.4g} m and {np.degrees(turn):.4g} deg {place}",
             expected="a leg that closes at the home pose"
             + (", and branches that end where the first one does" if where else ""),
             hint="check its dimensions and the directions of its frames and axes, or give the "
@@ -363,14 +374,7 @@ def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -
         )
 
 
-def _gap_at_home(
-    leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float
-) -> tuple[str, float, float]:
-    """Where a leg or a loop in it stays open most: its branch, shift over the length, and turn."""
-    frame = attachment_frame(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
-    found = []
-    for gap in gaps(leg, place_chain(leg.chain, q, leg.base.R, leg.base.p), *frame):
-        shift = float(np.linalg.norm(gap.p_wanted - gap.p)) / length
-        turn = float(np.linalg.norm(vector_of_rotation(gap.R_wanted @ gap.R.T)))
-        found.append((gap.name, shift, turn))
-    return max(found, key=lambda one: max(one[1:]))
+def _gap_at_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> Loop:
+    """The gap of a leg at home that is open most."""
+    _, found = _placed(leg, q, turn_by_vector(home_pose[3:]), home_pose[:3])
+    return max(found, key=lambda gap: float(_size(gap, length)))

@@ -149,14 +149,7 @@ def _rows(values: np.ndarray, own_axes: int) -> np.ndarray:
 
 def _largest(loops: Iterable[Loop]) -> tuple[np.ndarray, np.ndarray]:
     """Largest of the gaps of a chain and of loops in it: shift (N,) [m] and turn (N,) [rad]."""
-    shifts, turns = [], []
-    for gap in loops:
-        shift = gap.p_wanted - gap.p
-        # The chord of the turn: exact enough for small gaps, and never above pi.
-        chord = gap.R_wanted - gap.R
-        half_sine = np.sqrt(np.einsum("...ij,...ij->...", chord, chord) / 8.0)
-        turns.append(2.0 * np.arcsin(np.minimum(half_sine, 1.0)))
-        shifts.append(np.sqrt(np.einsum("...i,...i->...", shift, shift)))
+    shifts, turns = zip(*(gap.missed for gap in loops), strict=True)
     if len(shifts) == 1:
         return shifts[0], turns[0]
     return np.max(shifts, axis=0), np.max(turns, axis=0)

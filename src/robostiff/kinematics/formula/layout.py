@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.closure.body import LegBody, direction_across, size_of, tidied_point
+from robostiff.kinematics.closure.body import LegBody, direction_across, tidied_point
 from robostiff.kinematics.closure.closed_leg import ClosedLeg
 from robostiff.kinematics.frames import Loop, PlacedChain, telescopic_elasticity
 from robostiff.kinematics.turn import Turn
@@ -27,7 +27,7 @@ from robostiff.model import (
     Rigid,
     Telescope,
 )
-from robostiff.record import greater, is_zero
+from robostiff.record import greater, is_zero, most_size
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Layout:
                 now = near.direction(apart)
                 shifted = _Shift(shift.zero + apart, shift.now + now)
                 wanted = tidied_point(tour.loops[own.name].p_wanted - first.end)
-                size = np.linalg.norm([size_of(x) for x in wanted])
+                size = np.linalg.norm([most_size(x) for x in wanted])
                 tour.misses.append((far.direction(wanted) - now) * (1 / size))
             elements = tuple(self._elements(branch.chain, own.elements, joints, shifted, tour))
             legs.append(PlacedLeg(own.name, elements, shifted.point(far, own.end)))

@@ -15,7 +15,6 @@ from robostiff.kinematics.closure.body import (
     Rest,
     constant_cosine,
     direction_across,
-    size_of,
     tidied,
     tidied_point,
 )
@@ -29,7 +28,7 @@ from robostiff.kinematics.formula.layout import Layout
 from robostiff.kinematics.formula.placed import FormulaPose, PlacedFormula
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.model import Actuated, Chain, Leg, Passive, PlacedBlock, PlacedLeg, PlacedSpring
-from robostiff.record import Entry, is_one, is_zero, square_root
+from robostiff.record import Entry, is_one, is_zero, most_size, square_root
 
 _VANISHES = 1e-20  # a square beside 1
 _KEPT = "_at_zero"  # attribute of a chain
@@ -132,7 +131,7 @@ class _Site:
         leg, layout = self.leg, Layout(closed)
         end = self.platform.point(self.zero.p)
         elements, apart = layout.elements(leg.chain, self.whole)
-        closing = [x for x in (*closed.misses, *(v @ v for v in apart)) if size_of(x) > _VANISHES]
+        closing = [x for x in (*closed.misses, *(v @ v for v in apart)) if most_size(x) > _VANISHES]
         lengths = [x for x in layout.lengths(leg.chain, self.copies) if isinstance(x, Entry)]
         reaching = [x for x in closed.out_of_reach if not is_zero(x)]
         return PlacedFormula(
