@@ -243,9 +243,8 @@ def _powers(product: Any) -> _Powers:
 def _taken_out(powers: _Powers, part: _Part) -> _Powers:
     """Powers after as many parts as there are have become one factor."""
     fits = [powers.get(base, 0) / power for base, power in part]
-    if not all(isinstance(x, Fraction) and x.denominator == 1 for x in fits):
-        return powers
-    if min(fits) * max(fits) <= 0:
+    are_whole = all(isinstance(x, Fraction) and x.denominator == 1 for x in fits)
+    if not are_whole or min(fits) * max(fits) <= 0:
         return powers
     times = min(fits, key=abs)
     left = {**powers, part: times}

@@ -25,7 +25,6 @@ from robostiff.analytic.orbits import COMPONENTS, averages, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot
-from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.unit_wrenches import Basis, UnitWrench, WrenchSearch
 from robostiff.analytic.vector_expressions import (
     Coordinates,
@@ -54,6 +53,7 @@ from robostiff.analytic.vector_rods import (
     varies,
 )
 from robostiff.model import PlacedLeg
+from robostiff.recorded.leg import at_samples as sampled
 from robostiff.spatial import Space
 
 _SAME = 1e-9
