@@ -13,11 +13,10 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from robostiff.analytic.closed_posture import AROUND
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.numeric_value import matrix_value, values_of
-from robostiff.analytic.robot_placement import PlacedRobot, home_values
-from robostiff.analytic.robot_pose import platform_pose
+from robostiff.analytic.robot_placement import PlacedRobot, home_values, number_at, pose_at
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
-from robostiff.kinematics import FormulaPose, JointCoordinates, PostureFinder
+from robostiff.kinematics import JointCoordinates, PostureFinder
 from robostiff.model import Robot
 
 #: Largest relative difference of two ways: rounding of either is far below it.
@@ -166,7 +165,7 @@ def sampled_robots(
     if placed.given is None:
         return numeric, [(values, None)]
     if follows.pose:
-        return numeric, [(values, _platform(placed, sample.finder, values))]
+        return numeric, [(values, pose_at(placed.given, sample.finder, values, placed.rotation))]
     each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
     return numeric, [(one, _pose(placed, numeric, sample.finder, one)) for one in each]
 
@@ -200,22 +199,9 @@ def _pose(
     if placed.robot.is_posed_by_joints:
         q = np.array(numeric.legs[0].chain.home, dtype=float)
         for name, expression in (placed.given or {}).items():
-            q[int(name.removeprefix("q")) - 1] = _number(expression, values)
+            q[int(name.removeprefix("q")) - 1] = number_at(expression, values)
         return JointCoordinates(q)
-    return _platform(placed, finder, values)
-
-
-def _platform(placed: PlacedRobot, finder: PostureFinder, values: Mapping[str, float]) -> Any:
-    six = finder.home_pose
-    home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
-    given = {name: _number(x, values) for name, x in (placed.given or {}).items()}
-    pose = platform_pose(home, given, placed.rotation)
-    R, p = pose.R.astype(float), pose.p.astype(float)
-    return RigidTransform.from_components(p, Rotation.from_matrix(R))
-
-
-def _number(expression: Any, values: Mapping[str, float]) -> float:
-    return float(expression.evalf(30, subs={s: values[s.name] for s in expression.free_symbols}))
+    return pose_at(placed.given or {}, finder, values, placed.rotation)
 
 
 def check_form(

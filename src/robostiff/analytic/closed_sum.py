@@ -257,14 +257,13 @@ def factored_fraction(expression: Any) -> Any:
     (R - r)/R**2
     """
     parts = expression.args if expression.is_Mul else (expression,)
-    if all(x.is_Rational or _is_power_of_symbol(x) for x in parts):
-        return expression
+    if all(
+        x.is_Rational or x.is_Symbol or (x.is_Pow and x.base.is_Symbol and x.exp.is_Integer)
+        for x in parts
+    ):
+        return expression  # a product of powers
     field = ExactField([expression])
     return fraction_in_factors(field, field.element(expression))
-
-
-def _is_power_of_symbol(x: Any) -> bool:
-    return x.is_Symbol or (x.is_Pow and x.base.is_Symbol and x.exp.is_Integer)
 
 
 def fraction_in_factors(field: ExactField, element: Element) -> sp.Expr:

@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.operation_count import count_of
-from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.unit_wrenches import UnitWrench
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_zero
+from robostiff.recorded.leg import at_samples
 
 _SAME = 1e-11
 _SHORT = 1  # operations of a stiffness that needs no name, such as E*A
@@ -80,19 +80,6 @@ class BeamProducts:
         return named
 
 
-class BlockOfSprings(Protocol):
-    """Parallel branches as a spring, of which each wrench has a compliance."""
-
-    @property
-    def compliances(self) -> tuple[Any, ...]:
-        """Of each of its wrenches."""
-        ...
-
-    def shares(self, wrench: UnitWrench) -> list[Any]:
-        """What of each of its wrenches makes up a given one."""
-        ...
-
-
 @dataclass(frozen=True)
 class ContributionReader:
     """Writes the contributions of legs in one set of names."""
@@ -101,8 +88,9 @@ class ContributionReader:
     length: float  # characteristic length [m]
     read: NamedReading
     products: BeamProducts
-    # a parallel block as a spring; None where there are none
-    of_block: Callable[[PlacedBlock], BlockOfSprings] | None = None
+    # a parallel block as a spring: `compliances` of its wrenches, and what `shares` of them make up
+    # a given one; None where there are none
+    of_block: Callable[[PlacedBlock], Any] | None = None
 
     def of(self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench) -> tuple[Contribution, ...]:
         """What the springs and drives of a leg add to a^T C b, base to platform."""
@@ -209,7 +197,7 @@ def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
 def recognised_beam(spring: PlacedSpring, record: Record) -> tuple[Any, dict[str, Any]] | None:
     """Length and products of a uniform slender beam, recognised by its compliance."""
     C: Any = spring.elasticity.compliance
-    at = sampled(C, record.count)
+    at = at_samples(C, record.count)
     c = {i: at[:, i, i] for i in range(6)}
     if min(np.min(np.abs(x)) for x in c.values()) <= 0 or np.min(np.abs(at[:, 1, 5])) <= 0:
         return None
@@ -228,7 +216,7 @@ def recognised_beam(spring: PlacedSpring, record: Record) -> tuple[Any, dict[str
 
 
 def _is_isotropic(C: Any, block: list[int], record: Record) -> bool:
-    at = sampled(C, record.count)
+    at = at_samples(C, record.count)
     others = [j for j in range(6) if j not in block]
     own = at[:, block][:, :, block]
     alike = own[:, :1, :1] * np.eye(3)

@@ -22,6 +22,7 @@ _DIGITS = 40
 _ACCURATE = 140  # bits of a ball that are compared
 _NOTHING = 1e-40  # size of a value that is zero: no quantity of a machine is as small
 _POINTS = 2
+_SHORT = 8  # characters of a number that was meant as it is written
 _LARGEST = 4  # of the whole numbers and halves that stand for themselves
 
 _FUNCTIONS: dict[Operation, Any] = {
@@ -59,16 +60,19 @@ class ExactPoints:
     def __init__(self, record: Record) -> None:
         self.record = record
         self.count = min(_POINTS, record.count)
-        self._known: list[tuple[Any, ...]] = []
+        self._known: dict[int, tuple[Any, ...]] = {}
         self._numbers: dict[Any, Any] = {}
 
     def values(self, step: int) -> tuple[Any, ...]:
         """Balls that contain the values of a step, one a point."""
-        if step >= len(self._known):
-            # All steps before it: looking for those that it needs takes longer.
+        if step not in self._known:
+            # Steps that are asked for in order have what they work on.
+            record = self.record
+            is_next = all(argument in self._known for argument in record.arguments(step))
             with flint.ctx.workprec(BITS):
-                for earlier in range(len(self._known), step + 1):
-                    self._known.append(self._computed(earlier))
+                for needed in (step,) if is_next else record.needed([step]):
+                    if needed not in self._known:
+                        self._known[needed] = self._computed(needed)
         return self._known[step]
 
     def same(self, steps: Iterable[int]) -> dict[int, Same]:
@@ -161,6 +165,8 @@ def _key(values: Iterable[Any], negative: bool) -> tuple[str, ...] | None:
 
 def exact(number: Any) -> sp.Expr:
     """A number of SymPy; a float as the decimal that it prints as."""
+    if isinstance(number, float) and len(repr(number)) <= _SHORT:
+        return sp.Rational(repr(number))  # others may be near a short fraction
     written = sp.sympify(number)
     is_exact = written.is_Rational or not written.has(sp.Float)
     return written if is_exact else sp.nsimplify(written, rational=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -231,7 +232,8 @@ def quadratic_roots(field: ExactField, polynomial: Any, unknown: sp.Symbol) -> l
     [a - 2*sqrt(b), a + 2*sqrt(b)]
     """
     place = field.generators.index(unknown)
-    c0, c1, c2 = (_coefficient(polynomial, place, power) for power in range(3))
+    parts = by_powers(polynomial, [place])
+    c0, c1, c2 = (parts.get((power,), polynomial * 0) for power in range(3))
     if c2.is_zero():
         return [_quotient(field, -c0, c1)]
     outside, inside = _root(field, field.reduced(c1 * c1 - 4 * c2 * c0))
@@ -259,14 +261,13 @@ def _primitive(field: ExactField, polynomial: Any) -> tuple[Any, Any]:
     return expression, number
 
 
-def _coefficient(polynomial: Any, place: int, power: int) -> Any:
-    """Coefficient of a power of one generator."""
-    kept = {
-        (*powers[:place], 0, *powers[place + 1 :]): number
-        for powers, number in polynomial.terms()
-        if powers[place] == power
-    }
-    return polynomial.context().from_dict(kept)
+def by_powers(polynomial: Any, places: Sequence[int]) -> dict[tuple[int, ...], Any]:
+    """What stands before each product of powers of some generators."""
+    parts: dict[tuple[int, ...], dict[Any, Any]] = {}
+    for powers, number in polynomial.terms():
+        left = tuple(0 if i in places else power for i, power in enumerate(powers))
+        parts.setdefault(tuple(powers[i] for i in places), {})[left] = number
+    return {own: polynomial.context().from_dict(terms) for own, terms in parts.items()}
 
 
 def _root(field: ExactField, radicand: Any) -> tuple[Any, Any]:

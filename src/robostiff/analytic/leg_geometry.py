@@ -19,9 +19,9 @@ from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import StepReading
 from robostiff.analytic.robot_placement import PlacedRobot
-from robostiff.analytic.unit_wrenches import sampled
 from robostiff.errors import InputError
 from robostiff.model import PlacedLeg
+from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import (
     LocalLeg,
     LocalSpring,
@@ -206,7 +206,7 @@ def _simplest(own: PlacedLeg, placed: PlacedRobot) -> tuple[WorkingFrame, LocalL
 
 def _unturned(spring: LocalSpring, count: int) -> LocalSpring:
     """A spring that is alike in all directions, in the axes of the leg."""
-    C = sampled(spring.compliance, count)
+    C = at_samples(spring.compliance, count)
     each = np.repeat(C[:, [0, 3], [0, 3]], 3, axis=1)
     if np.max(np.abs(C - each[:, :, None] * np.eye(6))) > _NOTHING * np.max(np.abs(C)):
         return spring
@@ -218,7 +218,7 @@ def _sampled_leg(local: LocalLeg, placed: PlacedRobot) -> tuple[np.ndarray, np.n
     rows = placed.entries.space.rows
     count = placed.record.count
     scale = np.array([1.0 if row < 3 else placed.length for row in rows])
-    J = sampled([[t[i] for i in rows] for t in local.twists], count)
+    J = at_samples([[t[i] for i in rows] for t in local.twists], count)
     J = J.reshape(count, len(local.twists), len(rows)) * scale
     energy = energy_of(local, np.eye(len(rows), dtype=int).tolist(), rows)
-    return J, sampled(energy, count) / scale[:, None] / scale
+    return J, at_samples(energy, count) / scale[:, None] / scale

@@ -19,11 +19,12 @@ from robostiff.analytic.contributions import BeamProducts, ContributionReader, s
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.products import FormulaTooLargeError
-from robostiff.analytic.sampled_leg import SampledLeg, sampled
+from robostiff.analytic.sampled_leg import SampledLeg
 from robostiff.analytic.unit_wrenches import IDLE, UnitWrench, WrenchSearch
 from robostiff.model import PlacedBlock, PlacedLeg
 from robostiff.record import Entry, is_zero
 from robostiff.recorded.elimination import least_size
+from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import WorkingFrame
 
 _SAME = 1e-10
@@ -209,7 +210,7 @@ class LegReader:
         frame = self._frame(block, units)
         columns = [w.seen_from(frame, record, search.length) for w in units]
         shares = [shares_of(columns, w.seen_from(frame, search), search) for w in held]
-        at = sampled(shares, record.count).reshape(record.count, len(held), len(units))
+        at = at_samples(shares, record.count).reshape(record.count, len(held), len(units))
         met = np.stack([w.met for w in held], axis=1)
 
         def added(i: int, j: int) -> Any:

@@ -11,7 +11,7 @@ from sympy.core.cache import cacheit
 from robostiff.analytic.closed_sum import factored_fraction, fraction_in_factors
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.factors import bound_of_terms, completed_squares, factored
+from robostiff.analytic.factors import bound_of_terms, by_powers, completed_squares, factored
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.operation_count import count_of, parts_of, symbols_in
@@ -307,16 +307,12 @@ def _without_powers(fraction: Any, symbol: Any, square: Any) -> Any:
     element, by = field.element(fraction), field.element(square)
     if symbol not in field.generators:
         return fraction
-    place = field.generators.index(symbol)
-    if element.num.degrees()[place] < 2:
+    x, total = field.element(symbol), field.zero
+    parts = by_powers(element.num, [field.generators.index(symbol)])
+    if max(parts) < (2,):
         return fraction
-    parts: dict[int, dict[Any, Any]] = {}
-    for powers, c in element.num.terms():
-        twice, odd = divmod(powers[place], 2)
-        parts.setdefault(twice, {})[*powers[:place], odd, *powers[place + 1 :]] = c
-    total = field.zero
-    for twice, terms in parts.items():
-        total = total + field.fraction(field.ring.from_dict(terms), element.den) * by**twice
+    for (power,), part in parts.items():
+        total = total + field.fraction(part, element.den) * by ** (power // 2) * x ** (power % 2)
     return fraction_in_factors(field, total)
 
 
@@ -352,17 +348,7 @@ def _by_turning(radicand: Any, turning: Sequence[Any]) -> Any:
     """A polynomial with what stands before each product of sines and cosines in factors."""
     names = {x: sp.Dummy(str(x)) for x in turning}
     field = ExactField([radicand.xreplace(names)])
-    places = [field.generators.index(name) for name in names.values()]
-    parts: dict[tuple[int, ...], dict[Any, Any]] = {}
-    for powers, c in field.element(radicand.xreplace(names)).num.terms():
-        left = tuple(0 if i in places else power for i, power in enumerate(powers))
-        parts.setdefault(tuple(powers[i] for i in places), {})[left] = c
-    return sp.Add(
-        *(
-            sp.Mul(
-                factored(field, field.ring.from_dict(terms)),
-                *(x**power for x, power in zip(turning, own, strict=True)),
-            )
-            for own, terms in parts.items()
-        )
-    )
+    num = field.element(radicand.xreplace(names)).num
+    parts = by_powers(num, [field.generators.index(name) for name in names.values()])
+    factors = {own: map(sp.Pow, turning, own) for own in parts}
+    return sp.Add(*(sp.Mul(factored(field, x), *factors[own]) for own, x in parts.items()))

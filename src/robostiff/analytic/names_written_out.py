@@ -213,7 +213,7 @@ def _without(
     symbol = definition.symbol
     others = tuple(d for d in written.definitions if d is not definition)
     left = replace(written, definitions=others)
-    yield changed(left, lambda x: x.xreplace({symbol: expression}), symbol)
+    yield changed(left, lambda x: _written_out(x, symbol, expression), symbol)
     for other in (b for a, b in units if a == symbol):
         needed = needed_for(other, written.definitions)
         if symbol in needed or len(needed) == 1:
@@ -223,6 +223,11 @@ def _without(
         found = changed(left, lambda x, rest=rest: _in_squares(x, symbol, rest, expression), symbol)
         ordered = tuple(in_order(found.definitions))
         yield replace(found, definitions=ordered)
+
+
+@cacheit
+def _written_out(formula: Any, symbol: Any, expression: Any) -> Any:
+    return formula.xreplace({symbol: expression})
 
 
 def _by_ratios(written: Written, definition: Definition) -> Iterator[Written]:
@@ -261,7 +266,9 @@ def _with_needed_names(written: Written) -> Written:
         formulas = (*written.results, *(own.expression for own in others))
         if not _is_kept(d) and not any(d.symbol in symbols_in(x) for x in formulas):
             left = replace(written, definitions=others)
-            written = changed(left, lambda x, d=d: x.xreplace({d.symbol: d.expression}), d.symbol)
+            written = changed(
+                left, lambda x, d=d: _written_out(x, d.symbol, d.expression), d.symbol
+            )
     return written
 
 
@@ -298,6 +305,7 @@ def _squared_in(expression: Any) -> frozenset[Any]:
     return frozenset(x.base for x in powers if x.exp.is_Integer and abs(x.exp) > 1)
 
 
+@cacheit
 def _in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
     """An expression with a name for the square of a symbol, and what stands for an odd factor."""
     powers: dict[Any, Any] = {symbol: once}

@@ -37,34 +37,27 @@ class Image:
     def made_from(self, wrench: Sequence[Any]) -> list[Any]:
         """The image of a wrench of six formulas or entries."""
         angle = 2 * sp.pi * sp.Rational(self.part.numerator, self.part.denominator)
-        c, s = sp.cos(angle), sp.sin(angle)
+        return self._image(wrench, sp.cos(angle), sp.sin(angle))
+
+    def exact(self, rows: Sequence[int]) -> Any:
+        """Some rows and columns of the matrix that makes an image, in balls."""
+        part = 2 * flint.fmpq(self.part.numerator, self.part.denominator)
+        c, s = flint.arb.cos_pi_fmpq(part), flint.arb.sin_pi_fmpq(part)
+        columns = [self._image([int(i == j) for i in range(6)], c, s) for j in rows]
+        return flint.arb_mat([[column[i] for column in columns] for i in rows])
+
+    def of(self, wrenches: np.ndarray) -> np.ndarray:
+        """The images of wrenches in numbers (..., 6)."""
+        c, s = np.cos(2 * np.pi * self.part), np.sin(2 * np.pi * self.part)
+        return np.stack(self._image([wrenches[..., i] for i in range(6)], c, s), axis=-1)
+
+    def _image(self, wrench: Sequence[Any], c: Any, s: Any) -> list[Any]:
+        """By cosine and sine of the turn."""
         signs = [self.sign * x for x in self.mirror or 6 * (1,)]
         image: list[Any] = []
         for (x, y, z), (i, j, k) in ((wrench[:3], signs[:3]), (wrench[3:], signs[3:])):
             image += [(i * c) * x + (-j * s) * y, (i * s) * x + (j * c) * y, k * z]
         return image
-
-    def exact(self, rows: Sequence[int]) -> Any:
-        """Some rows and columns of that matrix in balls."""
-        part = 2 * flint.fmpq(self.part.numerator, self.part.denominator)
-        c, s = flint.arb.cos_pi_fmpq(part), flint.arb.sin_pi_fmpq(part)
-        turn = {(0, 0): c, (0, 1): -s, (1, 0): s, (1, 1): c, (2, 2): flint.arb(1)}
-        signs = [self.sign * x for x in self.mirror or 6 * (1,)]
-        return flint.arb_mat(
-            [
-                [turn.get((i % 3, j % 3), 0) * signs[j] if i // 3 == j // 3 else 0 for j in rows]
-                for i in rows
-            ]
-        )
-
-    def of(self, wrenches: np.ndarray) -> np.ndarray:
-        """The images of wrenches in numbers (..., 6)."""
-        c, s = np.cos(2 * np.pi * self.part), np.sin(2 * np.pi * self.part)
-        w = self.sign * wrenches * np.array(self.mirror or 6 * (1,))
-        x, y = w[..., [0, 3]], w[..., [1, 4]]
-        turned = w.copy()
-        turned[..., [0, 3]], turned[..., [1, 4]] = c * x - s * y, s * x + c * y
-        return turned
 
 
 @dataclass(frozen=True)

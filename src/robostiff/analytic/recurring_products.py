@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from itertools import combinations, permutations
 from typing import Any
 
@@ -173,7 +174,7 @@ def _divided(expression: Any, ratio: Definition) -> Any:
     expression = expression.func(*(_divided(part, ratio) for part in expression.args))
     if not isinstance(expression, sp.Mul):
         return expression
-    part = tuple(ratio.expression.as_powers_dict().items())
+    part = tuple(_powers(ratio.expression).items())
     left = _taken_out(_powers(expression), part)
     if part not in left:
         return expression
@@ -208,8 +209,13 @@ def _most_useful(written: Written, components: set[Any], refused: set[Any]) -> A
 
 def _products(formula: Any) -> list[_Powers]:
     """The products that occur in a formula."""
-    parts = sp.preorder_traversal(formula)
-    return [_powers(part) for part in parts if isinstance(part, sp.Mul)]
+    found, pending = [], [formula]
+    while pending:
+        part = pending.pop()
+        pending += reversed(part.args)
+        if part.is_Mul:
+            found.append(_powers(part))
+    return found
 
 
 _Powers = dict[Any, Any]  # powers of the factors of a product
@@ -229,13 +235,16 @@ def _parts_of(powers: _Powers, components: set[Any]) -> Iterator[_Part]:
 
 
 def _powers(product: Any) -> _Powers:
-    return dict(product.as_coeff_Mul()[1].as_powers_dict())
+    powers = product.as_coeff_Mul()[1].as_powers_dict()
+    # Numbers of Python: SymPy's take ten times as long.
+    return {b: Fraction(int(x.p), int(x.q)) if x.is_Rational else x for b, x in powers.items()}
 
 
 def _taken_out(powers: _Powers, part: _Part) -> _Powers:
     """Powers after as many parts as there are have become one factor."""
     fits = [powers.get(base, 0) / power for base, power in part]
-    if not all(sp.sympify(x).is_Integer for x in fits) or min(fits) * max(fits) <= 0:
+    are_whole = all(isinstance(x, Fraction) and x.denominator == 1 for x in fits)
+    if not are_whole or min(fits) * max(fits) <= 0:
         return powers
     times = min(fits, key=abs)
     left = {**powers, part: times}

@@ -119,7 +119,9 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
             if i in follows.legs:
                 q, left = leg_coordinates(leg, follows.legs[i], record, finder.length)
                 following += left
-                closed[i] = _turning_as_steps(leg, q, record)
+                pairs = zip(q, leg.chain.freedoms, strict=True)
+                angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
+                closed[i] = np.array(angled, dtype=object)
                 placed.append(place_leg_at_joints(leg, closed[i]))
             else:
                 placed.append(_closed_leg(leg, platform, solver))
@@ -167,7 +169,7 @@ def _check_reach(
             name: own + spread * (finder.length if name in points else 1.0) * random.uniform(-1, 1)
             for name, own in middle.items()
         }
-        posture = finder.find(_platform_at(finder, values, drawn, rotation))
+        posture = finder.find(pose_at(values, finder, drawn, rotation))
         if posture.reached.all():
             return
         complaints = posture.complaints
@@ -184,18 +186,21 @@ def _check_reach(
     )
 
 
-def _platform_at(
+def number_at(expression: Any, values: Mapping[str, float]) -> float:
+    """A formula at values of its symbols."""
+    return float(expression.evalf(30, subs={s: values[s.name] for s in expression.free_symbols}))
+
+
+def pose_at(
+    given: Mapping[str, Any],
     finder: PostureFinder,
-    expressions: Mapping[str, Any],
-    drawn: Mapping[str, float],
+    values: Mapping[str, float],
     rotation: PoseRotation,
 ) -> RigidTransform:
+    """The pose of the platform that has given coordinates, others as at home."""
     six = finder.home_pose
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
-    numbers = {
-        name: float(x.subs({symbol: drawn[str(symbol)] for symbol in x.free_symbols}))
-        for name, x in expressions.items()
-    }
+    numbers = {name: number_at(x, values) for name, x in given.items()}
     pose = platform_pose(home, numbers, rotation)
     R, p = pose.R.astype(float), pose.p.astype(float)
     return RigidTransform.from_components(p, Rotation.from_matrix(R))
@@ -231,17 +236,6 @@ def home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
     return np.array(entries.home.R, dtype=object), np.array(entries.home.p, dtype=object)
 
 
-def _turning_as_steps(leg: Leg, q: np.ndarray, record: Record) -> np.ndarray:
-    """Angles whose cosine is no root of numbers as steps."""
-    return np.array(
-        [
-            _as_step(x, record) if screw.turns else x
-            for x, screw in zip(q, leg.chain.freedoms, strict=True)
-        ],
-        dtype=object,
-    )
-
-
 def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFormula:
     if solver.closed_form is not None:
         return place_leg(leg, platform, solver)
@@ -268,7 +262,9 @@ def _samples(
     """
     if follows.any:
         if not robot.symbols and not follows.pose and not follows.at_joints:
-            home = {n: q for i, own in follows.legs.items() for n, q in _home_of(finder, i, own)}
+            home: dict[str, float] = {}
+            for i, own in follows.legs.items():
+                home.update(zip(own, map(float, finder.solvers[i].home), strict=True))
             return {name: np.full(_SAMPLES, home[name]) for name in symbols}
         closed: list[Sample] = follows.samples(_SAMPLES, _SEED, _SPREAD)
         found = [{**sample.values, **sample.coordinates} for sample in closed]
@@ -287,10 +283,6 @@ def _samples(
         spread = _SPREAD * (abs(value) if value else 1.0)
         samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
     return samples
-
-
-def _home_of(finder: PostureFinder, leg: int, names: tuple[str, ...]) -> list[tuple[str, float]]:
-    return list(zip(names, map(float, finder.solvers[leg].home), strict=True))
 
 
 def home_values(finder: PostureFinder, rotation: PoseRotation) -> dict[str, float]:

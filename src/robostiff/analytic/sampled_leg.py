@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.jacobians import freedom_twist
+from robostiff.elasticity import Elasticity
+from robostiff.elastostatics.parallel_block import block_compliance
+from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.kinematics.jacobians import freedom_twist, spring_compliance
 from robostiff.model import PlacedBlock, PlacedLeg, PlacedSpring
-from robostiff.record import Entry, Record
+from robostiff.record import Record
+from robostiff.recorded.leg import at_samples
 from robostiff.spatial import Space
 
 _RANK = 1e-7
-
-
-def sampled(values: Any, count: int) -> np.ndarray:
-    """Entries and numbers at the samples of their record, (count, ...)."""
-    array = np.asarray(values, dtype=object)
-    flat = [x.sample if isinstance(x, Entry) else np.full(count, float(x)) for x in array.flat]
-    return np.array(flat).T.reshape(count, *array.shape)
 
 
 @dataclass
@@ -85,7 +81,7 @@ class SampledLeg:
     def of(cls, leg: PlacedLeg, around: Surroundings) -> SampledLeg | None:
         """A leg in numbers; None where a block holds different motions at different samples."""
         record, rows, scale = around.record, list(around.space.rows), around.scale
-        reference = sampled(around.reference, record.count)
+        reference = at_samples(around.reference, record.count)
         at = np.asarray(around.reference, dtype=object)
         n = len(rows)
         C = np.zeros((record.count, n, n))
@@ -99,10 +95,11 @@ class SampledLeg:
                 columns += list(np.moveaxis(block.J, 2, 0))
                 continue
             if isinstance(part, PlacedSpring):
-                R, p = sampled(part.rotation, record.count), sampled(part.point, record.count)
-                own = _moved(sampled(part.elasticity.compliance, record.count), R, p - reference)
+                R, p = at_samples(part.rotation, record.count), at_samples(part.point, record.count)
+                own = Elasticity(at_samples(part.elasticity.compliance, record.count))
+                own = spring_compliance(PlacedSpring("", p, R, own), reference)
             else:
-                twist = sampled(freedom_twist(part, at), record.count)
+                twist = at_samples(freedom_twist(part, at), record.count)
                 if part.is_passive:
                     # Twists by shifts over the length, wrenches by moments: their work stays.
                     twist = twist * np.where(np.arange(6) < 3, 1 / around.length, 1.0)
@@ -110,7 +107,7 @@ class SampledLeg:
                     continue
                 if part.stiffness is None:
                     continue
-                k = sampled([part.stiffness], record.count)
+                k = at_samples([part.stiffness], record.count)
                 own = twist[:, :, None] * twist[:, None, :] / k[:, :, None]
             C += (own * scale[:, None] * scale)[:, rows][:, :, rows]
         J = np.zeros((record.count, n, 0))
@@ -120,14 +117,6 @@ class SampledLeg:
         ranks = {int(r) for r in np.linalg.matrix_rank(J, tol=_RANK)} if columns else {0}
         return cls(J, C, n - ranks.pop() if len(ranks) == 1 else None)
 
-    @property
-    def wrenches(self) -> np.ndarray:
-        """An orthonormal basis of what is transmitted (count, n, m)."""
-        n = self.C.shape[1]
-        if not self.J.shape[2]:
-            return np.broadcast_to(np.eye(n), self.C.shape)
-        return np.linalg.svd(self.J)[0][:, :, n - (self.transmitted or 0) :]
-
 
 def _of_block(block: PlacedBlock, around: Surroundings) -> SampledLeg | None:
     branches = []
@@ -135,29 +124,8 @@ def _of_block(block: PlacedBlock, around: Surroundings) -> SampledLeg | None:
         own = SampledLeg.of(branch, around)
         if own is None or own.transmitted is None:
             return None
-        branches.append(own)
-    held = np.concatenate([own.wrenches for own in branches], axis=2)
-    U, sizes, _ = np.linalg.svd(held)
-    ranks = {int(np.sum(s > _RANK)) for s in sizes}
-    if len(ranks) > 1:
+        branches.append((own.C, own.J))
+    found = block_compliance(branches, np.ones(around.record.count), Tolerance())
+    if not np.all(np.linalg.norm(found.J_q, axis=1)):
         return None
-    m = ranks.pop()
-    Q = U[:, :, :m]
-    K = np.zeros((len(Q), m, m))
-    for own in branches:
-        W = np.swapaxes(Q, 1, 2) @ own.wrenches
-        A = np.swapaxes(own.wrenches, 1, 2) @ own.C @ own.wrenches
-        K += W @ np.linalg.solve(A, np.swapaxes(W, 1, 2))
-    return SampledLeg(U[:, :, m:], Q @ np.linalg.solve(K, np.swapaxes(Q, 1, 2)), m)
-
-
-def _moved(C: np.ndarray, R: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Compliances of parts in their own axes about a point that is -v from them, world axes."""
-    count = len(C)
-    felt = np.zeros((count, 6, 6))  # of a wrench about the reference, at the part
-    felt[:, :3, :3] = felt[:, 3:, 3:] = np.swapaxes(R, 1, 2)
-    lever = np.zeros((count, 3, 3))
-    lever[:, 0, 1], lever[:, 0, 2], lever[:, 1, 2] = v[:, 2], -v[:, 1], v[:, 0]
-    lever[:, 1, 0], lever[:, 2, 0], lever[:, 2, 1] = -v[:, 2], v[:, 1], -v[:, 0]
-    felt[:, 3:, :3] = np.swapaxes(R, 1, 2) @ lever
-    return np.swapaxes(felt, 1, 2) @ C @ felt
+    return SampledLeg(found.J_q, found.C, found.C.shape[1] - found.J_q.shape[2])

@@ -134,13 +134,6 @@ def sum_of_springs(
     first = [d for d in recurring.definitions if d.expression.free_symbols <= inputs]
     last = [d for d in recurring.definitions if d not in first]
     lengths = [Definition(d.symbol, _in_names(d.expression, first)) for d in read.definitions]
-    in_names = [
-        SpringLeg(
-            tuple(_in_names(group.written(i, search, read), first) for group, i in leg),
-            tuple(_in_names(group.compliance, first) for group, _ in leg),
-        )
-        for leg in legs.values()
-    ]
     first, last = (
         [Definition(d.symbol, shortest_trigonometry(d.expression)) for d in own]
         for own in (first, last)
@@ -150,16 +143,15 @@ def sum_of_springs(
         K.xreplace({s: _in_names(both[i], first) for s, both in squares.items()}).xreplace(numbers)
         for i in (0, 1)
     )
-    in_names = [
-        SpringLeg(
-            tuple(w.xreplace(numbers) for w in leg.wrenches),
-            tuple(c.xreplace(numbers) for c in leg.compliances),
+    in_names = {
+        number: SpringLeg(
+            tuple(_in_names(g.written(i, search, read), first).xreplace(numbers) for g, i in leg),
+            tuple(_in_names(g.compliance, first).xreplace(numbers) for g, _ in leg),
         )
-        for leg in in_names
-    ]
-    results = [plain, *(x for leg in in_names for x in (*leg.wrenches, *leg.compliances))]
-    by_number = dict(zip(legs, in_names, strict=True))
-    found = SumOfSprings(plain, by_number, used_definitions(definitions, results))
+        for number, leg in legs.items()
+    }
+    results = [plain, *(x for leg in in_names.values() for x in (*leg.wrenches, *leg.compliances))]
+    found = SumOfSprings(plain, in_names, used_definitions(definitions, results))
     if not in_short_steps:
         found = _with_components(found, shorter, placed)
     at_most = sum(

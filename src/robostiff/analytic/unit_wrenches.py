@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.sampled_leg import SampledLeg, Seen, Surroundings, sampled
+from robostiff.analytic.sampled_leg import SampledLeg, Seen, Surroundings
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
+from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import WorkingFrame, cross, turned_back
 from robostiff.spatial import Space
 
@@ -121,7 +122,7 @@ class WrenchSearch(Surroundings):
         """Unit wrenches that do no work on passive joints, alike ones together."""
         directions = self._different(_directions(leg, self.record.count), 1.0, up_to_sign=True)
         points = self._different(_points(leg, self.record.count), self.length, up_to_sign=False)
-        reference = sampled(self.reference, self.record.count)
+        reference = at_samples(self.reference, self.record.count)
         d = np.array([at for _, at in directions])  # (directions, samples, 3)
         p = np.array([at for _, at in points]) - reference
         # A couple about each direction, and forces along it through all points.
@@ -238,7 +239,7 @@ _Vector = tuple[np.ndarray, Callable[[], Any]]
 
 def _known(vector: Any, count: int) -> _Vector:
     entries = np.asarray(vector, dtype=object)
-    return sampled(entries, count), lambda: entries
+    return at_samples(entries, count), lambda: entries
 
 
 def _across(a: _Vector, b: _Vector) -> _Vector:
@@ -352,7 +353,7 @@ def _unit_entries(between: np.ndarray | None) -> np.ndarray | None:
     if not isinstance(square, Entry):
         return between / square_root(square) if float(square) > 0 else None
     record = square.record
-    at = sampled(between, record.count)
+    at = at_samples(between, record.count)
     least = np.min(np.abs(at), axis=0)
     first = int(np.argmax(least))
     if least[first] > 0 and np.max(np.ptp(at / at[:, [first]], axis=0)) < _SAME:

@@ -26,7 +26,6 @@ from robostiff.analytic.parallel_rods import cluster_of, rods_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot
-from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.unit_wrenches import Basis, UnitWrench, WrenchSearch
 from robostiff.analytic.vector_expressions import (
     Coordinates,
@@ -55,6 +54,8 @@ from robostiff.analytic.vector_rods import (
     varies,
 )
 from robostiff.model import PlacedLeg
+from robostiff.recorded.leg import at_samples as sampled
+from robostiff.spatial import Space
 
 _SAME = 1e-9
 _LONGEST = 80  # operations of a compliance that is printed for a generic leg

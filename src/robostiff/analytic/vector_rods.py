@@ -18,7 +18,6 @@ import sympy as sp
 
 from robostiff.analytic.leg_table import LegTable
 from robostiff.analytic.robot_placement import PlacedRobot
-from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.vector_expressions import (
     Cross,
     Dot,
@@ -34,6 +33,7 @@ from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import Leg, PlacedLeg, Telescope
 from robostiff.record import Entry, square_root
 from robostiff.recorded.working_frame import turned_back
+from robostiff.recorded.leg import at_samples as sampled
 
 _SAME = 1e-9
 _D, _E, _M, _U, _V = map(Vector, ("d_i", "e_i", "m_i", "u_i", "v_i"))

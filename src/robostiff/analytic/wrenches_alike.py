@@ -15,10 +15,10 @@ from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.orbits import COMPONENTS, Image, Orbit, Products, averages, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import written_size
-from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.analytic.unit_wrenches import WrenchSearch
 from robostiff.record import Entry, is_zero
+from robostiff.recorded.leg import at_samples
 
 _LONG_ENTRY = 14  # operations of an entry of a wrench that is given a name
 _SHORT = 6  # operations of an entry that stays
@@ -39,7 +39,7 @@ class WrenchOfLeg:
     @classmethod
     def of(cls, entries: list[Any], count: int) -> WrenchOfLeg:
         """One of known entries."""
-        return cls(sampled(entries, count), lambda: entries)
+        return cls(at_samples(entries, count), lambda: entries)
 
     @cached_property
     def entries(self) -> list[Any]:

@@ -269,4 +269,4 @@ def at_samples(values: Column | np.ndarray, count: int) -> np.ndarray:
     """Values of entries and numbers at the samples (samples, ...)."""
     entries = np.asarray(values, dtype=object)
     each = [x.sample if isinstance(x, Entry) else np.full(count, float(x)) for x in entries.flat]
-    return np.stack(each, axis=-1).reshape(count, *entries.shape)
+    return np.array(each).T.reshape(count, *entries.shape)
