@@ -41,13 +41,7 @@ _ESCAPED = {
 
 
 def latex_words(text: str) -> str:
-    r"""Text for LaTeX, its special characters escaped.
-
-    Examples
-    --------
-    >>> latex_words("100 % of a_b")
-    '100 \\% of a\\_b'
-    """
+    """Text for LaTeX, its special characters escaped."""
     return "".join(_ESCAPED.get(character, character) for character in " ".join(text.split()))
 
 
@@ -65,25 +59,12 @@ def latex_name(name: str) -> str:
 
 
 def latex_matrix_name(name: str) -> str:
-    r"""Name of a matrix or vector, in bold type.
-
-    Examples
-    --------
-    >>> latex_matrix_name("K_1")
-    '\\mathbf{K}_{1}'
-    """
+    """Name of a matrix or vector, in bold type."""
     return _subscripted(name, bold=True)
 
 
 def latex_expression(expression: sp.Expr) -> str:
-    r"""An expression in LaTeX.
-
-    Examples
-    --------
-    >>> k, a = sp.symbols("k_1 phi")
-    >>> latex_expression(k * sp.cos(a) ** 2 / 3)
-    '\\frac{k_{1} \\cos^{2}{\\left(\\phi \\right)}}{3}'
-    """
+    """An expression in LaTeX."""
     symbols = expression.atoms(sp.Symbol)
     names = {s: latex_name(s.name) for s in symbols}
     product = r"\," if any(is_word(s.name) for s in symbols) else None
