@@ -228,17 +228,8 @@ def derivation_markdown(derivation: Derivation | FormulaDerivative) -> str:
     >>> import sympy as sp
     >>> k = sp.Symbol("k_tau")
     >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
-    >>> print("\n".join(derivation_markdown(Derivation("K_C", K, (), K)).splitlines()[4:14]))
-    ## Result
-    <BLANKLINE>
-    $$
-    \mathbf{K}_{C} = \frac{k_{\tau}}{3} \begin{bmatrix}
-    1 & 0 & 0 \\
-    0 & 1 & 0 \\
-    0 & 0 & 0
-    \end{bmatrix}
-    $$
-    <BLANKLINE>
+    >>> derivation_markdown(Derivation("K_C", K, (), K)).splitlines()[4]
+    '## Result'
     """
     written = [text for block in outline_of(derivation) for text in _in_markdown(block)]
     return "\n\n".join(written) + "\n"
