@@ -153,7 +153,8 @@ class _MathMLPrinter(FormulaPrinter):
     def times(self, factor: str, *, apart: bool) -> str:
         if factor.startswith("<mn>"):
             return "<mo>·</mo>"
-        return f'{_TIMES}<mspace width="0.17em"/>' if apart else _TIMES
+        is_function = _APPLY in factor and not factor.startswith("<mrow>")
+        return f'{_TIMES}<mspace width="0.17em"/>' if apart or is_function else _TIMES
 
 
 MATHML = MathLanguage(

@@ -27,7 +27,7 @@ class NameParts:
     primes: int = 0  # how many primes follow the letter
 
 
-_COORDINATE = re.compile("i[xyz]")
+_COORDINATE = re.compile("i(j?[xyz]|j)")
 
 
 def name_parts(name: str) -> NameParts:
@@ -55,7 +55,7 @@ def name_parts(name: str) -> NameParts:
     matched = re.fullmatch(r"(\D+?)(\d+)", stripped)
     if matched:
         stripped, subscripts = matched[1], [matched[2], *subscripts]
-    # Of a coordinate of leg i.
+    # Of a coordinate of leg i, or of its rod j.
     subscripts = [part for s in subscripts for part in (s if _COORDINATE.fullmatch(s) else (s,))]
     return NameParts(_spelled(stripped or head), tuple(map(_spelled, subscripts)), primes)
 
