@@ -331,3 +331,20 @@ def test_a_derivative_in_names_has_no_false_pole_and_is_short(symbol):
     assert distance(dK, (after - before) / (2 * step)) < 1e-8
     assert distance(found.lambdify()(**values_for(found, values))[1], dK) < 1e-13
     assert len(derivation_text(found).splitlines()) < 45
+
+
+@pytest.mark.parametrize("form", [Closed(), Steps()], ids=["closed", "steps"])
+def test_tubes_without_a_wall_are_refused(form):
+    """E A is negative there, and beside a soft drive K came out positive."""
+    robot = rs.load(DATA / "gsb-drive.yaml", symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, form=form)
+    values = {**robot.nominal, "d": 1.2 * robot.nominal["D"], "k": 1e5}
+    own = values_for(derivation, values)
+    with pytest.raises(InputError, match="positive D - d"):
+        derivation.substituted(own)
+    with pytest.raises(InputError, match="positive D - d"):
+        derivation.subs({"d": values["d"], "D": values["D"]})
+    with pytest.raises(rs.NoAnswerError, match="positive D - d"):
+        derivation.lambdify()(**own)
+    with pytest.raises(ValueError, match="does not hold"):
+        function_of(derivation)(**own)

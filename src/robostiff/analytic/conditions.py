@@ -12,6 +12,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.closed_posture import gap_of
+from robostiff.analytic.contributions import recognised_beam
 from robostiff.analytic.derivation import Condition
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot, home_frame
@@ -19,7 +20,7 @@ from robostiff.analytic.robot_pose import platform_pose
 from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.kinematics import FormulaPose, place_leg
 from robostiff.kinematics.formula import place_leg_at_joints
-from robostiff.model import Leg, with_entries
+from robostiff.model import Leg, PlacedLeg, with_entries
 from robostiff.record import Entry, Record
 from robostiff.recorded import entry_reader
 from robostiff.recorded.leg import lower_bound
@@ -40,7 +41,8 @@ def conditions_of(placed: PlacedRobot) -> tuple[Condition, ...]:
     at those of the record.
     """
     read = ClosedReading(placed.record, placed.symbols)
-    found = []
+    found = [x for leg in placed.legs for x in _of_sections(leg.leg, placed, read)]
+    found = list({x.expression: x for x in found}.values())
     for leg in placed.legs:
         for length in leg.lengths:
             if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
@@ -49,6 +51,23 @@ def conditions_of(placed: PlacedRobot) -> tuple[Condition, ...]:
         if not placed.following:
             found += _closing(leg.leg.name, leg.gap, read)
     return (*found, *(_following(placed, read) if placed.following else ()))
+
+
+def _of_sections(leg: PlacedLeg, placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
+    """That beams have a cross-section: D - d of a tube, and whatever else in E A may vanish."""
+    inside = [own for block in leg.blocks for own in block.branches]
+    found = [x for own in inside for x in _of_sections(own, placed, read)]
+    at: Any = {s: placed.record.input(name).sample[0] for name, s in placed.symbols.items()}
+    for part in leg.springs:
+        _, products = recognised_beam(part, placed.record) or (0, {})
+        for letter in ("EA", "EI_z", "EI_y")[: len(products)]:
+            factors: Any = sp.Mul.make_args(sp.sympify(read(products[letter])))
+            for factor in factors:
+                if factor.is_Add and factor.is_positive is None:
+                    sign = 1 if factor.subs(at) > 0 else -1
+                    words = f"the cross-section of {part.name!r} has a positive {sign * factor}"
+                    found.append(Condition(words, sign * factor))
+    return found
 
 
 def _closing(name: str, gap: Sequence[Any], read: ClosedReading) -> list[Condition]:

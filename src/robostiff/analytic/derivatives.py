@@ -237,13 +237,7 @@ def _element(field: ExactField, polynomial: Any) -> Element:
 
 
 def derivative_name(name: str, symbol: sp.Symbol) -> str:
-    """Name of a derivative.
-
-    Examples
-    --------
-    >>> derivative_name("K_1_11", sp.Symbol("R"))
-    'dK_1_11_dR'
-    """
+    """Name of a derivative, such as dK_1_11_dR of K_1_11."""
     return f"d{name}_d{symbol.name}"
 
 

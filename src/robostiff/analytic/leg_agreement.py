@@ -114,13 +114,7 @@ def _joint_of(freedom: str) -> str:
 
 
 def redundant_columns(J: np.ndarray) -> list[bool]:
-    """Which columns depend on those before.
-
-    Examples
-    --------
-    >>> redundant_columns(np.array([[1.0, 2.0, 0.0], [0.0, 0.0, 3.0]]))
-    [False, True, False]
-    """
+    """Which columns depend on those before."""
     count = J.shape[1]
     ranks = [0] + [int(np.linalg.matrix_rank(J[:, : k + 1], tol=_SAME)) for k in range(count)]
     return [after == before for before, after in pairwise(ranks)]

@@ -67,14 +67,7 @@ def balls_of(
     values: Mapping[Any, Any],
     definitions: Iterable[Definition] = (),
 ) -> list[Any]:
-    """Values as balls of FLINT that contain them, at its precision; given values are exact.
-
-    Examples
-    --------
-    >>> x = sp.Symbol("x")
-    >>> bool(balls_of([sp.sqrt(x) ** 2 - 2], {x: sp.Integer(2)})[0].contains(0))
-    True
-    """
+    """Values as balls of FLINT that contain them, at its precision; given values are exact."""
     known = {symbol: _ball(value) for symbol, value in values.items()}
     return _values(expressions, known, definitions, _ball, _in_balls)
 

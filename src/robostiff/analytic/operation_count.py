@@ -102,17 +102,7 @@ def operations_in(expression: Any) -> int:
 
 
 def operations_of(K: Any, definitions: Sequence[Definition]) -> int:
-    """Operations of the different entries of a matrix, and of what its names stand for.
-
-    Entries that differ by their sign count once, and numbers nothing. Common factors stand in
-    front of a sum, as they are printed.
-
-    Examples
-    --------
-    >>> R, r, k, d = sp.symbols("R r k d")
-    >>> operations_of(sp.Matrix([[k * d, 0], [0, -k * d]]), [Definition(d, R - r)])
-    2
-    """
+    """Operations of the different entries of a matrix, and of what its names stand for."""
     formulas = (*different_entries(K), *(d.expression for d in definitions))
     return sum(min(count_of(x), count_of(sp.factor_terms(x))) for x in formulas if x.free_symbols)
 

@@ -308,15 +308,7 @@ def _shorter(radicand: sp.Expr) -> sp.Expr:
 
 
 def written_size(record: Record, results: Iterable[Any]) -> int:
-    """Operations of the longest result, written out without names.
-
-    Examples
-    --------
-    >>> x = Record({"x": [3.0]}).input("x")
-    >>> square = (x + 1) * (x + 1)
-    >>> written_size(x.record, [square])
-    7
-    """
+    """Operations of the longest result, written out without names."""
     wanted = [value.step for value in results if isinstance(value, Entry)]
     sizes: dict[int, int] = {}
     for step in record.needed(wanted):

@@ -179,13 +179,7 @@ class VectorForm:
     others: tuple[VectorForm, ...] = ()
 
     def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
-        """K (n, n) in numbers, by the very equations that are printed.
-
-        Parameters
-        ----------
-        values : mapping of names to float
-            Of the given symbols.
-        """
+        """K (n, n) at values of the given symbols, by the very equations that are printed."""
         rows = list(self.space.rows)
         K = np.zeros((6, 6))
         for w, c in self.wrenches_at(values):
@@ -302,13 +296,7 @@ class ArmOfSprings:
     space: Space
 
     def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
-        """K (n, n) in numbers, by the very equations that are printed.
-
-        Parameters
-        ----------
-        values : mapping of names to float
-            Of the given symbols.
-        """
+        """K (n, n) at values of the given symbols, by the very equations that are printed."""
         known: dict[str, Any] = dict(values)
         for definition in self.names:
             known[definition.symbol.name] = vector_value(definition.expression, known)

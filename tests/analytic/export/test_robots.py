@@ -21,6 +21,7 @@ from robostiff.analytic.export import (
     matlab_function,
     python_function,
 )
+from robostiff.analytic.export.html import mathml_expression
 from robostiff.errors import InputError
 
 FORMS = {
@@ -146,3 +147,11 @@ def test_a_pickled_derivation_keeps_formula_and_legs(derivation):
         derivation.where,
     )
     assert [leg.joints for leg in again.legs] == [leg.joints for leg in derivation.legs]
+
+
+def test_a_factor_stands_apart_from_a_function():
+    """Without a space a cos(phi) reads as the arc cosine of phi."""
+    a, phi = sp.symbols("a phi")
+    written = mathml_expression(a * sp.cos(phi))
+    assert '<mi>a</mi><mo>&#8290;</mo><mspace width="0.17em"/><mi>cos</mi>' in written
+    assert "mspace" not in mathml_expression(a * phi)

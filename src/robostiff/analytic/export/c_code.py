@@ -21,7 +21,7 @@ from robostiff.analytic.export.code_printer import (
     where_it_holds,
 )
 from robostiff.analytic.export.derivative_outline import refuse_derivative
-from robostiff.analytic.export.entries import rows, symbols_of
+from robostiff.analytic.export.entries import symbols_of
 from robostiff.analytic.export.program import FormulaProgram, program
 from robostiff.errors import InputError
 
@@ -159,7 +159,7 @@ def _comment(derivation: Derivation, compute: FormulaProgram, out: str, p: str) 
 
 def _body(compute: FormulaProgram, names: Mapping[sp.Symbol, str], K: str, p: str) -> list[str]:
     printer = _CPrinter(names)
-    K_rows = rows(compute.entries)
+    K_rows = compute.entries.tolist()
     n = len(K_rows)
     beside = [*(a.expression for a in compute.assignments), *(x for _, x in compute.conditions)]
     used = symbols_of([compute.entries, *beside])

@@ -13,7 +13,6 @@ import sympy as sp
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import wrapped_formula
-from robostiff.analytic.export.entries import rows
 from robostiff.analytic.export.products import joined_terms, printed_product
 from robostiff.analytic.export.program import LARGE, FormulaProgram, Guard
 from robostiff.analytic.export.vocabulary import constant_name, function_name, unknown
@@ -116,6 +115,23 @@ class CodePrinter(ABC):
         return repr(float(number))
 
 
+class CaretPrinter(CodePrinter):
+    """What Julia and MATLAB have in common."""
+
+    def integer(self, value: int) -> str:
+        """A double where it is no exact integer."""
+        return str(value) if value <= LARGEST_EXACT else repr(float(value))
+
+    def constant(self, name: str) -> str:
+        """Pi or e."""
+        return {"pi": "pi", "e": "exp(1)"}[name]
+
+    def power(self, base: Any, exponent: Any) -> str:
+        """With a caret."""
+        written = self.factor(base)
+        return f"{f'({written})' if base.is_Pow else written}^{self.factor(exponent)}"
+
+
 class Identifiers:
     """Unique identifiers that are not reserved in the language.
 
@@ -215,6 +231,15 @@ def about_argument(
     return ", ".join([*own, plain(meaning)] if meaning else own)
 
 
+def arguments_in_words(
+    compute: FormulaProgram, written: Iterable[str], start: str = "", end: str = ""
+) -> list[str]:
+    """Lines of a comment on the arguments of which something is known."""
+    each = zip(written, compute.arguments, strict=True)
+    about = [(x, about_argument(x, symbol, compute.meanings)) for x, symbol in each]
+    return [f"{start}{x}{end}: {words}" for x, words in about if words]
+
+
 def title_of_function(derivation: Derivation | FormulaDerivative) -> str:
     """What a generated function computes, in words, for a string of Python."""
     if isinstance(derivation, FormulaDerivative):
@@ -256,7 +281,7 @@ def filled(
 
     `place` writes the entry in row i and column j, from 0; `write` writes an expression.
     """
-    K_rows = rows(matrix)
+    K_rows = matrix.tolist()
     for i, row in enumerate(K_rows):
         for j, entry in enumerate(row):
             if entry == 0:

@@ -10,7 +10,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.export.broken_lines import Breaks, broken_lines, math_width, name_width
-from robostiff.analytic.export.entries import MatrixName, rows
+from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Displayable,
     Inverse,
@@ -104,19 +104,6 @@ def displayed(
     Its common factor stands in front where all fits; otherwise the factor stays in the entries,
     and those that are too wide get a name. The `room` is that of all columns side by side, in the
     unit of `measure`; `stacked` says that the factor may stand above the matrix.
-
-    Examples
-    --------
-    >>> from robostiff.analytic.export.entries import MatrixName
-    >>> a, b = sp.symbols("a b")
-    >>> matrix = sp.ImmutableMatrix([[a, a + b], [a + b, b]])
-    >>> block = MatrixEquation(
-    ...     MatrixName("K"), sp.Integer(1), matrix, matrix, lambda i, j: f"K_{i + 1}{j + 1}"
-    ... )
-    >>> displayed(block, lambda e: len(str(e)), 6)
-    Displayed(factor=1, matrix=Matrix([
-    [   a, K_12],
-    [K_12,    b]]), named=ScalarEquations(rows=(('K_12', a + b),)))
     """
     taken = measure(block.factor) if block.factor != 1 else 0
     needed = sum(_columns(block.matrix, measure)) + (0 if stacked else taken)
@@ -131,7 +118,7 @@ def _named(block: MatrixEquation, measure: Measure, limit: float) -> Displayed:
     named: dict[Any, sp.Symbol] = {}
     shown: list[Any] = []
     whole = block.whole
-    for i, row in enumerate(rows(whole)):
+    for i, row in enumerate(whole.tolist()):
         for j, entry in enumerate(row):
             short = entry.is_Atom and not entry.is_Float
             if not short and entry not in names and measure(entry) > limit:
@@ -144,7 +131,7 @@ def _named(block: MatrixEquation, measure: Measure, limit: float) -> Displayed:
 
 
 def _columns(matrix: sp.ImmutableMatrix, measure: Measure) -> list[float]:
-    widths = [[measure(entry) for entry in row] for row in rows(matrix)]
+    widths = [[measure(entry) for entry in row] for row in matrix.tolist()]
     return [max(column) for column in zip(*widths, strict=True)]
 
 

@@ -18,40 +18,8 @@ from robostiff.analytic.operation_count import count_of
 from robostiff.errors import InputError
 
 
-def entries(matrix: Any) -> list[Any]:
-    """All entries of a matrix, row after row.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> entries(sp.Matrix([[1, 2], [3, 4]]))
-    [1, 2, 3, 4]
-    """
-    return [matrix[i, j] for i in range(matrix.rows) for j in range(matrix.cols)]
-
-
-def rows(matrix: Any) -> list[list[Any]]:
-    """The entries of a matrix, a list for each row.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> rows(sp.Matrix([[1, 2], [3, 4]]))
-    [[1, 2], [3, 4]]
-    """
-    return [[matrix[i, j] for j in range(matrix.cols)] for i in range(matrix.rows)]
-
-
 def symbols_of(expressions: Iterable[Any]) -> set[Any]:
-    """Symbols of expressions and matrices.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> x, y = sp.symbols("x y")
-    >>> sorted(symbols_of([x + 1, sp.Matrix([y])]), key=str)
-    [x, y]
-    """
+    """Symbols of expressions and matrices."""
     found: set[Any] = set()
     for expression in expressions:
         found |= expression.free_symbols
@@ -59,16 +27,8 @@ def symbols_of(expressions: Iterable[Any]) -> set[Any]:
 
 
 def operations(matrix: Any) -> int:
-    """Number of operations of all entries of a matrix.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> x, y = sp.symbols("x y")
-    >>> operations(sp.Matrix([[x + y, x * y + 1]]))
-    3
-    """
-    return sum(count_of(entry) for entry in entries(matrix))
+    """Number of operations of all entries of a matrix."""
+    return sum(count_of(entry) for entry in matrix.flat())
 
 
 @dataclass(frozen=True)
@@ -173,7 +133,7 @@ def without_lost_digits(K: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
     [2, 0],
     [0, 3]])
     """
-    if not all(x.is_number for x in entries(K)) or not any(map(_is_long, K.atoms(sp.Rational))):
+    if not all(x.is_number for x in K.flat()) or not any(map(_is_long, K.atoms(sp.Rational))):
         return K
     values = np.array(K.evalf(DIGITS + 3), dtype=float)
     size = np.sqrt(np.abs(np.diagonal(values)))
@@ -217,10 +177,10 @@ def readable(expression: Any) -> Any:
 def readable_matrix(M: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
     """A matrix of readable entries; those that differ by the sign alone still do."""
     written: dict[Any, Any] = {}
-    for entry in entries(M):
+    for entry in M.flat():
         if entry not in written:
             written[entry] = -written[-entry] if -entry in written else readable(entry)
-    return sp.ImmutableMatrix(M.rows, M.cols, [written[entry] for entry in entries(M)])
+    return sp.ImmutableMatrix(M.rows, M.cols, [written[entry] for entry in M.flat()])
 
 
 def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]:
@@ -236,7 +196,7 @@ def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]
     """
     K = K.applyfunc(in_decimals)
     whole = readable_matrix(K)
-    if operations(K) > _MOST_OPERATIONS or not _is_manageable(entries(K)):
+    if operations(K) > _MOST_OPERATIONS or not _is_manageable(K.flat()):
         return sp.Integer(1), whole
     try:
         factor, rest = _common_factor(K)
@@ -249,8 +209,8 @@ def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]
 
 def _common_factor(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]:
     """``K = factor * rest``, the entries of the rest polynomials with whole coefficients."""
-    field = ExactField(entries(K))
-    elements = [field.element(entry) for entry in entries(K)]
+    field = ExactField(K.flat())
+    elements = [field.element(entry) for entry in K.flat()]
     above, below = field.ring.constant(0), field.ring.constant(1)
     for element in elements:
         if not element.is_zero:

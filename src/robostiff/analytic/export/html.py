@@ -59,36 +59,17 @@ def mathml(written: str) -> str:
 
 
 def mathml_name(name: str) -> str:
-    """Name of a symbol with its subscripts.
-
-    Examples
-    --------
-    >>> mathml_name("k_tau")
-    '<msub><mi>k</mi><mi>τ</mi></msub>'
-    """
+    """Name of a symbol with its subscripts."""
     return _subscripted(name, bold=False)
 
 
 def mathml_matrix_name(name: str) -> str:
-    """Name of a matrix or vector, in bold type.
-
-    Examples
-    --------
-    >>> mathml_matrix_name("K_1")
-    '<msub><mi mathvariant="normal" class="matrix">K</mi><mn>1</mn></msub>'
-    """
+    """Name of a matrix or vector, in bold type."""
     return _subscripted(name, bold=True)
 
 
 def mathml_expression(expression: sp.Expr) -> str:
-    """An expression in MathML, still with plain signs between its elements.
-
-    Examples
-    --------
-    >>> k, a = sp.symbols("k a")
-    >>> mathml(mathml_expression(-k / 3))
-    '<mo>−</mo><mfrac><mrow><mi>k</mi></mrow><mrow><mn>3</mn></mrow></mfrac>'
-    """
+    """An expression in MathML, still with plain signs between its elements."""
     return _MathMLPrinter().doprint(expression)
 
 
@@ -172,7 +153,8 @@ class _MathMLPrinter(FormulaPrinter):
     def times(self, factor: str, *, apart: bool) -> str:
         if factor.startswith("<mn>"):
             return "<mo>·</mo>"
-        return f'{_TIMES}<mspace width="0.17em"/>' if apart else _TIMES
+        is_function = _APPLY in factor and not factor.startswith("<mrow>")
+        return f'{_TIMES}<mspace width="0.17em"/>' if apart or is_function else _TIMES
 
 
 MATHML = MathLanguage(

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import sympy as sp
+from sympy.core.assumptions import _assume_defined
 from sympy.core.facts import InconsistentAssumptions
 
 from robostiff.analytic.export.vocabulary import (
@@ -204,43 +205,18 @@ def _too_deep() -> InputError:
     return InputError("expression", expected=f"at most {DEEPEST} operations inside one another")
 
 
-# Of symbols, the most specific first.
-_KNOWN = """
-    positive negative nonnegative nonpositive zero nonzero even odd prime composite integer
-    noninteger rational irrational algebraic transcendental extended_positive extended_negative
-    extended_nonnegative extended_nonpositive extended_nonzero real imaginary complex
-    extended_real hermitian antihermitian finite infinite
-"""
-_ASSUMPTIONS = _KNOWN.split()
+_ASSUMPTIONS = sorted(_assume_defined - {"commutative", "polar"})
 _MOST_CHARACTERS = 200
 _MOST_SYMBOLS = 20_000
 
 
 def symbol_data(symbol: sp.Symbol) -> dict[str, Any]:
-    """A symbol as plain data, with the smallest sufficient set of assumptions.
-
-    Raises
-    ------
-    InputError
-        When it is no plain symbol: it does not commute, or is a dummy.
-
-    Examples
-    --------
-    >>> symbol_data(sp.Symbol("n", integer=True, positive=True))
-    {'name': 'n', 'assumptions': {'integer': True, 'positive': True}}
-    """
+    """A symbol as plain data, with the assumptions that were given."""
     if isinstance(symbol, sp.Dummy) or not symbol.is_commutative:
         raise InputError("symbol", got=str(symbol), expected="a plain symbol that commutes")
     if not symbol.name or len(symbol.name) > _MOST_CHARACTERS:
         raise InputError("symbol", got=symbol.name, expected=f"1 to {_MOST_CHARACTERS} letters")
-    known = symbol.assumptions0
-    needed = {name: known[name] for name in reversed(_ASSUMPTIONS) if name in known}
-    # Assumptions that follow from others are left out; false ones go first.
-    for name in sorted(needed, key=lambda name: needed[name]):
-        fewer = {other: value for other, value in needed.items() if other != name}
-        if sp.Symbol(symbol.name, **fewer) == symbol:
-            needed = fewer
-    return {"name": symbol.name, "assumptions": dict(sorted(needed.items()))}
+    return {"name": symbol.name, "assumptions": dict(sorted(symbol._assumptions_orig.items()))}
 
 
 def read_symbols(data: list[Any]) -> dict[str, sp.Symbol]:

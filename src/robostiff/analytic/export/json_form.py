@@ -13,7 +13,7 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Condition, Definition, Derivation, Stage
 from robostiff.analytic.export.derivative_outline import refuse_derivative
-from robostiff.analytic.export.entries import entries, rows, symbols_of
+from robostiff.analytic.export.entries import symbols_of
 from robostiff.analytic.export.json_expression import (
     TreeReader,
     expression_tree,
@@ -63,11 +63,11 @@ _TEXT = _Kind(str, lambda _, data, what: _text(data, what))
 _SYMBOL = _Kind(lambda symbol: symbol.name, lambda reader, data, _: reader.symbol(data))
 _EXPRESSION = _Kind(expression_tree, lambda reader, data, _: reader.trees.expression(data))
 _COLUMN = _Kind(
-    lambda column: [expression_tree(entry) for entry in entries(column)],
+    lambda column: [expression_tree(entry) for entry in column.flat()],
     lambda reader, data, _: sp.ImmutableMatrix(reader.size, 1, reader.row(data)),
 )
 _MATRIX = _Kind(
-    lambda M: [[expression_tree(entry) for entry in row] for row in rows(M)],
+    lambda M: [[expression_tree(entry) for entry in row] for row in M.tolist()],
     lambda reader, data, _: reader.matrix(data),
 )
 
@@ -154,16 +154,9 @@ _LEGS = _many(
         definitions=_DEFINITIONS,
     )
 )
-_CONDITION = _object(
-    Condition, "condition", words=_TEXT, expression=_EXPRESSION, equations=_many(_EXPRESSION)
-)
-# Equations are left out where there are none.
 _CONDITIONS = _many(
-    _Kind(
-        lambda condition: {k: x for k, x in _CONDITION.write(condition).items() if x != []},
-        lambda reader, data, what: _CONDITION.read(
-            reader, {"equations": [], **data} if isinstance(data, dict) else data, what
-        ),
+    _object(
+        Condition, "condition", words=_TEXT, expression=_EXPRESSION, equations=_many(_EXPRESSION)
     )
 )
 _PARTS = {
@@ -248,15 +241,6 @@ def derivation_from_data(data: Any) -> Derivation:
     """
     is_robot = isinstance(data, dict) and "legs" in data
     parts = {**_PARTS, **_ROBOT_PARTS} if is_robot else _PARTS
-    if is_robot:  # absent in older files
-        data = {
-            "following": [],
-            "conditions": [],
-            "remark": "",
-            "named": None,
-            "meanings": {},
-            **data,
-        }
     fields = _fields(data, "derivation", ("robostiff_derivation", "symbols", *parts))
     version = fields["robostiff_derivation"]
     if version != _VERSION or version is True:

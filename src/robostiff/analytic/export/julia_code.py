@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
 from robostiff.analytic.export.code_printer import (
-    LARGEST_EXACT,
     NO_ANSWER,
-    CodePrinter,
+    CaretPrinter,
     Identifiers,
-    about_argument,
+    arguments_in_words,
     ascii_identifier,
     assigned,
     convention,
@@ -135,25 +132,13 @@ def _documentation(
     what = plain_text(title_of_function(derivation))
     title = f"Stiffness matrix {what} about the reference point, {n} x {n}."
     lines += [*wrapped_words(title, _WIDTH), "", *wrapped_words(f"It {convention(n)}", _WIDTH), ""]
-    each = zip(arguments, compute.arguments, strict=True)
-    about = [(x, about_argument(x, symbol, compute.meanings)) for x, symbol in each]
-    known = [f"- `{written}`: {words}" for written, words in about if words]
+    known = arguments_in_words(compute, arguments, "- `", "`")
     words = f"A `DomainError` is thrown {plain_text(where_it_holds(compute))}."
     return ['"""', *lines, *known, *[""][: len(known)], *wrapped_words(words, _WIDTH), '"""']
 
 
-class _JuliaPrinter(CodePrinter):
+class _JuliaPrinter(CaretPrinter):
     """Julia's own functions throw where the result is not real."""
-
-    def integer(self, value: int) -> str:
-        return str(value) if value <= LARGEST_EXACT else repr(float(value))
 
     def call(self, function: str, arguments: list[str]) -> str:
         return f"{'atan' if function == 'atan2' else function}({', '.join(arguments)})"
-
-    def constant(self, name: str) -> str:
-        return {"pi": "pi", "e": "exp(1)"}[name]
-
-    def power(self, base: Any, exponent: Any) -> str:
-        written = self.factor(base)
-        return f"{f'({written})' if base.is_Pow else written}^{self.factor(exponent)}"

@@ -8,11 +8,10 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
 from robostiff.analytic.export.code_printer import (
-    LARGEST_EXACT,
     NO_ANSWER,
-    CodePrinter,
+    CaretPrinter,
     Identifiers,
-    about_argument,
+    arguments_in_words,
     ascii_identifier,
     convention,
     filled,
@@ -134,9 +133,7 @@ def _comment(
     )
     lines = [*wrapped_words(title, _WIDTH - 2, "  "), ""]
     lines += wrapped_words(f"It {convention(n)}", _WIDTH - 4)
-    each = zip(arguments, compute.arguments, strict=True)
-    about = [(x, about_argument(x, symbol, compute.meanings)) for x, symbol in each]
-    known = [f"{written}: {words}" for written, words in about if words]
+    known = arguments_in_words(compute, arguments)
     lines += ["", *known] if known else []
     words = f"It raises the error robostiff:formula {plain_text(where_it_holds(compute))}."
     lines += ["", *wrapped_words(words, _WIDTH - 4)]
@@ -153,16 +150,13 @@ def _continued(text: str, first: str) -> list[str]:
     return [*(f"{line} ..." for line in lines[:-1]), lines[-1]]
 
 
-class _MatlabPrinter(CodePrinter):
+class _MatlabPrinter(CaretPrinter):
     """Numbers are doubles; functions that may become complex have a real one of their own."""
 
     def __init__(self, names: Any, identifiers: Identifiers) -> None:
         super().__init__(names)
         self._identifiers = identifiers
         self._own: dict[str, str] = {}
-
-    def integer(self, value: int) -> str:
-        return str(value) if value <= LARGEST_EXACT else repr(float(value))
 
     def call(self, function: str, arguments: list[str]) -> str:
         if function in _DOMAINS:
@@ -171,14 +165,10 @@ class _MatlabPrinter(CodePrinter):
             function = self._own[function]
         return f"{function}({', '.join(arguments)})"
 
-    def constant(self, name: str) -> str:
-        return {"pi": "pi", "e": "exp(1)"}[name]
-
     def power(self, base: Any, exponent: Any) -> str:
         if not exponent.is_Integer:
             return self.call("power", [self.write(base), self.write(exponent)])
-        written = self.factor(base)
-        return f"{f'({written})' if base.is_Pow else written}^{self.factor(exponent)}"
+        return super().power(base, exponent)
 
     def local_functions(self) -> list[str]:
         """The functions that were used, and are NaN outside their domain."""

@@ -343,13 +343,7 @@ def _nomenclature(derivation: Derivation, names: EntryNames) -> Nomenclature:
 def meanings_of_given(
     given: Iterable[str], meanings: Mapping[str, str]
 ) -> list[tuple[tuple[str, ...], str]]:
-    """Rows of given symbols; those with the same meaning stand in one.
-
-    Examples
-    --------
-    >>> meanings_of_given(["k", "l", "m"], {"l": "length, 2 m in the model"})
-    [(('k', 'm'), 'given'), (('l',), 'length, 2 m in the model')]
-    """
+    """Rows of given symbols; those with the same meaning stand in one."""
     rows: dict[str, list[str]] = {}
     for name in given:
         rows.setdefault(meanings.get(name, "given"), []).append(name)

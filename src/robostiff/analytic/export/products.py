@@ -75,13 +75,7 @@ def ordered_terms(expression: Any) -> list[Any]:
 
 
 def joined_terms(terms: Iterable[str], minus: str = " - ", plus: str = " + ") -> str:
-    """Written terms as a sum.
-
-    Examples
-    --------
-    >>> joined_terms(["a", "-b", "c"])
-    'a - b + c'
-    """
+    """Written terms as a sum."""
     first, *others = terms
     return first + "".join(f"{minus}{t[1:]}" if t.startswith("-") else f"{plus}{t}" for t in others)
 

@@ -12,7 +12,7 @@ from sympy.simplify.cse_main import tree_cse
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.entries import entries, symbols_of
+from robostiff.analytic.export.entries import symbols_of
 from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.errors import InputError
 
@@ -205,7 +205,7 @@ class FormulaProgram:
     @property
     def guards(self) -> tuple[Guard, ...]:
         """The sums by which the program divides, and that can cancel."""
-        found = [entry for matrix in self.results for entry in entries(matrix)]
+        found = [entry for matrix in self.results for entry in matrix.flat()]
         return guards_of(found, {a.symbol: a.expression for a in self.assignments})
 
 
@@ -269,7 +269,7 @@ def _in_order(
             raise InputError("symbols", got=f"two called {name!r}", expected="one of each name")
     expressions = [
         *(d.expression for d in definitions),
-        *entries(matrix),
+        *matrix.flat(),
         *(condition.expression for condition in conditions),
     ]
     check_vocabulary(expressions)

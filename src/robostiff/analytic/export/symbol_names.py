@@ -27,7 +27,7 @@ class NameParts:
     primes: int = 0  # how many primes follow the letter
 
 
-_COORDINATE = re.compile("i[xyz]")
+_COORDINATE = re.compile("i(j?[xyz]|j)")
 
 
 def name_parts(name: str) -> NameParts:
@@ -55,42 +55,24 @@ def name_parts(name: str) -> NameParts:
     matched = re.fullmatch(r"(\D+?)(\d+)", stripped)
     if matched:
         stripped, subscripts = matched[1], [matched[2], *subscripts]
-    # Of a coordinate of leg i.
+    # Of a coordinate of leg i, or of its rod j.
     subscripts = [part for s in subscripts for part in (s if _COORDINATE.fullmatch(s) else (s,))]
     return NameParts(_spelled(stripped or head), tuple(map(_spelled, subscripts)), primes)
 
 
 def differential_parts(name: str) -> tuple[str, str] | None:
-    """Numerator and denominator of derivative names such as dK_1_11_dR; None for other names.
-
-    Examples
-    --------
-    >>> differential_parts("dK_1_11_dR"), differential_parts("d_a")
-    (('K_1_11', 'R'), None)
-    """
+    """Numerator and denominator of derivative names such as dK_1_11_dR; None for other names."""
     matched = re.fullmatch(r"d([A-Za-z][^,\s]*)_d([A-Za-z].*)", name)
     return (matched[1], matched[2]) if matched else None
 
 
 def is_greek(word: str) -> bool:
-    """Whether a word is the English name of a Greek letter.
-
-    Examples
-    --------
-    >>> is_greek("tau"), is_greek("Omega"), is_greek("tip")
-    (True, True, False)
-    """
+    """Whether a word is the English name of a Greek letter."""
     return word in GREEK or word in _GREEK_CAPITALS
 
 
 def is_word(name: str) -> bool:
-    """Whether a name begins with a word, which is set apart from what stands beside it.
-
-    Examples
-    --------
-    >>> is_word("top"), is_word("EA_1"), is_word("alpha"), is_word("L_top")
-    (True, True, False, False)
-    """
+    """Whether a name begins with a word, which is set apart from what stands beside it."""
     letter = name_parts(name).letter
     return len(letter) > 1 and not is_greek(letter)
 

@@ -12,7 +12,7 @@ from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks, wrapped_formula, wrapped_words
 from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import MathLanguage, displayed, listed_names, written_vector
-from robostiff.analytic.export.entries import MatrixName, entries, rows
+from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
     Inverse,
@@ -153,7 +153,7 @@ def _matrix(block: MatrixEquation, width: int) -> list[str]:
         start += f"({factor}) * " if fitting.factor.is_Add else f"{factor} * "
     if block.is_vector:
         lines = wrapped_formula(
-            f"({', '.join(map(plain_text, entries(fitting.matrix)))})", width, start
+            f"({', '.join(map(plain_text, fitting.matrix.flat()))})", width, start
         )
     else:
         rows = _aligned(fitting.matrix)
@@ -167,7 +167,7 @@ def _matrix(block: MatrixEquation, width: int) -> list[str]:
 
 
 def _aligned(matrix: sp.ImmutableMatrix) -> list[str]:
-    cells = [[plain_text(entry) for entry in row] for row in rows(matrix)]
+    cells = [[plain_text(entry) for entry in row] for row in matrix.tolist()]
     widths = [max(len(row[j]) for row in cells) for j in range(matrix.cols)]
     return [
         f"[ {'  '.join(cell.ljust(w) for cell, w in zip(row, widths, strict=True))} ]"

@@ -54,13 +54,7 @@ def typst_name(name: str) -> str:
 
 
 def typst_matrix_name(name: str) -> str:
-    """Name of a matrix or vector, in bold type.
-
-    Examples
-    --------
-    >>> typst_matrix_name("K_1")
-    'bold(upright(K))_(1)'
-    """
+    """Name of a matrix or vector, in bold type."""
     differential = differential_parts(name)
     if differential is not None:
         above = f"partial {typst_matrix_name(differential[0])}"
@@ -72,14 +66,7 @@ def typst_matrix_name(name: str) -> str:
 
 
 def typst_expression(expression: sp.Expr) -> str:
-    """An expression in Typst.
-
-    Examples
-    --------
-    >>> k, a = sp.symbols("k_1 phi")
-    >>> typst_expression(-k * sp.cos(a) ** 2 / 3)
-    '-frac(k_(1) cos^2 (phi), 3)'
-    """
+    """An expression in Typst."""
     return _TypstPrinter().doprint(expression)
 
 

@@ -44,6 +44,7 @@ _MEANINGS = {
     "g_i": "unit vector across the first axis of the joint and the leg",
     "n_i": "unit vector across both axes of the joint",
     "o_i": "what of the couple comes with the force, so that both share no energy",
+    "r_ij": "from the middle of the rods to the end of rod j, in the platform's axes",
     "v_ij": "couple by which rod j of leg i turns its middle",
     "c_r": "compliance of a rod",
 }
@@ -140,8 +141,8 @@ def _of_kind(
     if found.rods:
         blocks += [
             OutlineText(
-                "Rods of a leg are parallel: r_ij leads from their middle, which is b_i, to the "
-                "end of rod j, and the r_ij of a leg sum to zero."
+                "Rods of a leg are parallel. They act as one rod at their middle, and each turns "
+                "the middle by a couple; the vectors from there to their ends sum to zero."
             ),
             VectorEquations(tuple(of_rod)),
             Table(
@@ -214,6 +215,7 @@ def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...
     """Names of the vector form and their meanings, for the nomenclature."""
     all_legs = [e for form in (found, *found.others) for e in form.leg]
     names = {e.name: e.is_vector for e in (*found.pose, *all_legs, *found.of_rod)}
+    names |= {"r_ij": True} if found.rods else {}
     of_carrier = _OF_CRANKS if "v_i" in names else _OF_SLIDES if "q_i" in names else {}
     listed = {**_MEANINGS, **of_carrier}
     return [

@@ -37,24 +37,12 @@ _CONSTANT_NAMES = {constant: name for name, constant in CONSTANTS.items()}
 
 
 def function_name(expression: sp.Basic) -> str | None:
-    """Name of the outermost function of an expression; None for other expressions.
-
-    Examples
-    --------
-    >>> function_name(sp.Abs(sp.Symbol("x")))
-    'abs'
-    """
+    """Name of the outermost function of an expression; None for other expressions."""
     return _FUNCTION_NAMES.get(expression.func)
 
 
 def constant_name(expression: sp.Basic) -> str | None:
-    """Name of a constant; None for other expressions.
-
-    Examples
-    --------
-    >>> constant_name(sp.pi)
-    'pi'
-    """
+    """Name of a constant; None for other expressions."""
     return _CONSTANT_NAMES.get(expression)
 
 
