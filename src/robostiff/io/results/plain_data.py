@@ -40,6 +40,7 @@ def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
         **head(result.name, result),
         "pose": plain(result.pose),
         "joint_coordinates": {leg: q.tolist() for leg, q in result.joint_coordinates.items()},
+        "joint_names": {leg: list(names) for leg, names in result.joint_names.items()},
         "reference_point": result.reference_point.tolist(),
         "order": order(result.space),
         "units": {
@@ -75,6 +76,7 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
         **head(answer.name, result),
         "pose": plain(answer.pose),
         "joint_coordinates": {leg: q.tolist() for leg, q in answer.joint_coordinates.items()},
+        "joint_names": {leg: list(names) for leg, names in answer.joint_names.items()},
         "reference_point": answer.reference_point.tolist(),
         "order": order(answer.space),
         "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},

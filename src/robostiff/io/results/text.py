@@ -80,11 +80,22 @@ def about(result: RobotStiffness) -> str:
 
 
 def posture_lines(result: RobotStiffness) -> list[str]:
-    """Joint coordinates of a robot with one leg, which a pose may not determine."""
+    """Joint coordinates of a robot with one leg, which a pose may not determine.
+
+    With passive joints those of the drives, by name.
+    """
     if len(result.joint_coordinates) != 1 or Status.UNREACHABLE in result.status:
         return []
-    (q,) = result.joint_coordinates.values()
-    return [f"joints [{row(q)}] (m, rad)"]
+    ((leg, q),) = result.joint_coordinates.items()
+    names = result.joint_names.get(leg, [leg] * len(q))
+    drives = [
+        f"{name}={value:.5g}"
+        for name, value in zip(names, q, strict=True)
+        if f"{leg}/{name}" not in result.passive_joint_names
+    ]
+    if len(drives) == len(q):
+        return [f"joints [{row(q)}] (m, rad)"]
+    return [f"drives at {', '.join(drives)} (m, rad)"] if drives else []
 
 
 def named_parts(parts: Sequence[PartShare], most: int) -> tuple[list[PartShare], list[PartShare]]:
