@@ -202,3 +202,15 @@ def test_drives_of_a_machine_are_named():
     drives = next(line for line in said.splitlines() if line.startswith("drives at"))
     assert drives.count("=") == 5
     assert "head/c-axis=0, head/a-axis=0.34907 (m, rad)" in drives
+
+
+def test_drives_whose_stiffness_depends_on_them_are_listed_and_written(tmp_path):
+    """4 E A / L in the middle of a screw, in series with its bearings."""
+    table = str(EXAMPLES / "ball-screws.yaml")
+    first = facts(table, "--parts")["parts"]["table"][0]
+    k = 1 / (1 / 2e8 + 1.2 / (4 * 206e9 * np.pi * 0.03**2 / 4))
+    assert first["stiffness"] == pytest.approx(k)
+    file = tmp_path / "placed.yaml"
+    assert Running("convert")(table, "--joints", "x=0.4", "-o", str(file)).exit_code == 0
+    moved = rs.stiffness(rs.load(table), rs.JointCoordinates([0.4, 0])).K
+    np.testing.assert_allclose(rs.stiffness(rs.load(file)).K, moved, rtol=1e-12, atol=1)
