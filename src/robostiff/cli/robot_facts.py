@@ -125,7 +125,7 @@ def mass_facts(snapshot: Snapshot) -> dict[str, Any]:
         total = sum(parts.values())
         facts["masses"] = {"total": total, "parts": parts}
         if total > 0:
-            moment = sum(mass.value * mass.centre for _, mass in placed)
+            moment = np.sum([mass.value * mass.centre for _, mass in placed], axis=0)
             facts["masses"]["centre"] = (moment / total).tolist()
     if snapshot.gravity is not None:
         facts["gravity"] = snapshot.gravity.tolist()

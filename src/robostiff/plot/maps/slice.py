@@ -82,7 +82,7 @@ def slice_picture(
     full_rank: int | None = None,
 ) -> Field:
     """The picture of `map_slice`, as data."""
-    part = select(found, variable, along[::-1], at or {}, full_rank, with_classes=True)
+    part = select(found, variable, along[::-1], at or {}, full_rank)
     y, x = part.axes
     for name, axis in zip(along, (x, y), strict=True):
         if len(axis.values) < 2:
@@ -289,7 +289,7 @@ def bands_picture(
             expected="ascending numbers, symmetric about 50, which is among them",
             hint="write percents=(5, 25, 50, 75, 95)",
         )
-    part = select(found, variable, (along,), at or {}, full_rank, others=True, with_classes=True)
+    part = select(found, variable, (along,), at or {}, full_rank, others=True)
     count = len(part.axes[0].values)
     rows = part.values.reshape(count, -1)
     one_pose = rows.shape[1] == 1
