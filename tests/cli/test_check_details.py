@@ -178,3 +178,39 @@ legs:
       - {type: universal, axes: [x, y], role: passive}
       - {type: telescope, direction: -z, role: actuated, stiffness: 1e8 N/m, home: 1.2 m}
 """
+
+
+def test_branches_of_a_block_are_named():
+    said = run(str(EXAMPLES / "tricept-with-head.yaml")).stdout
+    assert (
+        "tricept [ram: universal1 (passive), telescope1 (passive); strut1, strut2, strut3:" in said
+    )
+
+
+def test_masses_of_a_snapshot_are_those_of_its_robot(tmp_path):
+    for name in ("six-joint-arm", "orthoglide", str(EXAMPLES / "tricept-with-head.yaml")):
+        file = tmp_path / "placed.json"
+        Running("convert")(name, "-o", str(file), "--overwrite")
+        placed, model = facts(str(file))["masses"], facts(name)["masses"]
+        assert placed["parts"] == pytest.approx(model["parts"])
+        assert placed["centre"] == pytest.approx(model["centre"], abs=1e-12)
+
+
+def test_drives_of_a_machine_are_named():
+    machine = str(EXAMPLES / "tricept-with-head.yaml")
+    said = Running("stiffness")(machine, "--joints", "head/a-axis=20 deg").stdout
+    drives = next(line for line in said.splitlines() if line.startswith("drives at"))
+    assert drives.count("=") == 5
+    assert "head/c-axis=0, head/a-axis=0.34907 (m, rad)" in drives
+
+
+def test_drives_whose_stiffness_depends_on_them_are_listed_and_written(tmp_path):
+    """4 E A / L in the middle of a screw, in series with its bearings."""
+    table = str(EXAMPLES / "ball-screws.yaml")
+    first = facts(table, "--parts")["parts"]["table"][0]
+    k = 1 / (1 / 2e8 + 1.2 / (4 * 206e9 * np.pi * 0.03**2 / 4))
+    assert first["stiffness"] == pytest.approx(k)
+    file = tmp_path / "placed.yaml"
+    assert Running("convert")(table, "--joints", "x=0.4", "-o", str(file)).exit_code == 0
+    moved = rs.stiffness(rs.load(table), rs.JointCoordinates([0.4, 0])).K
+    np.testing.assert_allclose(rs.stiffness(rs.load(file)).K, moved, rtol=1e-12, atol=1)

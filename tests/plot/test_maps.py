@@ -217,9 +217,38 @@ def test_bands_are_percentiles_of_the_poses_with_a_value():
                 assert p.values[i] == pytest.approx(1e6 * np.percentile(known, p.percent), rel=1e-6)
             else:
                 assert np.isnan(p.values[i])
-    (region,) = picture.left_out
+    (region,) = picture.shares
     assert region.name == "unreachable"
     assert region.where == pytest.approx(((found.status & 64) != 0).mean(("y", "z")).values)
+
+
+@pytest.mark.parametrize("variable", ["rank", "status"])
+def test_ranks_and_statuses_along_a_coordinate_are_shares_of_all_poses(variable):
+    found = tripod_map()
+    picture = bands_picture(found, variable, "x")
+    assert picture.percentiles == ()
+    shares = {region.name: region.where for region in picture.shares}
+    assert sum(shares.values()) == pytest.approx(np.ones(len(found.x)))
+    assert shares["unreachable"] == pytest.approx(((found.status & 64) != 0).mean(("y", "z")))
+    if variable == "rank":
+        assert shares["rank 6"] == pytest.approx((found["rank"] == 6).mean(("y", "z")))
+
+
+def test_poses_beyond_limits_are_marked_on_a_path():
+    hexapod = rs.load("hexapod")
+    heights = np.linspace(0.7, 1.3, 7)
+    path = rs.PoseList(("z",), heights[:, None])
+    found = rs.stiffness_map(hexapod, path, [rs.Quantity.WORST_DEFLECTION])
+    beyond = [rs.Status.BEYOND_LIMITS in own.status for own in map(hexapod_at, heights)]
+    assert 0 < sum(beyond) < len(heights)
+    picture = overview_picture(found)
+    (region,) = picture.shares
+    assert (region.reason, region.where.tolist()) == ("beyond-limits", beyond)
+    assert np.isfinite(picture.percentiles[0].values).all()
+
+
+def hexapod_at(z):
+    return rs.stiffness(rs.load("hexapod"), [0, 0, z, 0, 0, 0])
 
 
 def test_bands_can_be_cut_as_well():

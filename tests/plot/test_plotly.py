@@ -14,7 +14,7 @@ from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.maps.isosurfaces import isosurface_picture
 from robostiff.plot.maps.slice import slice_picture
 from robostiff.plot.matrix_cells import matrix_picture
-from robostiff.plot.picture import Mesh, Path
+from robostiff.plot.picture import Mesh, Path, PlainColour, Scene
 from robostiff.plot.posed_robot import robot_picture
 from robostiff.plot.theme import named_colours
 from tests.plot.machines import (
@@ -118,3 +118,26 @@ def test_pages_can_be_written(tmp_path):
     figure = rs.plot.energy_shares(hexapod_deflection(), backend=Plotly(Theme.DARK))
     figure.write_html(tmp_path / "energy.html", include_plotlyjs=False)
     assert "share of elastic energy" in (tmp_path / "energy.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("long", [(1, 1, 1), (3, 0.1, 0.1), (0.1, 0.1, 3), (2, 2, 0.2)])
+def test_the_camera_sees_the_whole_box_and_fills_the_place(long):
+    box = np.array([np.zeros(3), long], dtype=float)
+    line = Path(box, PlainColour.INK)
+    drawn = plotly_figure(Scene("a box", ("x", "y", "z"), (line,)), Theme.LIGHT.palette)
+    scene = drawn.layout.scene
+    eye, centre = (
+        np.array([getattr(own, axis) for axis in "xyz"])
+        for own in (scene.camera.eye, scene.camera.center)
+    )
+    ratio = [getattr(scene.aspectratio, axis) for axis in "xyz"]
+    corners = np.stack(np.meshgrid(*[(-r / 2, r / 2) for r in ratio]), axis=-1).reshape(-1, 3)
+    ahead = (centre - eye) / np.linalg.norm(centre - eye)
+    right = np.cross(ahead, [0, 0, 1])
+    right /= np.linalg.norm(right)
+    up = np.cross(right, ahead)
+    seen = [(corners - eye) @ axis / ((corners - eye) @ ahead) for axis in (right, up)]
+    half = np.tan(np.pi / 8)  # Plotly sees 45 degrees upwards
+    assert np.abs(seen[1]).max() < half
+    assert np.abs(seen[0]).max() < 1.3 * half
+    assert max(np.ptp(seen[1]), np.ptp(seen[0]) / 1.3) > 1.1 * half

@@ -372,6 +372,7 @@ def _joined(
             leg.name: _stacked([posture.coordinates[i] for posture, _ in parts], batch)
             for i, leg in enumerate(robot.legs)
         },
+        joint_names={leg.name: leg.chain.coordinate_names for leg in robot.legs},
         serial_compliance=compliance,
         origin=_stacked([part.origin for _, part in parts], batch),
         leg_blocks=tuple(

@@ -113,28 +113,6 @@ def compile_linkage(
 
     Arguments are those of `compile_robot`; ``Derivative(output, "crank")`` with a coordinate of a
     driven joint.
-
-    Raises
-    ------
-    InputError
-        When the loops do not close at home or around it, home is singular, the driven joints leave
-        the posture undetermined, or a direction is rigid.
-    NoAnswerError
-        When an output has no answer at any pose.
-    DisagreementError
-        When the record and the network give different answers at a generic pose.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> linkage = rs.load_linkage("double-pantograph")
-    >>> fast = compile_linkage(linkage)
-    >>> fast.inputs
-    ('screw',)
-    >>> K = fast.evaluate({"screw": np.linspace(-0.2, 0.05, 100)}).values["K"]
-    >>> there = rs.stiffness(linkage.network_at({"screw": 0.05})).K
-    >>> bool(np.allclose(K[-1], there, rtol=1e-9, atol=1e-9 * there.max()))
-    True
     """
     names = [name for c in linkage.connections for name in coordinate_names(c)]
     driven = DrivenLinkage.of(with_parameters(linkage, parameters, names), joints)

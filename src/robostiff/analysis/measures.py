@@ -94,7 +94,7 @@ def _ascending(values: np.ndarray) -> np.ndarray:
 def principal_stiffnesses(K: np.ndarray) -> dict[str, np.ndarray]:
     """Eigenvalues of the two diagonal blocks of K (N, n, n) [N/m], [N m/rad], ascending.
 
-    They depend on the reference point, not on the directions of the axes; neither mixes units.
+    Those of rotation depend on the reference point, none on the axes; neither mixes units.
 
     Examples
     --------
@@ -133,14 +133,8 @@ def stiffness_indices(K: np.ndarray, rank: np.ndarray, length: float) -> dict[st
 
     Rotations times the length L are displacements, moments over it forces: all entries of
     S^-1 K S^-1, S = diag(1, 1, 1, L, L, L), are in N/m, and eigenvalues have a meaning.
-
-    Parameters
-    ----------
-    K : (N, n, n) array
-    rank : (N,) array of int
-        Where it is below n the smallest eigenvalue is zero, and the determinant has no logarithm.
-    length : float
-        [m].
+    Where the rank (N,) of K (N, n, n) is below n the smallest eigenvalue is zero, and the
+    determinant has no logarithm.
 
     References
     ----------

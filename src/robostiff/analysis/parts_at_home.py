@@ -41,7 +41,7 @@ def parts_at_home(
         return {leg.name: [_part(part, {}, {}) for part in leg.parts] for leg in robot.legs}
     posture = find_posture(robot)
     found = {}
-    each = zip(robot.legs, posture.snapshot.legs, posture.coordinates, strict=True)
+    each = zip(robot.legs, posture.snapshot.one(0).legs, posture.coordinates, strict=True)
     for leg, placed, q in each:
         joints = map(float, leg.chain.joint_coordinates(np.ravel(q)))
         known = dict(zip(leg.chain.joint_names, joints, strict=True))

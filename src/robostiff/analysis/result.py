@@ -66,6 +66,8 @@ class RobotStiffness(InNotebooks):
         robot that is far away from it.
     joint_coordinates : mapping of str to (..., size) array
         The posture: coordinates of the joints of each leg [m, rad], by its name.
+    joint_names : mapping of str to tuple of str
+        Names of these coordinates, of robots of legs.
     leg_blocks : tuple of tuples of BlockCompliance
         Parallel blocks of each leg about `origin`, by which their branches share a wrench.
     """
@@ -81,6 +83,7 @@ class RobotStiffness(InNotebooks):
     serial_compliance: np.ndarray | None
     origin: np.ndarray
     joint_coordinates: Mapping[str, np.ndarray] = field(default_factory=dict)
+    joint_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     leg_blocks: tuple[tuple[BlockCompliance, ...], ...] = field(default_factory=tuple)
 
     @property

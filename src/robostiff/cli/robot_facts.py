@@ -11,7 +11,6 @@ from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness, 
 from robostiff.analysis.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
-from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import row, text_of
 from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Role, Snapshot
 from robostiff.model.cable import CableRobot
@@ -79,7 +78,7 @@ def robot_facts(robot: Robot) -> dict[str, Any]:
     return {
         **head_facts(robot, "model", legs),
         **of_platform,
-        **({} if Status.UNREACHABLE in home.status else mass_facts(robot)),
+        **({} if Status.UNREACHABLE in home.status else placed_facts(robot)),
         "home": home_facts(home),
     }
 
@@ -97,28 +96,10 @@ def _leg(name: str, elements: list[str], roles: Sequence[Role]) -> dict[str, Any
 
 def mass_facts(robot: Robot) -> dict[str, Any]:
     """Masses at home by parts, their sum and centre, gravity, springs between bodies."""
+def placed_facts(robot: Robot) -> dict[str, Any]:
+    """Masses at home, gravity, springs between bodies."""
     posture = find_posture(robot)
-    R, p = turn_by_vector(posture.pose[0, 3:]), posture.pose[0, :3]
-    placed = [
-        (f"{leg.name}/{mass.name}", float(mass.value), mass.centre)
-        for leg in with_masses(posture).one(0).legs
-        for mass in _masses(leg)
-    ]
-    for mass in robot.in_floats.platform_masses:
-        centre = p if mass.centre is None else p + R @ mass.centre
-        placed.append((f"platform/{mass.name}", mass.value, centre))
-    total = sum(value for _, value, _ in placed)
-    facts: dict[str, Any] = {}
-    if placed:
-        parts: dict[str, float] = {}
-        for name, value, _ in placed:
-            parts[name] = parts.get(name, 0.0) + value
-        facts["masses"] = {"total": total, "parts": parts}
-        if total > 0:
-            centre = np.sum([value * centre for _, value, centre in placed], axis=0) / total
-            facts["masses"]["centre"] = centre.tolist()
-    if robot.gravity is not None:
-        facts["gravity"] = robot.in_floats.gravity.tolist()
+    facts = mass_facts(with_masses(posture).one(0))
     if robot.springs:
         placed_springs = with_body_springs(posture).one(0).springs
         facts["springs"] = [
@@ -132,6 +113,27 @@ def mass_facts(robot: Robot) -> dict[str, Any]:
             for own in placed_springs
             for length in [float(np.linalg.norm(own.points[1] - own.points[0]))]
         ]
+    return facts
+
+
+def mass_facts(snapshot: Snapshot) -> dict[str, Any]:
+    """Masses by parts, their sum and centre, and gravity."""
+    placed = [
+        *((f"{leg.name}/{mass.name}", mass) for leg in snapshot.legs for mass in _masses(leg)),
+        *((f"platform/{mass.name}", mass) for mass in snapshot.masses),
+    ]
+    facts: dict[str, Any] = {}
+    if placed:
+        parts: dict[str, float] = {}
+        for name, mass in placed:
+            parts[name] = parts.get(name, 0.0) + float(mass.value)
+        total = sum(parts.values())
+        facts["masses"] = {"total": total, "parts": parts}
+        if total > 0:
+            moment = np.sum([mass.value * mass.centre for _, mass in placed], axis=0)
+            facts["masses"]["centre"] = (moment / total).tolist()
+    if snapshot.gravity is not None:
+        facts["gravity"] = snapshot.gravity.tolist()
     return facts
 
 
@@ -149,7 +151,7 @@ def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
         for leg in snapshot.legs
     ]
     home = home_facts(stiffness(snapshot))
-    return {**head_facts(snapshot, "snapshot", legs), "home": home}
+    return {**head_facts(snapshot, "snapshot", legs), **mass_facts(snapshot), "home": home}
 
 
 def cable_robot_facts(robot: CableRobot) -> dict[str, Any]:

@@ -181,7 +181,7 @@ class Chain:
             for screw, coupled in zip(screws, moves_others, strict=True)
         )
 
-    @property
+    @cached_property
     def coordinate_names(self) -> tuple[str, ...]:
         """Name of each coordinate: the joint's, ``block/branch/joint`` inside a parallel block.
 

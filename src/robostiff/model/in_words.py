@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from robostiff.markup import Table, block_html, element, escaped
@@ -47,7 +47,8 @@ def placed_in_words(leg: PlacedLeg) -> list[str]:
 def _element(part: Element) -> str:
     match part:
         case ParallelBlock():
-            return _block(part.name, [elements_in_words(branch.chain) for branch in part.branches])
+            insides = {branch.name: elements_in_words(branch.chain) for branch in part.branches}
+            return _block(part.name, insides)
         case Joint() | Telescope():
             return f"{part.name} ({type(part.role).__name__.lower()})"
         case _:
@@ -63,17 +64,24 @@ def _placed(part: PlacedElement, prefix: str) -> str:
     name = part.name.removeprefix(prefix)
     if not isinstance(part, PlacedBlock):
         return name
-    insides = [
-        [_placed(inner, f"{branch.name}/") for inner in branch.elements] for branch in part.branches
-    ]
+    insides = {
+        branch.name.removeprefix(f"{part.name}/"): [
+            _placed(inner, f"{branch.name}/") for inner in branch.elements
+        ]
+        for branch in part.branches
+    }
     return _block(name, insides)
 
 
-def _block(name: str, insides: Iterable[Iterable[str]]) -> str:
-    """A parallel block; equal branches are listed once."""
-    listed = ["[" + ", ".join(words) + "]" for words in insides]
-    same = len(set(listed)) == 1
-    return f"{name} " + (f"{len(listed)} x {listed[0]}" if same else " | ".join(listed))
+def _block(name: str, insides: Mapping[str, Iterable[str]]) -> str:
+    """A parallel block; branches that are equal are listed once."""
+    called: dict[str, list[str]] = {}
+    for branch, words in insides.items():
+        called.setdefault(", ".join(words), []).append(branch)
+    if len(called) == 1:
+        return f"{name} {len(insides)} x [{next(iter(called))}]"
+    listed = "; ".join(f"{', '.join(own)}: {words}" for words, own in called.items())
+    return f"{name} [{listed}]"
 
 
 def robot_html(robot: Robot) -> str:

@@ -59,10 +59,11 @@ class PlacedFreedom(Screw):
         if not isinstance(k, StiffnessLaw):
             return k
         k = k.at(self.coordinate)
-        if isinstance(k, np.ndarray) and k.dtype != object:
-            # Out of reach, it may be negative: a status reports it, and the other poses continue.
-            return np.maximum(k, np.finfo(float).tiny ** 0.25)
-        return k
+        if not isinstance(k, np.ndarray | np.generic) or k.dtype == object:
+            return k
+        # Out of reach, it may be negative: a status reports it, and the other poses continue.
+        k = np.maximum(k, np.finfo(float).tiny ** 0.25)
+        return k if k.ndim else float(k)
 
 
 @dataclass(frozen=True)

@@ -51,11 +51,6 @@ def picture_of_result(result: object) -> Picture | None:
     """The robot, its compliance ellipsoid, its deformed shape or its slowest mode.
 
     None for batches, and where the result does not know its robot.
-
-    Raises
-    ------
-    NoAnswerError
-        When the result has no answer to be drawn.
     """
     match result:
         case Robot():

@@ -31,15 +31,7 @@ Around = Robot | Snapshot | Network | CableRobot | CableStiffness
 
 
 def snapshot_at(robot: Robot | Snapshot, pose: Pose, near: Near = None) -> Snapshot:
-    """A robot at a single pose, in the posture nearest to some joint coordinates.
-
-    Raises
-    ------
-    InputError
-        When `robot` has no legs to be drawn, or there are several poses.
-    NoAnswerError
-        When the pose is out of reach.
-    """
+    """A robot at a single pose, in the posture nearest to some joint coordinates."""
     if isinstance(robot, Snapshot):
         return _single(robot, pose)
     if not isinstance(robot, Robot):

@@ -10,18 +10,7 @@ _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
     """Factor and unit that bring a number below 1000, and to 1 or more where a prefix can.
 
-    Parameters
-    ----------
-    largest : float
-        The largest of the numbers to be shown.
-    unit : str
-        In SI base units, such as ``N/m``; empty or ``1`` for a plain number, which gets no prefix.
-
-    Returns
-    -------
-    factor : float
-        What to multiply the numbers by.
-    unit : str
+    The unit is in SI base units, such as ``N/m``; a plain number, empty or ``1``, gets no prefix.
 
     Examples
     --------

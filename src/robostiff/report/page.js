@@ -40,7 +40,7 @@
   const options = { responsive: true, displaylogo: false, showSendToCloud: false };
   const shown = new Map();
 
-  function layoutOf(figure, theme) {
+  function layoutOf(figure, theme, width) {
     // names of colours become those of the theme
     const text = JSON.stringify(figure.levels[shown.get(figure.name)].drawn);
     const drawn = JSON.parse(text.replace(/hsl\((\d+),0%,0%\)/g, (_, i) => colours[theme][i]));
@@ -50,7 +50,7 @@
     if (drawn.layout.scene) {
       const eye = drawn.layout.scene.camera.eye;
       // where there is little room, numbers on axes at both sides need a step back
-      const away = Math.max(1, 720 / (place.clientWidth || 720));
+      const away = Math.max(1, 700 / (width || 700));
       for (const axis in eye) eye[axis] *= away;
       if (scene && scene.camera) drawn.layout.scene.camera = scene.camera;
     }
@@ -58,8 +58,8 @@
   }
 
   function draw(figure) {
-    const drawn = layoutOf(figure, dark.matches ? "dark" : "light");
     const place = document.getElementById("plot-" + figure.name);
+    const drawn = layoutOf(figure, dark.matches ? "dark" : "light", place.clientWidth);
     const made = Plotly.react(place, drawn.data, drawn.layout, options);
     const other = figure.levels[shown.get(figure.name)].other;
     return other === undefined ? made : made.then(function () { swing(place, other); });
@@ -67,8 +67,8 @@
 
   // What is printed: an image on light ground, as printers leave out what a graphics card has drawn.
   async function print(figure) {
-    const drawn = layoutOf(figure, "light");
-    const size = { width: 900, height: drawn.layout.height || 480 };
+    const drawn = layoutOf(figure, "light", 560);
+    const size = { width: 560, height: (drawn.layout.height || 480) - (drawn.layout.scene ? 100 : 0) };
     const light = { data: drawn.data, layout: Object.assign({}, drawn.layout, size) };
     const image = document.getElementById("print-" + figure.name);
     image.src = await Plotly.toImage(light, Object.assign({ format: "png", scale: 2 }, size));

@@ -24,6 +24,7 @@ from robostiff.report.section import (
     Verbatim,
     Verdict,
     figures_json,
+    in_halves,
     report_title,
     verdict_of,
 )
@@ -99,7 +100,8 @@ def _part_html(part: Part) -> str:
             return element("div", inner, class_="side-by-side")
         case _:
             html = block_html(part)
-            return element("div", html, class_="wide") if isinstance(part, Table) else html
+            kind = "wide long" if isinstance(part, Table) and in_halves(part) else "wide"
+            return element("div", html, class_=kind) if isinstance(part, Table) else html
 
 
 def _figure_html(figure: Figure) -> str:

@@ -26,6 +26,7 @@ from robostiff.report.section import (
     Section,
     SideBySide,
     Verbatim,
+    in_halves,
     report_title,
     verdict_of,
 )
@@ -33,7 +34,7 @@ from robostiff.report.sections import report_sections
 from robostiff.version import __version__
 
 _LINES = "\n\t"
-_NARROW, _LONG = 3, 12  # columns and rows of tables that are set in two halves
+_ALONE = 54  # % of the width of the page, of a figure with none beside it
 _Row = TypeVar("_Row")
 _PREAMBLE = """\
 #set document(title: {title}, date: none)
@@ -66,17 +67,7 @@ def report_pdf(contents: ReportContents) -> bytes:
 
 
 def report_typst(contents: ReportContents) -> str:
-    """A report as the source of a Typst document; its figures are inside.
-
-    Parameters
-    ----------
-    contents : ReportContents
-
-    Raises
-    ------
-    InputError
-        When Matplotlib is missing.
-    """
+    """A report as the source of a Typst document; its figures are inside."""
     title = report_title(contents)
     preamble = _PREAMBLE.format(title=_quoted(title), version=typst_text(__version__))
     lead = verdict_of(contents)
@@ -106,7 +97,7 @@ def _parts(parts: Iterable[Part]) -> Iterator[str]:
         if not is_figure:
             yield from map(_part, own)
         elif len(figures) == 1:
-            yield "#" + _figure(figures[0], 54)
+            yield "#" + _figure(figures[0], _ALONE)
         else:
             yield _beside([_figure(figure) for figure in figures])
 
@@ -116,15 +107,15 @@ def _beside(cells: Sequence[str]) -> str:
     return f"#grid(columns: (1fr, 1fr), column-gutter: 1.5em, row-gutter: 1em,\n{listed})"
 
 
-def _in_halves(rows: Sequence[_Row]) -> tuple[Sequence[_Row], Sequence[_Row]]:
+def _halves(rows: Sequence[_Row]) -> tuple[Sequence[_Row], Sequence[_Row]]:
     middle = (len(rows) + 1) // 2
     return rows[:middle], rows[middle:]
 
 
 def _part(part: Part) -> str:  # noqa: PLR0911
     match part:
-        case Table(header, rows) if len(header) <= _NARROW and len(rows) > _LONG:
-            halves = (Table(header, own) for own in _in_halves(rows))
+        case Table(header, rows) if in_halves(part):
+            halves = (Table(header, own) for own in _halves(rows))
             return _beside([f"[{block_typst(half)}]" for half in halves])
         case FormulaBlock(derivation):
             written = derivation_in_typst(derivation, first_heading=3)
@@ -134,7 +125,7 @@ def _part(part: Part) -> str:  # noqa: PLR0911
             return "\n\n".join([f"== {typst_text(title)}", *_parts(parts)])
         case Verbatim(text):
             lines = printable(text, kept=_LINES).split("\n")
-            halves = map(_quoted, map("\n".join, _in_halves(lines)))
+            halves = map(_quoted, map("\n".join, _halves(lines)))
             return _beside([f"text(size: 5.5pt, raw({half}, block: true))" for half in halves])
         case SideBySide(blocks) if all(isinstance(block, Table) for block in blocks):
             cells = ", ".join(f"[{block_typst(block)}]" for block in blocks)
@@ -142,7 +133,7 @@ def _part(part: Part) -> str:  # noqa: PLR0911
         case SideBySide(blocks):
             return "\n\n".join(map(block_typst, blocks))
         case Figure():
-            return "#" + _figure(part, 54)
+            return "#" + _figure(part, _ALONE)
         case _:
             return block_typst(part)
 

@@ -15,7 +15,7 @@ from robostiff.analysis import CableStiffness
 from robostiff.analytic import RobotDerivation
 from robostiff.cables import CableStatus
 from robostiff.elastostatics import Status
-from robostiff.markup import Block, row
+from robostiff.markup import Block, Table, row
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -141,6 +141,14 @@ class SideBySide:
     """Blocks beside each other if there is room."""
 
     blocks: tuple[Block, ...]
+
+
+_NARROW, _LONG = 3, 12  # columns and rows
+
+
+def in_halves(table: Table) -> bool:
+    """Whether a table is set in two halves on paper."""
+    return len(table.header) <= _NARROW and len(table.rows) > _LONG
 
 
 Part = Block | Figure | Folded | FormulaBlock | SideBySide | Verbatim

@@ -140,11 +140,6 @@ def pose_columns(robot: Robot | Linkage, used: Sequence[str]) -> PoseColumns:
     Free coordinates of the robot alone leave the rest to its legs; any other pose coordinate makes
     it all six; names of joints pose a serial arm, or drive a linkage.
 
-    Raises
-    ------
-    InputError
-        When a name is no coordinate of the robot.
-
     Examples
     --------
     >>> import robostiff as rs
@@ -218,11 +213,6 @@ def coordinate_units(robot: Robot | Linkage) -> dict[str, str]:
 
 def columns_under_load(robot: Robot, used: Sequence[str], wrench: Sequence[float]) -> PoseColumns:
     """The same, followed by the components of the wrench and its factor.
-
-    Raises
-    ------
-    InputError
-        When a name is neither.
 
     Examples
     --------

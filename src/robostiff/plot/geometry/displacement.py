@@ -94,11 +94,6 @@ class RobotMotion:
 def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     """Motions of the bodies of a robot, at the single pose that was loaded, of a deflection.
 
-    Raises
-    ------
-    NoAnswerError
-        When there is no deflection.
-
     Examples
     --------
     >>> import robostiff as rs

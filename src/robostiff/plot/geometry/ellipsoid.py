@@ -78,11 +78,6 @@ def principal_axes(result: Stiffness, quality: Quality) -> PrincipalAxes:
     Where free motions F t = 0 remain, the compliance is that of the wrenches which do no work on
     them; along the directions that the free motions cover it has no limit.
 
-    Raises
-    ------
-    NoAnswerError
-        When there is no stiffness matrix, or a cable robot is unstable.
-
     Examples
     --------
     >>> import robostiff as rs

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.surfaces import isosurface
-from robostiff.plot.maps.selection import At, select
+from robostiff.plot.maps.selection import CLASSES, At, select
 from robostiff.plot.picture import Category, Item, Marks, Mesh, Scene, Shape
 from robostiff.plot.prefix import short
 
@@ -85,6 +85,8 @@ def isosurface_picture(
     full_rank: int | None = None,
 ) -> Scene:
     """The picture of `map_isosurface`, as data."""
+    if variable in CLASSES:
+        raise InputError("quantity of a surface", got=variable, expected="one that has numbers")
     part = select(found, variable, along, at or {}, full_rank)
     finite = part.values[np.isfinite(part.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)

@@ -139,12 +139,11 @@ def select(
     at: At,
     full_rank: int | None,
     others: bool = False,
-    with_classes: bool = False,
 ) -> Selection:
     """Values of a variable of a map over coordinates `along`, in this order, cut `at` others.
 
-    With `others` the coordinates that are not named follow as further axes; `with_classes` rank and
-    status may be shown, as a region for each.
+    With `others` the coordinates that are not named follow as further axes. Rank and status are
+    shown as a region for each.
 
     Raises
     ------
@@ -152,9 +151,8 @@ def select(
         When a name is not in the map, or something remains to be chosen.
     """
     found = checked_map(found)
-    refused = () if with_classes else CLASSES
-    if variable not in found.data_vars or variable in refused:
-        names = [str(name) for name in found.data_vars if name not in refused]
+    if variable not in found.data_vars:
+        names = map(str, found.data_vars)
         raise InputError("quantity of a map", got=variable, expected=" or ".join(names))
     array = found[variable]
     pose_dims = [str(dim) for dim in found["status"].dims]

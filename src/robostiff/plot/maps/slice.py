@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.maps.selection import CLASSES, At, checked_map, select
-from robostiff.plot.picture import Bands, ColourScale, Cover, Field, Percentile
+from robostiff.plot.picture import Bands, ColourScale, Field, Percentile
 
 if TYPE_CHECKING:
     import xarray
@@ -82,7 +82,7 @@ def slice_picture(
     full_rank: int | None = None,
 ) -> Field:
     """The picture of `map_slice`, as data."""
-    part = select(found, variable, along[::-1], at or {}, full_rank, with_classes=True)
+    part = select(found, variable, along[::-1], at or {}, full_rank)
     y, x = part.axes
     for name, axis in zip(along, (x, y), strict=True):
         if len(axis.values) < 2:
@@ -230,14 +230,16 @@ def map_bands(
 ) -> Drawn:
     """Draw percentiles of a quantity along one coordinate, over all poses of the others.
 
-    The percentiles are those of the poses that have a value; beside them stands the share of poses
-    that have none, and why. A single pose at each place is a curve.
+    The percentiles are those of the poses that have a value; below them stand the shares of poses
+    that have none, are ill-conditioned or beyond limits: the first of them that applies. A single
+    pose at each place is a curve.
 
     Parameters
     ----------
     found : Dataset
         What ``rs.stiffness_map`` returns over a grid.
     variable : str
+        Of ``"rank"`` and ``"status"`` the shares of poses with each are drawn.
     along : str
         Coordinate of the map.
     at : mapping of str to float, str or int, optional
@@ -297,16 +299,18 @@ def bands_picture(
         known = row[np.isfinite(row)]
         if len(known):
             curves[:, i] = np.percentile(known, p)
-    left_out = tuple(
-        replace(region, where=region.where.reshape(count, -1).mean(axis=1))
-        for region in part.regions
-        if region.cover is Cover.INSTEAD
-    )
+    shares, marked = [], np.zeros(part.values.shape, dtype=bool)
+    for region in part.regions:
+        share = (region.where & ~marked).reshape(count, -1).mean(axis=1)
+        shares.append(replace(region, where=share))
+        marked |= region.where
     return Bands(
         part.name if not part.where else f"{part.name}: {part.where}",
         part.axes[0],
-        part.label,
-        tuple(Percentile(float(q), curve) for q, curve in zip(p, curves, strict=True)),
-        left_out,
+        f"{variable}, share of poses" if variable in CLASSES else part.label,
+        ()
+        if variable in CLASSES
+        else tuple(Percentile(float(q), curve) for q, curve in zip(p, curves, strict=True)),
+        tuple(shares),
         notes=() if one_pose else (f"each of {count} places: {rows.shape[1]} poses",),
     )

@@ -16,7 +16,7 @@ from robostiff.plot.on_matplotlib.canvas import (
     legend_below,
     norm,
 )
-from robostiff.plot.picture import Bands, Bars, Cover, Curves, Field, Matrix, Panel, RegionStyle
+from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Panel, RegionStyle
 from robostiff.plot.picture.scene import colour_of
 from robostiff.plot.prefix import short
 
@@ -164,7 +164,7 @@ _STRIP = (0.0, -0.24, 1.0, 0.18)
 
 
 def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
-    """Draw bands between percentiles, and under them the share of poses without a value."""
+    """Draw bands between percentiles, and under them the shares of poses in regions."""
     ax = canvas.axes(canvas.width * (1.15 if canvas.is_narrow else 0.55))
     palette = canvas.palette
     colour = palette.categories[0]
@@ -176,27 +176,29 @@ def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
         fill = palette.along((palette.ground, colour), 0.22 + 0.4 * i / max(middle, 1))
         handles.append(ax.fill_between(x, low.values, high.values, color=fill, linewidth=0))
         labels.append(f"{low.percent:g} to {high.percent:g} % of the poses with a value")
-    median = picture.percentiles[middle]
-    lone = np.isfinite(median.values)
-    line = ax.plot(x, median.values, color=colour, marker="." if lone.sum() < 20 else "")
-    if middle:
-        handles, labels = [*handles, *line], [*labels, "median"]
+    if picture.percentiles:
+        median = picture.percentiles[middle].values
+        marker = "." if np.isfinite(median).sum() < 20 else ""
+        line = ax.plot(x, median, color=colour, marker=marker)
+        if middle:
+            handles, labels = [*handles, *line], [*labels, "median"]
     ax.set_ylabel(picture.label)
     ax.set_title(picture.title)
     ax.grid(True)
     ax.set_axisbelow(True)
     ax.margins(x=0.02)
     lowest = ax
-    if picture.left_out:
-        lowest = ax.inset_axes(_STRIP, sharex=ax)
-        ax.tick_params(labelbottom=False)
+    if picture.shares:
+        if picture.percentiles:
+            lowest = ax.inset_axes(_STRIP, sharex=ax)
+            ax.tick_params(labelbottom=False)
         start = np.zeros(len(x))
-        for region in picture.left_out:
-            look = patch_look(region.style(palette))
+        for region in picture.shares:
+            look = patch_look(region.key_style(palette))
             top = start + 100 * region.where
-            lowest.fill_between(x, start, top, **look)
+            lowest.fill_between(x, start, top, step="mid", **look)
             handles.append(Patch(**look))
-            labels.append(f"no value: {region.name}")
+            labels.append(region.reason)
             start = top
         lowest.set_ylim(0, 100)
         lowest.set_yticks([0, 100], ["0 %", "100 %"])
@@ -223,12 +225,8 @@ def draw_field(picture: Field, canvas: Canvas) -> Axes:
         colour_bar(ax, shown, picture.scale)
     handles, labels = [], []
     for region in picture.regions:
-        style = region.style(palette)
-        ax.add_patch(region_patch(x_edges, y_edges, region.where, style))
-        key = style
-        if region.cover is Cover.OVER:  # white lines want a ground in the legend
-            key = RegionStyle(palette.values[3], style.hatch, style.line)
-        handles.append(Patch(**patch_look(key)))
+        ax.add_patch(region_patch(x_edges, y_edges, region.where, region.style(palette)))
+        handles.append(Patch(**patch_look(region.key_style(palette))))
         labels.append(region.name)
     if picture.isolines and values.count() and min(values.shape) > 1:
         lines = ax.contour(

@@ -17,7 +17,7 @@ _STRIP, _VALUES = (0.0, 0.16), (0.26, 1.0)  # of the height
 
 
 def draw_bands(picture: Bands, palette: Palette) -> go.Figure:
-    """Draw bands between percentiles, and under them the share of poses without a value."""
+    """Draw bands between percentiles, and under them the shares of poses in regions."""
     x, colour = picture.x.values, palette.categories[0]
     middle = len(picture.percentiles) // 2
     traces: list[Any] = []
@@ -26,28 +26,27 @@ def draw_bands(picture: Bands, palette: Palette) -> go.Figure:
         fill = palette.along((palette.ground, colour), 0.22 + 0.4 * i / max(middle, 1))
         name = f"{low.percent:g} to {high.percent:g} % of the poses with a value"
         traces += _band(x, low.values, high.values, fill, name)
-    median = picture.percentiles[middle].values
-    line = {"color": colour, "width": 2}
-    traces.append(
-        go.Scatter(
-            x=x, y=median, mode="lines+markers", line=line, name="median", showlegend=middle > 0
+    for median in picture.percentiles[middle : middle + 1]:
+        look = {"mode": "lines+markers", "line": {"color": colour, "width": 2}}
+        traces.append(
+            go.Scatter(x=x, y=median.values, name="median", showlegend=middle > 0, **look)
         )
-    )
-    for region in picture.left_out:
-        style = region.style(palette)
+    for region in picture.shares:
+        style = region.key_style(palette)
         traces.append(
             go.Scatter(
                 x=x,
                 y=100 * region.where,
-                stackgroup="no value",
+                stackgroup="shares",
                 mode="none",
+                line={"shape": "hvh"},
                 fillpattern={
-                    "shape": style.hatch[0],
+                    "shape": style.hatch[:1],
                     "bgcolor": style.fill,
                     "fgcolor": style.line,
                     "size": 6,
                 },
-                name=f"no value: {region.name}",
+                name=region.reason,
                 showlegend=True,
                 yaxis="y2",
             )
@@ -55,12 +54,12 @@ def draw_bands(picture: Bands, palette: Palette) -> go.Figure:
     made = figure(palette, picture.title, traces, picture.notes)
     made.update_xaxes(title=picture.x.label)
     made.update_layout(yaxis={"title": {"text": picture.label}})
-    if picture.left_out:
+    if picture.shares:
         made.update_layout(
             xaxis={"anchor": "y2"},
             yaxis={"domain": _VALUES},
             yaxis2={
-                "domain": _STRIP,
+                "domain": _STRIP if picture.percentiles else (0.0, 1.0),
                 "range": [0, 100],
                 "tickvals": [0, 100],
                 "ticksuffix": " %",

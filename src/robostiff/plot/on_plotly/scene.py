@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -34,10 +35,12 @@ _HEAD = 0.05  # of the picture
 _WIDER = 1.8  # pixels of a line to a point of its width
 _SCENE, _BELOW = 500, 16  # pixels; nothing is written below a scene but its legend
 _MARGIN = 0.04  # of the longest side of the box
-# How much farther, so that names at the corners and numbers on axes are not cut.
-_WITH_NAMES, _BESIDE_SCALE = 1.15, 1.25
 _THIN = 0.25  # of a box as long as wide: axes that are shorter have few numbers
-_EYE = {"x": 1.28, "y": -1.62, "z": 0.78}
+_TOWARDS_EYE = np.array([0.58, -0.735, 0.354])
+# Of half the diagonal of the box, about: numbers and names on its axes, and where the camera
+# looks below its middle, as these stand below and the front is nearer.
+_TEXT, _BELOW_MIDDLE = 0.15, 0.2
+_HALF_VIEW = {"up": 0.42, "right": 0.5}  # tangents
 
 
 def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
@@ -52,13 +55,12 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
     if picture.is_flat:
         across, up = {"title": x}, {"title": y, "scaleanchor": "x"}
         return figure(palette, picture.title, traces, picture.notes, _SCENE, xaxis=across, yaxis=up)
-    named = any(isinstance(item, Text) for item in picture.items)
-    away = _BESIDE_SCALE if picture.scale is not None else _WITH_NAMES if named else 1.0
     ratio, ranges = _filled(picture)
+    eye = _distance(ratio) * _TOWARDS_EYE
     scene = {
         "camera": {
-            "eye": {axis: away * place for axis, place in _EYE.items()},
-            "center": {"x": 0, "y": 0, "z": -0.15},
+            "eye": dict(zip("xyz", eye.tolist(), strict=True)),
+            "center": {"x": 0, "y": 0, "z": -_BELOW_MIDDLE},
         },
         "domain": {"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
         "aspectmode": "manual",
@@ -84,6 +86,19 @@ def _filled(picture: Scene) -> tuple[list[float], list[list[float]]]:
     ratio = high - low if picture.is_equal else np.ones(3)
     ratio = ratio * np.sqrt(3) / np.linalg.norm(ratio)
     return ratio.tolist(), np.stack([low, high], axis=-1).tolist()
+
+
+def _distance(ratio: list[float]) -> float:
+    """Of the eye from the middle of a box, from which all its corners are seen."""
+    right = np.cross([0, 0, 1], _TOWARDS_EYE)
+    right /= np.linalg.norm(right)
+    up = np.cross(_TOWARDS_EYE, right)
+    corners = np.array(list(product((-0.5, 0.5), repeat=3))) * ratio
+    across = np.maximum(
+        (np.abs(corners @ up + _BELOW_MIDDLE - _TEXT) + _TEXT) / _HALF_VIEW["up"],
+        (np.abs(corners @ right) + _TEXT) / _HALF_VIEW["right"],
+    )
+    return float(np.max(across + corners @ _TOWARDS_EYE))
 
 
 class _PlotlyPencil:

@@ -135,6 +135,17 @@ class Region:
         colour = palette.categories[tint]
         return RegionStyle(palette.along((palette.ground, colour), _TINT), hatch, colour)
 
+    def key_style(self, palette: Palette) -> RegionStyle:
+        """Its look where there are no values below it, as in a legend."""
+        style = self.style(palette)
+        return style if style.fill else replace(style, fill=palette.values[3])
+
+    @property
+    def reason(self) -> str:
+        """Its name beside values, which some poses do not have."""
+        has_none = self.cover is Cover.INSTEAD and self.paint is None
+        return f"no value: {self.name}" if has_none else self.name
+
 
 @dataclass(frozen=True)
 class Field:
@@ -170,23 +181,23 @@ class Percentile:
 
 @dataclass(frozen=True)
 class Bands:
-    """Percentiles along a coordinate, and the share of poses with values.
+    """Percentiles along a coordinate, and the shares of poses in regions.
 
     Attributes
     ----------
     label : str
         Of the values, with their unit.
     percentiles : tuple of Percentile
-        Ascending, the median in the middle.
-    left_out : tuple of Region
-        ``where`` holds the share of poses, 0 to 1, that have no value for this reason.
+        Ascending, the median in the middle; none of ranks and statuses, which are shares alone.
+    shares : tuple of Region
+        ``where`` holds the share of poses, 0 to 1.
     """
 
     title: str
     x: PlotAxis
     label: str
     percentiles: tuple[Percentile, ...]
-    left_out: tuple[Region, ...] = ()
+    shares: tuple[Region, ...] = ()
     notes: tuple[str, ...] = ()
 
 
