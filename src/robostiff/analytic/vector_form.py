@@ -55,7 +55,6 @@ from robostiff.analytic.vector_rods import (
 )
 from robostiff.model import PlacedLeg
 from robostiff.recorded.leg import at_samples as sampled
-from robostiff.spatial import Space
 
 _SAME = 1e-9
 _LONGEST = 80  # operations of a compliance that is printed for a generic leg

@@ -32,8 +32,8 @@ from robostiff.analytic.vector_expressions import (
 from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import Leg, PlacedLeg, Telescope
 from robostiff.record import Entry, square_root
-from robostiff.recorded.working_frame import turned_back
 from robostiff.recorded.leg import at_samples as sampled
+from robostiff.recorded.working_frame import turned_back
 
 _SAME = 1e-9
 _D, _E, _M, _U, _V = map(Vector, ("d_i", "e_i", "m_i", "u_i", "v_i"))

@@ -94,8 +94,6 @@ def _leg(name: str, elements: list[str], roles: Sequence[Role]) -> dict[str, Any
     }
 
 
-def mass_facts(robot: Robot) -> dict[str, Any]:
-    """Masses at home by parts, their sum and centre, gravity, springs between bodies."""
 def placed_facts(robot: Robot) -> dict[str, Any]:
     """Masses at home, gravity, springs between bodies."""
     posture = find_posture(robot)

@@ -51,6 +51,7 @@ def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
         **head(result.name, result),
         "pose": plain(result.pose),
         "joint_coordinates": {leg: q.tolist() for leg, q in result.joint_coordinates.items()},
+        "joint_names": {leg: list(names) for leg, names in result.joint_names.items()},
         "reference_point": result.reference_point.tolist(),
         "order": order(result.space),
         "units": {
@@ -85,6 +86,7 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
         **head(answer.name, result),
         "pose": plain(answer.pose),
         "joint_coordinates": {leg: q.tolist() for leg, q in answer.joint_coordinates.items()},
+        "joint_names": {leg: list(names) for leg, names in answer.joint_names.items()},
         "reference_point": answer.reference_point.tolist(),
         "order": order(answer.space),
         "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},
@@ -256,11 +258,22 @@ def about(result: RobotStiffness) -> str:
 
 
 def posture_lines(result: RobotStiffness) -> list[str]:
-    """Joint coordinates of a robot with one leg, which a pose may not determine."""
+    """Joint coordinates of a robot with one leg, which a pose may not determine.
+
+    With passive joints those of the drives, by name.
+    """
     if len(result.joint_coordinates) != 1 or Status.UNREACHABLE in result.status:
         return []
-    (q,) = result.joint_coordinates.values()
-    return [f"joints [{row(q)}] (m, rad)"]
+    ((leg, q),) = result.joint_coordinates.items()
+    names = result.joint_names.get(leg, [leg] * len(q))
+    drives = [
+        f"{name}={value:.5g}"
+        for name, value in zip(names, q, strict=True)
+        if f"{leg}/{name}" not in result.passive_joint_names
+    ]
+    if len(drives) == len(q):
+        return [f"joints [{row(q)}] (m, rad)"]
+    return [f"drives at {', '.join(drives)} (m, rad)"] if drives else []
 
 
 def named_parts(parts: Sequence[PartShare], most: int) -> tuple[list[PartShare], list[PartShare]]:

@@ -40,8 +40,6 @@ from robostiff.linkage import (
     with_roles,
 )
 from robostiff.linkage.essential import network_of
-from robostiff.model import Coordinate, Joint, Robot
-from robostiff.linkage.essential import network_of
 from robostiff.model import Joint, Robot
 from robostiff.model.chain import is_elastic
 from robostiff.network import Network
