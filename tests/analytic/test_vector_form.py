@@ -280,6 +280,7 @@ def test_rods_in_parallel_and_posts_are_terms_of_their_own(name, pose, lines):
     robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot, pose=AtSymbols() if pose == "symbolic" else None)
     form = derivation.vectors
+    assert form is not None
     assert set(lines) <= set(derivation_text(derivation).splitlines())
     for language in (derivation_latex, derivation_markdown, derivation_html, derivation_typst):
         assert language(derivation)

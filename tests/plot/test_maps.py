@@ -242,6 +242,7 @@ def test_poses_beyond_limits_are_marked_on_a_path():
     beyond = [rs.Status.BEYOND_LIMITS in own.status for own in map(hexapod_at, heights)]
     assert 0 < sum(beyond) < len(heights)
     picture = overview_picture(found)
+    assert isinstance(picture, Bands)
     (region,) = picture.shares
     assert (region.reason, region.where.tolist()) == ("beyond-limits", beyond)
     assert np.isfinite(picture.percentiles[0].values).all()

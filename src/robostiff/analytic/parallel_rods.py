@@ -16,10 +16,10 @@ import numpy as np
 from robostiff.analytic.contributions import summed
 from robostiff.analytic.leg_springs import LegReader
 from robostiff.analytic.robot_placement import PlacedRobot
-from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.unit_wrenches import UnitWrench
 from robostiff.analytic.vector_rods import Carrier, Rod, ends_of, in_the_platform
 from robostiff.model import PlacedSpring
+from robostiff.recorded.leg import at_samples as sampled
 
 _SAME = 1e-9
 

@@ -297,7 +297,7 @@ class _Recognition:
     def _leg(self, number: int, basis: Basis, rod: Rod) -> _Leg | None:
         own, a, b, u = self.placed.legs[number].leg, rod.start, rod.end, rod.unit
         joint = self._joint(rod)
-        e = sampled(rod.axis if joint == _E else rod.joint, self.count)
+        e = sampled(rod.axis if joint == _E or rod.joint is None else rod.joint, self.count)
         across = np.cross(e, u)
         size = np.linalg.norm(across, axis=1)
         known: list[tuple[Vector, np.ndarray]] = [(_U, u), (joint, e)]
@@ -305,7 +305,7 @@ class _Recognition:
             g = across / size[:, None]
             known += [(_G, g), (_N, np.cross(g, e))]
         self.read.known = felt_by_carrier(rod, self.plain(rod.crank))
-        if rod.carrier is Carrier.NOTHING:
+        if rod.carrier is Carrier.NOTHING and rod.joint is not None:
             known.append((_J, np.einsum("nij,nj->ni", self.R, sampled(rod.joint, self.count))))
             self.read.known.append((np.linalg.norm(b - a, axis=1), _LENGTH))
         directions: list[tuple[Vector, np.ndarray]] = []
