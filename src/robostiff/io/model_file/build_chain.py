@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar, cast
 
+from robostiff.errors import InputError
 from robostiff.io.expression import ParameterError, parameter_values
 from robostiff.io.model_file.build_link import (
     build_beam,
@@ -182,11 +183,13 @@ def _coupled(
         else _sum(place / i, own, joints)
         for i, own in enumerate(written)
     )
-    chain = Chain(tuple(elements))
-    for i in range(len(built)):  # one after the other, so that an error is at its own place
-        with (place / i).complaints():
-            chain = Chain(tuple(elements), built[: i + 1])
-    return chain
+    try:
+        return Chain(tuple(elements), built)  # of the first alone another joint may follow
+    except InputError:
+        for i in range(len(built)):  # one after the other, so that an error is at its own place
+            with (place / i).complaints():
+                Chain(tuple(elements), built[: i + 1])
+        raise
 
 
 def _follower(place: Place, written: WrittenFollower, joints: dict[str, Joint]) -> Coupling:
