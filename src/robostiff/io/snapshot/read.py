@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robostiff.errors import FileError
+from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import beam_masses, placed, placed_masses, question_joints
 from robostiff.io.snapshot.format import (
@@ -282,11 +282,17 @@ def _transmission(
         for i, freedom in enumerate(freedoms)
     }
     couplings: list[Coupling] = []
-    for i, own in enumerate(part.couplings):  # one by one, so that an error is at its own place
+    for i, own in enumerate(part.couplings):
         with place.at("couplings", i).complaints():
             couplings.append(Coupling(tuple(own.sum.items()), Locked(own.k), None, own.name or ""))
-            transmission(joints, len(joints), couplings)
-    return transmission(joints, len(joints), couplings)
+    try:
+        with np.errstate(all="ignore"):
+            return transmission(joints, len(joints), couplings)
+    except InputError:
+        for i in range(len(couplings)):  # one after the other, so that an error is at its place
+            with place.at("couplings", i).complaints():
+                transmission(joints, len(joints), couplings[: i + 1])
+        raise
 
 
 def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:
