@@ -44,6 +44,23 @@ class Formula:
         raise NotImplementedError
 
     def evalf(self, n: int = 15, subs: Mapping[Any, Any] | None = None) -> Any:
-        """The same in n digits, at values of all or some of the symbols."""
+        """The same in n digits, at values of all or some of the symbols.
+
+        Parameters
+        ----------
+        n : int
+            Digits.
+        subs : mapping of str or Symbol to numbers, quantities or formulas, optional
+            In SI units; symbols without a value stay.
+
+        Returns
+        -------
+        Matrix, or a tuple of two of a derivative
+
+        Raises
+        ------
+        InputError
+            When the formula does not hold at these values.
+        """
         found = self.substituted(subs or {})
         return tuple(M.evalf(n) for M in found) if isinstance(found, tuple) else found.evalf(n)

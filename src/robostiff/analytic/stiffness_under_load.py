@@ -100,7 +100,18 @@ class StiffnessUnderLoad(Formula):
         return self.derivation.substituted(values)
 
     def subs(self, values: Mapping[Any, Any]) -> StiffnessUnderLoad:
-        """The same with values in place of some of its symbols, see `Derivation.subs`."""
+        """The same with numbers or formulas in place of some of its symbols.
+
+        Parameters
+        ----------
+        values : mapping of str or Symbol to numbers, quantities or formulas
+            In SI units.
+
+        Raises
+        ------
+        InputError
+            When a name is no symbol of the formula, or the formula does not hold at these values.
+        """
         subject = f"formula {self.name!r}"
         chosen = values_of_symbols(self.symbols, values, subject)
         refuse_names_of_steps(chosen, self.definitions)
@@ -120,7 +131,23 @@ class StiffnessUnderLoad(Formula):
         )
 
     def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K as a function of numbers and of arrays that broadcast, see `Derivation.lambdify`."""
+        """K as a function of numbers and of arrays that broadcast, see `Derivation.lambdify`.
+
+        Parameters
+        ----------
+        *arguments : str or Symbol
+            The symbols in the order of the function's arguments; alphabetical when left out.
+
+        Returns
+        -------
+        FormulaFunction
+            It raises where the formula does not hold.
+
+        Raises
+        ------
+        InputError
+            When a symbol of the formula is not among them, or another name is.
+        """
         return formula_function(self.derivation, arguments, self.symbols)
 
 

@@ -67,7 +67,17 @@ def report_pdf(contents: ReportContents) -> bytes:
 
 
 def report_typst(contents: ReportContents) -> str:
-    """A report as the source of a Typst document; its figures are inside."""
+    """A report as the source of a Typst document; its figures are inside.
+
+    Parameters
+    ----------
+    contents : ReportContents
+
+    Raises
+    ------
+    InputError
+        When Matplotlib is missing.
+    """
     title = report_title(contents)
     preamble = _PREAMBLE.format(title=_quoted(title), version=typst_text(__version__))
     lead = verdict_of(contents)
