@@ -306,14 +306,14 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     if closed_form is not None and copies is not None:
         solver = LegSolver(leg, closed_form, copies, home_pose, leg.chain.home, length)
         solver = solver.in_mode_of_home()
-        open_ = _size(_gap_at_home(leg, solver.home, home_pose, length), length)
-        if not leg.chain.has_blocks or open_ <= _CLOSED:
-            _check_home(leg, solver.home, home_pose, length)
+        gap = _gap_at_home(leg, solver.home, home_pose, length)
+        if not leg.chain.has_blocks or _size(gap, length) <= _CLOSED:
+            _check_home(leg, gap, length)
             return solver
     task = NewtonTask((leg,), (), length)
     _, (closed,) = task.close(home_pose[None, :], [leg.chain.home[None, :]])
     closed = on_turn_of_home(leg.chain, closed, leg.chain.home)
-    _check_home(leg, closed[0], home_pose, length)
+    _check_home(leg, _gap_at_home(leg, closed[0], home_pose, length), length)
     alone = np.arange(leg.chain.size)
     return LegSolver(leg, None, alone, home_pose, closed[0], length)
 
@@ -359,8 +359,8 @@ def _size(gap: Loop, length: float) -> np.ndarray:
     return np.maximum(shift / length, turn)
 
 
-def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:
-    gap = _gap_at_home(leg, q, home_pose, length)
+def _check_home(leg: Leg, gap: Loop, length: float) -> None:
+    """Refuse a home that leaves the gap that is open most."""
     if _size(gap, length) > _CLOSED:
         (shift, turn), where = gap.missed, gap.name
         place = f"at the end of branch {where!r}" if where else "at the platform"
