@@ -49,11 +49,7 @@ def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
     answered = bool(np.all(result.answered))
     return {
         **head(result.name, result),
-        "pose": plain(result.pose),
-        "joint_coordinates": {leg: q.tolist() for leg, q in result.joint_coordinates.items()},
-        "joint_names": {leg: list(names) for leg, names in result.joint_names.items()},
-        "reference_point": result.reference_point.tolist(),
-        "order": order(result.space),
+        **_posture(result),
         "units": {
             "length": "m",
             "angle": "rad",
@@ -84,11 +80,7 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
     reached = Status.UNREACHABLE not in answer.status
     return {
         **head(answer.name, result),
-        "pose": plain(answer.pose),
-        "joint_coordinates": {leg: q.tolist() for leg, q in answer.joint_coordinates.items()},
-        "joint_names": {leg: list(names) for leg, names in answer.joint_names.items()},
-        "reference_point": answer.reference_point.tolist(),
-        "order": order(answer.space),
+        **_posture(answer),
         "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},
         "wrench": result.wrench.tolist(),
         "deflection": result.twist.tolist() if result.has_answer else None,
@@ -97,6 +89,17 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
         "actuators": picked(result.actuators, "leg joint load travel unit"),
         "reactions": picked(result.reactions, "leg joint wrench point"),
         "free_motions": [str(motion) for motion in answer.free_motions] if reached else [],
+    }
+
+
+def _posture(answer: RobotStiffness) -> dict[str, Any]:
+    """Where a robot is, and the order of what follows."""
+    return {
+        "pose": plain(answer.pose),
+        "joint_coordinates": {leg: q.tolist() for leg, q in answer.joint_coordinates.items()},
+        "joint_names": {leg: list(names) for leg, names in answer.joint_names.items()},
+        "reference_point": answer.reference_point.tolist(),
+        "order": order(answer.space),
     }
 
 
