@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,15 +12,15 @@ if TYPE_CHECKING:
     from robostiff.analytic.derivation import Definition
 
 
-class Formula:
+class Formula(ABC):
     """A formula in given symbols, perhaps by named steps."""
 
     definitions: Any = ()  # of each kind of formula: its named steps, in order
 
     @property
+    @abstractmethod
     def _expressions(self) -> Iterable[Any]:
         """What it consists of, beside its steps."""
-        raise NotImplementedError
 
     @property
     def is_closed(self) -> bool:
@@ -39,9 +40,9 @@ class Formula:
         """The given symbols as a set, as SymPy's expressions have them."""
         return set(self.symbols)
 
+    @abstractmethod
     def substituted(self, values: Mapping[Any, Any]) -> Any:
         """Its matrix, or two of them, at values of its symbols."""
-        raise NotImplementedError
 
     def evalf(self, n: int = 15, subs: Mapping[Any, Any] | None = None) -> Any:
         """The same in n digits, at values of all or some of the symbols.
