@@ -324,7 +324,7 @@ def test_dimensions_must_be_positive(make, words, bad):
         ),
         (
             lambda: box(0.1, 0.06, 0.03),
-            "wall of the box: got 0.03, expected less than half the shorter side, 0.03",
+            "wall of the box: got 0.03, expected less than half the height, 0.03",
         ),
         (
             lambda: i_section(0.1, 0.2, 0.1, 0.01),

@@ -139,7 +139,7 @@ def test_robot_built_of_symbols_computes_with_values():
         (lambda: rs.circle(sp.I * d), "positive finite"),
         (lambda: rs.circle(sp.oo), "positive finite"),
         (lambda: rs.tube(d, 2 * d), "less than the outer diameter d"),
-        (lambda: rs.box(d, h, d / 2), "half the shorter side"),
+        (lambda: rs.box(d, h, d / 2), "half the width"),
         (lambda: rs.Material(E=-E, G=G), "Young's modulus"),
         (lambda: rs.Material(E=E), "shear modulus"),
         (lambda: rs.Material.isotropic("m", E, sp.Rational(1, 2)), "Poisson ratio"),

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robostiff.elasticity.bounds import Bounds
 from robostiff.errors import InputError
 from robostiff.spatial import in_si, refuse_quantities
-from robostiff.spatial.formula import is_above, is_formula, is_possible
+from robostiff.spatial.formula import is_formula, is_possible
 
 _A_NUMBER = "a positive finite number"
+_RATIO = "a number between -1 and 0.5, both excluded (isotropic material)"
+_BY_MODULI = "any other material is written by its moduli: Material(name, E, G, source)"
 
 
 def positive_number(subject: str, value: Any, unit: str, hint: str | None = None) -> Any:
@@ -59,20 +62,15 @@ def poisson_ratio_of_isotropic(value: Any) -> Any:
     """A Poisson ratio, -1 < value < 0.5: a number as a float, a formula unchanged."""
     value = in_si("Poisson ratio", value, "a number", "")
     formula = is_formula(value)
-    if formula:
-        fits = is_possible(value) and not (
-            is_above(-1, value, or_at=True) or is_above(2 * value, 1, or_at=True)
-        )
-    else:
-        fits = is_real_number(value) and -1 < value < 0.5
-    if not fits:
-        raise InputError(
-            "Poisson ratio",
-            got=value,
-            expected="a number between -1 and 0.5, both excluded (isotropic material)",
-            hint="any other material is written by its moduli: Material(name, E, G, source)",
-        )
+    if not (is_possible(value) if formula else is_real_number(value) and math.isfinite(value)):
+        raise InputError("Poisson ratio", got=value, expected=_RATIO, hint=_BY_MODULI)
+    _ = poisson_ratio_bounds(value)
     return value if formula else float(value)
+
+
+def poisson_ratio_bounds(value: Any) -> Bounds:
+    """Those of an isotropic material."""
+    return Bounds("Poisson ratio", value, -1, 0.5, _RATIO, _BY_MODULI)
 
 
 def finite_array(

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.elasticity.checks import poisson_ratio_of_isotropic, positive_number
+from robostiff.elasticity.bounds import Bounds, left_open
+from robostiff.elasticity.checks import (
+    poisson_ratio_bounds,
+    poisson_ratio_of_isotropic,
+    positive_number,
+)
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_together
 
@@ -29,6 +34,8 @@ class Material:
         Where the numbers come from.
     density : float, formula or None
         Mass by volume [kg/m^3]; None where it is not known.
+    bounds : tuple of Bounds, optional
+        Inequalities that formulas leave open; E and G are positive when left out.
 
     Raises
     ------
@@ -46,14 +53,19 @@ class Material:
     G: Any = None
     source: str = ""
     density: Any = None
+    bounds: Any = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        own = []
         if self.density is not None:
             density = positive_number(f"density of {self.name!r}", self.density, "kg/m^3")
             object.__setattr__(self, "density", density)
-        for field, words in (("E", "Young's modulus E"), ("G", "shear modulus G")):
+        for name, words in (("E", "Young's modulus E"), ("G", "shear modulus G")):
             subject = f"{words} of {self.name!r}"
-            object.__setattr__(self, field, positive_number(subject, getattr(self, field), "Pa"))
+            object.__setattr__(self, name, positive_number(subject, getattr(self, name), "Pa"))
+            own.append(Bounds(subject, getattr(self, name)))
+        bounds = own if self.bounds is None else self.bounds
+        object.__setattr__(self, "bounds", left_open(bounds))
 
     @classmethod
     def isotropic(
@@ -87,7 +99,8 @@ class Material:
         nu = poisson_ratio_of_isotropic(poisson_ratio)
         E = positive_number(f"Young's modulus E of {name!r}", E, "Pa")
         E, nu = exact_together(E, nu)
-        return cls(name, E, E / (2 * (1 + nu)), source, density)
+        bounds = (Bounds(f"Young's modulus E of {name!r}", E), poisson_ratio_bounds(nu))
+        return cls(name, E, E / (2 * (1 + nu)), source, density, bounds)
 
     @property
     def poisson_ratio(self) -> Any:

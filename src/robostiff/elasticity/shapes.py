@@ -10,12 +10,12 @@ Every dimension may be a formula; numbers beside it then become exact.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
+from robostiff.elasticity.bounds import Bounds, left_open
 from robostiff.elasticity.checks import poisson_ratio_of_isotropic, positive_number
-from robostiff.errors import InputError
-from robostiff.spatial.formula import exact_number, exact_together, is_above, is_formula
+from robostiff.spatial.formula import exact_number, exact_together, is_formula
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,9 @@ class CrossSection:
     shear_factor_y, shear_factor_z : float, optional
         Shear correction factors [] of a force along y and along z: the shear stiffness is
         ``shear_factor * G * A``. Only the Timoshenko theory uses them.
+    bounds : tuple of Bounds, optional
+        Inequalities that formulas leave open and without which the shape does not exist; A, Iy, Iz
+        and J are positive when left out.
 
     Raises
     ------
@@ -59,9 +62,11 @@ class CrossSection:
     J: Any
     shear_factor_y: Any = None
     shear_factor_z: Any = None
+    bounds: Any = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        for field, words, unit in (
+        own = []
+        for name, words, unit in (
             ("A", "area A", "m^2"),
             ("Iy", "second moment of area Iy", "m^4"),
             ("Iz", "second moment of area Iz", "m^4"),
@@ -69,11 +74,14 @@ class CrossSection:
             ("shear_factor_y", "shear correction factor along y", ""),
             ("shear_factor_z", "shear correction factor along z", ""),
         ):
-            value = getattr(self, field)
-            if value is None and field.startswith("shear_factor"):
+            value = getattr(self, name)
+            if value is None and name.startswith("shear_factor"):
                 continue
             subject = f"{words} of the cross-section"
-            object.__setattr__(self, field, positive_number(subject, value, unit))
+            object.__setattr__(self, name, positive_number(subject, value, unit))
+            own.append(Bounds(subject, getattr(self, name)))
+        bounds = own if self.bounds is None else self.bounds
+        object.__setattr__(self, "bounds", left_open(bounds))
 
 
 def circle_shear_factor(nu: float) -> float:
@@ -147,7 +155,8 @@ def circle(diameter: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
     pi = _pi_beside(d)
     inertia = pi * d**4 / 64
     factor = circle_shear_factor(nu)
-    return CrossSection(pi * d**2 / 4, inertia, inertia, 2 * inertia, factor, factor)
+    bounds = (Bounds("diameter of the circle", d),)
+    return CrossSection(pi * d**2 / 4, inertia, inertia, 2 * inertia, factor, factor, bounds)
 
 
 def tube(outer_diameter: Any, inner_diameter: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
@@ -178,17 +187,14 @@ def tube(outer_diameter: Any, inner_diameter: Any, *, poisson_ratio: Any = 0.3) 
         hint="for a full bar use circle(diameter)",
     )
     D, d, nu = exact_together(D, d, poisson_ratio_of_isotropic(poisson_ratio))
-    if is_above(d, D, or_at=True):
-        raise InputError(
-            "inner diameter of the tube",
-            got=d,
-            expected=f"less than the outer diameter {D!r}",
-            hint="write tube(outer_diameter, inner_diameter), diameters and not radii",
-        )
+    hint = "write tube(outer_diameter, inner_diameter), diameters and not radii"
+    bounds = Bounds(
+        "inner diameter of the tube", d, 0, D, f"less than the outer diameter {D!r}", hint
+    )
     area = _pi_beside(D) * (D - d) * (D + d) / 4
     inertia = area * (D * D + d * d) / 16
     factor = tube_shear_factor(nu, d / D)
-    return CrossSection(area, inertia, inertia, 2 * inertia, factor, factor)
+    return CrossSection(area, inertia, inertia, 2 * inertia, factor, factor, (bounds,))
 
 
 def rectangle(width_y: Any, height_z: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
@@ -224,9 +230,9 @@ def rectangle(width_y: Any, height_z: Any, *, poisson_ratio: Any = 0.3) -> Cross
     h = positive_number("height of the rectangle along z", height_z, "m")
     b, h, nu = exact_together(b, h, poisson_ratio_of_isotropic(poisson_ratio))
     factor = rectangle_shear_factor(nu)
-    return CrossSection(
-        b * h, b * h**3 / 12, h * b**3 / 12, _rectangle_torsion_constant(b, h), factor, factor
-    )
+    J = _rectangle_torsion_constant(b, h)
+    bounds = Bounds("width of the rectangle", b), Bounds("height of the rectangle", h)
+    return CrossSection(b * h, b * h**3 / 12, h * b**3 / 12, J, factor, factor, bounds)
 
 
 def box(width_y: Any, height_z: Any, wall: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
@@ -264,9 +270,10 @@ def box(width_y: Any, height_z: Any, wall: Any, *, poisson_ratio: Any = 0.3) -> 
     h = positive_number("outer height of the box along z", height_z, "m")
     t = positive_number("wall of the box", wall, "m")
     b, h, t, nu = exact_together(b, h, t, poisson_ratio_of_isotropic(poisson_ratio))
-    short, _ = _sides(b, h)
-    for side in (short, b, h):  # it may be undecided which of two formulas is the shorter side
-        _below("wall of the box", t, side / 2, "half the shorter side")
+    bounds = (
+        _below("wall of the box", t, b / 2, "half the width"),
+        _below("wall of the box", t, h / 2, "half the height"),
+    )
     inner_b, inner_h = b - 2 * t, h - 2 * t
     middle_b, middle_h = b - t, h - t
     ratio = middle_b / middle_h
@@ -277,6 +284,7 @@ def box(width_y: Any, height_z: Any, wall: Any, *, poisson_ratio: Any = 0.3) -> 
         J=2 * t * (middle_b * middle_h) ** 2 / (middle_b + middle_h),
         shear_factor_y=box_shear_factor(nu, 1 / ratio, 1 / ratio),
         shear_factor_z=box_shear_factor(nu, ratio, ratio),
+        bounds=bounds,
     )
 
 
@@ -326,8 +334,10 @@ def i_section(
     f = positive_number("flange thickness of the I-section", flange_thickness, "m")
     nu = poisson_ratio_of_isotropic(poisson_ratio)
     b, h, w, f, nu = exact_together(b, h, w, f, nu)
-    _below("web thickness of the I-section", w, b, "the flange width")
-    _below("flange thickness of the I-section", f, h / 2, "half the height")
+    bounds = (
+        _below("web thickness of the I-section", w, b, "the flange width"),
+        _below("flange thickness of the I-section", f, h / 2, "half the height"),
+    )
     web = h - 2 * f
     middle = h - f
     area = 2 * b * f + web * w
@@ -338,6 +348,7 @@ def i_section(
         J=(2 * b * f**3 + middle * w**3) / 3,
         shear_factor_y=rectangle_shear_factor(nu) * 2 * b * f / area,
         shear_factor_z=i_section_shear_factor(nu, 2 * b * f / (middle * w), b / middle),
+        bounds=bounds,
     )
 
 
@@ -379,6 +390,5 @@ def _pi_beside(value: Any) -> Any:
     return sp.pi
 
 
-def _below(subject: str, value: Any, limit: Any, words: str) -> None:
-    if is_above(value, limit, or_at=True):
-        raise InputError(subject, got=value, expected=f"less than {words}, {limit!r}")
+def _below(subject: str, value: Any, limit: Any, words: str) -> Bounds:
+    return Bounds(subject, value, high=limit, expected=f"less than {words}, {limit!r}")

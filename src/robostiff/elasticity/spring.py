@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robostiff.elasticity.bounds import Bounds, left_open
 from robostiff.elasticity.checks import as_array, finite_array, positive_number
 from robostiff.errors import InputError
 from robostiff.spatial.compliance_modes import compliance_modes
@@ -34,6 +35,8 @@ class Elasticity:
     freedoms : (6, k) array, optional
         Twists (dx, dy, dz, rx, ry, rz) in columns [m, rad] that meet no stiffness at all; none
         normally.
+    bounds : tuple of Bounds, optional
+        Inequalities that formulas leave open and without which the element does not exist.
 
     Raises
     ------
@@ -53,6 +56,7 @@ class Elasticity:
 
     compliance: NDArray
     freedoms: NDArray = field(default_factory=lambda: np.zeros((6, 0)))
+    bounds: tuple[Bounds, ...] = ()
 
     def __post_init__(self) -> None:
         compliance = _own_array("compliance of the spring", self.compliance)
@@ -71,6 +75,7 @@ class Elasticity:
             )
         object.__setattr__(self, "compliance", compliance)
         object.__setattr__(self, "freedoms", freedoms)
+        object.__setattr__(self, "bounds", left_open(self.bounds))
 
     @cached_property
     def modes(self) -> NDArray:
@@ -84,6 +89,7 @@ class Elasticity:
         found = object.__new__(Elasticity)  # its arrays have been checked with the others
         object.__setattr__(found, "compliance", self.compliance[index])
         object.__setattr__(found, "freedoms", self.freedoms)
+        object.__setattr__(found, "bounds", self.bounds)
         return found
 
 
@@ -140,7 +146,7 @@ def _spring_along(stiffness: Any, axis: Entries, rows: slice) -> Elasticity:
     k = exact_number(stiffness) if u.dtype == object else stiffness
     compliance = np.zeros((6, 6), dtype=u.dtype)
     compliance[rows, rows] = np.outer(u, u) / k
-    return Elasticity(compliance)
+    return Elasticity(compliance, bounds=(Bounds("stiffness of the spring", k),))
 
 
 def _unit(axis: Entries) -> NDArray:

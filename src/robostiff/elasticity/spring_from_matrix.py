@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robostiff.elasticity.bounds import Bounds
 from robostiff.elasticity.checks import finite_array
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
@@ -328,13 +329,15 @@ def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elastic
     return Elasticity(
         move_compliance(rotate_stiffness(C, R), v),
         twist_transport(v) @ block_rotation(R) @ freedoms,
+        elasticity.bounds,
     )
 
 
 def _from_formulas(K: NDArray) -> Elasticity:
     found = inverse_of_formulas(K)
     if found is not None:
-        return Elasticity(*found)
+        own = (Bounds("diagonal of the stiffness", k) for k in np.diagonal(K) if k != 0)
+        return Elasticity(*found, tuple(own))
     if any(entry.free_symbols for entry in K.flat):
         raise InputError(
             STIFFNESS.name,
