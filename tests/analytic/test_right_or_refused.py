@@ -340,11 +340,11 @@ def test_tubes_without_a_wall_are_refused(form):
     derivation = rs.derive(robot, form=form)
     values = {**robot.nominal, "d": 1.2 * robot.nominal["D"], "k": 1e5}
     own = values_for(derivation, values)
-    with pytest.raises(InputError, match="positive D - d"):
+    with pytest.raises(InputError, match="less than the outer diameter D"):
         derivation.substituted(own)
-    with pytest.raises(InputError, match="positive D - d"):
+    with pytest.raises(InputError, match="less than the outer diameter D"):
         derivation.subs({"d": values["d"], "D": values["D"]})
-    with pytest.raises(rs.NoAnswerError, match="positive D - d"):
+    with pytest.raises(rs.NoAnswerError, match="less than the outer diameter D"):
         derivation.lambdify()(**own)
     with pytest.raises(ValueError, match="does not hold"):
         function_of(derivation)(**own)

@@ -1,4 +1,4 @@
-"""Conditions for the formula of a robot: its legs close, and telescopes have positive length."""
+"""Conditions for the formula of a robot: its parts exist, and its legs close."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.closed_posture import gap_of
-from robostiff.analytic.contributions import recognised_beam
 from robostiff.analytic.derivation import Condition
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.robot_pose import platform_pose
 from robostiff.analytic.trigonometry import shortest_trigonometry
+from robostiff.elasticity.bounds import Bounds
 from robostiff.kinematics import FormulaPose, place_leg
 from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import Leg, PlacedLeg, with_entries
@@ -41,7 +41,7 @@ def conditions_of(placed: PlacedRobot) -> tuple[Condition, ...]:
     at those of the record.
     """
     read = ClosedReading(placed.record, placed.symbols)
-    found = [x for leg in placed.legs for x in _of_sections(leg.leg, placed, read)]
+    found = [x for leg in placed.legs for x in _of_parts(leg.leg, read)]
     found = list({x.expression: x for x in found}.values())
     for leg in placed.legs:
         for length in leg.lengths:
@@ -53,20 +53,19 @@ def conditions_of(placed: PlacedRobot) -> tuple[Condition, ...]:
     return (*found, *(_following(placed, read) if placed.following else ()))
 
 
-def _of_sections(leg: PlacedLeg, placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
-    """That beams have a cross-section: D - d of a tube, and whatever else in E A may vanish."""
+def _of_parts(leg: PlacedLeg, read: ClosedReading) -> list[Condition]:
+    """That its beams, springs and drives exist: a wall leaves a hollow, a stiffness is positive."""
     inside = [own for block in leg.blocks for own in block.branches]
-    found = [x for own in inside for x in _of_sections(own, placed, read)]
-    at: Any = {s: placed.record.input(name).sample[0] for name, s in placed.symbols.items()}
-    for part in leg.springs:
-        _, products = recognised_beam(part, placed.record) or (0, {})
-        for letter in ("EA", "EI_z", "EI_y")[: len(products)]:
-            factors: Any = sp.Mul.make_args(sp.sympify(read(products[letter])))
-            for factor in factors:
-                if factor.is_Add and factor.is_positive is None:
-                    sign = 1 if factor.subs(at) > 0 else -1
-                    words = f"the cross-section of {part.name!r} has a positive {sign * factor}"
-                    found.append(Condition(words, sign * factor))
+    found = [x for own in inside for x in _of_parts(own, read)]
+    bounds = [(x.name, own) for x in leg.springs for own in x.elasticity.bounds]
+    bounds += [
+        (x.name, Bounds("stiffness", x.stiffness)) for x in leg.freedoms if x.stiffness is not None
+    ]
+    for name, own in bounds:
+        for words, difference in own.differences.items():
+            expression: Any = sp.sympify(read(difference))
+            if not expression.is_positive:
+                found.append(Condition(f"{own.subject} of {name!r} is {words}", expression))
     return found
 
 

@@ -151,7 +151,7 @@ class Condition:
     words : str
         Such as "leg 'ram' meets the platform".
     expression : sympy.Expr
-        In given symbols; not negative where it holds.
+        In given symbols; positive where it holds.
     equations : tuple of sympy.Expr
         Differences that vanish there, of legs in their joint coordinates.
     """

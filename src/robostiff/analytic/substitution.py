@@ -240,9 +240,9 @@ def refuse_failing(conditions: Iterable[Any], put_in: Substitution, subject: str
         if value.free_symbols:
             continue
         number = value.evalf(_CONDITION_DIGITS)
-        if not number.is_real or number < 0:
+        if not number.is_real or number <= 0:
             raise InputError(
                 f"{subject} at these values",
-                got=f"a condition that fails: {condition.words}",
-                expected="values at which it holds",
+                got="a condition that fails",
+                expected=f"values at which {condition.words}",
             )

@@ -348,4 +348,5 @@ def telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticit
         # Out of reach, a length may be negative: a status reports it, and the other poses continue.
         usable = np.maximum(np.asarray(usable, dtype=float), np.finfo(float).tiny ** 0.25)
     C = beam_compliance(usable, beam.material, beam.section, beam.theory)
-    return Elasticity(poses_side_by_side(C, 2))
+    bounds = (*beam.material.bounds, *beam.section.bounds)
+    return Elasticity(poses_side_by_side(C, 2), bounds=bounds)

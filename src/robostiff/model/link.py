@@ -283,7 +283,8 @@ def beam_link(
     length = length_of(to) if to.dtype == object else float(np.linalg.norm(to))
     compliance = beam_compliance(length, material, section, theory or EulerBernoulli())
     own = beam_mass(length, material, section) if mass is None else mass
-    return Link(to, Elasticity(compliance), axes, name, masses_of(own))
+    elasticity = Elasticity(compliance, bounds=(*material.bounds, *section.bounds))
+    return Link(to, elasticity, axes, name, masses_of(own))
 
 
 def beam_mass(length: Any, material: Material, section: CrossSection) -> Any:

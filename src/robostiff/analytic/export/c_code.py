@@ -161,7 +161,7 @@ def _body(compute: FormulaProgram, names: Mapping[sp.Symbol, str], K: str, p: st
     printer = _CPrinter(names)
     K_rows = compute.entries.tolist()
     n = len(K_rows)
-    beside = [*(a.expression for a in compute.assignments), *(x for _, x in compute.conditions)]
+    beside = [*(a.expression for a in compute.assignments), *(x for _, x, _ in compute.conditions)]
     used = symbols_of([compute.entries, *beside])
     lines = [
         f"    const double {names[symbol]} = {p}[{i}];"
@@ -200,7 +200,7 @@ def _guard(
         lines.append(f"{each} {fails} |= !isfinite({p}[{i}]);")
     lines.append(f"{every} {fails} |= !isfinite({K}[{i}]);")
     tests = [guard_test(guard, printer.write, "fabs") for guard in compute.guards]
-    tests += [f"{printer.write(expression)} >= 0.0" for _, expression in compute.conditions]
+    tests += [f"{printer.write(x)} {sign} 0.0" for _, x, sign in compute.conditions]
     for test in tests:
         lines += wrapped_formula(f"!({test});", _WIDTH, f"    {fails} |= ", " " * 8)
     return [

@@ -264,7 +264,7 @@ def where_it_holds(compute: FormulaProgram) -> str:
         "where the formula does not hold: where a denominator vanishes up to rounding, "
         "a radicand is negative, or a given value or K is not finite"
     )
-    besides = dict.fromkeys(unquoted(own) for own, _ in compute.conditions)
+    besides = dict.fromkeys(unquoted(own) for own, *_ in compute.conditions)
     return words + "".join(f"; unless {own}" for own in besides)
 
 
@@ -319,5 +319,5 @@ def tests_after(
     The first test, `finite`, is that arguments and results are; `write` writes an expression.
     """
     guards = [guard_test(guard, write) for guard in compute.guards]
-    conditions = [f"{write(expression)} >= 0" for _, expression in compute.conditions]
+    conditions = [f"{write(x)} {sign} 0" for _, x, sign in compute.conditions]
     return [finite, *(f"{holds} && {test}" for test in (*guards, *conditions))]

@@ -193,8 +193,8 @@ class FormulaProgram:
     # K (n x n), and dK where there is a derivative, in arguments and assigned symbols
     results: tuple[sp.ImmutableMatrix, ...]
     # what must hold besides, such as the signs of arguments that were assumed: in words, and an
-    # expression that is not negative where it does
-    conditions: tuple[tuple[str, Any], ...] = ()
+    # expression that is > 0 or >= 0 where it does
+    conditions: tuple[tuple[str, Any, str], ...] = ()
     meanings: Mapping[str, str] = field(default_factory=dict)  # of arguments, by their names
 
     @property
@@ -294,18 +294,18 @@ def _in_order(
         tuple(written[i : i + n, :] for i in range(0, matrix.rows, n)),
         (
             *_signs(arguments),
-            *((c.words, expression) for c, expression in zip(conditions, beside, strict=True)),
+            *((c.words, expression, ">") for c, expression in zip(conditions, beside, strict=True)),
         ),
         derivation.meanings,
     )
 
 
-def _signs(arguments: Sequence[Any]) -> Iterator[tuple[str, Any]]:
+def _signs(arguments: Sequence[Any]) -> Iterator[tuple[str, Any, str]]:
     """Conditions that arguments have the signs of their symbols: sqrt(k**2) was written as k."""
     for sign, words in ((1, "positive"), (-1, "negative")):
         symbols = [x for x in arguments if (sign * x).is_nonnegative]
         names, verb = ", ".join(x.name for x in symbols), "are" if len(symbols) > 1 else "is"
-        yield from ((f"{names} {verb} {words} or zero", sign * x) for x in symbols)
+        yield from ((f"{names} {verb} {words} or zero", sign * x, ">=") for x in symbols)
 
 
 def _in_range(

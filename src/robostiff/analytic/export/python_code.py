@@ -184,8 +184,8 @@ def _guard(
     for guard in compute.guards:
         test = guard_test(guard, printer.write, "np.abs")
         lines += assigned(holds, f"{holds} & ({test})", _WIDTH)
-    for _, expression in compute.conditions:
-        lines += assigned(holds, f"{holds} & ({printer.write(expression)} >= 0)", _WIDTH)
+    for _, expression, sign in compute.conditions:
+        lines += assigned(holds, f"{holds} & ({printer.write(expression)} {sign} 0)", _WIDTH)
     return lines
 
 

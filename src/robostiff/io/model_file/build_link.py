@@ -145,9 +145,10 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
     _check_y_axis(place, y_axis, to, [segment.section for segment in segments])
     with place.complaints():
         compliance = tapered_compliance(segments, theory)
+        bounds = tuple(x for s in segments for x in (*s.material.bounds, *s.section.bounds))
         return Link(
             to,
-            Elasticity(compliance),
+            Elasticity(compliance, bounds=bounds),
             beam_axes(to, y_axis),
             name,
             own or _of_segments(segments, _length(to)),
