@@ -9,9 +9,10 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic.exact_points import BITS, ExactPoints
-from robostiff.analytic.legs_at_points import LegAtPoints, total_stiffness, turned_legs
+from robostiff.analytic.legs_at_points import LegAtPoints, total_stiffness, with_mirrored
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.recorded import assembled
+from robostiff.robots import robot_file
 
 ALL = rs.ALL_PARAMETERS
 
@@ -26,7 +27,7 @@ def legs_of(robot):
 
 def turned(robot):
     placed, _, each = legs_of(robot)
-    found = turned_legs(each, placed.entries.space.rows, placed.length)
+    found = with_mirrored(placed.turned, each, placed.entries.space.rows, placed.length)
     return {i: (first, str(way.part), way.mirror is not None) for i, (first, way) in found.items()}
 
 
@@ -54,6 +55,19 @@ def test_legs_of_a_hexapod_are_turns_and_mirror_images_of_the_first():
     assert {first for first, *_ in found.values()} == {0}
 
 
+@pytest.mark.parametrize("name", ["gough-stewart-b", "3-rrr", "3-upu", "3-puu", "hexapod"])
+def test_a_turned_leg_that_is_closed_by_itself_holds_as_the_image_of_the_first(name):
+    placed, _, each = legs_of(rs.load(name, symbols=ALL))
+    assert placed.turned
+    for i, (first, way) in placed.turned.items():
+        image = each[first].turned(way, placed.entries.space.rows)
+        assert image.redundant == each[i].redundant
+        with flint.ctx.workprec(BITS):
+            for K, other in zip(image.stiffness, each[i].stiffness, strict=True):
+                size = max(abs(float(x)) for x in K.entries())
+                assert all(bool(abs(x) < 1e-40 * size) for x in (K - other).entries())
+
+
 def test_planar_legs_are_turns():
     assert turned(rs.load("3-rrr", symbols=ALL)) == {1: (0, "1/3", False), 2: (0, "2/3", False)}
 
@@ -64,6 +78,21 @@ def test_legs_that_differ_in_the_last_digit_are_no_turns():
     x, y, z = second.base.p
     nearly = replace(second.base, p=np.array([x * (1 + sp.Rational(1, 10**13)), y, z]))
     assert turned(replace(robot, legs=(first, replace(second, base=nearly), third))) == {}
+
+
+def test_a_leg_in_another_working_mode_is_no_turn():
+    robot = rs.load("3-rrr", symbols=ALL)
+    first, second, third = robot.legs
+    assert turned(replace(robot, legs=(first, replace(second, elbow=rs.Elbow.MINUS), third))) == {}
+
+
+def test_springs_on_the_platform_that_do_not_turn_with_their_legs(tmp_path):
+    text = robot_file("hexapod").read_text(encoding="utf-8")
+    head, mark, tail = text.rpartition("compliance: [1/k_joint, 1/k_joint")
+    assert mark
+    page = tmp_path / "hexapod.yaml"
+    page.write_text(f"{head}compliance: [1/k_joint, 2/k_joint{tail}", encoding="utf-8")
+    assert turned(rs.load(page, symbols=ALL)) == {}
 
 
 def test_mirror_images_count_only_where_all_of_them_are_there():

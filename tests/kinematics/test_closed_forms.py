@@ -7,7 +7,7 @@ import pytest
 
 from robostiff import Elbow, InputError
 from robostiff.kinematics import find_posture, place_chain
-from robostiff.kinematics.closure import LegSolver, NewtonTask, leg_solver
+from robostiff.kinematics.closure import LegSolver, NewtonTask, leg_solvers
 from robostiff.kinematics.closure.post import Post
 from robostiff.kinematics.closure.rod import Rod
 from robostiff.kinematics.closure.strut import Strut
@@ -46,7 +46,7 @@ def gap(case: LegCase, q: np.ndarray, pose: np.ndarray) -> float:
 
 
 def solver_of(case: LegCase) -> LegSolver:
-    return leg_solver(case.leg, case.home_pose, LENGTH)
+    return leg_solvers([case.leg], case.home_pose, LENGTH)[0]
 
 
 def reachable(case: LegCase, rng: np.random.Generator, size: float) -> np.ndarray:
@@ -125,7 +125,7 @@ def test_both_elbows(kind: str, seed: int):
     for elbow in (Elbow.PLUS, Elbow.MINUS):
         named = with_elbow(case, elbow)
         try:
-            solver = leg_solver(named.leg, pose, LENGTH)
+            (solver,) = leg_solvers([named.leg], pose, LENGTH)
         except InputError:
             # joints that cannot take any direction, or not any rotation, suit one elbow only
             assert kind not in ("PSU", "RSU")

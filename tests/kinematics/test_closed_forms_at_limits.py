@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robostiff.kinematics import place_chain
-from robostiff.kinematics.closure import leg_solver
+from robostiff.kinematics.closure import leg_solvers
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import (
     Actuated,
@@ -31,7 +31,7 @@ BALL, CROSS, CROSS_AT_ROD = spherical(FREE), universal(X, Y, FREE), universal(Z,
 def gaps(chain: Chain, poses: np.ndarray) -> np.ndarray:
     """How far the end of a leg is from poses (N, 6), metres and radians alike."""
     leg = Leg("leg", AT_ORIGIN, chain, AT_ORIGIN)
-    solver = leg_solver(leg, six(platform_at(leg, chain.home)), 1.0)
+    (solver,) = leg_solvers([leg], six(platform_at(leg, chain.home)), 1.0)
     assert solver.closed_form is not None
     R = turn_by_vector(poses[:, 3:])
     q = solver.solve(poses, R)[0]
@@ -76,7 +76,7 @@ def test_out_of_reach_a_rod_ends_where_it_comes_nearest(direction: np.ndarray):
     far = np.asarray(direction) * 2.0
     lacking = np.hypot(far[0], far[1]) - 0.5
     leg = Leg("leg", AT_ORIGIN, chain, AT_ORIGIN)
-    solver = leg_solver(leg, six(platform_at(leg, chain.home)), 1.0)
+    (solver,) = leg_solvers([leg], six(platform_at(leg, chain.home)), 1.0)
     q = solver.solve(poses_at([far]), turn_by_vector(poses_at([far])[:, 3:]))[0]
     placed = place_chain(chain, q, np.eye(3), np.zeros(3))
     assert np.linalg.norm(placed.p[0] - far) == pytest.approx(lacking, abs=1e-12)

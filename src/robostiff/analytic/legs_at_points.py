@@ -7,9 +7,10 @@ exact ones: no formula is written, and a wrong derivation by elimination differs
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import combinations
 from typing import Any
 
 import flint
@@ -18,14 +19,28 @@ import numpy as np
 from robostiff.analytic.exact_points import ExactPoints
 from robostiff.analytic.numeric_value import BITS
 from robostiff.analytic.orbits import MIRRORS, Image
+from robostiff.kinematics.closure import LegSolver, legs_alike
+from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import (
+    Chain,
+    CoupledFreedom,
+    Joint,
+    JointKind,
+    Link,
+    Passive,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Robot,
+)
 from robostiff.record import Entry
-from robostiff.spatial import skew
+from robostiff.spatial import Space, skew
 
 _REDUNDANT = 1e-9  # of a unit twist, as in the elimination of joints
 _SAME = 1e-10  # of the largest entry, in floats
-_NOTHING = 1e-40  # of the largest entry, in balls
+_NOTHING = 1e-40  # of the largest entry, in balls; [m]
+_PARTS = 60  # most parts of a turn
 
 
 @dataclass(frozen=True)
@@ -34,6 +49,12 @@ class LegAtPoints:
 
     stiffness: tuple[Any, ...]  # (n, n): about the reference point, world axes; one a point
     redundant: tuple[bool, ...]  # which passive joints add no freedom to those before
+
+    def turned(self, way: Image, rows: Sequence[int]) -> LegAtPoints:
+        """Its image."""
+        with flint.ctx.workprec(BITS):
+            T = way.exact(rows)
+            return replace(self, stiffness=tuple(T * K * T.transpose() for K in self.stiffness))
 
     @classmethod
     def of(
@@ -163,59 +184,128 @@ class _Reader:
 
 
 def turned_legs(
-    legs: Sequence[LegAtPoints], rows: Sequence[int], length: float
+    robot: Robot,
+    entries: Robot,
+    solvers: Sequence[LegSolver],
+    pose: FormulaPose,
+    points: ExactPoints,
 ) -> dict[int, tuple[int, Image]]:
-    """Legs that are images of an earlier one by a turn about the vertical, perhaps with a mirror.
+    """Legs that are an earlier one turned about the vertical through the reference point.
 
-    Only images by all equal parts of a turn, of three or more: their average is a short formula.
+    Only turns by all equal parts, of three or more: their average is a short formula. Chains and
+    assembly modes are equal, and so are, in enclosures of exact numbers, where the legs begin and
+    end: a turned leg closes as the first one does.
 
-    `rows`: which of six directions there are; `length`: characteristic length [m].
+    `robot`, `entries`: as it was given, and on entries of the record of the points; `solvers`: of
+    its legs in floats; `pose`: of the platform.
 
     Returns
     -------
     dict of leg numbers to the number of the earlier leg, and how the leg is made from it
     """
-    scale = np.array([1.0 if row < 3 else 1 / length for row in rows])
-    K = np.zeros((len(legs), 6, 6))
-    for i, leg in enumerate(legs):
-        own = np.array([[float(x) for x in row] for row in leg.stiffness[0].table()])
-        K[np.ix_([i], rows, rows)] = own * np.outer(scale, scale)
     found: dict[int, tuple[int, Image]] = {}
-    left = list(range(len(legs)))
-    for N in range(len(legs), 2, -1):
-        for first in tuple(left):
-            if first not in left:
-                continue
-            for mirror in (None, *MIRRORS):
-                images = {first: Image(Fraction(0))} if mirror is None else {}
-                for way in (Image(Fraction(k, N), mirror) for k in range(len(images), N)):
-                    wanted = way.of(way.of(K[first]).T)
-                    near = _SAME * np.max(np.abs(wanted))
-                    for i in left:
-                        if i in images or np.max(np.abs(K[i] - wanted)) > near:
-                            continue
-                        if _is_image(legs[i], legs[first], way, rows):
-                            images[i] = way
-                            break
-                    else:
-                        break  # not all
-                if len(images) == N:
-                    left = [i for i in left if i not in images]
-                    found |= {i: (first, way) for i, way in images.items() if i != first}
-                if (len(images) == N) != (mirror is None):
-                    break  # no turns, or both
+    alike = [own.places for own in legs_alike(solvers) if own.solvers[0].closed_form is not None]
+    for places in alike:
+        chain, left = robot.legs[places[0]].chain, list(places)
+        if len(left) < 3 or chain.is_coupled:
+            continue
+        ends = {i: _ends(entries, i, pose, points) for i in left}
+        while len(left) > 2:
+            first, *left = left
+            turns = {_turn(ends[first], ends[i]): i for i in left}
+            for N in range(len(left) + 1, 2, -1):
+                parts = [Fraction(k, N) for k in range(1, N)]
+                if all(part in turns for part in parts):
+                    found |= {turns[part]: (first, Image(part)) for part in parts}
+                    break
+            left = [i for i in left if i not in found]
+    return found
+
+
+def _ends(robot: Robot, i: int, pose: FormulaPose, points: ExactPoints) -> list[Any]:
+    """Columns in balls, one matrix a point: where a leg begins and ends, and its axes there."""
+    leg, found = robot.legs[i], []
+    for point in range(points.count):
+        read = _Reader(points, point)
+        with flint.ctx.workprec(BITS):
+            R, p, at, begin = map(read.array, (pose.R, pose.p, leg.attachment.p, leg.base.p))
+            reference = p + R @ read.array(robot.reference_point)
+            columns = [begin - reference, p + R @ at - reference, *read.array(leg.base.R).T]
+            if not _turns_freely(leg.chain, robot.space):
+                columns += [*(R @ read.array(leg.attachment.R)).T]
+            found.append(_matrix(columns).transpose())
+    return found
+
+
+def _turns_freely(chain: Chain, space: Space) -> bool:
+    """Whether the turn of a chain's end matters to nothing but its last joints."""
+    for element in reversed(chain.elements):
+        if isinstance(element, Joint):
+            kind = JointKind.REVOLUTE if space is Space.PLANAR else JointKind.SPHERICAL
+            return element.kind is kind and isinstance(element.role, Passive)
+        if not isinstance(element, Link) or np.any(element.to != 0):
+            return False
+        C: Any = element.elasticity.compliance[:3, :3]
+        if np.any(C[0, 0] * np.eye(3, dtype=int) != C):
+            return False
+    return False
+
+
+def _turn(ends: Sequence[Any], others: Sequence[Any]) -> Fraction | None:
+    """The part of a full turn by which some columns are others, turned."""
+    x, y = (
+        [float(ends[0][row, 0]) for row in (0, 1)],
+        [float(others[0][row, 0]) for row in (0, 1)],
+    )
+    angle = math.atan2(y[1], y[0]) - math.atan2(x[1], x[0])
+    part = Fraction(angle / (2 * math.pi) % 1).limit_denominator(_PARTS) % 1
+    with flint.ctx.workprec(BITS):
+        T = Image(part).exact((0, 1, 2))
+        pairs = zip(ends, others, strict=True)
+        apart = [x for A, B in pairs for x in (T * A - B).entries()]
+        return part if all(bool(abs(x) < _NOTHING) for x in apart) else None
+
+
+def with_mirrored(
+    turned: Mapping[int, tuple[int, Image]],
+    legs: Sequence[LegAtPoints],
+    rows: Sequence[int],
+    length: float,
+) -> dict[int, tuple[int, Image]]:
+    """Turned legs, and those that are mirror images of turned ones, all of them.
+
+    `rows`: which of six directions there are; `length`: characteristic length [m].
+    """
+    orbits: dict[int, dict[int, Fraction]] = {}
+    for i, (first, way) in turned.items():
+        orbits.setdefault(first, {first: Fraction(0)})[i] = way.part
+    scale = np.array([1.0 if row < 3 else 1 / length for row in rows])
+    K = {}
+    for first in orbits:
+        own = np.array([[float(x) for x in row] for row in legs[first].stiffness[0].table()])
+        K[first] = np.zeros((6, 6))
+        K[first][np.ix_(rows, rows)] = own * np.outer(scale, scale)
+    found = dict(turned)
+    for first, other in combinations(orbits, 2):
+        N = len(orbits[first])
+        if first in found or other in found or len(orbits[other]) != N:
+            continue
+        for way in (Image(Fraction(k, N), mirror) for mirror in MIRRORS for k in range(N)):
+            wanted = way.of(way.of(K[first]).T)
+            near = np.max(np.abs(K[other] - wanted)) <= _SAME * np.max(np.abs(wanted))
+            if near and _is_image(legs[other], legs[first], way, rows):
+                for i, part in orbits[other].items():
+                    found[i] = first, replace(way, part=(way.part + part) % 1)
+                break
     return found
 
 
 def _is_image(leg: LegAtPoints, first: LegAtPoints, way: Image, rows: Sequence[int]) -> bool:
     """Whether a stiffness is the image of another, by enclosures at all points."""
     with flint.ctx.workprec(BITS):
-        T = way.exact(rows)
-        for K, known in zip(leg.stiffness, first.stiffness, strict=True):
-            image = T * known * T.transpose()
-            pairs = list(zip(K.entries(), image.entries(), strict=True))
-            size = max((abs(x) for x, _ in pairs), key=float)
-            if any(not bool(abs(x - y) < _NOTHING * size) for x, y in pairs):
+        for K, image in zip(leg.stiffness, first.turned(way, rows).stiffness, strict=True):
+            size = max(map(abs, K.entries()), key=float)
+            if any(not bool(abs(x) < _NOTHING * size) for x in (K - image).entries()):
                 return False
     return True
 

@@ -22,9 +22,8 @@ from robostiff.analytic.legs_at_points import (
     LegAtPoints,
     is_in_series,
     total_stiffness,
-    turned_legs,
+    with_mirrored,
 )
-from robostiff.analytic.orbits import Image
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.robot_derivation import (
@@ -181,23 +180,26 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
     placed = at.placed
     if not placed.symbols:
         return None  # all of it is numbers
-    points = ExactPoints(placed.record)
-    in_series = all(is_in_series(own.leg) for own in placed.legs)
-    turned: dict[int, tuple[int, Image]] = {}
+    turned = placed.turned
+    legs = {i: placed.place(i).leg for i in range(len(placed.entries.legs)) if i not in turned}
+    in_series = all(map(is_in_series, legs.values()))
+    if not in_series:
+        turned, _ = {}, placed.legs
     redundant: list[tuple[bool, ...]] = []
     K: tuple[Any, ...] = ()
     # Neither sees steps of the other, of the same values, only longer.
     with placed.record.tentative():
         if in_series:
-            rows = placed.entries.space.rows
+            rows, points = placed.entries.space.rows, ExactPoints(placed.record)
             about = placed.reference, rows
             try:
-                exact = [LegAtPoints.of(own.leg, points, *about) for own in placed.legs]
+                known = {i: LegAtPoints.of(own, points, *about) for i, own in legs.items()}
             except ZeroDivisionError:
                 return None  # a wrench meets no compliance: the elimination says where
+            known |= {i: known[first].turned(way, rows) for i, (first, way) in turned.items()}
+            exact = [known[i] for i in sorted(known)]
             redundant, K = [own.redundant for own in exact], total_stiffness(exact)
-            if not placed.closed:
-                turned = turned_legs(exact, rows, placed.length)
+            turned = with_mirrored(turned, exact, rows, placed.length)
         found = sum_of_springs(placed, turned, in_short_steps=in_short_steps)
     if found is None:
         return None
@@ -207,7 +209,10 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
     # Legs that are closed by iteration are not closed exactly at any point.
     if not placed.closed and not writes_the_same(found.K, K):
         return None
-    facts = [facts_of(own.leg, lost) for own, lost in zip(placed.legs, redundant, strict=True)]
+    facts = [
+        facts_of(placed.place(placed.turned.get(i, (i,))[0]).leg, lost) | {"name": leg.name}
+        for i, (leg, lost) in enumerate(zip(placed.entries.legs, redundant, strict=True))
+    ]
     ways = [turned.get(i, (i, None)) for i in range(len(facts))]
     of_legs = [found.leg(first, way) for first, way in ways]
     named = tuple(_leg_of(own, leg) for own, leg in zip(facts, of_legs, strict=True))

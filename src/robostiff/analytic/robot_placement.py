@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,9 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.closed_posture import AROUND, Following, Sample, leg_coordinates
+from robostiff.analytic.exact_points import ExactPoints
+from robostiff.analytic.legs_at_points import turned_legs
+from robostiff.analytic.orbits import Image
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.robot_pose import (
     AtHome,
@@ -60,7 +63,9 @@ class PlacedRobot:
     record: Record
     symbols: dict[str, sp.Symbol]  # by name: one for each input of the record
     platform: FormulaPose
-    legs: tuple[PlacedFormula, ...]
+    # legs that are an earlier one turned, by leg number, and how; not placed before they are needed
+    turned: dict[int, tuple[int, Image]]
+    place: Callable[[int], PlacedFormula]  # a leg by its number
     solvers: tuple[LegSolver, ...]  # of the legs at nominal values
     length: float  # characteristic length [m]
 
@@ -69,6 +74,11 @@ class PlacedRobot:
         """Reference point in the world (3,)."""
         point = np.array(self.entries.reference_point, dtype=object)
         return self.platform.p + self.platform.R @ point
+
+    @cached_property
+    def legs(self) -> tuple[PlacedFormula, ...]:
+        """All legs."""
+        return tuple(map(self.place, range(len(self.entries.legs))))
 
 
 def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
@@ -106,33 +116,40 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     if given is not None:
         coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
     following = follows.following
-    closed: dict[int, np.ndarray] = {}
-    if robot.is_posed_by_joints:
-        q = _joint_coordinates(entries.legs[0], coordinates, record)
-        legs: tuple[PlacedFormula, ...] = (place_leg_at_joints(entries.legs[0], q),)
-        platform = legs[0].platform
-    else:
-        home = FormulaPose(*home_frame(entries))
-        platform = platform_pose(home, coordinates, rotation)
-        placed = []
-        for i, (leg, solver) in enumerate(zip(entries.legs, finder.solvers, strict=True)):
-            if i in follows.legs:
-                q, left = leg_coordinates(leg, follows.legs[i], record, finder.length)
-                following += left
-                pairs = zip(q, leg.chain.freedoms, strict=True)
-                angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
-                closed[i] = np.array(angled, dtype=object)
-                placed.append(place_leg_at_joints(leg, closed[i]))
-            else:
-                placed.append(_closed_leg(leg, platform, solver))
-        legs = tuple(placed)
-        if follows.at_joints:
-            platform = legs[0].platform
+    at_joints: dict[int, np.ndarray] = {}
+    turned: dict[int, tuple[int, Image]] = {}
 
     def as_step(value: Any) -> Any:
         return value if isinstance(value, Entry) else read(value)
 
-    legs = tuple(with_entries(leg, as_step) for leg in legs)
+    if robot.is_posed_by_joints:
+        q = _joint_coordinates(entries.legs[0], coordinates, record)
+        at_joints[0] = q
+        platform = place_leg_at_joints(entries.legs[0], q).platform
+    else:
+        platform = platform_pose(FormulaPose(*home_frame(entries)), coordinates, rotation)
+        for i, own in follows.legs.items():
+            leg = entries.legs[i]
+            q, left = leg_coordinates(leg, own, record, finder.length)
+            following += left
+            pairs = zip(q, leg.chain.freedoms, strict=True)
+            angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
+            at_joints[i] = np.array(angled, dtype=object)
+
+    def closing(i: int) -> PlacedFormula:
+        leg = entries.legs[i]
+        if i in at_joints:
+            return place_leg_at_joints(leg, at_joints[i])
+        return _closed_leg(leg, platform, finder.solvers[i])
+
+    place = cache(lambda i: with_entries(closing(i), as_step))
+    if given is None and not follows.any and not robot.is_posed_by_joints:
+        turned = turned_legs(robot, entries, finder.solvers, platform, ExactPoints(record))
+    for i in range(len(entries.legs)):
+        if i not in turned:
+            place(i)
+    if follows.at_joints:
+        platform = place(0).platform
     return PlacedRobot(
         robot=robot,
         entries=entries,
@@ -142,11 +159,12 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         follows=follows,
         given=given,
         rotation=rotation,
-        closed=closed,
+        closed={} if robot.is_posed_by_joints else at_joints,
         record=record,
         symbols=symbols,
         platform=platform,
-        legs=legs,
+        turned=turned,
+        place=place,
         solvers=() if robot.is_posed_by_joints else finder.solvers,
         length=finder.length,
     )

@@ -171,7 +171,7 @@ def _grouped(
     """Wrenches by the compliance that they meet, and where those of each derived leg are."""
     groups: dict[Any, WrenchesAlike] = {}
     legs: dict[int, list[tuple[WrenchesAlike, int]]] = {}
-    for i, own in enumerate(placed.legs):
+    for i in range(len(placed.entries.legs)):
         if i in turned:
             first, way = turned[i]
             for group, number in legs[first]:
@@ -180,7 +180,7 @@ def _grouped(
                 group.wrenches.append(group.wrenches[number].turned(way, search))
             continue
         try:
-            held = reader.of(own.leg)
+            held = reader.of(placed.place(i).leg)
         except NotHeldByUnitWrenchesError:
             return None
         legs[i] = []
@@ -202,7 +202,7 @@ def _about_reference(
     """The entries of a wrench of a leg; in its own joint coordinates by way of its end."""
     if not placed.follows.at_joints:
         return one.about(placed.reference, search)
-    own, leg = placed.legs[number], placed.entries.legs[number]
+    own, leg = placed.place(number), placed.entries.legs[number]
     w = one.about(own.leg.end, search)
     away = np.array(leg.attachment.p, dtype=object) - placed.entries.reference_point
     moved = cross(own.platform.R @ away, w[:3])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -16,7 +16,7 @@ from robostiff.kinematics.closure import (
     NewtonTask,
     attachment_frame,
     each_alone,
-    leg_solver,
+    leg_solvers,
     legs_alike,
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver
@@ -81,14 +81,20 @@ class PostureFinder:
 
     def closing(self, i: int) -> LegSolver:
         """The way to close a leg by its number, whatever the others do."""
-        if i not in self._closing:
-            self._closing[i] = leg_solver(self.robot.legs[i], self.home_pose, self.length)
+        self._close([i])
         return self._closing[i]
+
+    def _close(self, numbers: Iterable[int]) -> None:
+        """Prepare the closure of some legs, of those alike together."""
+        new = [i for i in numbers if i not in self._closing]
+        legs = [self.robot.legs[i] for i in new]
+        self._closing |= zip(new, leg_solvers(legs, self.home_pose, self.length), strict=True)
 
     @cached_property
     def solvers(self) -> tuple[LegSolver, ...]:
         """The way to close each leg."""
-        solvers = map(self.closing, range(len(self.robot.legs)))
+        self._close(range(len(self.robot.legs)))
+        solvers = (self._closing[i] for i in sorted(self._closing))
         return tuple(
             solver.that_holds_at(self._near_home.coordinates, self._near_home.R)
             if solver.leg.chain.has_blocks and self.robot.coordinates
@@ -358,12 +364,10 @@ def find_posture(robot: Robot, pose: Pose = None, *, near: Near = None) -> Postu
 def reach(robot: Robot, home_pose: np.ndarray) -> float:
     """Size of a robot [m]: the largest distance between a leg's two ends, or its chain's extent."""
     R = turn_by_vector(home_pose[3:])
-    sizes = []
-    for leg in robot.legs:
-        _, p_end = attachment_frame(leg, R, home_pose[:3])
-        placed = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p)
-        extent = [np.linalg.norm(e.point - leg.base.p) for e in placed.parts]
-        sizes += [np.linalg.norm(p_end - leg.base.p), *extent]
+    ends = [attachment_frame(leg, R, home_pose[:3])[1] - leg.base.p for leg in robot.legs]
+    chains = {id(leg.chain): leg.chain for leg in robot.legs}  # several legs may have one
+    placed = [place_chain(one, one.home, np.eye(3), np.zeros(3)) for one in chains.values()]
+    sizes = [np.linalg.norm(x) for x in (*ends, *(e.point for c in placed for e in c.parts))]
     size = float(max(sizes))
     # What is all in one point has no extent but rounding.
     far = max(np.linalg.norm(p) for p in (home_pose[:3], *(leg.base.p for leg in robot.legs)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -71,6 +71,7 @@ def as_meant(robot: Part) -> Part:
 
 _ROUNDING = 4 * float(np.finfo(float).eps)
 _SHORT = 12  # digits of a number as it is written
+_DIGITS = 20  # of a formula before it is rounded to a float
 
 
 def _meant(value: Any) -> Any:
@@ -120,9 +121,9 @@ def formulas(part: Any) -> Iterator[Any]:
         for member in part:
             yield from formulas(member)
     elif is_dataclass(part):
-        for field in fields(part):
-            if field.name not in _NO_ENTRIES:
-                yield from formulas(getattr(part, field.name))
+        for name in _names_of(type(part)):
+            if name not in _NO_ENTRIES:
+                yield from formulas(getattr(part, name))
 
 
 def _converted(
@@ -141,14 +142,19 @@ def _converted(
     if is_dataclass(part):
         if id(part) not in known:
             values = {
-                field.name: getattr(part, field.name)
-                if field.name in _NO_ENTRIES
-                else _converted(getattr(part, field.name), convert, known, prepared)
-                for field in fields(part)
+                name: getattr(part, name)
+                if name in _NO_ENTRIES
+                else _converted(getattr(part, name), convert, known, prepared)
+                for name in _names_of(type(part))
             }
             known[id(part)] = type(part)(**values)  # pyright: ignore[reportCallIssue]
         return known[id(part)]
     return part
+
+
+@cache
+def _names_of(kind: Any) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
 
 
 def _array(values: np.ndarray, convert: Callable[[Any], Any]) -> np.ndarray:
@@ -280,16 +286,19 @@ class Symbolic:
         left = set(self.symbols) - chosen.keys()
         left = left.union(*(value.free_symbols for value in chosen.values()))
 
-        known: dict[Any, Any] = {}  # legs have the same formulas
+        # Legs have the same formulas, and most are the same objects, such as 0 and 1.
+        known: dict[Any, Any] = {}
+        of_objects: dict[int, Any] = {}
 
         def put_in(entry: Any) -> Any:
             if isinstance(entry, float):
                 return entry
-            if entry not in known:
-                value = entry.xreplace(chosen)
-                # While symbols are left, numbers beside them stay exact.
-                known[entry] = value if left else _number(value, entry)
-            return known[entry]
+            if id(entry) not in of_objects:
+                if entry not in known:
+                    # While symbols are left, numbers beside them stay exact.
+                    known[entry] = entry.xreplace(chosen) if left else _number(entry, chosen)
+                of_objects[id(entry)] = known[entry]
+            return of_objects[id(entry)]
 
         given = set(map(str, chosen))
         nominal = {name: value for name, value in self.nominal.items() if name not in given}
@@ -311,9 +320,9 @@ def _allowed(symbol: Any, value: Any) -> Any:
     return value
 
 
-def _number(value: Any, formula: Any) -> float:
+def _number(formula: Any, values: Mapping[Any, Any]) -> float:
     try:
-        number = float(value)
+        number = float(formula.evalf(_DIGITS, subs=values))
     except (TypeError, OverflowError):  # complex, or infinite
         number = np.nan
     if not np.isfinite(number):

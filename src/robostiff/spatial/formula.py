@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,11 @@ def is_formula(value: Any) -> bool:
     >>> is_formula(sp.Symbol("L") / 2), is_formula(sp.pi), is_formula(sp.Float(0.5)), is_formula(2)
     (True, True, False, False)
     """
-    kind = type(value)  # whether it has symbols, not which: SymPy looks for these each time
+    return _is_formula(type(value))  # whether it has symbols, not which: SymPy looks for these
+
+
+@cache
+def _is_formula(kind: type) -> bool:
     return hasattr(kind, "free_symbols") and not getattr(kind, "is_Float", False)
 
 

@@ -14,8 +14,13 @@ from robostiff.kinematics.closure.leg_equations import (
     closing_rates,
     gaps,
 )
-from robostiff.kinematics.closure.leg_solver import LegSolver, leg_solver
-from robostiff.kinematics.closure.legs_alike import LegsAlike, each_alone, legs_alike
+from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.closure.legs_alike import (
+    LegsAlike,
+    each_alone,
+    leg_solvers,
+    legs_alike,
+)
 from robostiff.kinematics.closure.newton import ClosurePart, nearest
 
 __all__ = [
@@ -29,7 +34,7 @@ __all__ = [
     "closing_rates",
     "each_alone",
     "gaps",
-    "leg_solver",
+    "leg_solvers",
     "legs_alike",
     "nearest",
 ]

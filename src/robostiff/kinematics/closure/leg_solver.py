@@ -36,7 +36,8 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
 
-_CLOSED = 1e-7
+#: Part of the length, or radians: a leg that closes.
+CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
 ClosedForm = Strut | Rod | Post
 _KEPT = "_closed_form"  # attribute of a chain
@@ -113,9 +114,9 @@ class LegSolver:
             _, every = self.in_all_modes(pose, R_platform)
             open_ = _open_by(self.leg, every, pose, R_platform, self.length)
             given = np.ones(self.leg.chain.main_path.size, dtype=bool)
-            chosen = self._nearest(self.closed_form, every, open_ <= _CLOSED, near, given)
+            chosen = self.nearest(self.closed_form, every, open_ <= CLOSED, near, given)
             q = every[chosen, left]
-            loops_open = self.leg.chain.has_blocks & (open_[chosen, left] > _CLOSED)
+            loops_open = self.leg.chain.has_blocks & (open_[chosen, left] > CLOSED)
             left = np.flatnonzero(loops_open)
         if left.size:
             start = pose_of_end(self.leg, near)
@@ -157,7 +158,7 @@ class LegSolver:
         R = turn_by_vector(pose[None, 3:])
         modes, every = self.in_all_modes(pose[None], R)
         q = on_turn_of_home(self.leg.chain, every[:, 0], self.leg.chain.home)
-        closed = _open_by(self.leg, every, pose[None], R, self.length)[:, 0] <= _CLOSED
+        closed = _open_by(self.leg, every, pose[None], R, self.length)[:, 0] <= CLOSED
         closed &= ~shortened(self.leg.chain, q)
         return tuple(mode for mode, good in zip(modes, closed, strict=True) if good), q[closed]
 
@@ -168,7 +169,7 @@ class LegSolver:
         Coordinates that are left out do, where their zeros are as the leg is drawn at home.
         """
         chain = self.leg.chain
-        drawn = np.max(np.abs(self.home - chain.home), initial=0.0) <= _CLOSED
+        drawn = np.max(np.abs(self.home - chain.home), initial=0.0) <= CLOSED
         given = bool(np.any(chain.home_given & chain.free))
         return self.leg.elbow is not Elbow.HOME or given or bool(drawn)
 
@@ -186,7 +187,7 @@ class LegSolver:
             poses = np.tile(pose, (_STARTS, 1))
             _, (q,) = self._task.close(poses, [q])
             R = turn_by_vector(poses[:, 3:])
-            closed = _open_by(self.leg, q[None], poses, R, self.length)[0] <= _CLOSED
+            closed = _open_by(self.leg, q[None], poses, R, self.length)[0] <= CLOSED
             q = on_turn_of_home(chain, q, chain.home)
             return q[closed & ~shortened(chain, q) & ~beyond_limits(chain, q)]
         modes, q = self.that_close(pose)
@@ -194,7 +195,7 @@ class LegSolver:
         kept = [not isinstance(self.closed_form, Strut) or mode.root == root for mode in modes]
         return q[np.array(kept, dtype=bool) & ~beyond_limits(self.leg.chain, q)]
 
-    def _nearest(
+    def nearest(
         self,
         form: ClosedForm,
         every: np.ndarray,
@@ -202,6 +203,7 @@ class LegSolver:
         near: np.ndarray,
         given: np.ndarray,
     ) -> np.ndarray:
+        """Which of some postures (m, N, size) is nearest to given coordinates (N,)."""
         path, places = self.leg.chain.main_path, self.leg.chain.main_places
         q, own = every[..., places], near[places]
         return nearest(path, q, closed, own, given, form.leading, self.length)
@@ -230,21 +232,30 @@ class LegSolver:
         """The equations of the leg alone."""
         return NewtonTask((self.leg,), (), self.length)
 
-    def in_mode_of_home(self) -> LegSolver:
-        """The same in the assembly mode that closes at home, nearest to the home coordinates."""
-        if self.closed_form is None:
-            return self
-        pose, chain = self.home_pose[None, :], self.leg.chain
-        R = turn_by_vector(pose[:, 3:])
-        modes, every = self.in_all_modes(pose, R)
-        wanted = {Elbow.PLUS: (1,), Elbow.MINUS: (-1,)}.get(self.leg.elbow, (1, -1))
-        kept = [i for i, mode in enumerate(modes) if mode.root in wanted]
-        every = every[kept]
-        closed = _open_by(self.leg, every, pose, R, self.length) <= _CLOSED
-        given = chain.home_given[chain.main_places]
-        (chosen,) = self._nearest(self.closed_form, every, closed, chain.home, given)
-        home = on_turn_of_home(chain, every[chosen], chain.home)[0]
-        return replace(self, closed_form=self.closed_form.in_mode(modes[kept[chosen]]), home=home)
+    def closing_at_home(self) -> LegSolver:
+        """The same, or one that iterates where the closed form leaves a loop open at home.
+
+        Raises
+        ------
+        InputError
+            When the leg does not close there.
+        """
+        if self.closed_form is not None:
+            gap = self._gap_at_home(self.home)
+            if not self.leg.chain.has_blocks or _size(gap, self.length) <= CLOSED:
+                _check_home(self.leg, gap, self.length)
+                return self
+        chain = self.leg.chain
+        _, (closed,) = self._task.close(self.home_pose[None, :], [chain.home[None, :]])
+        home = on_turn_of_home(chain, closed, chain.home)[0]
+        _check_home(self.leg, self._gap_at_home(home), self.length)
+        return replace(self, closed_form=None, copies=np.arange(chain.size), home=home)
+
+    def _gap_at_home(self, q: np.ndarray) -> Loop:
+        """The gap that is open most, at home."""
+        pose = self.home_pose
+        _, found = _placed(self.leg, q, turn_by_vector(pose[3:]), pose[:3])
+        return max(found, key=lambda gap: float(_size(gap, self.length)))
 
     def leaves_drive_open(self, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Where the coordinate of the drive does not follow from the pose (N,)."""
@@ -263,35 +274,22 @@ class LegSolver:
 
     def _copies_at(self, form: ClosedForm, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Coordinates in closed form, those of copies equal to those of the main path."""
-        return self._in_form(form, *frame_in_base(self.leg, R_platform, pose[..., :3]))
+        return self.in_form(form, *frame_in_base(self.leg, R_platform, pose[..., :3]))
 
-    def closed_at(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+    def in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates (N, size) in closed form, the end frame at (R, p) in that of the base."""
-        q = self._in_form(form, R, p)
-        return on_turn_of_home(self.leg.chain, q, self.leg.chain.home)
-
-    def _in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         q = form.solve(R, p)
         same = self.copies.size == q.shape[-1]
         return q if same else poses_side_by_side(q[..., self.copies], 1)
 
 
-def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
-    """The solver that closes a leg of a robot.
-
-    Parameters
-    ----------
-    leg : Leg
-    home_pose : (6,) array
-        Pose coordinates (x, y, z, rotation vector) of the home configuration.
-    length : float
-        Characteristic length [m].
+def recognised_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
+    """A solver with the closed form of a leg, its assembly mode not chosen yet.
 
     Raises
     ------
     InputError
-        When the leg does not close in the home configuration, or an elbow is named for a leg that
-        has no choice in closed form.
+        When an elbow is named for a leg that has no choice in closed form.
     """
     # No closed form takes joints that follow one another.
     copies = None if leg.chain.is_coupled else copied_places(leg.chain)
@@ -303,19 +301,9 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
             expected="none: only a slide or crank with a rod has two ways in closed form",
             hint="choose the working mode of this leg by the home coordinates of its joints",
         )
-    if closed_form is not None and copies is not None:
-        solver = LegSolver(leg, closed_form, copies, home_pose, leg.chain.home, length)
-        solver = solver.in_mode_of_home()
-        gap = _gap_at_home(leg, solver.home, home_pose, length)
-        if not leg.chain.has_blocks or _size(gap, length) <= _CLOSED:
-            _check_home(leg, gap, length)
-            return solver
-    task = NewtonTask((leg,), (), length)
-    _, (closed,) = task.close(home_pose[None, :], [leg.chain.home[None, :]])
-    closed = on_turn_of_home(leg.chain, closed, leg.chain.home)
-    _check_home(leg, _gap_at_home(leg, closed[0], home_pose, length), length)
-    alone = np.arange(leg.chain.size)
-    return LegSolver(leg, None, alone, home_pose, closed[0], length)
+    if closed_form is None or copies is None:
+        copies = np.arange(leg.chain.size)
+    return LegSolver(leg, closed_form, copies, home_pose, leg.chain.home, length)
 
 
 def _placed(
@@ -361,7 +349,7 @@ def _size(gap: Loop, length: float) -> np.ndarray:
 
 def _check_home(leg: Leg, gap: Loop, length: float) -> None:
     """Refuse a home that leaves the gap that is open most."""
-    if _size(gap, length) > _CLOSED:
+    if _size(gap, length) > CLOSED:
         (shift, turn), where = gap.missed, gap.name
         place = f"at the end of branch {where!r}" if where else "at the platform"
         raise OpenAtHomeError(
@@ -372,9 +360,3 @@ def _check_home(leg: Leg, gap: Loop, length: float) -> None:
             hint="check its dimensions and the directions of its frames and axes, or give the "
             "joints home coordinates near the closed configuration",
         )
-
-
-def _gap_at_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> Loop:
-    """The gap of a leg at home that is open most."""
-    _, found = _placed(leg, q, turn_by_vector(home_pose[3:]), home_pose[:3])
-    return max(found, key=lambda gap: float(_size(gap, length)))

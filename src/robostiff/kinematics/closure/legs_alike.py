@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from robostiff.kinematics.closure.assembly import all_modes, in_one, on_turn_of_home
 from robostiff.kinematics.closure.leg_equations import gaps
-from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.closure.leg_solver import (
+    CLOSED,
+    ClosedForm,
+    LegSolver,
+    recognised_solver,
+)
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
-from robostiff.model import PlacedLeg
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Elbow, Leg, PlacedLeg
 from robostiff.model.entries import are_equal
 from robostiff.spatial.batch import poses_side_by_side, product, transposed
 
@@ -38,21 +45,56 @@ class LegsAlike:
         The third result is for `placed`.
         """
         first, count = self.solvers[0], len(pose)
-        form, placed = first.closed_form, None
+        form, placed, chain = first.closed_form, None, first.leg.chain
         if form is None or len(self.solvers) == 1:
             return self._one_by_one(pose, R, from_afar=from_afar)
-        ends = self._ends(R, pose[:, :3])
-        R_base, p_base = self._bases(count)
-        inside = transposed(R_base)
-        p_inside = np.einsum("...ij,...j->...i", inside, ends[1] - p_base)
-        q = first.closed_at(form, product(inside, ends[0]), p_inside)
-        if from_afar and first.leg.chain.has_blocks:
-            placed = place_chain(first.leg.chain, q, R_base, p_base)
-            if np.any(first.leaves_open(gaps(first.leg, placed, *ends))):
+        q = on_turn_of_home(chain, self._in_form(form, R, pose[:, :3]), chain.home)
+        each = np.split(q, len(self.solvers))
+        if from_afar and chain.has_blocks:
+            placed = self._together(each)
+            if np.any(first.leaves_open(self._gaps(placed, R, pose[:, :3]))):
                 return self._one_by_one(pose, R, from_afar=from_afar)
-        rows = range(0, len(q), count)
-        each = [q[start : start + count] for start in rows]
         return each, [np.zeros(count, dtype=bool)] * len(each), placed
+
+    def in_modes_of_home(self) -> list[tuple[LegSolver, bool]]:
+        """The legs in the assembly modes that are nearest to home, and whether they close there."""
+        first, number = self.solvers[0], len(self.solvers)
+        form, chain = first.closed_form, first.leg.chain
+        if form is None:
+            return [(own, False) for own in self.solvers]
+        wanted = {Elbow.PLUS: (1,), Elbow.MINUS: (-1,)}.get(first.leg.elbow, (1, -1))
+        modes = tuple(mode for mode in all_modes(form.signs) if mode.root in wanted)
+        pose = np.tile(first.home_pose, (len(modes), 1))
+        R, p = turn_by_vector(pose[:, 3:]), pose[:, :3]
+        each = np.split(self._in_form(form.in_mode(in_one(number * modes, 1)), R, p), number)
+        shifts, turns = _largest(self._gaps(self._together(each), R, p))
+        closes = np.maximum(shifts / first.length, turns).reshape(number, -1).T <= CLOSED
+        every, given = np.stack(each, axis=1), chain.home_given[chain.main_places]
+        chosen = first.nearest(form, every, closes, chain.home, given)
+        home = on_turn_of_home(chain, every[chosen, range(number)], chain.home)
+        return [
+            (replace(own, closed_form=form.in_mode(modes[i]), home=q), bool(closed[i]))
+            for own, i, q, closed in zip(self.solvers, chosen, home, closes.T, strict=True)
+        ]
+
+    def _in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Coordinates (legs N, size) in closed form, the platform at (R, p)."""
+        R_end, p_end = self._ends(R, p)
+        R_base, p_base = self._bases(len(p))
+        inside = transposed(R_base)
+        p_inside = np.einsum("...ij,...j->...i", inside, p_end - p_base)
+        return self.solvers[0].in_form(form, product(inside, R_end), p_inside)
+
+    def _together(self, q: Sequence[np.ndarray]) -> PlacedChain:
+        """The chain of all legs at coordinates (N, size) of each."""
+        first = self.solvers[0].leg
+        if len(q) == 1:
+            return place_chain(first.chain, q[0], first.base.R, first.base.p)
+        together = poses_side_by_side(np.concatenate(q), 1)
+        return place_chain(first.chain, together, *self._bases(len(q[0])))
+
+    def _gaps(self, placed: PlacedChain, R: np.ndarray, p: np.ndarray) -> Iterator[Loop]:
+        return gaps(self.solvers[0].leg, placed, *self._ends(R, p))
 
     def _one_by_one(
         self, pose: np.ndarray, R: np.ndarray, *, from_afar: bool
@@ -79,14 +121,8 @@ class LegsAlike:
             By how much each misses the platform, or a loop in it is open [m], [rad].
         """
         first, count, number = self.solvers[0].leg, len(p), len(self.solvers)
-        if number == 1:
-            R_base, p_base, together = first.base.R, first.base.p, q[0]
-        else:
-            R_base, p_base = self._bases(count)
-            together = poses_side_by_side(np.concatenate(q), 1)
-        if placed is None:
-            placed = place_chain(first.chain, together, R_base, p_base)
-        shift, turn = _largest(gaps(first, placed, *self._ends(R, p)))
+        placed = self._together(q) if placed is None else placed
+        shift, turn = _largest(self._gaps(placed, R, p))
         whole = PlacedLeg(first.name, placed.elements, placed.p)
         legs = [whole]
         if number > 1:
@@ -134,12 +170,39 @@ def legs_alike(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
         for group in groups:
             first = solvers[group[0]]
             modes = [own.closed_form and own.closed_form.mode for own in (one, first)]
-            if modes[0] == modes[1] and are_equal(one.leg.chain, first.leg.chain):
+            elbows = one.leg.elbow, first.leg.elbow
+            same = modes[0] == modes[1] and elbows[0] is elbows[1]
+            if same and are_equal(one.leg.chain, first.leg.chain):
                 group.append(i)
                 break
         else:
             groups.append([i])
     return tuple(LegsAlike(tuple(group), tuple(solvers[i] for i in group)) for group in groups)
+
+
+def leg_solvers(legs: Sequence[Leg], home_pose: np.ndarray, length: float) -> tuple[LegSolver, ...]:
+    """The solvers that close legs of a robot.
+
+    Parameters
+    ----------
+    legs : sequence of Leg
+    home_pose : (6,) array
+        Pose coordinates (x, y, z, rotation vector) of the home configuration.
+    length : float
+        Characteristic length [m].
+
+    Raises
+    ------
+    InputError
+        When a leg does not close in the home configuration, or an elbow is named for a leg that
+        has no choice in closed form.
+    """
+    recognised = [recognised_solver(leg, home_pose, length) for leg in legs]
+    found: dict[int, tuple[LegSolver, bool]] = {}
+    for group in legs_alike(recognised):
+        found |= zip(group.places, group.in_modes_of_home(), strict=True)
+    each = (found[i] for i in range(len(legs)))
+    return tuple(own if closes else own.closing_at_home() for own, closes in each)
 
 
 def _rows(values: np.ndarray, own_axes: int) -> np.ndarray:
