@@ -1,31 +1,91 @@
 """Networks and linkages under load: as robots of legs are, and a four-bar linkage on paper."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.elasticity import Elasticity
+from robostiff.elasticity.cantilever import cantilever_compliance
+from robostiff.kinematics import with_masses
 from robostiff.linkage import Connection, Linkage
 from robostiff.model import Actuated, Passive, PlacedFreedom, revolute
-from robostiff.network import JointElement, Network, Node
+from robostiff.network import JointElement, Network, Node, SpringElement
 from robostiff.network.network import network_of_snapshot
 from robostiff.spatial import Frame
 from tests.statics.robots_under_load import loaded, root
 
-ONE = rs.Bowing(elements=1)
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-@pytest.mark.parametrize("name", ["six-joint-arm", "3-puu"])
+@pytest.mark.parametrize(
+    "name",
+    ["six-joint-arm", "3-puu", "gough-stewart-b-beams", "tricept.yaml", "exechon.yaml"],
+)
 def test_a_robot_and_its_network_are_the_same_far_from_rest(name: str):
-    """Legs as chains, and every part between bodies of its own."""
-    snapshot = rs.find_posture(rs.load(name)).snapshot.one(0)
+    """Legs as chains, and every part between bodies of its own; beams hinged at both ends alike."""
+    robot = rs.load(EXAMPLES / name if name.endswith("yaml") else name)
+    snapshot = with_masses(rs.find_posture(robot)).one(0)
     F = np.array([80, -40, -160, 5, 10, 5.0])
-    legs = loaded(snapshot, wrench=F, beams=ONE)
-    network = loaded(network_of_snapshot(snapshot), wrench=F, beams=ONE)
-    assert np.abs(legs.displacement).max() > 1e-4
-    assert np.allclose(network.displacement, legs.displacement, rtol=1e-9, atol=1e-13)
-    assert np.allclose(network.K, legs.K, rtol=0, atol=1e-10 * np.abs(legs.K).max())
-    assert np.isclose(network.energy, legs.energy, rtol=1e-9)
-    assert np.isclose(network.margin, legs.margin, rtol=1e-6)
+    both = [snapshot, network_of_snapshot(snapshot)]
+    ways = [{"wrench": F}]
+    if name.endswith("yaml"):
+        ways += [{"gravity": [0, 0, -9.81]}, {"wrench": 30 * F, "gravity": [3.0, 0, -9.81]}]
+    for given in ways:
+        legs, network = (loaded(own, **given) for own in both)
+        assert np.abs(legs.displacement).max() > 1e-7
+        assert np.allclose(network.displacement, legs.displacement, rtol=1e-9, atol=1e-13)
+        assert np.allclose(network.K, legs.K, rtol=0, atol=1e-10 * np.abs(legs.K).max())
+        assert np.isclose(network.energy, legs.energy, rtol=1e-9, atol=0)
+        assert np.isclose(network.margin, legs.margin, rtol=1e-6)
+
+
+def column(parts: list[JointElement | SpringElement]) -> Network:
+    """In series from the ground to a platform that slides along, x across and y turning."""
+    names = ["ground", *(f"n{i}" for i in range(1, len(parts))), "top"]
+    pairs = zip(parts, names[:-1], names[1:], strict=True)
+    placed = [replace(part, a=a, b=b) for part, a, b in pairs]
+    guide = PlacedFreedom(np.array([1.0, 0, 0]), np.zeros(3), None, "guide", Actuated(1e-3))
+    return Network(
+        "column",
+        tuple(Node(name, np.zeros(3)) for name in names),
+        ("ground",),
+        "top",
+        np.array([1.0, 0, 0]),
+        springs=tuple(part for part in placed if isinstance(part, SpringElement)),
+        joints=(
+            *(part for part in placed if isinstance(part, JointElement)),
+            JointElement("guide", "ground", "top", (guide,)),
+        ),
+    )
+
+
+def test_elements_of_a_beam_in_a_graph_by_how_it_is_held():
+    """The load at which it buckles has the error of two elements between hinges, not of one."""
+    EI, L = 7.0, 1.0
+    C = cantilever_compliance(L, 1.0, 1.0, 1e7, EI, 2 * EI, EI)
+    strut = SpringElement("beam", "", "", np.array([L, 0, 0]), np.eye(3), Elasticity(C))
+
+    def pin(name: str, x: float, axis: tuple[float, ...]) -> JointElement:
+        point = np.array([x, 0, 0])
+        return JointElement(
+            name, "", "", (PlacedFreedom(np.array(axis), point, 0.0, name, Passive()),)
+        )
+
+    rigid = SpringElement("rigid", "", "", np.zeros(3), np.eye(3), Elasticity(np.zeros((6, 6))))
+    slide = PlacedFreedom(np.array([1.0, 0, 0]), np.zeros(3), None, "drive", Actuated(1e7))
+    drive, across, along = JointElement("drive", "", "", (slide,)), (0, 1.0, 0), (1.0, 0, 0)
+    pinned = [pin("foot", 0, across), rigid, drive, strut, pin("head", L, across)]
+    spins = [pin("foot", 0, across), strut, pin("head", L, along)]
+    unit = [-1.0, 0, 0, 0, 0, 0]
+    found = rs.critical_load(column(pinned), wrench=unit).factor / (EI / L**2)
+    assert 1e-5 < found / np.pi**2 - 1 < 8e-3
+    # clamped at one end: tan u = u
+    found = rs.critical_load(column(spins), wrench=unit).factor / (EI / L**2)
+    assert np.isclose(found, 30.0, rtol=1e-3)  # one element: 4 EI/L = 2 P L/15
 
 
 def test_a_shipped_network_has_its_linear_stiffness_at_rest():

@@ -82,6 +82,11 @@ class Elasticity:
         """Twists (..., 6, 6) in columns: a wrench w stores the energy ``|modes^T w|^2 / 2``."""
         return compliance_modes(self.compliance)
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether it has neither compliance nor freedoms."""
+        return not (np.any(self.compliance) or self.freedoms.size)
+
     def one(self, index: int | slice) -> Elasticity:
         """That of one pose of a batch, or of some; itself where it is the same at all."""
         if self.compliance.ndim == 2:

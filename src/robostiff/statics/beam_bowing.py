@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,8 +11,11 @@ import numpy as np
 
 from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.errors import InputError
+from robostiff.model import PlacedFreedom, PlacedSpring
+from robostiff.model.snapshot import PlacedElement
 
 _ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
+_ACROSS = 1e-6  # sine of the angle below which a joint turns a beam about its own axis alone
 
 
 @dataclass(frozen=True)
@@ -122,8 +127,40 @@ def uniform_beam(C: np.ndarray) -> UniformBeam | None:
     return beam if np.all(np.abs(C - beam.compliance(1)) <= _ALIKE * scale) else None
 
 
-def elements_of(beams: Beams) -> int:
-    """Into how many elements a beam between two bodies is cut; 0 for a linear spring."""
+def elements_of(beams: Beams, beam: PlacedSpring, sides: Iterable[Sequence[PlacedElement]]) -> int:
+    """Into how many elements a beam is cut; 0 for a linear spring.
+
+    `sides` have the parts in series, outwards from both ends up to bodies that others hold, too.
+    """
     if not isinstance(beams, Bowing):
         return 0
-    return 1 if beams.elements is None else beams.elements
+    if beams.elements is not None:
+        return beams.elements
+    along = beam.rotation[:, 0].tolist()
+    return 2 if all(_is_hinged(side, along) for side in sides) else 1
+
+
+def _is_hinged(side: Sequence[PlacedElement], along: Sequence[float]) -> bool:
+    """Whether a beam that is alone bends freely at an end, by what follows outwards from there."""
+    elastic = (isinstance(e, PlacedSpring) for e in side if moves(e) and not is_rigid(e))
+    return not next(elastic, False) and any(_bends_freely(e, along) for e in side)
+
+
+def _bends_freely(element: PlacedElement, along: Sequence[float]) -> bool:
+    """Whether it is a passive joint that turns about an axis across a direction."""
+    if not (isinstance(element, PlacedFreedom) and element.is_passive and element.turns):
+        return False
+    (a, b, c), (x, y, z) = element.axis.tolist(), along
+    return math.hypot(b * z - c * y, c * x - a * z, a * y - b * x) > _ACROSS
+
+
+def moves(element: PlacedElement) -> bool:
+    """Whether it is no joint that is held rigidly."""
+    if isinstance(element, PlacedFreedom):
+        return element.is_passive or element.stiffness is not None
+    return True
+
+
+def is_rigid(element: PlacedElement) -> bool:
+    """Whether it is an elastic part without compliance."""
+    return isinstance(element, PlacedSpring) and element.elasticity.is_rigid

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -46,9 +47,8 @@ def on_flexible_platform(
         )
         if start is None:  # chains lead to the tool
             start, end, spring = end, start, from_its_end(spring)
-        chains.append(
-            FiniteChain(start, end, tuple(elements.of(spring, lambda: elements_of(beams))))
-        )
+        own = elements.of(spring, partial(elements_of, beams, spring, [()]))
+        chains.append(FiniteChain(start, end, tuple(own)))
     points = [np.asarray(placed.in_world(platform.point_of(name)), dtype=float) for name in names]
     number = len(legs.indices)
     return replace(
@@ -63,11 +63,7 @@ def on_flexible_platform(
 
 def _bodies(platform: FlexiblePlatform) -> Mapping[str, str]:
     """For each node one of the nodes that rigid members hold together with it, the tool if any."""
-    rigid = [
-        (part.a, part.b)
-        for part in platform.parts
-        if not (np.any(part.elasticity.compliance) or part.elasticity.freedoms.size)
-    ]
+    rigid = [(part.a, part.b) for part in platform.parts if part.elasticity.is_rigid]
     own = {node.name: node.name for node in platform.nodes}
     return held_together(own, rigid, (platform.tool,))
 

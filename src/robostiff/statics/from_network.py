@@ -9,20 +9,23 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.model import Locked, PlacedFreedom, PlacedSpring
+from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
-from robostiff.statics.beam_bowing import Beams, elements_of
+from robostiff.network.elements import Element as NetworkElement
+from robostiff.statics.beam_bowing import Beams, elements_of, is_rigid, moves
 from robostiff.statics.chain import BodyLoad, FiniteChain
 from robostiff.statics.couplings import FiniteCoupling
 from robostiff.statics.element import Element
 from robostiff.statics.flexible_platform import from_its_end, held_together
-from robostiff.statics.from_snapshot import finite_joint, moves
+from robostiff.statics.from_snapshot import finite_joint
 from robostiff.statics.given_loads import DeadForce, load_vector, weights_of
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.spring_elements import SpringElements
@@ -73,7 +76,8 @@ def group_of(
                 push = left.pop(part.name, 0.0)
                 own.append(replace(joint, preload=joint.preload + push))
             else:
-                own += elements.of(part, lambda: elements_of(beams))
+                sides = (bodies.outwards(element, node) for node in (element.a, element.b))
+                own += elements.of(part, partial(elements_of, beams, part, sides))
         end = element.end if isinstance(element, BeamElement) else element.point
         weights = tuple(
             BodyLoad(
@@ -125,7 +129,7 @@ class _Bodies:
     def of(network: Network) -> _Bodies:
         base = network.fixed[0]
         alone = {n.name: base if n.name in network.fixed else n.name for n in network.nodes}
-        rigid = [(e.a, e.b) for e in network.elements if _is_rigid(e)]
+        rigid = [(e.a, e.b) for e in network.elements if all(map(is_rigid, _parts(e)))]
         own = held_together(alone, rigid, (base, network.platform))
         if own[network.platform] == base:
             raise InputError(
@@ -155,14 +159,36 @@ class _Bodies:
                 found[body].append(DeadForce(force, load_vector("point", name, at)))
         return found
 
+    @cached_property
+    def held_by(self) -> Mapping[str, Sequence[NetworkElement]]:
+        """Elements that move, by the bodies at their ends."""
+        found: dict[str, list[NetworkElement]] = defaultdict(list)
+        for element in self.network.elements:
+            a, b = self.of_node[element.a], self.of_node[element.b]
+            if a != b:
+                found[a].append(element)
+                found[b].append(element)
+        return found
+
+    def outwards(self, element: NetworkElement, node: str) -> list[PlacedElement]:
+        """Parts in series beyond an end of an element, up to a body that others hold, too."""
+        found: list[PlacedElement] = []
+        own, body = element, self.of_node[node]
+        while body in self.between and len(self.held_by[body]) == 2:
+            own = next(other for other in self.held_by[body] if other is not own)
+            if own is element:  # a ring
+                break
+            forwards = self.of_node[own.a] == body
+            found += _parts(own)[:: 1 if forwards else -1]
+            body = self.of_node[own.b if forwards else own.a]
+        return found
+
     def number(self, body: str) -> int | None:
         """Of a body between chains; None for base and platform."""
         return self.between.index(body) if body in self.between else None
 
 
-def _parts(
-    element: BeamElement | SpringElement | JointElement,
-) -> list[PlacedSpring | PlacedFreedom]:
+def _parts(element: NetworkElement) -> list[PlacedSpring | PlacedFreedom]:
     """An element as parts of a chain from its first node to its second."""
     if isinstance(element, BeamElement):
         elasticity = Elasticity(element.tip_compliance)
@@ -205,15 +231,6 @@ def _reversed(part: PlacedSpring | PlacedFreedom) -> PlacedSpring | PlacedFreedo
     if isinstance(part, PlacedFreedom):
         return replace(part, axis=-np.asarray(part.axis, dtype=float))
     return from_its_end(part)
-
-
-def _is_rigid(element: BeamElement | SpringElement | JointElement) -> bool:
-    if isinstance(element, BeamElement):
-        return False
-    if isinstance(element, SpringElement):
-        own = element.elasticity
-        return not (np.any(own.compliance) or own.freedoms.size)
-    return not any(map(moves, element.freedoms))
 
 
 def _with_loads(

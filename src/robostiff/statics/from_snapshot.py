@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from functools import partial
 
 import numpy as np
 
@@ -21,8 +21,7 @@ from robostiff.model import (
     Snapshot,
     StiffnessLaw,
 )
-from robostiff.model.snapshot import PlacedElement
-from robostiff.statics.beam_bowing import Beams, Bowing
+from robostiff.statics.beam_bowing import Beams, elements_of, moves
 from robostiff.statics.chain import BodyLoad, FiniteChain
 from robostiff.statics.couplings import FiniteCoupling
 from robostiff.statics.element import Element, FiniteJoint
@@ -33,7 +32,6 @@ from robostiff.statics.legs import LegGroup
 from robostiff.statics.spring_elements import SpringElements
 
 _NO_GRAVITY = np.zeros(3)
-_ACROSS = 1e-6  # sine of the angle below which a joint turns a beam about its own axis alone
 
 
 def legs_of(
@@ -263,7 +261,8 @@ class LegWalk:
         for i, element in enumerate(run):
             drive = None
             if isinstance(element, PlacedSpring):
-                own += self.springs.of(element, lambda i=i: self._parts(run, i))
+                sides = run[i + 1 :], run[:i][::-1]
+                own += self.springs.of(element, partial(elements_of, self.beams, element, sides))
             elif moves(element):
                 drive = len(own)
                 own.append(finite_joint(element))
@@ -282,41 +281,6 @@ class LegWalk:
                 self.named[self.prefix + whole] = replace(part, drive=None)
         self.chains.append((start, end, own))
         return behind
-
-    def _parts(self, run: Sequence[PlacedFreedom | PlacedSpring], i: int) -> int:
-        """Into how many elements the beam at place i is cut; 0 for a linear spring."""
-        if not isinstance(self.beams, Bowing):
-            return 0
-        if self.beams.elements is not None:
-            return self.beams.elements
-        spring = run[i]
-        if not isinstance(spring, PlacedSpring):
-            return 0
-        moving = [e for e in run if moves(e) or e is spring]
-        at = next(k for k, e in enumerate(moving) if e is spring)
-        alone = not any(
-            isinstance(e, PlacedSpring) for e in (*moving[at - 1 : at], *moving[at + 1 :][:1])
-        )
-        if not alone:
-            return 1
-        along = spring.rotation[:, 0].tolist()
-        sides = (moving[:at], moving[at + 1 :])
-        return 2 if all(any(_bends_freely(e, along) for e in side) for side in sides) else 1
-
-
-def moves(element: PlacedElement) -> bool:
-    """Whether it is no joint that is held rigidly."""
-    if isinstance(element, PlacedFreedom):
-        return element.is_passive or element.stiffness is not None
-    return True
-
-
-def _bends_freely(element: PlacedElement, along: list[float]) -> bool:
-    """Whether it is a passive joint that turns about an axis across a direction."""
-    if not (isinstance(element, PlacedFreedom) and element.is_passive and element.turns):
-        return False
-    (a, b, c), (x, y, z) = element.axis.tolist(), along
-    return math.hypot(b * z - c * y, c * x - a * z, a * y - b * x) > _ACROSS
 
 
 def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:

@@ -191,7 +191,8 @@ def path(
         here = found
         if found.steps <= 5:
             of_load = largest * (1.0 + abs(found.factor)) / max(abs(float(direction[-1])), 1e-12)
-            h = min(of_load, _FURTHEST * problem.length / unit, 1.6 * h)
+            shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
+            h = min(of_load, _FURTHEST * problem.length / shift, 1.6 * h)
 
 
 def _unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:

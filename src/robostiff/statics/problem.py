@@ -170,6 +170,12 @@ class EquilibriumProblem:
             return plain, None
         return self._linearised(self.unloaded, loading, 0.0, 0, closures, None), closures
 
+    @property
+    def missing(self) -> list[int]:
+        """Directions at most that closures of the legs of each group lack, of rigid parts."""
+        _, closures = self._at_rest
+        return [int(c.deficits.max()) for c in closures] if closures else [0] * len(self.groups)
+
     def linearised(
         self, state: State, loading: LoadCase, factor: float, refinements: int = 0
     ) -> Linearised:

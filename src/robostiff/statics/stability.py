@@ -141,9 +141,9 @@ def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Li
 def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin]:
     """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
     found = {}
-    for group, eq in zip(problem.groups, known.equations, strict=True):
+    for group, eq, missing in zip(problem.groups, known.equations, problem.missing, strict=True):
         m = group.free_size
-        if m <= eq.A.shape[1] - m:
+        if m <= eq.A.shape[1] - m - missing:
             continue  # the platform holds all coordinates
         own = margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
         # legs that share springs have one margin, under the first of them
