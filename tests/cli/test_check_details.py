@@ -129,7 +129,10 @@ def test_parts_of_networks():
     assert "beam: elastic, end between top and corner, at (1, 0, 0.8) m" in outcome.stdout
     names = [part["name"] for part in facts("double-pantograph", "--parts")["parts"]["network"]]
     assert "screw" in names
-    assert "screw: slides, actuated, between" in run("double-pantograph", "--parts").stdout
+    assert (
+        "screw: slides along (1, 0, 0), actuated, between"
+        in run("double-pantograph", "--parts").stdout
+    )
 
 
 def test_cables_at_home():

@@ -101,7 +101,7 @@ def print_deflection(model: Model, written: WrittenLoads, place: Place, answer: 
         )
     F: Any = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     where = where_from(robot, place)
-    if on_bodies or getattr(robot, "springs", ()):
+    if on_bodies or (isinstance(robot, Robot | Snapshot) and robot.springs):
         result = _deflection_by_bodies(robot, F, written, where)
     else:
         from robostiff.analysis import deflection

@@ -29,9 +29,9 @@ from robostiff.report.contents import AnswersUnderLoad, ReportContents
 from robostiff.report.section import Figure, Level, Part, Section, SideBySide, one_figure, section
 from robostiff.statics.result_tables import (
     KNOWN,
-    faster_modes,
     matrix_under_load,
     mode_table,
+    other_modes,
     stability_in_words,
 )
 
@@ -129,7 +129,7 @@ def vibrations_section(contents: ReportContents) -> Section | None:
         for i, mode in enumerate(found.each[:_DRAWN], start=1)
     )
     figure = Figure("modes", "The slowest modes, displacements exaggerated.", levels)
-    parts = [Paragraph(words), mode_table(found), faster_modes(found), figure]
+    parts = [Paragraph(words), mode_table(found), other_modes(found), figure]
     return section("vibrations", "Natural frequencies", parts)
 
 
