@@ -123,7 +123,7 @@ def test_modes_show_their_frequencies():
     found = rs.modes(shipped("3-rrr"), masses={"platform": 2.0})
     kept = re.findall('<data value="(.*?)">', found._repr_html_())
     assert [float(value) for value in kept] == found.frequencies[:8].tolist()
-    assert f"{len(found) - 8} faster modes" in text_of(found._repr_html_())
+    assert f"{len(found) - 8} modes at higher frequencies" in text_of(found._repr_html_())
     assert found[0].words in text_of(found._repr_html_())
 
 

@@ -125,11 +125,14 @@ def test_parts_of_networks():
     EA, EI = 2.1e11 * 3.49e-4, 2.1e11 * 6e-8
     assert beams[2]["translation"] == pytest.approx([EA, 3 * EI, 3 * EI])
     outcome = run(portal, "--parts")
-    assert "3 beams, 0 springs" in outcome.stdout
+    assert "4 bodies, 3 beams\n" in outcome.stdout
     assert "beam: elastic, end between top and corner, at (1, 0, 0.8) m" in outcome.stdout
     names = [part["name"] for part in facts("double-pantograph", "--parts")["parts"]["network"]]
     assert "screw" in names
-    assert "screw: slides, actuated, between" in run("double-pantograph", "--parts").stdout
+    assert (
+        "screw: slides along (1, 0, 0), actuated, between"
+        in run("double-pantograph", "--parts").stdout
+    )
 
 
 def test_cables_at_home():

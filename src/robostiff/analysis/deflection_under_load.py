@@ -27,6 +27,11 @@ from robostiff.network import HeldUnderLoads, Network, loads_under
 from robostiff.spatial import move_twist, move_wrench
 
 
+def part_name(leg: str, part: str) -> str:
+    """A part by its leg, or alone in a network, which has none."""
+    return part if leg == "network" else f"{leg}/{part}"
+
+
 @dataclass(frozen=True)
 class PartShare:
     """Elastic energy of one part under the load.
@@ -44,6 +49,11 @@ class PartShare:
     part: str
     energy: float
     share: float
+
+    @property
+    def name(self) -> str:
+        """Leg and part."""
+        return part_name(self.leg, self.part)
 
 
 @dataclass(frozen=True)
@@ -87,6 +97,11 @@ class ActuatorLoad:
     load: float
     travel: float
     unit: str
+
+    @property
+    def name(self) -> str:
+        """Leg and joint."""
+        return part_name(self.leg, self.joint)
 
 
 @dataclass(frozen=True, repr=False)

@@ -13,17 +13,16 @@ _ROUNDING = 1e-12  # part of the largest entry
 
 
 def direction_in_words(direction: np.ndarray) -> str:
-    """A unit vector (2,) or (3,) as text: x, y or z along an axis, otherwise its components.
+    """A unit vector (2,) or (3,) as text, to four decimals: x, y or z, or its components.
 
     Examples
     --------
     >>> direction_in_words(np.array([0.0, 0.0, -1.0])), direction_in_words(np.array([0.6, 0.8]))
     ('z', '(0.6, 0.8, 0)')
     """
-    e = np.append(direction, np.zeros(3 - len(direction)))
-    for axis, name in zip(np.eye(3), "xyz", strict=True):
-        if np.linalg.norm(np.cross(e, axis)) < _SMALL:
-            return name
+    e = np.round(np.append(direction, np.zeros(3 - len(direction))), 4) + 0.0
+    if np.count_nonzero(e) == 1:
+        return "xyz"[np.flatnonzero(e)[0]]
     return f"({numbers_in_words(e)})"
 
 

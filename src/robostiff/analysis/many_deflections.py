@@ -165,7 +165,7 @@ def deflection(
             "robot of a deflection",
             got=f"cable robot {robot.name!r}",
             expected="a robot without cables: these may become slack, and need not stay near",
-            hint="write cable_response(robot, pose, load=...)",
+            hint="write cable_response(robot, pose, load=...), or 'robostiff cables'",
         )
     answer = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
     hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"

@@ -109,7 +109,8 @@ def part_in_words(part: dict[str, Any]) -> str:
     between = f"between {' and '.join(part['between'])}, " if "between" in part else ""
     at = between + f"at ({_rounded(*part['point'])}) m"
     if part["kind"] == "joint":
-        words = [f"{part['name']}: {part['motion']}, {part['role']}, {at}"]
+        motion = f"{part['motion']} {'along' if part['unit'] == 'm' else 'about'}"
+        words = [f"{part['name']}: {motion} ({_rounded(*part['axis'])}), {part['role']}, {at}"]
         if "coordinate" in part:
             words.append(f"home {_rounded(part['coordinate'])} {part['unit']}")
         if part["stiffness"] is not None:

@@ -77,9 +77,15 @@ def without_rounding(moved: np.ndarray, space: Space, length: float = 1.0) -> np
 
 
 def shown_loads(result: Deflection) -> list[float]:
-    """Loads on the actuators; rounding errors are shown as zero."""
-    largest = max((abs(actuator.load) for actuator in result.actuators), default=0.0)
-    return [a.load if abs(a.load) > _ROUNDING * largest else 0.0 for a in result.actuators]
+    """Loads on the actuators; what is rounding beside them and the forces in joints is zero."""
+    length = float(result.stiffness.about_reference.length)
+    arms = [length if a.unit == "N m" else 1.0 for a in result.actuators]
+    loads = [abs(a.load) / arm for a, arm in zip(result.actuators, arms, strict=True)]
+    largest = max(
+        [*loads, *(np.linalg.norm(own.wrench[:3]) for own in result.reactions)], default=0
+    )
+    own = zip(result.actuators, loads, strict=True)
+    return [a.load if load > _ROUNDING * largest else 0.0 for a, load in own]
 
 
 def displacement_table(result: Deflection) -> Table:
@@ -148,7 +154,7 @@ def cable_load_html(found: CableResponse) -> str:
 def energy_table(parts: Sequence[PartShare], most: int) -> Table:
     """The parts with the largest share of the elastic energy."""
     most += len(parts) == most + 1  # a single one has a name rather than a count
-    rows = [[f"{part.leg}/{part.part}", Number(100 * part.share, "%")] for part in parts[:most]]
+    rows = [[part.name, Number(100 * part.share, "%")] for part in parts[:most]]
     rest = parts[most:]
     if rest:
         share = 100 * sum(part.share for part in rest)
@@ -162,7 +168,7 @@ def actuator_table(result: Deflection) -> Table | None:
         return None
     rows = [
         [
-            f"{a.leg}/{a.joint}",
+            a.name,
             Number(float(load), a.unit),
             Number(1e6 * a.travel, "µrad" if a.unit == "N m" else "µm"),
         ]

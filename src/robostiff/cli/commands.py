@@ -48,25 +48,13 @@ METHODS: dict[str, Form] = {
 
 def check_robot(model: Model, details: Details, replacing: Replacing, answer: Answer) -> int:
     """Print the parts of a robot; reading the file checks it."""
-    from robostiff.cli import robot_facts as facts_of
-    from robostiff.model.cable import CableRobot
-    from robostiff.network import Network
+    from robostiff.cli.robot_facts import facts_of, facts_text
 
     picture = picture_beside(details.plot, replacing)
     doubts: list[str] = []
     with slips(doubts.append):
         robot = model.load()
-        if isinstance(robot, CableRobot):
-            facts = facts_of.cable_robot_facts(robot)
-        elif isinstance(robot, Network):
-            facts = facts_of.network_facts(robot)
-            facts["home"] = facts_of.home_facts(stiffness(robot))
-        else:
-            facts = (
-                facts_of.snapshot_facts(robot)
-                if isinstance(robot, Snapshot)
-                else facts_of.robot_facts(robot)
-            )
+        facts = facts_of(robot)
         _add_details(facts, robot, details)
     if doubts:
         facts["warnings"] = doubts
@@ -75,7 +63,7 @@ def check_robot(model: Model, details: Details, replacing: Replacing, answer: An
 
         draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)
         facts["picture"] = str(picture)
-    show(facts if answer.as_json else facts_of.facts_text(facts))
+    show(facts if answer.as_json else facts_text(facts))
     return 0
 
 
@@ -113,7 +101,7 @@ def print_deflection(model: Model, written: WrittenLoads, place: Place, answer: 
         )
     F: Any = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     where = where_from(robot, place)
-    if on_bodies or getattr(robot, "springs", ()):
+    if on_bodies or (isinstance(robot, Robot | Snapshot) and robot.springs):
         result = _deflection_by_bodies(robot, F, written, where)
     else:
         from robostiff.analysis import deflection

@@ -215,6 +215,7 @@ def _factors(text: str) -> np.ndarray:
 def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
     """Print how a network answers its loads."""
     from robostiff.io.results.equilibrium import response_data, response_text
+    from robostiff.model.cable import CableRobot
     from robostiff.network import network_response
     from robostiff.robots import load
 
@@ -224,7 +225,9 @@ def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
             f"response of {source!r}",
             got=type(network).__name__,
             expected="a network: a snapshot file with a graph",
-            hint=f"write one: robostiff convert {source} --to graph -o network.json",
+            hint=f"write 'robostiff cables {source} --wrench ...'"
+            if isinstance(network, CableRobot)
+            else f"write one: robostiff convert {source} --to graph -o network.json",
         )
     loads = _network_loads(written, network.space)
     moved = named_once("--settle", written.settlements, _FOR_NETWORKS)

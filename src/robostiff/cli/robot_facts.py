@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from robostiff.markup import row, text_of
 from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Role, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
-from robostiff.network import Network
+from robostiff.network import BeamElement, Network, Node, SpringElement
 
 #: Of the parts of those that have no legs.
 _HEADS = {"network": "parts of the network", "cable robot": "cables at home"}
@@ -39,9 +39,19 @@ def head_facts(
     }
 
 
+def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
+    """Facts for ``robostiff check``, the stiffness at home included."""
+    if isinstance(robot, CableRobot):
+        return cable_robot_facts(robot)
+    if isinstance(robot, Network):
+        return network_facts(robot)
+    return snapshot_facts(robot) if isinstance(robot, Snapshot) else robot_facts(robot)
+
+
 def network_facts(network: Network) -> dict[str, Any]:
-    """Facts for ``robostiff check``, without the stiffness."""
+    """Facts about a network, its stiffness included."""
     freedoms = [f for joint in network.joints for f in joint.freedoms]
+    carriers = (*network.nodes, *network.beams, *network.springs)
     return {
         **head_facts(network, "network", []),
         "bodies": len(network.nodes),
@@ -50,6 +60,8 @@ def network_facts(network: Network) -> dict[str, Any]:
         "joints": len(network.joints),
         "passive_freedoms": sum(f.is_passive for f in freedoms),
         "elastic_freedoms": sum(f.stiffness is not None for f in freedoms),
+        **mass_facts(_in_parts(carriers), network.gravity),
+        "home": home_facts(stiffness(network)),
     }
 
 
@@ -68,7 +80,7 @@ def platform_facts(robot: Robot) -> dict[str, Any]:
 
 
 def robot_facts(robot: Robot) -> dict[str, Any]:
-    """Facts for ``robostiff check`` about a robot, its stiffness at home included.
+    """Facts about a robot, its stiffness at home included.
 
     Springs between bodies are listed; the stiffness is that of the legs.
     """
@@ -97,7 +109,8 @@ def _leg(name: str, elements: list[str], roles: Sequence[Role]) -> dict[str, Any
 def placed_facts(robot: Robot) -> dict[str, Any]:
     """Masses at home, gravity, springs between bodies."""
     posture = find_posture(robot)
-    facts = mass_facts(with_masses(posture).one(0))
+    snapshot = with_masses(posture).one(0)
+    facts = mass_facts(_masses_of(snapshot), snapshot.gravity)
     if robot.springs:
         placed_springs = with_body_springs(posture).one(0).springs
         facts["springs"] = [
@@ -114,25 +127,39 @@ def placed_facts(robot: Robot) -> dict[str, Any]:
     return facts
 
 
-def mass_facts(snapshot: Snapshot) -> dict[str, Any]:
-    """Masses by parts, their sum and centre, and gravity."""
-    placed = [
-        *((f"{leg.name}/{mass.name}", mass) for leg in snapshot.legs for mass in _masses(leg)),
-        *((f"platform/{mass.name}", mass) for mass in snapshot.masses),
-    ]
+def mass_facts(
+    masses: Iterable[tuple[str, PlacedMass]], gravity: np.ndarray | None
+) -> dict[str, Any]:
+    """Masses by names, their sum and centre, and gravity."""
     facts: dict[str, Any] = {}
-    if placed:
-        parts: dict[str, float] = {}
-        for name, mass in placed:
-            parts[name] = parts.get(name, 0.0) + float(mass.value)
+    parts: dict[str, float] = {}
+    moment = np.zeros(3)
+    for name, mass in masses:
+        parts[name] = parts.get(name, 0.0) + float(mass.value)
+        moment = moment + mass.value * mass.centre
+    if parts:
         total = sum(parts.values())
         facts["masses"] = {"total": total, "parts": parts}
         if total > 0:
-            moment = np.sum([mass.value * mass.centre for _, mass in placed], axis=0)
             facts["masses"]["centre"] = (moment / total).tolist()
-    if snapshot.gravity is not None:
-        facts["gravity"] = snapshot.gravity.tolist()
+    if gravity is not None:
+        facts["gravity"] = gravity.tolist()
     return facts
+
+
+def _masses_of(snapshot: Snapshot) -> Iterator[tuple[str, PlacedMass]]:
+    for leg in snapshot.legs:
+        yield from ((f"{leg.name}/{mass.name}", mass) for mass in _masses(leg))
+    yield from ((f"platform/{mass.name}", mass) for mass in snapshot.masses)
+
+
+def _in_parts(
+    carriers: Iterable[Node | BeamElement | SpringElement],
+) -> Iterator[tuple[str, PlacedMass]]:
+    """Masses of a network; that of a beam has the beam's name."""
+    for own in carriers:
+        for mass in own.masses:
+            yield own.name if mass.name == own.name else f"{own.name}/{mass.name}", mass
 
 
 def _masses(leg: PlacedLeg) -> Iterator[PlacedMass]:
@@ -143,17 +170,18 @@ def _masses(leg: PlacedLeg) -> Iterator[PlacedMass]:
 
 
 def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
-    """Facts for ``robostiff check`` about a snapshot, its stiffness included."""
+    """Facts about a snapshot, its stiffness included."""
     legs = [
         _leg(leg.name, placed_in_words(leg), [own.role for own in leg.freedoms])
         for leg in snapshot.legs
     ]
+    masses = mass_facts(_masses_of(snapshot), snapshot.gravity)
     home = home_facts(stiffness(snapshot))
-    return {**head_facts(snapshot, "snapshot", legs), **mass_facts(snapshot), "home": home}
+    return {**head_facts(snapshot, "snapshot", legs), **masses, "home": home}
 
 
 def cable_robot_facts(robot: CableRobot) -> dict[str, Any]:
-    """Facts for ``robostiff check`` about a cable robot, its stiffness at home included."""
+    """Facts about a cable robot, its stiffness at home included."""
     home = home_facts(cable_stiffness(robot))
     return {**head_facts(robot, "cable robot", []), "cables": robot.cable_names, "home": home}
 
@@ -193,12 +221,11 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
         yield f"flexible platform: {parts}; tool at {platform['tool']}, {held}"
     if facts["kind"] == "cable robot":
         yield f"cables: {', '.join(facts['cables'])}"
-    if facts["kind"] != "network":
-        yield from _mass_lines(facts)
-    else:  # whose springs are counted
+    if facts["kind"] == "network":
         counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
-        words = [(facts[key], key.replace("_", " ")) for key in counted]
+        words = [(facts[key], key.replace("_", " ")) for key in counted if facts[key]]
         yield ", ".join(f"{n} {_ONE.get(own, own[:-1]) if n == 1 else own}" for n, own in words)
+    yield from _mass_lines(facts)
 
 
 def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
@@ -216,23 +243,28 @@ def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _mass_lines(facts: Mapping[str, Any]) -> list[str]:
-    """Masses of a robot at home, equal ones of several legs together, and its gravity."""
+    """Masses of a robot at home, those that are equal in all its legs together, and its gravity."""
     lines = []
     if "masses" in facts:
         masses = facts["masses"]
-        count: dict[tuple[str, str], int] = {}
+        values: dict[str, dict[str, str]] = {}
         for name, value in masses["parts"].items():
             leg, _, part = name.partition("/")
-            called = name if leg == "platform" else part
-            key = (called, f"{value:.4g} kg")
-            count[key] = count.get(key, 0) + 1
-        parts = [f"{n} x {part} {m}" if n > 1 else f"{part} {m}" for (part, m), n in count.items()]
+            called = name if leg == "platform" or facts["kind"] == "network" else part
+            values.setdefault(called, {})[name] = f"{value:.4g} kg"
+        parts = []
+        for called, own in values.items():
+            if len(own) > 1 and len(set(own.values())) == 1:
+                parts.append(f"{len(own)} x {called} {next(iter(own.values()))}")
+            else:
+                names = [called] if len(own) == 1 else own
+                parts += [f"{n} {v}" for n, v in zip(names, own.values(), strict=True)]
         lines.append(f"masses: {', '.join(parts)}; {masses['total']:.4g} kg in all")
         if "centre" in masses:
             lines[-1] += f" at ({row(np.array(masses['centre']))}) m"
     if "gravity" in facts:
         lines.append(f"gravity: ({row(np.array(facts['gravity']))}) m/s^2")
-    for own in facts.get("springs", ()):
+    for own in facts.get("springs", ()) if facts["kind"] == "model" else ():
         lines.append(
             f"spring {own['name']} between {' and '.join(own['bodies'])}: "
             f"{own['stiffness']:.4g} N/m, {own['length']:.4g} m long at home, "

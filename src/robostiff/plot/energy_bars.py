@@ -89,7 +89,7 @@ def _of_network(deflection: Deflection) -> Bars:
     """A bar for each part, the rest in one."""
     most = _BARS + (len(deflection.parts) == _BARS + 1)
     parts, rest = deflection.parts[:most], deflection.parts[most:]
-    names = [part.part if part.leg == "network" else f"{part.leg}/{part.part}" for part in parts]
+    names = [part.name for part in parts]
     values = [100 * part.share for part in parts]
     if rest:
         names.append(f"{len(rest)} more parts")

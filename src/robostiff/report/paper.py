@@ -34,12 +34,12 @@ from robostiff.report.sections import report_sections
 from robostiff.version import __version__
 
 _LINES = "\n\t"
-_ALONE = 54  # % of the width of the page, of a figure with none beside it
+_ALONE = 50  # % of the width of the page, of a figure with none beside it
 _Row = TypeVar("_Row")
 _PREAMBLE = """\
 #set document(title: {title}, date: none)
 #set page(
-  paper: "a4", margin: (x: 20mm, y: 18mm), numbering: "1 / 1",
+  paper: "a4", margin: (x: 20mm, y: 15mm), numbering: "1 / 1",
   footer: context [
     #set text(size: 8pt, fill: luma(90))
     robostiff {version} #h(1fr) #counter(page).display("1 / 1", both: true)

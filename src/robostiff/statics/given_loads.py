@@ -62,7 +62,7 @@ def acting_gravity(robot: Robot | Snapshot | Network, gravity: Gravity) -> np.nd
             f"gravity on {robot.name!r}",
             got="a robot without masses",
             expected="masses of its parts: mass: in the file, or a density of materials",
-            hint='or give weights as loads: loads={"leg1/strut": rs.Mass(12)}',
+            hint='or weights as loads: loads={"platform": rs.Mass(12)}, --weight "platform=12 kg"',
         )
     return pull
 

@@ -34,6 +34,8 @@ _BOWING = Bowing()
 _UNIT = np.array([0.0, 0.0, -1.0])
 # Of the platform's motion beside that of the legs: below this it stays.
 _STAYS = 1e-6
+# Of a motion, rotations times the length of the robot: below this it is called a translation.
+_TURNS = 1e-2
 # Of a mode, by which bodies are moved to find how they move [rad].
 _PART = 1e-3
 # Of the largest square of a frequency: what rounding leaves of none.
@@ -56,7 +58,8 @@ class Mode:
     shares : tuple of PartShare
         Who bends: elastic energy of the parts, largest first.
     words : str
-        How the platform moves; or the leg that vibrates while it stays.
+        How the platform moves, a translation where its rotation times the length of the robot is
+        less than 1 % of it; or the leg that vibrates while it stays.
     motion : BodyPlaces
         By how much all bodies have moved from the equilibrium, so that none has turned, or moved by
         the length of the robot, by more than a thousandth [rad].
@@ -180,8 +183,8 @@ def modes(
         raise InputError(
             f"masses of {robot.name!r}",
             expected="what moves, by name [kg]",
-            hint='write masses={"platform": 150} or {"leg1/strut": rs.Mass(12, inertia=...)}, '
-            "or mass: in the model file",
+            hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
+            '--mass "platform=150 kg"; or mass: in the model file',
         )
     given = one_wrench(postures, wrench)
     loaded = postures.loaded(0, at, loads, preload, beams, gravity, masses=own).under(laws)
@@ -277,7 +280,10 @@ def _words(
 ) -> str:
     if problem.size_of(twist) < _STAYS * _largest(problem, shape):
         most = shares[0] if shares else None
-        return "the platform stays" + (f": most in {f'{most.leg}/{most.part}'!r}" if most else "")
+        return "the platform stays" + (f": most in {most.name!r}" if most else "")
     size = np.linalg.norm(twist * problem.scale)
+    turning = np.arange(len(twist)) >= Space.of_size(len(twist)).translations
+    if np.linalg.norm((twist * problem.scale)[turning]) < _TURNS * size:
+        twist = np.where(turning, 0.0, twist)
     motion = free_motions_in_words(twist[None] / size, state.p, problem.length)[0]
     return f"the platform moves: {motion}"

@@ -68,7 +68,7 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
 
 def modes_html(found: Modes) -> str:
     """The slowest modes: frequency, motion, and the part with the most elastic energy."""
-    blocks: list[Block | None] = [mode_table(found), faster_modes(found)]
+    blocks: list[Block | None] = [mode_table(found), other_modes(found)]
     if not found.each:
         blocks = [Bullets(tuple(found.status.advice))]
     return element("div", _head(found) + blocks_html(blocks))
@@ -80,7 +80,7 @@ def mode_table(found: Modes) -> Table:
     for i, mode in enumerate(found.each[:_LISTED], start=1):
         most = mode.shares[0] if mode.shares else None
         share = "" if most is None else f"{100 * most.share:.0f}\N{NO-BREAK SPACE}%"
-        part = "none" if most is None else f"{most.leg}/{most.part}, {share}"
+        part = "none" if most is None else f"{most.name}, {share}"
         rate: Cell = Number(mode.frequency, "Hz")
         if mode.growth != 0:
             rate = f"grows by {mode.growth:.4g} /s"
@@ -88,10 +88,14 @@ def mode_table(found: Modes) -> Table:
     return Table(["mode", "frequency", "motion", "most energy in"], rows)
 
 
-def faster_modes(found: Modes) -> Paragraph | None:
+def other_modes(found: Modes) -> Paragraph | None:
     """How many modes the table leaves out; None where it has all."""
     more = len(found) - _LISTED
-    return Paragraph(f"{more} faster modes are not listed.", Tone.QUIET) if more > 0 else None
+    return (
+        Paragraph(f"{more} modes at higher frequencies are not listed.", Tone.QUIET)
+        if more > 0
+        else None
+    )
 
 
 def _head(result: Equilibrium | Modes) -> str:

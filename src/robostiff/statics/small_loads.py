@@ -116,6 +116,7 @@ def deflection(
             "robot of a deflection under loads at bodies",
             got=robot,
             expected="a robot without cables, a snapshot, a network or a linkage",
+            hint="cables have cable_response(robot, pose, load=...), or 'robostiff cables'",
         )
     if isinstance(robot, Robot):
         robot.check_platform_is_rigid("deflection under loads at bodies")

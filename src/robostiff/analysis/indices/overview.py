@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.free_motion import direction_in_words
 from robostiff.analysis.indices.metric import (
     ConditionNumber,
     Eigenstiffness,
@@ -67,7 +68,7 @@ def _principal(found: StiffnessIndices) -> Iterator[list[Cell]]:
     for kind, unit, pairs in (("force", "N/m", forces), ("moment", "N m/rad", moments)):
         for value, direction in pairs:
             meets = Number(float(value), unit) if value else _free(found)
-            yield [kind, meets, f"({row(np.asarray(direction))})"]
+            yield [kind, meets, direction_in_words(direction)]
 
 
 def _ratios(found: StiffnessIndices) -> Iterator[list[Cell]]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from robostiff.analysis.deflection_under_load import part_name
 from robostiff.io.results.stiffness import (
     head,
     load_line,
@@ -142,7 +143,7 @@ def curve_data(curve: xarray.Dataset) -> dict[str, Any]:
     }
 
 
-_SHARES = 3  # parts that bend most, of each mode
+_SHARES = 3  # parts with the most energy, of each mode
 
 
 def modes_text(found: Modes) -> str:
@@ -150,12 +151,12 @@ def modes_text(found: Modes) -> str:
     lines = [f"natural vibrations of {found.name}", f"status: {found.status}"]
     for i, mode in enumerate(found.each[:_MOST], start=1):
         lines.append(f"{i:3}. {mode}")
-        bending = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
-        if bending:
-            shares = ", ".join(f"{own.leg}/{own.part} {own.share:.0%}" for own in bending)
-            lines.append(f"     bending: {shares}")
+        most = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
+        if most:
+            shares = ", ".join(f"{own.name} {own.share:.0%}" for own in most)
+            lines.append(f"     elastic energy: {shares}")
     if len(found) > _MOST:
-        lines.append(f"{len(found) - _MOST} faster ones")
+        lines.append(f"{len(found) - _MOST} more at higher frequencies")
     lines += [f"advice: {advice}" for advice in found.status.advice]
     return text_of(lines)
 
@@ -210,8 +211,7 @@ def response_text(network: Network, result: NetworkResponse) -> str:
     lines += ["", f"elastic energy {result.energy:.4g} J, by part:"]
     whole = sum(energy for *_, energy in result.loads.energies) or 1.0
     for before, after, energy in sorted(result.loads.energies, key=lambda part: -part[2])[:_MOST]:
-        name = after if before == "network" else f"{before}/{after}"
-        lines.append(f"{100 * energy / whole:7.2f} %  {name}")
+        lines.append(f"{100 * energy / whole:7.2f} %  {part_name(before, after)}")
     return text_of(lines)
 
 

@@ -247,7 +247,7 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
         if result.actuators:
             lines += ["", "load on the actuators:"]
             loads = zip(shown_loads(result), result.actuators, strict=True)
-            lines += [load_line(load, a.unit, f"{a.leg}/{a.joint}") for load, a in loads]
+            lines += [load_line(load, a.unit, a.name) for load, a in loads]
     lines += [f"advice: {advice}" for advice in result.advice]
     return text_of(lines)
 
@@ -291,7 +291,7 @@ def share_lines(energy: float, parts: Sequence[PartShare], most: int) -> list[st
     """The elastic energy, and how much of it each part has."""
     named_ones, rest = named_parts(parts, most)
     lines = ["", f"elastic energy {energy:.4g} J, by part:"]
-    lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in named_ones]
+    lines += [f"{100 * p.share:7.2f} %  {p.name}" for p in named_ones]
     if rest:
         share = 100 * sum(p.share for p in rest)
         lines.append(f"{share:7.2f} %  {len(rest)} more parts")

@@ -25,13 +25,14 @@ from robostiff.markup import (
 from robostiff.model import Robot
 from robostiff.plot.energy_bars import comparison_picture
 from robostiff.plot.loaded_robot import equilibrium_picture, load_curve_picture, mode_picture
+from robostiff.plot.picture import Bars
 from robostiff.report.contents import AnswersUnderLoad, ReportContents
 from robostiff.report.section import Figure, Level, Part, Section, SideBySide, one_figure, section
 from robostiff.statics.result_tables import (
     KNOWN,
-    faster_modes,
     matrix_under_load,
     mode_table,
+    other_modes,
     stability_in_words,
 )
 
@@ -129,7 +130,7 @@ def vibrations_section(contents: ReportContents) -> Section | None:
         for i, mode in enumerate(found.each[:_DRAWN], start=1)
     )
     figure = Figure("modes", "The slowest modes, displacements exaggerated.", levels)
-    parts = [Paragraph(words), mode_table(found), faster_modes(found), figure]
+    parts = [Paragraph(words), mode_table(found), other_modes(found), figure]
     return section("vibrations", "Natural frequencies", parts)
 
 
@@ -155,7 +156,9 @@ def comparison_section(contents: ReportContents) -> Section | None:
     parts.append(SideBySide((stiffness_matrix(second),)))
     try:
         picture = comparison_picture(first, second, names=names)
-        parts.append(one_figure("comparison", "Principal stiffnesses of both designs.", picture))
+        for i, panel in enumerate(picture.panels):  # beside each other
+            caption = f"Principal stiffnesses of both designs, {panel.label.partition(' [')[0]}."
+            parts.append(one_figure(f"comparison-{i}", caption, Bars(picture.title, (panel,))))
     except NoAnswerError as error:
         parts.append(Paragraph(str(error)))
     one, two = contents.deflection, other.deflection
