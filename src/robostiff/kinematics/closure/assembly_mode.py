@@ -241,7 +241,8 @@ class AssemblyMode:
         self, x: np.ndarray, directions: list[_Directions] | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Closed from guesses, where that keeps the assembly mode, rates there, first steps."""
-        J, first = np.zeros((0, 0, 0)), np.zeros(len(x))
+        J = rates = np.zeros((0, 0, 0))
+        first = np.zeros(len(x))
         if directions is None:
             x = nearest(self.equations, x)
             kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
