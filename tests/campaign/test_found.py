@@ -100,6 +100,20 @@ def test_near_a_singular_pose_legs_close_to_the_last_digit():
     assert np.allclose(kernel.values["K"][0], K, rtol=1e-10, atol=1e-11 * np.abs(K).max())
 
 
+def test_a_long_first_step_from_a_home_near_singular_leads_to_no_other_posture():
+    """Newton's method turned by 33 rad, then contracted to a posture of another home."""
+    robot = rs.load(FOUND / "home-near-singular.yaml")
+    home = rs.find_posture(robot).pose[0]
+    pose = [-0.13643391270186178, -1.096162560641354, -0.2140525720716872]
+    pose += [0.040543970307761336, -0.05369092283731809, -0.11923487891678533]
+    q = [np.zeros(6)]
+    for part in np.linspace(0.02, 1, 50):  # the way from home in small steps
+        posture = rs.find_posture(robot, home + part * (pose - home), near=q)
+        (last,), q = q, [posture.coordinates[0][0]]
+        assert np.abs(q[0] - last).max() < 0.3
+    assert rs.find_posture(robot, pose).coordinates[0][0] == pytest.approx(q[0], abs=1e-9)
+
+
 def test_a_robot_of_random_decimals_has_a_formula():
     """In exact fractions its closure and elimination had more digits than Python writes out."""
     robot = rs.load(FOUND / "decimals-of-17-digits.yaml")

@@ -134,6 +134,30 @@ def test_under_load_force_and_stiffness_derive_from_the_energy():
     assert np.isclose(number(answer.parts[0].load), F, rtol=1e-10)
 
 
+@pytest.mark.parametrize("name", ["d", "r"])
+def test_powers_of_parameters_are_numbers_in_a_formula_of_the_coordinate(name: str, tmp_path: Path):
+    """Parameters are floats there, of which no power was taken: an `AttributeError`."""
+    file = tmp_path / "screw.yaml"
+    file.write_text(f"""
+robostiff: 1
+name: screw
+source: chosen here
+parameters: {{d: 30 mm, r: d/2 + 0 mm, n: 2}}
+legs:
+  - name: leg
+    chain:
+      - type: prismatic
+        axis: x
+        role: actuated
+        stiffness: 206 GPa*pi*{name}^2/(4*(q + 1 m)) * (1 + n^3)^0.5
+        limits: [-0.5 m, 0.5 m]
+      - {{type: spring, stiffness: [1e12, 1e12, 1e12, 1e12, 1e12, 1e12]}}
+""")
+    k = 206e9 * np.pi * {"d": 0.03, "r": 0.015}[name] ** 2 / (4 * 1.2) * 3
+    K = rs.stiffness(rs.load(file), rs.JointCoordinates([0.2])).K
+    assert K[0, 0] == pytest.approx(1 / (1 / k + 1e-12), rel=1e-12)
+
+
 def test_misuse(tmp_path: Path):
     text = robot_file("3-puu").read_text()
 

@@ -85,10 +85,26 @@ class CompiledRobot(CompiledStiffness):
     ) -> tuple[Kernel, InputRows, np.ndarray, ParameterValues[Robot]]:
         by_joints = self.joint_kernel if isinstance(pose, JointCoordinates) else None
         kernel = by_joints or self.kernel
+        if kernel is self.joint_kernel and not isinstance(pose, JointCoordinates):
+            self._check_poses(kernel)
         inputs = _inputs_of(self.robot, kernel, self.joint_kernel)
         given = inputs.checked(pose)
         values = ParameterValues.of(self.robot, parameters, len(given))
         return kernel, inputs.rows(pose, given, values), given, values
+
+    def _check_poses(self, kernel: Kernel) -> None:
+        """Raise where rates with parameters, of a record at joints, would be asked at poses."""
+        names = {str(symbol) for symbol in self.robot.symbols}
+        for output in kernel.outputs:
+            rate = output
+            while isinstance(rate, Derivative):
+                if rate.by in names:
+                    raise InputError(
+                        f"{output.name} of {self.robot.name!r}",
+                        got="poses of the platform",
+                        expected="JointCoordinates, which stay while the parameter changes",
+                    )
+                rate = rate.of
 
     def _careful(self, robot: Robot, pose: Pose, given: np.ndarray) -> RobotStiffness:
         some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given

@@ -180,3 +180,26 @@ def test_a_structure_has_one_pose_and_as_many_values_as_wanted(backend, tmp_path
                 np.testing.assert_allclose(C, own.compliance, rtol=1e-10, atol=1e-18)
         with pytest.raises(rs.InputError, match=r"an array \(N, 0\): a structure has one pose"):
             compiled.evaluate(np.zeros((1, 6)), parameters=given)
+
+
+def test_rates_of_an_arm_with_a_length_hold_its_joints_and_not_its_pose():
+    """At poses of the platform they were those at the joints, 0.45 of what differences are."""
+    robot, q = (
+        rs.load("six-joint-arm", symbols=("fore",)),
+        np.array([[0.1, 0.2, 0.15, 0.3, 0.2, 0.1]]),
+    )
+    rate = rs.Derivative(rs.StiffnessMatrix(), "fore")
+    found = rs.compile(robot, [rate], parameters=("fore",), backend=rs.Backend.ARRAYS)
+
+    def stiffness(fore):
+        return careful_stiffness(robot.substituted({"fore": fore}), rs.JointCoordinates(q[0])).K
+
+    at, step = robot.nominal["fore"], 1e-5
+    slope = (stiffness(at + step) - stiffness(at - step)) / (2 * step)
+    exact = found.evaluate(rs.JointCoordinates(q)).values["dK/dfore"][0]
+    np.testing.assert_allclose(exact, slope, rtol=1e-7, atol=1e-8 * np.abs(slope).max())
+    pose = rs.find_posture(robot.numeric, rs.JointCoordinates(q)).pose
+    with pytest.raises(rs.InputError, match=r"dK/dfore of 'six-joint-arm': got 'poses"):
+        found.evaluate(pose)
+    of_joint = rs.compile(robot, [rs.Derivative(rs.StiffnessMatrix(), "q0")])
+    assert np.isfinite(of_joint.evaluate(pose).values["dK/dq0"]).all()

@@ -199,6 +199,10 @@ def _number(digits: str, unit: Unit | None) -> Quantity:
 
 
 def _power(base: Any, exponent: Any) -> Any:
+    import sympy as sp
+
+    # A parameter is a float in the formula of a coordinate.
+    base, exponent = sp.sympify(base), sp.sympify(exponent)
     if base.is_Rational and exponent.is_Rational:
         bits = max(int(base.p).bit_length(), int(base.q).bit_length())
         if bits * abs(float(exponent)) > _MOST_BITS:

@@ -32,6 +32,8 @@ _SHORTEST_LAST = 1.0 / 4096.0
 _MEETING, _BEYOND_MEETING, _ROUNDING = 1e-2, 3.0, 1e-13
 # Below this part of home's a step of Newton's method may lead across the singularity.
 _WATCHED = 0.1
+# A first step beyond half a turn, from home near a singularity, says nothing about where it leads.
+_LONG_STEP, _SAME = np.pi, 1e-6
 
 _INDEPENDENT = Tolerance().independence
 # Coordinates this far from home, in radians and parts of the length, say what rank is usual there.
@@ -87,7 +89,7 @@ class AssemblyMode:
     Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
     than zero, and each Newton step is at most half of the one before, six at most. The way is
     gone at once where that holds, otherwise in parts of 1/4, 1/16 or 1/64, and the last of these in
-    still shorter ones. The answer at a pose is the same to the last bit whatever other poses come
+    still shorter ones. Where the first step is long, the way back has to end at home. The answer at a pose is the same to the last bit whatever other poses come
     with it.
 
     Attributes
@@ -104,8 +106,11 @@ class AssemblyMode:
         """Postures at prescribed coordinates (N, g), in the order of ``equations.given``."""
         x = np.tile(self.home, (len(given), 1))
         x[:, self.equations.given] = given
-        x, kept, J = self._stepped(x, self._at_home)
+        x, kept, J, first = self._stepped(x, self._at_home)
+        doubtful = first > _LONG_STEP
         elsewhere = np.zeros(len(x), dtype=bool)
+        at_home, _ = self._way_back(x, kept & doubtful)
+        kept &= at_home | ~doubtful
         rows = np.flatnonzero(~kept)
         at_once = rows.size == 0
         last, gone, directions = self._along(given[rows])
@@ -122,12 +127,25 @@ class AssemblyMode:
             arrived = gone[left] >= 1.0 - _SHORTEST_PART
             kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
             elsewhere[rows] = closed & ~kept[rows]
+        if not at_once:
+            _, beyond = self._way_back(x, kept & doubtful)
+            kept[beyond], elsewhere[beyond] = False, True
         rows = np.flatnonzero(kept)
         J = J if at_once or self._at_home is None else self.equations.rates(x[rows])
         rows = rows[self._is_nearly_singular(J, len(rows))]
         beyond = rows[self._crosses(x[rows], given[rows])]
         kept[beyond], elsewhere[beyond] = False, True
         return FollowedPosture(x, kept, elsewhere)
+
+    def _way_back(self, x: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where the straight way back ends at home, and where at another posture there (N,)."""
+        at_home, beyond = np.zeros((2, len(x)), dtype=bool)
+        for k in np.flatnonzero(asked):
+            back = AssemblyMode(self.equations, x[k])
+            (last,), (gone,), _ = back._along(self.home[self.equations.given][None])
+            is_home = np.all(np.abs(np.sin(0.5 * (last - self.home))) < _SAME)  # but for turns
+            at_home[k], beyond[k] = gone >= 1.0 and is_home, gone >= 1.0 and not is_home
+        return at_home, beyond
 
     def _is_nearly_singular(self, J: np.ndarray, count: int) -> np.ndarray:
         """Where the smallest singular value of a part of rates has nearly vanished (N,)."""
@@ -154,7 +172,7 @@ class AssemblyMode:
         for back in (1, 2):
             guess = before[-1].copy()
             guess[:, places] = given + back * _SHORTEST_PART * (self.home[places] - given)
-            closed, found, _ = self._newton(guess, self._at_home[-1])
+            closed, found, *_ = self._newton(guess, self._at_home[-1])
             before.append(closed)
             known &= found
         J_near, J_far = (self.equations.rates(one) for one in before[1:])
@@ -206,7 +224,7 @@ class AssemblyMode:
             aim = (gone[going] + step[going])[:, None]
             there[:, places] = start + aim * (given[going] - start)
             own = directions and [one.of_rows(going) for one in directions]
-            there, kept, J = self._stepped(there, own)
+            there, kept, J, _ = self._stepped(there, own)
             step[going[~kept]] /= _CUT
             won = going[kept]
             x[won] = there[kept]
@@ -221,28 +239,29 @@ class AssemblyMode:
 
     def _stepped(
         self, x: np.ndarray, directions: list[_Directions] | None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Closed from guesses, where that keeps the assembly mode, and the rates there."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Closed from guesses, where that keeps the assembly mode, rates there, first steps."""
         J = rates = np.zeros((0, 0, 0))
+        first = np.zeros(len(x))
         if directions is None:
             x = nearest(self.equations, x)
             kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
         else:
-            x, kept, rates = self._newton(x, directions[-1])
+            x, kept, rates, first = self._newton(x, directions[-1])
         kept &= self._is_long(x)
         if directions is not None and np.any(kept):
             J = rates[kept]
             same = self._same_signs(J, [one.of_rows(kept) for one in directions])
             kept[kept], J = same, J[same]
-        return x, kept, J
+        return x, kept, J, first
 
     def _newton(
         self, x: np.ndarray, directions: _Directions
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Close from guesses by steps that contract, where that succeeds, and the rates there."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Closed from guesses by steps that contract, where that succeeds; rates, first steps."""
         x, rates = x.copy(), np.zeros((0, 0, 0))
         closed = np.zeros(len(x), dtype=bool)
-        last = np.full(len(x), np.inf)
+        last, first = np.full(len(x), np.inf), np.zeros(len(x))
         going = np.arange(len(x))
         for taken in range(_NEWTON_STEPS + _LAST_STEPS + 1):
             e, J = self.equations.gaps_and_rates(x[going])
@@ -266,13 +285,15 @@ class AssemblyMode:
             right = np.swapaxes(own.U, -1, -2) @ np.take(e, whole.equations, axis=1)[..., None]
             step = (own.V @ _solved(T, right))[..., 0]
             length = np.sqrt(np.sum(step * step, axis=-1))
+            if taken == 0:
+                first[going] = length
             contracts = (length <= _CONTRACTION * last[going]) | (length <= _SMALL_STEP)
             closed[going[~contracts]] = is_last
             going, step, length = going[contracts], step[contracts], length[contracts]
             if going.size == 0:
                 break
             x[going], last[going] = self.equations.moved(x[going], step), length
-        return x, closed, rates
+        return x, closed, rates, first
 
     def _same_signs(self, J: np.ndarray, directions: list[_Directions]) -> np.ndarray:
         same = np.ones(len(J), dtype=bool)
