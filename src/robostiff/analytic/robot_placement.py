@@ -12,6 +12,7 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.closed_posture import AROUND, Following, Sample, leg_coordinates
+from robostiff.analytic.guiding_post import guiding_post, place_guiding_post
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.robot_pose import (
     AtHome,
@@ -114,6 +115,11 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     else:
         home = FormulaPose(*home_frame(entries))
         platform = platform_pose(home, coordinates, rotation)
+        post = None if given is None else guiding_post(robot, finder.solvers)
+        posts = {}
+        if post is not None:
+            posts[post] = place_guiding_post(entries.legs[post], platform.p, finder.solvers[post])
+            platform = FormulaPose(posts[post].platform.R, platform.p)
         placed = []
         for i, (leg, solver) in enumerate(zip(entries.legs, finder.solvers, strict=True)):
             if i in follows.legs:
@@ -124,7 +130,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
                 closed[i] = np.array(angled, dtype=object)
                 placed.append(place_leg_at_joints(leg, closed[i]))
             else:
-                placed.append(_closed_leg(leg, platform, solver))
+                placed.append(posts.get(i) or _closed_leg(leg, platform, solver))
         legs = tuple(placed)
         if follows.at_joints:
             platform = legs[0].platform
@@ -156,6 +162,10 @@ def _check_reach(
     robot: Robot, finder: PostureFinder, given: Mapping[str, Any], rotation: PoseRotation
 ) -> None:
     """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
+    post = guiding_post(robot, finder.solvers)
+    for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
+        if i != post:
+            _check_closed_form(leg, solver)
     values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
     at_home = home_values(finder, rotation)
     middle = {str(x): 1.0 for value in values.values() for x in value.free_symbols}
@@ -199,6 +209,10 @@ def pose_at(
 ) -> RigidTransform:
     """The pose of the platform that has given coordinates, others as at home."""
     six = finder.home_pose
+    if guiding_post(finder.robot, finder.solvers) is not None:
+        at = [number_at(given.get(x, exact_number(six[i])), values) for i, x in enumerate("xyz")]
+        six = finder.find(np.array(at)).pose[0]
+        return RigidTransform.from_components(six[:3], Rotation.from_rotvec(six[3:]))
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
     numbers = {name: number_at(x, values) for name, x in given.items()}
     pose = platform_pose(home, numbers, rotation)
@@ -237,12 +251,18 @@ def home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFormula:
+    _check_closed_form(leg, solver)
+    return place_leg(leg, platform, solver)
+
+
+def _check_closed_form(leg: Leg, solver: LegSolver) -> None:
     if solver.closed_form is not None:
-        return place_leg(leg, platform, solver)
+        return
     raise InputError(
         f"closure of leg {leg.name!r}",
         got="a leg without a closed form",
-        expected="a strut, a rod on a slide or a crank, or a post with one joint, away from home",
+        expected="a strut, a rod on a slide or a crank, a post with one joint, or with a universal "
+        "joint and a slide to the origin of a platform posed by x, y and z, away from home",
         hint="derive it at home, or in joint coordinates by pose=AtJoints() where no joint is "
         "spherical, or compute numbers: rs.stiffness(robot, pose)",
     )
