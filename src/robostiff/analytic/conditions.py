@@ -36,17 +36,18 @@ _AWAY = 0.05
 _SEED = 5
 
 
-def conditions_of(placed: PlacedRobot) -> tuple[Condition, ...]:
-    """Conditions in the given symbols, beside denominators that do not vanish.
+def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Condition, ...]:
+    """Conditions in the given symbols, beside denominators that do not vanish; of one leg alone.
 
     Where the legs decide some of the symbols, the formula is right only for values at which they
     close; the gaps say so. They are written at postures that are not closed, as they would vanish
     at those of the record.
     """
     read = ClosedReading(placed.record, placed.symbols)
-    found = [x for leg in placed.legs for x in _of_parts(leg.leg, read)]
+    legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
+    found = [x for leg in legs for x in _of_parts(leg.leg, read)]
     found = list({x.expression: x for x in found}.values())
-    for leg in placed.legs:
+    for leg in legs:
         for length in leg.lengths:
             if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
                 words = f"a beam of a telescope of leg {leg.leg.name!r} has a positive length"
