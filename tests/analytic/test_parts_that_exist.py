@@ -56,7 +56,8 @@ def test_parts_that_do_not_exist_are_refused(case, tmp_path):
     ):
         with pytest.raises(rs.InputError):
             refused()
-    for method in (formula.subs, formula.substituted):
+    leg = rs.derive(robot, leg="arm")
+    for method in (formula.subs, formula.substituted, leg.subs, leg.substituted):
         with pytest.raises(rs.InputError, match=words):
             method(wrong)
     with pytest.raises(rs.NoAnswerError, match=words):

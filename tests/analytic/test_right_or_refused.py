@@ -16,6 +16,7 @@ import robostiff as rs
 from robostiff.analytic import (
     Closed,
     Steps,
+    compliance_steps,
     derive_chain,
     differentiate,
     free_motion_formulas,
@@ -348,3 +349,25 @@ def test_tubes_without_a_wall_are_refused(form):
         derivation.lambdify()(**own)
     with pytest.raises(ValueError, match="does not hold"):
         function_of(derivation)(**own)
+
+
+def test_a_stretched_leg_transmits_more_and_is_refused():
+    """Three parallel joints in a plane are redundant: K was 60 times too small at d = 2 l."""
+    robot = rs.load("tripteron", symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot)
+    usual = {s.name: robot.nominal[s.name] for s in derivation.symbols}
+    bent, stretched = ({**usual, "d": f * usual["l"]} for f in (1.99, 2.0))
+    expected = rs.stiffness(robot.substituted(bent)).K
+    assert distance(function_of(derivation)(**bent), expected) < 1e-9
+    compliance = compliance_steps(derivation)
+    for own in (derivation, compliance, differentiate(derivation, "e")):
+        with pytest.raises(InputError, match="leg 'leg x' is not stretched"):
+            own.substituted(stretched)
+    for own in (derivation, compliance):
+        with pytest.raises(InputError, match="leg 'leg x' is not stretched"):
+            own.subs({"l": 0.35, "d": 0.7})
+    assert not compliance.subs({"l": 0.35}).subs({"d": 0.3}).conditions
+    with pytest.raises(rs.NoAnswerError, match="is not stretched"):
+        derivation.lambdify()(**stretched)
+    with pytest.raises(ValueError, match="does not hold"):
+        function_of(derivation)(**stretched)

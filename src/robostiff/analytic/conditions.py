@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import reduce
+from itertools import combinations
 from operator import add
 from typing import Any
 
@@ -19,44 +20,47 @@ from robostiff.analytic.robot_pose import platform_pose
 from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.elasticity.bounds import Bounds
 from robostiff.kinematics import FormulaPose, place_leg
+from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import place_leg_at_joints
-from robostiff.model import Leg, PlacedLeg, with_entries
-from robostiff.record import Entry, Record
+from robostiff.model import Leg, PlacedFreedom, PlacedLeg, with_entries
+from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded import entry_reader
 from robostiff.recorded.leg import lower_bound
-from robostiff.spatial import exact_number
+from robostiff.spatial import cross, exact_number
 
 _CLOSED = sp.Rational(
     1, 10**14
 )  # square of the largest gap of a closed leg, relative to the length, or rad
+_STRETCHED = sp.Rational(1, 10**14)  # square of a sine
 _AWAY = 0.05
 _SEED = 5
 
 
-def conditions_of(placed: PlacedRobot) -> tuple[Condition, ...]:
-    """Conditions in the given symbols, beside denominators that do not vanish.
+def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Condition, ...]:
+    """Conditions in the given symbols, beside denominators that do not vanish; of one leg alone.
 
     Where the legs decide some of the symbols, the formula is right only for values at which they
     close; the gaps say so. They are written at postures that are not closed, as they would vanish
     at those of the record.
     """
     read = ClosedReading(placed.record, placed.symbols)
-    found = [x for leg in placed.legs for x in _of_parts(leg.leg, read)]
+    legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
+    found = [x for leg in legs for x in _of_parts(leg.leg, read)]
     found = list({x.expression: x for x in found}.values())
-    for leg in placed.legs:
+    for leg in legs:
         for length in leg.lengths:
             if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
                 words = f"a beam of a telescope of leg {leg.leg.name!r} has a positive length"
                 found.append(Condition(words, read(length)))
         if not placed.following:
             found += _closing(leg.leg.name, leg.gap, read)
+        found += _stretched(leg.leg, read)
     return (*found, *(_following(placed, read) if placed.following else ()))
 
 
 def _of_parts(leg: PlacedLeg, read: ClosedReading) -> list[Condition]:
     """That its beams, springs and drives exist: a wall leaves a hollow, a stiffness is positive."""
-    inside = [own for block in leg.blocks for own in block.branches]
-    found = [x for own in inside for x in _of_parts(own, read)]
+    found: list[Condition] = []
     bounds = [(x.name, own) for x in leg.springs for own in x.elasticity.bounds]
     bounds += [
         (x.name, Bounds("stiffness", x.stiffness)) for x in leg.freedoms if x.stiffness is not None
@@ -66,6 +70,23 @@ def _of_parts(leg: PlacedLeg, read: ClosedReading) -> list[Condition]:
             expression: Any = sp.sympify(read(difference))
             if not expression.is_positive:
                 found.append(Condition(f"{own.subject} of {name!r} is {words}", expression))
+    return found
+
+
+def _stretched(leg: PlacedLeg, read: ClosedReading) -> list[Condition]:
+    """That no three passive axes, parallel to one another, lie in a plane: they transmit more."""
+    found = []
+    freedoms = (x for x in leg.elements if isinstance(x, PlacedFreedom))
+    passive = [x for x in freedoms if x.turns and x.is_passive]
+    for a, b, c in combinations(passive, 3):
+        if all(is_zero(x) for own in (b, c) for x in tidied(cross(a.axis, own.axis))):
+            sides = [cross(a.axis, x.point - y.point) for x, y in combinations((a, b, c), 2)]
+            squares = tidied(np.array([v @ v for v in sides], dtype=object))
+            ab, ac, bc = (sp.sympify(read(x)) for x in squares)
+            square = ab * bc - ((ab + bc - ac) / 2) ** 2
+            if square.free_symbols:
+                words = f"leg {leg.name!r} is not stretched"
+                found.append(Condition(words, square - _STRETCHED * ab * bc))
     return found
 
 

@@ -364,8 +364,13 @@ class Derivation(Formula):
         return put_in
 
     def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
-        """The fields with values put in."""
+        """The fields with values put in; InputError where a condition fails."""
         kept = put_in.definitions(self.definitions)
+        refuse_failing(self.conditions, put_in, f"formula {self.name!r}")
+        conditions = [
+            replace(c, expression=put_in(c.expression), equations=tuple(map(put_in, c.equations)))
+            for c in self.conditions
+        ]
         stages = tuple(
             Stage(
                 stage.joint,
@@ -384,4 +389,5 @@ class Derivation(Formula):
             "K": put_in.matrix(self.K),
             "definitions": tuple(kept.values()),
             "exact": None,
+            "conditions": tuple(c for c in conditions if c.expression.free_symbols),
         }

@@ -12,7 +12,8 @@ from scipy.sparse.csgraph import connected_components
 
 from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
 from robostiff.analytic.chain import Closed, Steps, derive_chain
-from robostiff.analytic.derivation import Definition, Derivation, used_definitions
+from robostiff.analytic.conditions import conditions_of
+from robostiff.analytic.derivation import Definition, Derivation, Unwritten, used_definitions
 from robostiff.analytic.inverse import compliance_formula
 from robostiff.analytic.leg_agreement import check_leg
 from robostiff.analytic.leg_facts import elastic_parts, passive_freedoms
@@ -216,6 +217,7 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
         axes=axes,
         arm=arm,
         coordinates=placed.coordinates,
+        conditions=Unwritten(lambda: conditions_of(placed, own.name)),
         meanings=placed.robot.meanings,
     )
 

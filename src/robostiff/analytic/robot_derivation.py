@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, Derivation, WrittenField
-from robostiff.analytic.substitution import Substitution, refuse_failing, refuse_negative
+from robostiff.analytic.substitution import Substitution, refuse_negative
 from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
 
 
@@ -208,7 +208,6 @@ class RobotDerivation(Derivation):
 
     def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
         parts = super()._parts_at(put_in)
-        refuse_failing(self.conditions, put_in, f"formula {self.name!r}")
         refuse_negative(parts["K"], f"formula {self.name!r}")
         kept = {d.symbol: d for d in parts["definitions"]}
         legs = tuple(
@@ -221,16 +220,10 @@ class RobotDerivation(Derivation):
             )
             for leg in self.legs
         )
-        put = [
-            replace(c, expression=put_in(c.expression), equations=tuple(map(put_in, c.equations)))
-            for c in self.conditions
-        ]
-        conditions = tuple(c for c in put if c.expression.free_symbols)
-        left = {str(x) for c in conditions for x in c.expression.free_symbols}
+        left = {str(x) for c in parts["conditions"] for x in c.expression.free_symbols}
         left |= {str(x) for x in parts["K"].free_symbols}
         left |= {str(x) for d in kept.values() for x in d.expression.free_symbols}
         return parts | {
-            "conditions": conditions,
             "legs": legs,
             "coordinates": tuple(name for name in self.coordinates if name in left),
             "following": tuple(name for name in self.following if name in left),

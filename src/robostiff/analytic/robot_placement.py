@@ -13,6 +13,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.closed_posture import AROUND, Following, Sample, leg_coordinates
 from robostiff.analytic.exact_points import ExactPoints
+from robostiff.analytic.guiding_post import guiding_post, place_guiding_post
 from robostiff.analytic.legs_at_points import turned_legs
 from robostiff.analytic.orbits import Image
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
@@ -118,6 +119,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     following = follows.following
     at_joints: dict[int, np.ndarray] = {}
     turned: dict[int, tuple[int, Image]] = {}
+    posts: dict[int, PlacedFormula] = {}
 
     def as_step(value: Any) -> Any:
         return value if isinstance(value, Entry) else read(value)
@@ -128,6 +130,10 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         platform = place_leg_at_joints(entries.legs[0], q).platform
     else:
         platform = platform_pose(FormulaPose(*home_frame(entries)), coordinates, rotation)
+        post = None if given is None else guiding_post(robot, finder.solvers)
+        if post is not None:
+            placed = place_guiding_post(entries.legs[post], platform.p, finder.solvers[post])
+            platform, posts[post] = FormulaPose(placed.platform.R, platform.p), placed
         for i, own in follows.legs.items():
             leg = entries.legs[i]
             q, left = leg_coordinates(leg, own, record, finder.length)
@@ -140,7 +146,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         leg = entries.legs[i]
         if i in at_joints:
             return place_leg_at_joints(leg, at_joints[i])
-        return _closed_leg(leg, platform, finder.solvers[i])
+        return posts.get(i) or _closed_leg(leg, platform, finder.solvers[i])
 
     place = cache(lambda i: with_entries(closing(i), as_step))
     if given is None and not follows.any and not robot.is_posed_by_joints:
@@ -174,6 +180,10 @@ def _check_reach(
     robot: Robot, finder: PostureFinder, given: Mapping[str, Any], rotation: PoseRotation
 ) -> None:
     """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
+    post = guiding_post(robot, finder.solvers)
+    for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
+        if i != post:
+            _check_closed_form(leg, solver)
     values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
     at_home = home_values(finder, rotation)
     middle = {str(x): 1.0 for value in values.values() for x in value.free_symbols}
@@ -217,6 +227,10 @@ def pose_at(
 ) -> RigidTransform:
     """The pose of the platform that has given coordinates, others as at home."""
     six = finder.home_pose
+    if guiding_post(finder.robot, finder.solvers) is not None:
+        at = [number_at(given.get(x, exact_number(six[i])), values) for i, x in enumerate("xyz")]
+        six = finder.find(np.array(at)).pose[0]
+        return RigidTransform.from_components(six[:3], Rotation.from_rotvec(six[3:]))
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
     numbers = {name: number_at(x, values) for name, x in given.items()}
     pose = platform_pose(home, numbers, rotation)
@@ -255,12 +269,18 @@ def home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFormula:
+    _check_closed_form(leg, solver)
+    return place_leg(leg, platform, solver)
+
+
+def _check_closed_form(leg: Leg, solver: LegSolver) -> None:
     if solver.closed_form is not None:
-        return place_leg(leg, platform, solver)
+        return
     raise InputError(
         f"closure of leg {leg.name!r}",
         got="a leg without a closed form",
-        expected="a strut, a rod on a slide or a crank, or a post with one joint, away from home",
+        expected="a strut, a rod on a slide or a crank, a post with one joint, or with a universal "
+        "joint and a slide to the origin of a platform posed by x, y and z, away from home",
         hint="derive it at home, or in joint coordinates by pose=AtJoints() where no joint is "
         "spherical, or compute numbers: rs.stiffness(robot, pose)",
     )
