@@ -230,7 +230,7 @@ def random_values(
     """
     random = np.random.default_rng(seed)
     different = dict.fromkeys(expressions)
-    symbols = sorted(set().union(*(x.free_symbols for x in different)), key=str)
+    symbols = sorted(set().union(*(x.free_symbols for x in different)), key=lambda x: x.name)
     for attempt in range(_DRAWN):
         low, high = ((0.5, 1.5), (0.1, 0.9))[attempt % 2]
         # Few binary digits: exact values stay short.

@@ -30,7 +30,7 @@ def rule_in_words(J: Any, *, redundant: bool) -> str:
     >>> rule_in_words(sp.Matrix([0, 0, -sp.Symbol("L"), 0, 1, 0]), redundant=False)
     'rotation about y away from the reference point: quasi-trivial joint (18)'
     """
-    motion, kind = _motion_and_rule(J.flat())
+    motion, kind = _motion_and_rule(list(J))
     return f"{motion}: redundant, mu = 0, nothing changes" if redundant else f"{motion}: {kind}"
 
 
@@ -49,7 +49,8 @@ def _motion_and_rule(entries: list[Any]) -> tuple[str, str]:
         vanish = f"row and column {p + 1} vanish"
         motion = f"rotation about {axes[p]} at the reference point"
         return motion, f"trivial joint (19), {vanish}"
-    slides = space.size == 6 and sp.expand(sum(entries[p] * entries[p + t] for p in range(t))) != 0
+    both = [p for p in moves if p + t in turns]
+    slides = space.size == 6 and sp.expand(sum(entries[p] * entries[p + t] for p in both)) != 0
     if len(turns) == 1:
         where = "at" if slides and len(moves) == 1 else "away from"
         kind = "screw motion" if slides else "rotation"
@@ -64,8 +65,8 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[
 
     A joint along one coordinate takes the index rule (19), (20): its row and column vanish.
 
-    `K`: (n, n) SymPy matrix: before, in given symbols and names defined before; `J`: (n, 1)
-    SymPy matrix: twist of the joint; `stage`: number i of the joint, from 1.
+    `K`: (n, n) SymPy matrix: before, in given symbols and names defined before; `J`: n entries:
+    twist of the joint; `stage`: number i of the joint, from 1.
 
     Examples
     --------
@@ -75,12 +76,12 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[
     """
     n = K.rows
     names = _Names(stage)
-    used = [k for k in range(n) if J[k, 0] != 0]
+    used = [k for k in range(n) if J[k] != 0]
     alone = used[0] if len(used) == 1 else None
-    u = [sp.Add(*(K[j, k] * J[k, 0] for k in used)) for j in range(n)]
+    u = [sp.Add(*(K[j, k] * J[k] for k in used)) for j in range(n)]
     if alone is None:
         u = [names.give(f"u_{stage}_{j + 1}", entry) for j, entry in enumerate(u)]
-    mu = sp.Add(*(J[k, 0] * u[k] for k in used))
+    mu = sp.Add(*(J[k] * u[k] for k in used))
     if alone is None:
         mu = names.give(f"mu_{stage}", mu)
     after = sp.zeros(n, n)
@@ -132,6 +133,7 @@ class Steps:
 
 
 _CLOSED = Closed()
+_Column = tuple[Any, ...]  # entries of the twist of a joint
 
 
 def derive_chain(
@@ -191,23 +193,23 @@ def derive_chain(
             expected="either K0 or C, and joints",
             hint="write derive_chain(K0, joints) or derive_chain(C=C, joints=joints)",
         )
-    start = _checked_stiffness(K0 if C is None else compliance_formula(_checked_stiffness(C)))
+    start, entries = _checked_stiffness(K0 if C is None else C)
+    if C is not None:
+        start, entries = _checked_stiffness(compliance_formula(start))
     columns = {joint: _checked_column(joint, J, start.rows) for joint, J in joints.items()}
     if isinstance(form, Steps):
         derivation = _by_steps(start, columns, name)
     else:
-        derivation = _in_closed_form(start, columns, name, form.limit)
+        derivation = _in_closed_form(start, entries, columns, name, form.limit)
     check_chain(derivation, columns)
     return derivation
 
 
 def _in_closed_form(
-    start: Any, columns: Mapping[str, sp.ImmutableMatrix], name: str, limit: int
+    start: Any, entries: list[Any], columns: Mapping[str, _Column], name: str, limit: int
 ) -> Derivation:
-    entries = start.flat()
-    K = ExactMatrix.of(
-        ExactField({*entries, *(entry for J in columns.values() for entry in J.flat())}), start
-    )
+    field = ExactField({*entries, *(entry for J in columns.values() for entry in J)})
+    K = ExactMatrix.of(field, entries)
     # Matrices are written at first use; a redundant joint leaves the matrix unchanged.
     written: Any = start
     stages = []
@@ -218,11 +220,15 @@ def _in_closed_form(
             written = Unwritten(cache(K.expressions))
         rule = rule_in_words(J, redundant=stage.is_redundant)
         u, mu = Unwritten(stage.u_expression), Unwritten(stage.mu_expression)
-        stages.append(Stage(joint, J, rule, u, mu, written))
+        stages.append(Stage(joint, _written(J), rule, u, mu, written))
     return Derivation(name, start, tuple(stages), written, exact=K)
 
 
-def _by_steps(start: Any, columns: Mapping[str, sp.ImmutableMatrix], name: str) -> Derivation:
+def _written(J: _Column) -> Unwritten:
+    return Unwritten(lambda: sp.ImmutableMatrix(J))
+
+
+def _by_steps(start: Any, columns: Mapping[str, _Column], name: str) -> Derivation:
     K = start
     stages = []
     redundant = redundant_joints(start, tuple(columns.values()))
@@ -230,15 +236,17 @@ def _by_steps(start: Any, columns: Mapping[str, sp.ImmutableMatrix], name: str) 
         if redundant[number - 1]:
             none: Any = sp.ImmutableMatrix(sp.zeros(start.rows, 1))
             rule = rule_in_words(J, redundant=True)
-            stages.append(Stage(joint, J, rule, none, sp.Integer(0), K))
+            stages.append(Stage(joint, _written(J), rule, none, sp.Integer(0), K))
             continue
         u, mu, K, own = eliminate_by_name(K, J, number)
-        stages.append(Stage(joint, J, rule_in_words(J, redundant=False), u, mu, K, own))
+        rule = rule_in_words(J, redundant=False)
+        stages.append(Stage(joint, _written(J), rule, u, mu, K, own))
     definitions = tuple(d for stage in stages for d in stage.definitions)
     return Derivation(name, start, tuple(stages), K, definitions)
 
 
-def _checked_stiffness(K0: Any) -> Any:
+def _checked_stiffness(K0: Any) -> tuple[Any, list[Any]]:
+    """A symmetric matrix, and its entries."""
     try:
         K: Any = _immutable(K0)
     except (TypeError, ValueError):
@@ -256,7 +264,7 @@ def _checked_stiffness(K0: Any) -> Any:
                     got=f"{a} and {b}",
                     expected="a symmetric matrix",
                 )
-    return K
+    return K, entries
 
 
 def _immutable(M: Any) -> sp.ImmutableMatrix:
@@ -264,12 +272,14 @@ def _immutable(M: Any) -> sp.ImmutableMatrix:
     return M.as_immutable() if isinstance(M, sp.Matrix) else sp.ImmutableMatrix(M)
 
 
-def _checked_column(joint: str, J: Any, n: int) -> sp.ImmutableMatrix:
-    column = _immutable(J)
-    if column.shape == (1, n):
-        column = column.T
-    if column.shape != (n, 1):
-        raise InputError(f"twist of joint {joint!r}", got=column.shape, expected=f"{n} entries")
-    if all(entry == 0 for entry in column.flat()):
+def _checked_column(joint: str, J: Any, n: int) -> _Column:
+    if isinstance(J, list | tuple) and not any(isinstance(x, list | tuple) for x in J):
+        column, shape = tuple(sp.sympify(x, strict=True) for x in J), (len(J), 1)
+    else:
+        matrix = _immutable(J)
+        column, shape = tuple(matrix.flat()), matrix.shape
+    if shape not in ((n, 1), (1, n)):
+        raise InputError(f"twist of joint {joint!r}", got=shape, expected=f"{n} entries")
+    if all(entry == 0 for entry in column):
         raise InputError(f"twist of joint {joint!r}", got="zero", expected="a motion")
     return column

@@ -78,7 +78,7 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
     """
     K0 = derivation.K0
     n, count = K0.rows, len(columns)
-    entries = [*K0.flat(), *(x for J in columns.values() for x in J.flat())]
+    entries = [*K0.flat(), *(x for J in columns.values() for x in J)]
     for values, numbers in islice(random_values(entries, _SEED), _SETS):
         K = numbers[: n * n].reshape(n, n)
         J = numbers[n * n :].reshape(count, n).T

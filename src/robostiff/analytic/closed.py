@@ -41,14 +41,14 @@ class ClosedStage:
         return field.expression(field.fraction(self.mu, self.below[1]))
 
 
-def eliminate_exactly(K: ExactMatrix, J: Any, limit: int) -> ClosedStage:
+def eliminate_exactly(K: ExactMatrix, J: Sequence[Any], limit: int) -> ClosedStage:
     """Stiffness after one more passive joint, (N mu - u u^T) / (D mu) for K = N / D, eq. (15).
 
     As in Bareiss' elimination the previous denominator divides the new numerators exactly, so that
     no fractions pile up; where square roots or sines hide the factor, it is left in. A joint that
     moves one coordinate only, of those that are left, is eliminated by the index rule (19), (20).
 
-    `K`: before; `J`: (n, 1) SymPy matrix: twist of the joint; `limit`: most terms that an entry
+    `K`: before; `J`: n SymPy expressions: twist of the joint; `limit`: most terms that an entry
     may have.
 
     Raises
@@ -60,7 +60,7 @@ def eliminate_exactly(K: ExactMatrix, J: Any, limit: int) -> ClosedStage:
     """
     field, N, D = K.field, K.entries, K.denominator
     n = len(N)
-    elements = [field.element(x) for x in J.flat()]
+    elements = [field.element(x) for x in J]
     scale = common_denominator(field, elements)
     column = [over(element, scale) for element in elements]
     below = (D * scale, D * scale * scale)

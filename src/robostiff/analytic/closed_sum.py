@@ -66,7 +66,7 @@ def exact_leg(
         pivot = min(left, key=lambda i: _awkwardness(M, left, i))
         left.remove(pivot)
         before = M.denominator
-        unit = sp.eye(m + n)[:, pivot]
+        unit = [int(i == pivot) for i in range(m + n)]
         stage = eliminate_exactly(M, unit, limit)
         M = stage.after
         w = [field.fraction(x, field.one.num) for x in stage.u[m:]]

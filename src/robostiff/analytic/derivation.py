@@ -126,8 +126,8 @@ class Stage:
     """
 
     joint: str
-    J: sp.ImmutableMatrix
-    rule: str
+    J: WrittenField = WrittenField()
+    rule: str  # pyright: ignore[reportGeneralTypeIssues]
     u: WrittenField = WrittenField()
     mu: WrittenField = WrittenField()
     K: WrittenField = WrittenField()

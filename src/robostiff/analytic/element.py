@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cmp_to_key
+from functools import cached_property, cmp_to_key
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +20,9 @@ _PRODUCT = 2 * sp.Symbol("x")
 _A_PRODUCT = ("product",)
 _ONE = ("number", 1, 1)
 _first = itemgetter(0)
-#: A coefficient and the factors of a product, each a generator with its power.
-_Term = tuple[tuple[str, int, int], list[tuple[int, int]]]
+_ABSENT = -1  # rank of a generator that does not occur
+#: Places of generators that occur, and their powers term by term.
+_Columns = list[tuple[int, tuple[int, ...]]]
 
 
 @dataclass(frozen=True)
@@ -139,59 +140,82 @@ class PolynomialWriter:
 
     def expressions(self, polynomials: Sequence[Any]) -> list[Any]:
         """Several of them, whose factors are ranked together."""
-        read = [self._read(polynomial) for polynomial in polynomials]
-        needed = {factor for terms in read for _, factors in terms for factor in factors}
-        parts = self._known_parts(needed.union([c for terms in read for c, _ in terms]))
-        return [self._sum(terms, parts) for terms in read]
+        read = [_columns(polynomial) for polynomial in polynomials]
+        needed: set[Any] = {c for numbers, _ in read for c in numbers}
+        for _, columns in read:
+            for place, column in columns:
+                needed |= {(place, power) for power in set(column) if power}
+        self._write(needed)
+        return [self._sum(*own) for own in read]
 
-    def _read(self, polynomial: Any) -> list[_Term]:
-        used = [place for place, degree in enumerate(polynomial.degrees()) if degree]
-        return [
-            (_number(c), [(i, powers[i]) for i in used if powers[i]])
-            for powers, c in polynomial.terms()
-        ]
-
-    def _sum(self, terms: list[_Term], parts: dict[Any, Any]) -> Any:
-        if self._some_merge and any(self._merges[i] for _, factors in terms for i, _ in factors):
-            return sp.Add(*(sp.Mul(parts[c], *(parts[f] for f in fs)) for c, fs in terms))
-        written = [self._product(c, factors) for c, factors in terms]
+    def _sum(self, numbers: list[Any], columns: _Columns) -> Any:
+        parts, ranks = self._parts, self._ranks
+        if self._some_merge and any(self._merges[place] for place, _ in columns):
+            return sp.Add(
+                *(
+                    sp.Mul(parts[c], *(parts[place, own[k]] for place, own in columns if own[k]))
+                    for k, c in enumerate(numbers)
+                )
+            )
+        ranked = []
+        for place, column in columns:
+            own = {power: ranks[place, power] if power else _ABSENT for power in set(column)}
+            ranked.append([own[power] for power in column])
+        rows = zip(*ranked, strict=True) if ranked else [()] * len(numbers)
+        written = [self._product(c, row) for c, row in zip(numbers, rows, strict=True)]
         if len(written) == 1:
             return written[0][1]
         written.sort(key=_first)
-        whole: Any = sp.Add._from_args(tuple(term for _, term in written), True)
+        whole: Any = sp.Add._from_args(tuple([term for _, term in written]), True)
         return whole
 
-    def _product(self, c: Any, factors: list[Any]) -> tuple[tuple[int, ...], Any]:
+    def _product(self, c: Any, row: tuple[int, ...]) -> tuple[tuple[int, ...], Any]:
         """A product and the key that sorts it."""
-        ranks, parts = self._ranks, self._parts
-        if not factors:
+        keys = sorted(row)[row.count(_ABSENT) :]
+        if not keys:
             # A number leads its sum.
-            return (-1,), parts[c]
-        keys = sorted([ranks[factor] for factor in factors])
+            return (-1,), self._parts[c]
+        ranks, ordered = self._ranks, self._ordered
         if c != _ONE:
             keys.insert(0, ranks[c])
         if len(keys) == 1:
-            return (keys[0],), parts[factors[0]]
-        ordered = self._ordered
+            return (keys[0],), ordered[keys[0]]
         product = sp.Mul._from_args(tuple([ordered[key] for key in keys]), True)
         return (ranks[_A_PRODUCT], len(keys), *keys), product
 
-    def _known_parts(self, needed: set[Any]) -> dict[Any, Any]:
-        """All parts written so far, those needed among them, and ranked."""
+    def _write(self, needed: set[Any]) -> None:
+        """Write and rank the parts that are needed."""
         parts = self._parts
         missing = [part for part in needed if part not in self._ranks]
         if missing:
             parts |= {part: self._written(part) for part in missing}
-            self._ordered = sorted([*self._ordered, *(parts[x] for x in missing)], key=_IN_ORDER)
-            place = {written: rank for rank, written in enumerate(self._ordered)}
-            self._ranks = {part: place[parts[part]] for part in (*self._ranks, *missing)}
-        return parts
+            ordered = sorted((*self._ranks, *missing), key=self._order)
+            self._ordered = [parts[part] for part in ordered]
+            self._ranks = {part: rank for rank, part in enumerate(ordered)}
+
+    def _order(self, part: Any) -> Any:
+        """Where a part stands among others: as SymPy compares them, or a short cut to the same."""
+        if self._symbols is None:
+            return _IN_ORDER(self._parts[part])
+        if len(part) == 2:
+            return (2, part[1] > 1, self._symbols[part[0]], part[1])
+        return (3,) if part is _A_PRODUCT else (1, _IN_ORDER(self._parts[part]))
+
+    @cached_property
+    def _symbols(self) -> list[Any] | None:
+        """What SymPy compares of the generators; None where others than symbols are among them."""
+        if any(type(g) is not sp.Symbol for g in self._generators):
+            return None
+        contents = [g._hashable_content() for g in self._generators]
+        return [(len(own), own) for own in contents]
 
     def _written(self, part: Any) -> Any:
         if len(part) == 2:
             place, power = part
             generator = self._generators[place]
-            return generator if power == 1 else sp.Pow(generator, power)
+            if power == 1:
+                return generator
+            return sp.Pow(generator, power, evaluate=not generator.is_Symbol)
         _, p, q = part
         return sp.Rational(p, q)
 
@@ -234,6 +258,13 @@ def product_in_order(number: Any, factors: Sequence[Any]) -> Any:
     if number is not sp.S.One:
         ordered.insert(0, number)
     return sp.Mul._from_args(tuple(ordered), True)
+
+
+def _columns(polynomial: Any) -> tuple[list[Any], _Columns]:
+    """Coefficients of a polynomial, and its powers by generators."""
+    columns = enumerate(zip(*polynomial.monoms(), strict=True))
+    numbers = list(map(_number, polynomial.coeffs()))
+    return numbers, [(place, column) for place, column in columns if any(column)]
 
 
 def _number(c: Any) -> tuple[str, int, int]:

@@ -5,6 +5,8 @@ A matrix has polynomials over one common denominator.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -24,9 +26,9 @@ class ExactMatrix:
     denominator: Any
 
     @classmethod
-    def of(cls, field: ExactField, K: Any) -> ExactMatrix:
-        """A symmetric SymPy matrix over its common denominator."""
-        n, entries = K.rows, K.flat()
+    def of(cls, field: ExactField, entries: Sequence[Any]) -> ExactMatrix:
+        """A symmetric matrix, of SymPy expressions row by row, over its common denominator."""
+        n = math.isqrt(len(entries))
         elements = {
             (i, j): field.element(entries[i * n + j]) for i in range(n) for j in range(i, n)
         }
@@ -92,7 +94,10 @@ def over(element: Element, common: Any) -> Any:
 
 
 def _symmetric(n: int, upper: dict[tuple[int, int], Any], zero: Any) -> tuple[tuple[Any, ...], ...]:
-    return tuple(tuple(upper.get((min(i, j), max(i, j)), zero) for j in range(n)) for i in range(n))
+    rows = [[zero] * n for _ in range(n)]
+    for (i, j), entry in upper.items():
+        rows[i][j] = rows[j][i] = entry
+    return tuple(map(tuple, rows))
 
 
 def echelon(field: ExactField, rows: list[list[Element]]) -> tuple[list[list[Element]], list[int]]:
