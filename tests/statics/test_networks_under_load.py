@@ -17,7 +17,6 @@ from robostiff.network.network import network_of_snapshot
 from robostiff.spatial import Frame
 from tests.statics.robots_under_load import loaded, root
 
-
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 

@@ -63,7 +63,11 @@ def first_critical(
     least = least_margin(problem, here, unloaded)
     if least[1].value <= 0:
         return here, _point(problem, here, *least), here.factor
+    furthest = 0.0
     for step in path(problem, loading, here):
+        if step.found.factor < 0:
+            break
+        furthest = max(furthest, step.found.factor)
         found_least = least_margin(problem, step.found, unloaded)
         if found_least[1].value < 0:
             critical = refined(problem, loading, unloaded, step)
@@ -73,7 +77,7 @@ def first_critical(
         here = step.found
         if here.factor >= up_to:
             break
-    return here, None, min(up_to, here.factor)
+    return here, None, min(up_to, furthest)
 
 
 def refined(

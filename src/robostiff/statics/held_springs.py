@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -13,6 +13,15 @@ from robostiff.model import PlacedBodySpring, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.statics.body_springs import Anchor, FiniteBodySpring
 from robostiff.statics.legs import LegGroup
+
+
+def held_together(groups: Iterable[set[int]]) -> list[list[int]]:
+    """Groups of legs, those that have legs in common as one; by their first legs."""
+    found: list[set[int]] = []
+    for own in groups:
+        common = [other for other in found if other & own]
+        found = [*(other for other in found if other not in common), own.union(*common)]
+    return sorted(map(sorted, found))
 
 
 @dataclass(frozen=True)
@@ -56,12 +65,8 @@ class HeldSprings:
                         expected=f"{BASE}, {PLATFORM} or leg/part, such as "
                         + ", ".join(map(repr, near)),
                     )
-            legs = legs or {0}
-            for other in [group for group in groups if group & legs]:
-                groups.remove(other)
-                legs |= other
-            groups.append(legs)
-        return HeldSprings(snapshot.springs, places, tuple(tuple(sorted(g)) for g in groups))
+            groups.append(legs or {0})
+        return HeldSprings(snapshot.springs, places, tuple(map(tuple, held_together(groups))))
 
     def on_chain(self, leg: int, chain: int) -> list[tuple[str, np.ndarray]]:
         """Bodies behind parts of a chain that hold springs, and where (3,), end by end."""

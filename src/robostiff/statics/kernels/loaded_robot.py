@@ -136,7 +136,7 @@ class LoadedRobot:
         body = self.platform.moved(values)
         moment = np.zeros(3, dtype=int).astype(object)
         turns, buckling = [], []
-        alone = [own for own in self.springs if own.leg is None]
+        alone = [own for own in self.springs if not own.legs]
         moment = moment + SpringEnds(body, twist, rows).add(alone, elimination)[1]
         for leg in self.legs:
             taken, turned = leg.add_to(elimination, values, body, twist, self.force)

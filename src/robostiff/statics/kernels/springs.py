@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import InputError
 from robostiff.model import (
     Leg,
     PlacedBlock,
@@ -68,9 +67,9 @@ class RecordedBodySpring:
     constant: Any
 
     @property
-    def leg(self) -> int | None:
-        """Whose bodies it is held on; None of base and platform alone."""
-        return next((end.leg for end in self.ends if end.leg is not None), None)
+    def legs(self) -> set[int]:
+        """Whose bodies it is held on; none of base and platform alone."""
+        return {end.leg for end in self.ends if end.leg is not None}
 
     @property
     def at_rest(self) -> RecordedBodySpring:
@@ -217,11 +216,6 @@ def recorded_body_springs(
 
     They are given in numbers, with their tension and the names of their bodies in snapshots at one
     posture (`placed`); `frames` are those of the bodies, `walks` the legs in numbers.
-
-    Raises
-    ------
-    InputError
-        When a spring is between bodies of two legs.
     """
     known = {BASE: (np.eye(3), _NOWHERE), PLATFORM: (here.pose.R, here.pose.p), **frames}
     named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
@@ -236,13 +230,6 @@ def recorded_body_springs(
                 ends.append(RecordedAnchor(point, leg, part.chain, part.after))
             else:
                 ends.append(RecordedAnchor(point, on_platform=body == PLATFORM))
-        if len({end.leg for end in ends} - {None}) > 1:
-            raise InputError(
-                f"kernel under load of {here.robot.name!r}",
-                got=f"spring {spring.name!r} between bodies of two legs",
-                expected="springs between bodies of one leg, the base and the platform",
-                hint="equilibrium has springs between legs, pose by pose",
-            )
         constant = own.tension - own.stiffness * own.length
         if abs(constant) <= _NONE * max(abs(own.tension), own.stiffness * own.length):
             constant = 0.0
