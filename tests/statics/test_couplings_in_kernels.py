@@ -13,7 +13,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.kinematics import find_posture, with_body_springs
-from robostiff.model import Coupling, Locked, Passive, Robot
+from robostiff.model import Coupling, Locked, Robot
 from tests.cases.metric import distance
 from tests.robots.test_coupled_joints import CASES, arm, tripod
 from tests.statics.jets import at_rest
