@@ -63,7 +63,7 @@ def test_pendulums_upright(count: int, seed: int):
 
 
 def test_a_shallow_truss_snaps_through():
-    """Two springs k of length l from (-a, h) to the apex: ``P = 2 k y (l / sqrt(a^2 + y^2) - 1)``."""
+    """Two springs of length l, apex at y: ``P = 2 k y (l / sqrt(a^2 + y^2) - 1)``."""
     a, h, k = 1.0, 0.2, 500.0
     spring = {"k": k}
     robot = network(
@@ -107,7 +107,7 @@ def test_a_shallow_truss_snaps_through():
 
 
 def test_a_chain_that_stiffens_is_followed_to_its_load():
-    """It hangs straighter and straighter; what its platform moves bounds a step, not the load."""
+    """What its platform moves bounds a step of the path, not the load."""
     bars = pendulum([0.4, 0.9, 0.8], [8.7, 6.8, 5.0])
     found = rs.critical_load(bars, wrench=[1.0, 0, 0, 0, 0, 0], up_to=5e3)
     assert not found.is_found

@@ -26,19 +26,11 @@ def held_together(groups: Iterable[set[int]]) -> list[list[int]]:
 
 @dataclass(frozen=True)
 class HeldSprings:
-    """The springs between bodies of a snapshot.
-
-    Attributes
-    ----------
-    springs : tuple of PlacedBodySpring
-    places : mapping of str to (int, int)
-        Leg and chain of every ``leg/part``.
-    groups : tuple of tuple of int
-        Legs that springs hold together; a spring between base and platform is with the first leg.
-    """
+    """The springs between bodies of a snapshot."""
 
     springs: tuple[PlacedBodySpring, ...]
-    places: Mapping[str, tuple[int, int]]
+    places: Mapping[str, tuple[int, int]]  # leg and chain of every ``leg/part``
+    # legs that springs hold together; a spring between base and platform is with the first leg
     groups: tuple[tuple[int, ...], ...]
 
     @staticmethod

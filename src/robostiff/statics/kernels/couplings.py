@@ -16,21 +16,11 @@ class RecordedCoupling:
     """A sum ``s = sum(a q)`` of coordinates that is the motion of a spring, or 0 where it is rigid.
 
     What it pushes with is an unknown of its own; see `FiniteCoupling`.
-
-    Attributes
-    ----------
-    name : str
-        Its unknowns begin with it.
-    terms : tuple of (str, entry or number)
-        Coordinates, and a.
-    drive : RecordedJoint
-        With the stiffness against s, and a preload.
-    is_rigid : bool
     """
 
-    name: str
-    terms: tuple[tuple[str, Any], ...]
-    drive: RecordedJoint
+    name: str  # its unknowns begin with it
+    terms: tuple[tuple[str, Any], ...]  # tuple of (str, entry or number): coordinates, and a
+    drive: RecordedJoint  # with the stiffness against s, and a preload
     is_rigid: bool
 
     @property

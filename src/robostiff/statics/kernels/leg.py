@@ -64,18 +64,10 @@ class RecordedChain:
 
 @dataclass(frozen=True)
 class Turned:
-    """A body that has moved from its unloaded posture: a shift, and a quaternion.
+    """A body that has moved from its unloaded posture: a shift, and a quaternion."""
 
-    Attributes
-    ----------
-    name : str
-        Its seven coordinates begin with it.
-    origin : (3,) array of entries and numbers
-        Its point at the unloaded posture [m].
-    """
-
-    name: str
-    origin: np.ndarray
+    name: str  # its seven coordinates begin with it
+    origin: np.ndarray  # (3,) of entries and numbers: its point at the unloaded posture [m]
 
     @property
     def coordinates(self) -> list[str]:
@@ -121,25 +113,13 @@ class Turned:
 
 @dataclass(frozen=True)
 class RecordedLoadedLeg:
-    """A leg whose coordinates and wrenches are unknowns, or several that springs hold together.
-
-    Attributes
-    ----------
-    chains : tuple of RecordedChain
-    bodies : tuple of Turned
-    space : Space
-    length : float
-        Of the robot [m].
-    springs : tuple of RecordedBodySpring
-        That its bodies hold.
-    couplings : tuple of RecordedCoupling
-    """
+    """A leg whose coordinates and wrenches are unknowns, or several that springs hold together."""
 
     chains: tuple[RecordedChain, ...]
     bodies: tuple[Turned, ...]
     space: Space
-    length: float
-    springs: tuple[RecordedBodySpring, ...] = ()
+    length: float  # of the robot [m]
+    springs: tuple[RecordedBodySpring, ...] = ()  # that its bodies hold
     couplings: tuple[RecordedCoupling, ...] = ()
 
     @staticmethod

@@ -51,20 +51,11 @@ class RecordedAnchor:
 
 @dataclass(frozen=True)
 class RecordedBodySpring:
-    """A spring that pulls with ``t = k l + c`` at its length l.
-
-    Attributes
-    ----------
-    ends : two of RecordedAnchor
-    stiffness : float
-        k [N/m].
-    constant : entry or number
-        c [N].
-    """
+    """A spring that pulls with ``t = k l + c`` at its length l."""
 
     ends: tuple[RecordedAnchor, RecordedAnchor]
-    stiffness: float
-    constant: Any
+    stiffness: float  # k [N/m]
+    constant: Any  # entry or number: c [N]
 
     @property
     def legs(self) -> set[int]:
@@ -91,25 +82,13 @@ class RecordedBodySpring:
 
 @dataclass(frozen=True)
 class SpringEnds:
-    """What springs are held on: the base, the platform, and the chains of one leg.
-
-    Attributes
-    ----------
-    platform : Body
-    twist : sequence of str
-        Unknowns of its motion.
-    rows : sequence of int
-        Which of six coordinates these are.
-    chains : sequence of MovingChain
-    names : sequence of sequences of str
-        Unknowns that move each of them.
-    """
+    """What springs are held on: the base, the platform, and the chains of one leg."""
 
     platform: Body
-    twist: Sequence[str]
-    rows: Sequence[int]
+    twist: Sequence[str]  # unknowns of its motion
+    rows: Sequence[int]  # which of six coordinates these are
     chains: Sequence[MovingChain] = ()
-    names: Sequence[Sequence[str]] = ()
+    names: Sequence[Sequence[str]] = ()  # unknowns that move each of them
 
     def add(
         self, springs: Sequence[RecordedBodySpring], elimination: SymmetricElimination
