@@ -43,15 +43,6 @@ class Anchor:
 class FiniteBodySpring:
     """A spring between two bodies; ``t = s tension + stiffness (l - length)`` at the share s.
 
-    Attributes
-    ----------
-    name : str
-    ends : two of Anchor
-    stiffness : float
-        [N/m].
-    length, tension : float
-        At the unloaded posture [m], [N].
-
     Raises
     ------
     InputError
@@ -60,7 +51,8 @@ class FiniteBodySpring:
 
     name: str
     ends: tuple[Anchor, Anchor]
-    stiffness: float
+    stiffness: float  # [N/m]
+    # at the unloaded posture [m], [N]
     length: float
     tension: float
 
@@ -112,30 +104,14 @@ class Pulling:
 
 @dataclass(frozen=True)
 class SpringTerms:
-    """What springs between bodies contribute to the equations of their legs, m free unknowns.
+    """What springs between bodies contribute to the equations of their legs, m free unknowns."""
 
-    Attributes
-    ----------
-    pulls : sequence of (A, 3) arrays
-        Forces on the anchors of each chain [N].
-    stiffness : (m, m) array
-        ``J^T D J``.
-    by_share : (m,) array
-        Derivative of the gradient of the energy by the share of loads.
-    by_twist : (m, r) array
-        The same by the twist of the platform.
-    carried : (r,) array
-        What the platform exerts on springs about its point [N, N m].
-    beside : Beside
-        Its derivatives.
-    """
-
-    pulls: Sequence[np.ndarray]
-    stiffness: np.ndarray
-    by_share: np.ndarray
-    by_twist: np.ndarray
-    carried: np.ndarray
-    beside: Beside
+    pulls: Sequence[np.ndarray]  # forces on the anchors of each chain [N]
+    stiffness: np.ndarray  # (m, m): ``J^T D J``
+    by_share: np.ndarray  # (m,): derivative of the gradient of the energy by the share of loads
+    by_twist: np.ndarray  # (m, r): the same by the twist of the platform
+    carried: np.ndarray  # (r,): what the platform exerts on springs about its point [N, N m]
+    beside: Beside  # its derivatives
 
     @staticmethod
     def of(

@@ -31,24 +31,13 @@ class BodyLoad:
 
 @dataclass(frozen=True)
 class FiniteChain:
-    """Elements in series from one body to another, of several legs alike.
+    """Elements in series from one body to another, of several legs alike."""
 
-    Attributes
-    ----------
-    start : int or None
-        Body at its start; None for the base.
-    end : int or None
-        Body at its end; None for the platform.
-    elements : tuple of FiniteJoint or FiniteSpring
-    loads : tuple of BodyLoad
-    anchors : tuple of BodyLoad
-        Where springs between bodies are held, without a force of their own.
-    """
-
-    start: int | None
-    end: int | None
+    start: int | None  # body at its start; None for the base
+    end: int | None  # body at its end; None for the platform
     elements: tuple[Element, ...]
     loads: tuple[BodyLoad, ...] = ()
+    # where springs between bodies are held, without a force of their own
     anchors: tuple[BodyLoad, ...] = ()
 
     @staticmethod
@@ -100,14 +89,10 @@ def stacked_loads(
 
 @dataclass(frozen=True)
 class Moved:
-    """Chains in finite motion.
+    """Chains in finite motion."""
 
-    Attributes
-    ----------
-    T : (N, K + 1, 4, 4) array
-        Motion from the unloaded posture of the body at the start, and of that behind every element.
-    """
-
+    # (N, K + 1, 4, 4): motion from the unloaded posture of the body at the start, and of that
+    # behind every element
     T: np.ndarray
 
     @property
@@ -126,25 +111,13 @@ class Moved:
 
 @dataclass(frozen=True)
 class ChainTerms:
-    """What chains contribute to the equations of their legs.
+    """What chains contribute to the equations of their legs."""
 
-    Attributes
-    ----------
-    end : BodyPlace
-        Where the body at the end is, as the chain has it.
-    J : (N, 6, n) array
-        Velocity of the end point and angular velocity, by the unknowns that move the chain: of the
-        body at its start, where that moves, then its own.
-    tangent : (N, n, n) array
-        Curvature of the energy, less what wrench and loads do in second order.
-    gradient : (N, n) array
-        Of the energy, less the work of wrench and loads.
-    by_share : (N, n) array
-        Derivative of the gradient by the share of loads and preloads.
-    """
-
-    end: BodyPlace
+    end: BodyPlace  # where the body at the end is, as the chain has it
+    # (N, 6, n): velocity of the end point and angular velocity, by the unknowns that move the
+    # chain: of the body at its start, where that moves, then its own
     J: np.ndarray
+    # (N, n, n): curvature of the energy, less what wrench and loads do in second order
     tangent: np.ndarray
-    gradient: np.ndarray
-    by_share: np.ndarray
+    gradient: np.ndarray  # (N, n): of the energy, less the work of wrench and loads
+    by_share: np.ndarray  # (N, n): derivative of the gradient by the share of loads and preloads

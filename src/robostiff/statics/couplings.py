@@ -17,27 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FiniteCoupling:
-    """A gear or differential: a sum ``s = sum(a q)`` of coordinates of joints, and what holds it.
+    """A gear or differential: a sum ``s = sum(a q)`` of joint coordinates, and what holds it."""
 
-    Attributes
-    ----------
-    drive : FiniteJoint
-        The joint that follows, with the stiffness, preload and law against s.
-    is_rigid : bool
-        Whether s stays 0.
-    place : (int, int)
-        Chain and element of the joint that follows.
-    terms : tuple of (int, int)
-        The same of all joints that move.
-    factors : (N, k) array
-        a, of each leg.
-    """
-
-    drive: FiniteJoint
-    is_rigid: bool
-    place: tuple[int, int]
-    terms: tuple[tuple[int, int], ...]
-    factors: np.ndarray
+    drive: FiniteJoint  # the joint that follows, with the stiffness, preload and law against s
+    is_rigid: bool  # whether s stays 0
+    place: tuple[int, int]  # chain and element of the joint that follows
+    terms: tuple[tuple[int, int], ...]  # the same of all joints that move
+    factors: np.ndarray  # (N, k): a, of each leg
 
     @property
     def signature(self) -> tuple[object, ...]:

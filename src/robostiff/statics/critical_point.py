@@ -14,6 +14,8 @@ from robostiff.statics.stability import Margin, leg_margins, platform_margin
 # Of the margins around a critical point: where interpolation begins, and how many are tried before
 # the interval is halved, and then.
 _SMALL, _TRIALS, _HALVES = 1e-4, 30, 30
+# Of the interval: so far beside a point at which equations are singular.
+_ASIDE = 1e-3
 # Of load times mode: below this the load does no work on the mode, and equilibria branch.
 _BRANCHES = 1e-4
 # Difference of margins by which legs buckle together.
@@ -62,8 +64,12 @@ def first_critical(
         return None, None, 0.0
     least = least_margin(problem, here, unloaded)
     if least[1].value <= 0:
-        return here, _point(problem, here, *least), here.factor
+        return here, _point(problem, loading, here, *least), here.factor
+    furthest = 0.0
     for step in path(problem, loading, here):
+        if step.found.factor < 0:
+            break
+        furthest = max(furthest, step.found.factor)
         found_least = least_margin(problem, step.found, unloaded)
         if found_least[1].value < 0:
             critical = refined(problem, loading, unloaded, step)
@@ -73,7 +79,7 @@ def first_critical(
         here = step.found
         if here.factor >= up_to:
             break
-    return here, None, min(up_to, here.factor)
+    return here, None, min(up_to, furthest)
 
 
 def refined(
@@ -89,17 +95,20 @@ def refined(
     by halves.
     """
     left, right = 0.0, step.arc
-    found = best = step.found
+    found = step.found
     at_left = least_margin(problem, step.here, unloaded)[1].value
-    at_right = least_margin(problem, best, unloaded)[1].value
+    at_right = least_margin(problem, found, unloaded)[1].value
+    smallest, best = min((abs(at_left), step.here), (abs(at_right), found), key=lambda own: own[0])
     small = _SMALL * min(1.0, max(abs(at_left), abs(at_right)))
-    met = {at_left: step.here.factor, at_right: best.factor}
-    smallest = abs(at_right)
+    met = {at_left: step.here.factor, at_right: found.factor}
     for trial in range(_TRIALS + _HALVES):
         h = (left * at_right - right * at_left) / (at_right - at_left)
         if trial >= _TRIALS:
             h = 0.5 * (left + right)
         found = step.along(problem, loading, h)
+        if not found.converged:  # equations that are singular to rounding: a little aside
+            h += _ASIDE * (left - h)
+            found = step.along(problem, loading, h)
         if not found.converged:
             break
         value = least_margin(problem, found, unloaded)[1].value
@@ -114,8 +123,8 @@ def refined(
             at_left *= 0.5
         right, at_right = h, value
     else:
-        return _point(problem, found, *least_margin(problem, found, unloaded))
-    point = _point(problem, best, *least_margin(problem, best, unloaded))
+        return _point(problem, loading, found, *least_margin(problem, found, unloaded))
+    point = _point(problem, loading, best, *least_margin(problem, best, unloaded))
     return replace(point, factor=_at_zero(met))
 
 
@@ -144,6 +153,7 @@ def least_margin(
 
 def _point(
     problem: EquilibriumProblem,
+    loading: LoadCase,
     found: FoundEquilibrium,
     leg: int | None,
     least: Margin,
@@ -166,7 +176,8 @@ def _point(
     motion = free_motions_in_words(twist[None], found.state.p, problem.length)[0]
     load = found.known.by_factor
     work = abs(float(load @ twist))
-    whole = float(np.linalg.norm(load / problem.scale))
+    # rigid parts may carry the load, and leave rounding of it
+    whole = float(np.linalg.norm(np.append(load, loading.wrench_rate) / np.tile(problem.scale, 2)))
     is_limit = work > _BRANCHES * whole
     how = "snaps through" if is_limit else "buckles"
     words = f"the platform {how}: {motion}"

@@ -16,39 +16,21 @@ _BLOCK = 1e10
 
 @dataclass(frozen=True)
 class Arrow:
-    """Unknowns of systems in blocks that meet in the unknowns that are left alone.
+    """Unknowns of systems in blocks that meet in the unknowns that are left alone."""
 
-    Attributes
-    ----------
-    blocks : tuple of (C, b) arrays of int
-        Unknowns of C blocks of b unknowns each.
-    left : (k,) array of int
-    """
-
-    blocks: tuple[np.ndarray, ...]
-    left: np.ndarray
+    blocks: tuple[np.ndarray, ...]  # unknowns of C blocks of b unknowns each
+    left: np.ndarray  # (k,)
 
 
 @dataclass(frozen=True)
 class Equilibrated:
-    """The inverse of square matrices (N, n, n); the least-squares inverse of singular ones.
+    """The inverse of square matrices (N, n, n); the least-squares inverse of singular ones."""
 
-    Attributes
-    ----------
-    A : (N, n, n) array
-    scale : (N, n) array
-        Factors that bring the largest entry of each row near one, times those of the columns.
-    inverse : (N, n, n) array
-        Of the scaled matrices; empty where blocks are eliminated.
-    regular : (N,) array of bool
-        Which of them have all directions.
-    blocks : _Blocks or None
-    """
-
-    A: np.ndarray
+    A: np.ndarray  # (N, n, n)
+    # (N, n): factors that bring the largest entry of each row near one, times those of the columns
     scale: np.ndarray
-    inverse: np.ndarray
-    regular: np.ndarray
+    inverse: np.ndarray  # (N, n, n): of the scaled matrices; empty where blocks are eliminated
+    regular: np.ndarray  # (N,): which of them have all directions
     blocks: _Blocks | None = None
 
     def solve(self, b: np.ndarray, refinements: int = 0) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -15,21 +15,22 @@ from robostiff.statics.body_springs import Anchor, FiniteBodySpring
 from robostiff.statics.legs import LegGroup
 
 
+def held_together(groups: Iterable[set[int]]) -> list[list[int]]:
+    """Groups of legs, those that have legs in common as one; by their first legs."""
+    found: list[set[int]] = []
+    for own in groups:
+        common = [other for other in found if other & own]
+        found = [*(other for other in found if other not in common), own.union(*common)]
+    return sorted(map(sorted, found))
+
+
 @dataclass(frozen=True)
 class HeldSprings:
-    """The springs between bodies of a snapshot.
-
-    Attributes
-    ----------
-    springs : tuple of PlacedBodySpring
-    places : mapping of str to (int, int)
-        Leg and chain of every ``leg/part``.
-    groups : tuple of tuple of int
-        Legs that springs hold together; a spring between base and platform is with the first leg.
-    """
+    """The springs between bodies of a snapshot."""
 
     springs: tuple[PlacedBodySpring, ...]
-    places: Mapping[str, tuple[int, int]]
+    places: Mapping[str, tuple[int, int]]  # leg and chain of every ``leg/part``
+    # legs that springs hold together; a spring between base and platform is with the first leg
     groups: tuple[tuple[int, ...], ...]
 
     @staticmethod
@@ -56,12 +57,8 @@ class HeldSprings:
                         expected=f"{BASE}, {PLATFORM} or leg/part, such as "
                         + ", ".join(map(repr, near)),
                     )
-            legs = legs or {0}
-            for other in [group for group in groups if group & legs]:
-                groups.remove(other)
-                legs |= other
-            groups.append(legs)
-        return HeldSprings(snapshot.springs, places, tuple(tuple(sorted(g)) for g in groups))
+            groups.append(legs or {0})
+        return HeldSprings(snapshot.springs, places, tuple(map(tuple, held_together(groups))))
 
     def on_chain(self, leg: int, chain: int) -> list[tuple[str, np.ndarray]]:
         """Bodies behind parts of a chain that hold springs, and where (3,), end by end."""

@@ -17,41 +17,22 @@ class MovingBody:
 
 @dataclass(frozen=True)
 class LegState:
-    """Coordinates of the legs of a group.
+    """Coordinates of the legs of a group."""
 
-    Attributes
-    ----------
-    x : tuple of (N, n) arrays
-        Of each chain.
-    W : tuple of (N, r) arrays
-        What the body at the end of each chain exerts on it, about that body's point [N, N m].
-    bodies : tuple of MovingBody
-        Between the chains of a leg.
-    held : (N, c) array
-        What rigid couplings push their sums with [N or N m].
-    """
-
-    x: tuple[np.ndarray, ...]
+    x: tuple[np.ndarray, ...]  # of each chain
+    # what the body at the end of each chain exerts on it, about that body's point [N, N m]
     W: tuple[np.ndarray, ...]
-    bodies: tuple[MovingBody, ...]
-    held: np.ndarray
+    bodies: tuple[MovingBody, ...]  # between the chains of a leg
+    held: np.ndarray  # (N, c): what rigid couplings push their sums with [N or N m]
 
 
 @dataclass(frozen=True)
 class Beside:
-    """Derivatives of what the platform exerts on springs between bodies, about its point.
+    """Derivatives of what the platform exerts on springs between bodies, about its point."""
 
-    Attributes
-    ----------
-    by_unknown : (N, r, n) array
-    by_twist : (N, r, r) array
-    by_factor : (N, r) array
-        By the factor of the loads.
-    """
-
-    by_unknown: np.ndarray
-    by_twist: np.ndarray
-    by_factor: np.ndarray
+    by_unknown: np.ndarray  # (N, r, n)
+    by_twist: np.ndarray  # (N, r, r)
+    by_factor: np.ndarray  # (N, r): by the factor of the loads
 
     def steps(self, found: np.ndarray) -> np.ndarray:
         """With steps (N, n, 1 + r + 1) by themselves, by the twist, and by the factor."""
@@ -63,29 +44,14 @@ class Beside:
 
 @dataclass(frozen=True)
 class LegEquations:
-    """Residual and tangent of the legs of a group, platform apart.
+    """Residual and tangent of the legs of a group, platform apart."""
 
-    Attributes
-    ----------
-    A : (N, n, n) array
-        Tangent by coordinates, bodies and wrenches.
-    r : (N, n) array
-        Residual.
-    A_t : (N, n, r) array
-        Derivative by the twist of the platform.
-    r_factor : (N, n) array
-        Derivative by the factor of the loads.
-    carried : (N, r) array
-        What the platform exerts on the leg about its point [N, N m].
-    beside : Beside or None
-        How that changes beside the wrenches of chains, where springs act on the platform.
-    """
-
-    A: np.ndarray
-    r: np.ndarray
-    A_t: np.ndarray
-    r_factor: np.ndarray
-    carried: np.ndarray
+    A: np.ndarray  # (N, n, n): tangent by coordinates, bodies and wrenches
+    r: np.ndarray  # (N, n): residual
+    A_t: np.ndarray  # (N, n, r): derivative by the twist of the platform
+    r_factor: np.ndarray  # (N, n): derivative by the factor of the loads
+    carried: np.ndarray  # (N, r): what the platform exerts on the leg about its point [N, N m]
+    # how that changes beside the wrenches of chains, where springs act on the platform
     beside: Beside | None = None
 
 

@@ -26,6 +26,8 @@ _LONGEST, _FURTHEST = 250, 0.1
 # beside the way there, where another branch may be near.
 _FIRST, _NEAREST = 0.02, 1e-5
 _REFINEMENTS = 2
+# Steps of Newton's method after which the arc may be longer, by less after one less than these.
+_EASILY = 7
 # Part by which sizes of equations and steps may differ that are the same; so many of them in a row.
 _REPEATS, _ENDLESS = 1e-9, 4
 # A step above this is no end of an iteration.
@@ -189,10 +191,11 @@ def path(
         yield PathStep(here, found, direction, h, unit)
         direction = _direction(problem, found, direction, unit)
         here = found
-        if found.steps <= 5:
+        if found.steps <= _EASILY:
             of_load = largest * (1.0 + abs(found.factor)) / max(abs(float(direction[-1])), 1e-12)
             shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
-            h = min(of_load, _FURTHEST * problem.length / shift, 1.6 * h)
+            more = 1.6 if found.steps < _EASILY - 1 else 1.2
+            h = min(of_load, _FURTHEST * problem.length / shift, more * h)
 
 
 def _unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:

@@ -19,21 +19,12 @@ _LOST = 1e-9
 
 @dataclass(frozen=True)
 class Closure:
-    """The closure of the legs of a group, by coordinates that turn by 1 rad or shift by a length.
+    """The closure of legs of a group, by coordinates that turn by 1 rad or shift by a length."""
 
-    Attributes
-    ----------
-    rows : (c,) array
-        What makes its gaps numbers: 1 for turns, one over the robot's length for shifts.
-    sizes : (N, m) array
-        What a unit of each unknown turns or shifts.
-    deficits : (N,) array of int
-        How many of its directions are missing.
-    """
-
+    # (c,): what makes its gaps numbers: 1 for turns, one over the robot's length for shifts
     rows: np.ndarray
-    sizes: np.ndarray
-    deficits: np.ndarray
+    sizes: np.ndarray  # (N, m): what a unit of each unknown turns or shifts
+    deficits: np.ndarray  # (N,): how many of its directions are missing
 
     @staticmethod
     def of(A: np.ndarray, rows: np.ndarray, sizes: np.ndarray) -> Closure:
@@ -78,20 +69,11 @@ class Bordered:
 
 @dataclass(frozen=True)
 class HeldPlatform:
-    """Directions of the platform that rigid parts hold, in lengths (scaled coordinates).
+    """Directions of the platform that rigid parts hold, in lengths (scaled coordinates)."""
 
-    Attributes
-    ----------
-    free : (r, m) array
-        Orthonormal: motions that they leave.
-    gap : (r,) array
-        Motion that closes them.
-    inverse : (r, D) array
-        From the gaps of all legs to motions of the platform: of rank r - m.
-    """
-
-    free: np.ndarray
-    gap: np.ndarray
+    free: np.ndarray  # (r, m): orthonormal: motions that they leave
+    gap: np.ndarray  # (r,): motion that closes them
+    # (r, D): from the gaps of all legs to motions of the platform: of rank r - m
     inverse: np.ndarray
 
     @staticmethod

@@ -24,18 +24,12 @@ _NONE = 1e-6
 
 @dataclass(frozen=True)
 class Buckling:
-    """Bounds of what a force t [N] along a strut does to its margin: ``1 - t g`` and ``1 + t h``.
+    """Bounds of what a force t [N] along a strut does to its margin: ``1 - t g``, ``1 + t h``."""
 
-    Attributes
-    ----------
-    shortest, longest : float
-        Lengths between which they hold [m].
-    pull, push : (4,) arrays
-        Polynomials g and h of the length, the constant last [1/N]; zero where nothing happens.
-    """
-
+    # lengths between which they hold [m]
     shortest: float
     longest: float
+    # (4,): polynomials g and h of the length, the constant last [1/N]; zero where nothing happens
     pull: np.ndarray
     push: np.ndarray
 

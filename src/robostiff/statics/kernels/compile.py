@@ -78,7 +78,7 @@ def compile_loaded(
     Raises
     ------
     InputError
-        When the robot has a flexible platform, springs between bodies of two legs or laws of force,
+        When the robot has a flexible platform, laws of force,
         or when a parameter is no symbol of it or a load does not fit.
     NoAnswerError
         When the platform has free motions at every pose, or a leg is rigid in some direction.
@@ -116,7 +116,6 @@ def compile_loaded(
     with_symbols = parameters and any(map(has_symbols, robot.springs))
     laws = f"laws of force or stiffness: {', '.join(with_laws)}"
     for refused, got, expected in (
-        (robot.is_coupled, "coupled joints", "joints that move by themselves"),
         (with_symbols, "springs between bodies with symbols, beside parameters", "numbers"),
         (with_laws, laws, "constant stiffnesses"),
     ):

@@ -19,25 +19,15 @@ _LOST = 1e-20
 
 @dataclass(frozen=True)
 class RecordedJoint:
-    """A joint that moves by q along its screw, at the unloaded posture; see `FiniteJoint`.
+    """A joint that moves by q along its screw, at the unloaded posture; see `FiniteJoint`."""
 
-    Attributes
-    ----------
-    point, axis : (3,) arrays of entries and numbers
-    turns : bool
-    slide : entry or number
-        Shift for each unit of q.
-    stiffness : entry or number
-        0 where it is passive.
-    preload : entry or number
-        With which it pushes along its coordinate at q = 0 [N or N m].
-    """
-
+    # (3,) of entries and numbers
     point: np.ndarray
     axis: np.ndarray
     turns: bool
-    slide: Any
-    stiffness: Any
+    slide: Any  # entry or number: shift for each unit of q
+    stiffness: Any  # entry or number: 0 where it is passive
+    # entry or number: with which it pushes along its coordinate at q = 0 [N or N m]
     preload: Any = 0
 
     size = 1
@@ -54,30 +44,15 @@ class RecordedJoint:
 
 @dataclass(frozen=True)
 class RecordedSpring:
-    """An elastic part, ``th = (d, r) = V y`` with the energy ``sum(k y^2) / 2``.
+    """An elastic part, ``th = (d, r) = V y`` with the energy ``sum(k y^2) / 2``."""
 
-    Attributes
-    ----------
-    point : (3,) array of entries and numbers
-        Its far end at the unloaded posture.
-    rotation : (3, 3) array of entries and numbers
-        Its own axes.
-    modes : (6, m) array of entries and numbers
-        V, each column of about the length of the robot or a radian.
-    stiffness : list of entries and numbers
-        k, 0 along a freedom.
-    axial : entry or number
-        EA/L of a beam with bowing [N/m]; 0 of a linear spring.
-    G : (6, 6) array of entries and numbers
-        ``th^T G th / 2`` is its shortening by bending.
-    """
-
-    point: np.ndarray
-    rotation: np.ndarray
+    point: np.ndarray  # (3,) of entries and numbers: its far end at the unloaded posture
+    rotation: np.ndarray  # (3, 3) of entries and numbers: its own axes
+    # (6, m) of entries and numbers: V, each column of about the length of the robot or a radian
     modes: np.ndarray
-    stiffness: list[Any]
-    axial: Any
-    G: np.ndarray
+    stiffness: list[Any]  # entries and numbers: k, 0 along a freedom
+    axial: Any  # entry or number: EA/L of a beam with bowing [N/m]; 0 of a linear spring
+    G: np.ndarray  # (6, 6) of entries and numbers: ``th^T G th / 2`` is its shortening by bending
 
     @property
     def size(self) -> int:

@@ -32,21 +32,14 @@ class SymmetricElimination:
     ``-b^2`` whatever the load. Elastic coordinates then have positive pivots, and the multipliers
     that are left negative ones. Where all signs are so, the matrix has as many positive eigenvalues
     as coordinates: T reduced to the closure is positive definite.
-
-    Attributes
-    ----------
-    A : dict of str to dicts of entries or numbers
-        Rows without zeros, both triangles.
-    right : dict of str to entries or numbers
-    pivots : list of entries or numbers
-        Positive where the signs are as they should be.
-    still : list of entries or numbers
-        Positive where coordinates that are left at zero stay there.
     """
 
+    # dict of str to dicts of entries or numbers: rows without zeros, both triangles
     A: dict[str, dict[str, Any]] = field(default_factory=dict)
-    right: dict[str, Any] = field(default_factory=dict)
+    right: dict[str, Any] = field(default_factory=dict)  # dict of str to entries or numbers
+    # entries or numbers: positive where the signs are as they should be
     pivots: list[Any] = field(default_factory=list)
+    # entries or numbers: positive where coordinates that are left at zero stay there
     still: list[Any] = field(default_factory=list)
     _scale: dict[str, float] = field(default_factory=dict)
     _solved: list[Any] = field(default_factory=list)
@@ -227,17 +220,12 @@ class Factored:
     """``K + A`` eliminated in order, K symmetric and A antisymmetric.
 
     As long as A has nothing to say, what is left is symmetric.
-
-    Attributes
-    ----------
-    lower, upper : dict of (int, int) to entries and numbers
-        Parts of rows that are taken from those below, and rows that are left.
-    inverses, pivots : list of entries and numbers
-        The latter positive where K is positive definite.
     """
 
+    # entries and numbers: parts of rows that are taken from those below, and rows that are left
     lower: dict[tuple[int, int], Any]
     upper: dict[tuple[int, int], Any]
+    # entries and numbers: the latter positive where K is positive definite
     inverses: list[Any]
     pivots: list[Any]
 

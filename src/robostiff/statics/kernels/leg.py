@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.model import PlacedFreedom, PlacedLeg
+from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import is_zero, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
@@ -16,6 +16,7 @@ from robostiff.spatial import Space, cross
 from robostiff.statics.chain import BodyLoad
 from robostiff.statics.element import FiniteSpring
 from robostiff.statics.from_snapshot import LegWalk
+from robostiff.statics.kernels.couplings import RecordedCoupling, recorded_couplings
 from robostiff.statics.kernels.elements import (
     RecordedElement,
     RecordedJoint,
@@ -63,18 +64,10 @@ class RecordedChain:
 
 @dataclass(frozen=True)
 class Turned:
-    """A body that has moved from its unloaded posture: a shift, and a quaternion.
+    """A body that has moved from its unloaded posture: a shift, and a quaternion."""
 
-    Attributes
-    ----------
-    name : str
-        Its seven coordinates begin with it.
-    origin : (3,) array of entries and numbers
-        Its point at the unloaded posture [m].
-    """
-
-    name: str
-    origin: np.ndarray
+    name: str  # its seven coordinates begin with it
+    origin: np.ndarray  # (3,) of entries and numbers: its point at the unloaded posture [m]
 
     @property
     def coordinates(self) -> list[str]:
@@ -120,26 +113,46 @@ class Turned:
 
 @dataclass(frozen=True)
 class RecordedLoadedLeg:
-    """A leg whose coordinates and wrenches are unknowns.
+    """A leg whose coordinates and wrenches are unknowns, or several that springs hold together."""
 
-    Attributes
-    ----------
-    name : str
-    chains : tuple of RecordedChain
-    bodies : tuple of Turned
-    space : Space
-    length : float
-        Of the robot [m].
-    springs : tuple of RecordedBodySpring
-        That its bodies hold.
-    """
-
-    name: str
     chains: tuple[RecordedChain, ...]
     bodies: tuple[Turned, ...]
     space: Space
-    length: float
-    springs: tuple[RecordedBodySpring, ...] = ()
+    length: float  # of the robot [m]
+    springs: tuple[RecordedBodySpring, ...] = ()  # that its bodies hold
+    couplings: tuple[RecordedCoupling, ...] = ()
+
+    @staticmethod
+    def joined(legs: Mapping[int, RecordedLoadedLeg]) -> RecordedLoadedLeg:
+        """Legs as one, by their numbers; springs between them are with the first."""
+        chains: list[RecordedChain] = []
+        bodies: list[Turned] = []
+        offsets: dict[int | None, int] = {None: 0}
+
+        def shifted(body: int | None) -> int | None:
+            return None if body is None else body + len(bodies)
+
+        for number, leg in legs.items():
+            offsets[number] = len(chains)
+            for own in leg.chains:
+                chains.append(replace(own, start=shifted(own.start), end=shifted(own.end)))
+            bodies += leg.bodies
+        first = next(iter(legs.values()))
+        springs = []
+        for own in {id(own): own for leg in legs.values() for own in leg.springs}.values():
+            a, b = (
+                end if end.chain is None else replace(end, chain=end.chain + offsets[end.leg])
+                for end in own.ends
+            )
+            springs.append(replace(own, ends=(a, b)))
+        couplings = tuple(own for leg in legs.values() for own in leg.couplings)
+        return replace(
+            first,
+            chains=tuple(chains),
+            bodies=tuple(bodies),
+            springs=tuple(springs),
+            couplings=couplings,
+        )
 
     @property
     def start(self) -> dict[str, float]:
@@ -149,6 +162,8 @@ class RecordedLoadedLeg:
             found |= dict.fromkeys([*chain.coordinates, *chain.wrench(self.space.size)], 0.0)
         for body in self.bodies:
             found |= body.start
+        for own in self.couplings:
+            found |= dict.fromkeys([own.push, *own.motion], 0.0)
         return found
 
     @property
@@ -175,6 +190,10 @@ class RecordedLoadedLeg:
         for body in self.bodies:
             x = [*(self.length * small() for _ in range(3)), np.ones(count)]
             found |= dict(zip(body.coordinates, [*x, *(small() for _ in range(3))], strict=True))
+        for own in self.couplings:
+            (size,) = own.drive.sample_sizes(self.length)
+            found[own.push] = 1e3 * force * (self.length / size) * small()
+            found |= {name: size * small() for name in own.motion}
         return found
 
     def add_to(
@@ -231,6 +250,10 @@ class RecordedLoadedLeg:
                 carried += zip(ends, wrench, strict=True)
             if chain.end is None:
                 moments = moments + W[3:]
+        for own in self.couplings:
+            own.add_to(elimination, values, L)
+            elastic += own.motion
+            multipliers.append(own.push)
         elimination.eliminate(elastic, free, multipliers, carried, force * L)
         return moments, turns
 
@@ -283,6 +306,10 @@ class RecordedLoadedLeg:
             lag = np.concatenate([np.zeros(3, dtype=int), cross(m[3:], turn) * 0.5])
             for name, row in zip(names, rows, strict=True):
                 after[name] = values[name] - found[name] - lag[row]
+        for own in self.couplings:
+            after[own.push] = values[own.push] - found[own.push]
+            for name in own.motion:
+                after[name] = values[name] + found[name]
         return after, moved
 
 
@@ -306,14 +333,16 @@ def recorded_leg(
     Forces act on its bodies by chain, preloads in ``leg/part``.
     """
     space, length = robot.space, robot.length
-    parts = {part.name: part for part in placed.parts}
+    parts = {part.name: part for part in map(_alone, placed.parts)}
     chains, origins = [], {}
+    coordinates: dict[str, str] = {}
     for c, (start, end, like) in enumerate(walk.chains):
         elements: list[RecordedElement] = []
         names = [element.names[0] for element in like]
         for k, (name, element) in enumerate(zip(names, like, strict=True)):
             part = parts[name]
             if isinstance(part, PlacedFreedom):
+                coordinates[name] = f"{placed.name}.{c}.x{sum(e.size for e in elements)}"
                 elements.append(recorded_joint(part, preload.get(walk.prefix + name, 0)))
             elif isinstance(element, FiniteSpring) and name not in names[:k]:
                 count = names.count(name)
@@ -322,14 +351,20 @@ def recorded_leg(
         chains.append(RecordedChain(f"{placed.name}.{c}", start, end, tuple(elements), forces))
         if end is not None and elements:
             origins.setdefault(end, elements[-1].point)
+    couplings = recorded_couplings(placed, coordinates, walk.prefix, preload)
     pushed = any(e.preload for own in chains for e in own.elements if isinstance(e, RecordedJoint))
-    alone = len(chains) == 1 and not (chains[0].loads or pushed or springs)
+    alone = len(chains) == 1 and not (chains[0].loads or pushed or springs or couplings)
     if alone and space is Space.SPATIAL:
         strut = recorded_strut(chains[0].elements, own, length)
         if strut is not None:
             return strut
     bodies = tuple(Turned(f"{placed.name}.b{b}", origins[b]) for b in range(len(walk.points)))
-    return RecordedLoadedLeg(placed.name, tuple(chains), bodies, space, length, tuple(springs))
+    return RecordedLoadedLeg(tuple(chains), bodies, space, length, tuple(springs), couplings)
+
+
+def _alone(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
+    """A joint without what couples it."""
+    return part.alone if isinstance(part, CoupledFreedom) else part
 
 
 def _gap(terms: ChainTerms, end: Body) -> np.ndarray:

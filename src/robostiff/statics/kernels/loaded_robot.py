@@ -73,41 +73,21 @@ def _antisymmetric(moment: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class LoadedRobot:
-    """A robot on entries, placed at its unloaded posture.
+    """A robot on entries, placed at its unloaded posture."""
 
-    Attributes
-    ----------
-    unloaded : RecordedRobot
-        Its stiffness without load, and the checks of the posture.
-    legs : list of RecordedLoadedLeg
-    struts : dict of int to RecordedStrut
-        Of the other legs, by their numbers.
-    buckling : dict of int to Buckling
-        Of the struts.
-    platform : Turned
-    space : Space
-    length, force : float
-    wrench : list of entries
-    dead : list of pairs of (3,) arrays
-        Arms from the point of the platform at the unloaded posture [m], and forces [N].
-    springs : list of RecordedBodySpring
-        Between bodies.
-    stands : bool
-        Whether anything acts beside the wrench.
-    """
-
-    unloaded: RecordedRobot
+    unloaded: RecordedRobot  # its stiffness without load, and the checks of the posture
     legs: list[RecordedLoadedLeg]
-    struts: dict[int, RecordedStrut]
-    buckling: dict[int, Buckling]
+    struts: dict[int, RecordedStrut]  # of the other legs, by their numbers
+    buckling: dict[int, Buckling]  # of the struts
     platform: Turned
     space: Space
     length: float
     force: float
-    wrench: list[Any]
+    wrench: list[Any]  # entries
+    # arms from the point of the platform at the unloaded posture [m], and forces [N]
     dead: list[tuple[np.ndarray, np.ndarray]]
-    springs: list[RecordedBodySpring]
-    stands: bool
+    springs: list[RecordedBodySpring]  # between bodies
+    stands: bool  # whether anything acts beside the wrench
 
     @property
     def start(self) -> dict[str, float]:
@@ -136,7 +116,7 @@ class LoadedRobot:
         body = self.platform.moved(values)
         moment = np.zeros(3, dtype=int).astype(object)
         turns, buckling = [], []
-        alone = [own for own in self.springs if own.leg is None]
+        alone = [own for own in self.springs if not own.legs]
         moment = moment + SpringEnds(body, twist, rows).add(alone, elimination)[1]
         for leg in self.legs:
             taken, turned = leg.add_to(elimination, values, body, twist, self.force)

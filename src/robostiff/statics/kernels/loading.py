@@ -15,6 +15,7 @@ from robostiff.recorded.closure import RecordedSteps
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.statics.from_snapshot import walks_of
 from robostiff.statics.given_loads import acting_gravity
+from robostiff.statics.held_springs import held_together
 from robostiff.statics.kernels.buckling import buckling_of
 from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_leg
 from robostiff.statics.kernels.loaded_robot import HANDED, LoadedRobot
@@ -109,13 +110,15 @@ def record_loading(
     held = recorded_body_springs(springs, placed, here, frames, walks)
     each = zip(walks, on_legs, unloaded.legs, loads, strict=True)
     legs = [
-        recorded_leg(*own, standing.preload or {}, unloaded, [s for s in held if s.leg == k])
+        recorded_leg(*own, standing.preload or {}, unloaded, [s for s in held if k in s.legs])
         for k, own in enumerate(each)
     ]
     struts = {k: leg for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)}
+    others = {k: leg for k, leg in enumerate(legs) if isinstance(leg, RecordedLoadedLeg)}
+    groups = held_together([*({k} for k in others), *(own.legs for own in held if own.legs)])
     loaded = LoadedRobot(
         unloaded,
-        [leg for leg in legs if isinstance(leg, RecordedLoadedLeg)],
+        [RecordedLoadedLeg.joined({k: others[k] for k in own}) for own in groups],
         struts,
         buckling_of([own.problem for own in loaded_postures], [*struts], force),
         Turned("platform", here.reference),

@@ -28,16 +28,10 @@ def identity() -> np.ndarray:
 
 @dataclass(frozen=True)
 class Body:
-    """A body that has moved: what was at X is at ``at + R (X - origin)``.
+    """A body that has moved: what was at X is at ``at + R (X - origin)``."""
 
-    Attributes
-    ----------
-    R : (3, 3) array of entries and numbers
-    origin, at : (3,) arrays of entries and numbers
-        A point of it at the unloaded posture, and where it is [m].
-    """
-
-    R: np.ndarray
+    R: np.ndarray  # (3, 3) of entries and numbers
+    # (3,) of entries and numbers: a point of it at the unloaded posture, and where it is [m]
     origin: np.ndarray
     at: np.ndarray
 
@@ -61,28 +55,15 @@ class Column:
 
 @dataclass(frozen=True)
 class ChainTerms:
-    """What a chain contributes to the equations of its leg.
-
-    Attributes
-    ----------
-    end : Body
-    P : (3,) array of entries and numbers
-        Its end point [m].
-    J : list of (6,) arrays
-        Twist of the end about P, by the coordinates.
-    T : dict of (int, int) to entries and numbers
-        Upper triangle of the Hessian of the energy less the work of the wrench.
-    gradient : list of entries and numbers
-    turns : list of entries and numbers
-        Squares of the turns of elastic parts.
-    """
+    """What a chain contributes to the equations of its leg."""
 
     end: Body
-    P: np.ndarray
-    J: list[np.ndarray]
+    P: np.ndarray  # (3,) of entries and numbers: its end point [m]
+    J: list[np.ndarray]  # twist of the end about P, by the coordinates
+    # entries and numbers: upper triangle of the Hessian of the energy less the work of the wrench
     T: dict[tuple[int, int], Any]
-    gradient: list[Any]
-    turns: list[Any]
+    gradient: list[Any]  # entries and numbers
+    turns: list[Any]  # entries and numbers: squares of the turns of elastic parts
 
 
 class MovingChain:

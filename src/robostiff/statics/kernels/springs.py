@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import InputError
 from robostiff.model import (
     Leg,
     PlacedBlock,
@@ -52,25 +51,16 @@ class RecordedAnchor:
 
 @dataclass(frozen=True)
 class RecordedBodySpring:
-    """A spring that pulls with ``t = k l + c`` at its length l.
-
-    Attributes
-    ----------
-    ends : two of RecordedAnchor
-    stiffness : float
-        k [N/m].
-    constant : entry or number
-        c [N].
-    """
+    """A spring that pulls with ``t = k l + c`` at its length l."""
 
     ends: tuple[RecordedAnchor, RecordedAnchor]
-    stiffness: float
-    constant: Any
+    stiffness: float  # k [N/m]
+    constant: Any  # entry or number: c [N]
 
     @property
-    def leg(self) -> int | None:
-        """Whose bodies it is held on; None of base and platform alone."""
-        return next((end.leg for end in self.ends if end.leg is not None), None)
+    def legs(self) -> set[int]:
+        """Whose bodies it is held on; none of base and platform alone."""
+        return {end.leg for end in self.ends if end.leg is not None}
 
     @property
     def at_rest(self) -> RecordedBodySpring:
@@ -92,25 +82,13 @@ class RecordedBodySpring:
 
 @dataclass(frozen=True)
 class SpringEnds:
-    """What springs are held on: the base, the platform, and the chains of one leg.
-
-    Attributes
-    ----------
-    platform : Body
-    twist : sequence of str
-        Unknowns of its motion.
-    rows : sequence of int
-        Which of six coordinates these are.
-    chains : sequence of MovingChain
-    names : sequence of sequences of str
-        Unknowns that move each of them.
-    """
+    """What springs are held on: the base, the platform, and the chains of one leg."""
 
     platform: Body
-    twist: Sequence[str]
-    rows: Sequence[int]
+    twist: Sequence[str]  # unknowns of its motion
+    rows: Sequence[int]  # which of six coordinates these are
     chains: Sequence[MovingChain] = ()
-    names: Sequence[Sequence[str]] = ()
+    names: Sequence[Sequence[str]] = ()  # unknowns that move each of them
 
     def add(
         self, springs: Sequence[RecordedBodySpring], elimination: SymmetricElimination
@@ -217,11 +195,6 @@ def recorded_body_springs(
 
     They are given in numbers, with their tension and the names of their bodies in snapshots at one
     posture (`placed`); `frames` are those of the bodies, `walks` the legs in numbers.
-
-    Raises
-    ------
-    InputError
-        When a spring is between bodies of two legs.
     """
     known = {BASE: (np.eye(3), _NOWHERE), PLATFORM: (here.pose.R, here.pose.p), **frames}
     named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
@@ -236,13 +209,6 @@ def recorded_body_springs(
                 ends.append(RecordedAnchor(point, leg, part.chain, part.after))
             else:
                 ends.append(RecordedAnchor(point, on_platform=body == PLATFORM))
-        if len({end.leg for end in ends} - {None}) > 1:
-            raise InputError(
-                f"kernel under load of {here.robot.name!r}",
-                got=f"spring {spring.name!r} between bodies of two legs",
-                expected="springs between bodies of one leg, the base and the platform",
-                hint="equilibrium has springs between legs, pose by pose",
-            )
         constant = own.tension - own.stiffness * own.length
         if abs(constant) <= _NONE * max(abs(own.tension), own.stiffness * own.length):
             constant = 0.0

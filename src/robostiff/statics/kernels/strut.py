@@ -21,22 +21,13 @@ _SAME = 1e-9  # of the length, or of a compliance: rounding at the samples
 
 @dataclass(frozen=True)
 class RecordedStrut:
-    """A spring between a point of the base and one of the platform.
+    """A spring between a point of the base and one of the platform."""
 
-    Attributes
-    ----------
-    A, B : (3,) arrays of entries and numbers
-        At the unloaded posture [m].
-    stiffness : entry or number
-        Along the line [N/m].
-    unloaded : RecordedLeg
-        The same as a leg without load.
-    """
-
+    # (3,) of entries and numbers: at the unloaded posture [m]
     A: np.ndarray
     B: np.ndarray
-    stiffness: Any
-    unloaded: RecordedLeg
+    stiffness: Any  # entry or number: along the line [N/m]
+    unloaded: RecordedLeg  # the same as a leg without load
 
     def first_force(self, twist: np.ndarray) -> Any:
         """To first order, after a twist (6,) of the platform from the unloaded posture."""

@@ -170,7 +170,9 @@ def loads_on_legs(
     for walk, leg in zip(walks, placed, strict=True):
         points: dict[str, np.ndarray] = {}
         for element in leg.parts:  # the last freedom of a joint has its body behind it
-            points[element.name] = points[element.name.partition("[")[0]] = element.point
+            joint = getattr(element, "joint", element.name)  # of a coupling the one that follows
+            for name in (element.name, element.name.partition("[")[0], joint):
+                points[name] = element.point
         own: dict[int, list[BodyLoad]] = {}
         weights: dict[tuple[int, int], list[tuple[Any, np.ndarray]]] = {}
         if np.any(gravity):

@@ -1,0 +1,115 @@
+"""Critical loads of graphs of pins, slides and springs in a plane, in closed form."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import robostiff as rs
+from robostiff.model import Actuated, Passive, PlacedFreedom
+from robostiff.network import JointElement, Network, Node
+
+DOWN = [0.0, -1, 0, 0, 0, 0]
+
+
+def pin(name: str, a: str, b: str, at: tuple[float, float], k: float | None = None) -> JointElement:
+    role = Passive() if k is None else Actuated(k)
+    freedom = PlacedFreedom(np.array([0, 0, 1.0]), np.array([*at, 0.0]), 0.0, name, role)
+    return JointElement(name, a, b, (freedom,))
+
+
+def slide(name: str, a: str, b: str, along: tuple[float, float], k: float) -> JointElement:
+    axis = np.array([*along, 0.0]) / np.hypot(*along)
+    return JointElement(name, a, b, (PlacedFreedom(axis, np.zeros(3), None, name, Actuated(k)),))
+
+
+def network(platform: str, point: tuple[float, float], *joints: JointElement) -> Network:
+    at = np.array([*point, 0.0])
+    names = dict.fromkeys(body for one in joints for body in (one.a, one.b))
+    return Network(
+        "plane", tuple(Node(name, at) for name in names), ("ground",), platform, at, joints=joints
+    )
+
+
+def pendulum(lengths: list[float], k: list[float]) -> Network:
+    """Rigid bars upright on each other, springs in all pins."""
+    heights = np.cumsum([0.0, *lengths[:-1]])
+    bodies = ["ground", *(f"b{i}" for i in range(len(k)))]
+    pins = [
+        pin(f"p{i}", a, b, (0.0, float(h)), own)
+        for i, (a, b, h, own) in enumerate(zip(bodies[:-1], bodies[1:], heights, k, strict=True))
+    ]
+    return network(bodies[-1], (0.0, sum(lengths)), *pins)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+@pytest.mark.parametrize("seed", range(2))
+def test_pendulums_upright(count: int, seed: int):
+    """``sum(k (t_i - t_i-1)^2) / 2 = P sum(l_i t_i^2) / 2`` with t the angles of the bars.
+
+    Rigid parts carry the load: it does no work on how they fall, though none of it is left there.
+    """
+    random = np.random.default_rng(seed)
+    lengths, k = random.uniform(0.3, 1, count), random.uniform(1, 40, count)
+    D = np.eye(count) - np.eye(count, k=-1)
+    exact = eigh(D.T @ np.diag(k) @ D, np.diag(lengths), eigvals_only=True)[0]
+    robot = pendulum(lengths.tolist(), k.tolist())
+    found = rs.critical_load(robot, wrench=DOWN)
+    assert np.isclose(found.factor, exact, rtol=1e-9, atol=0)
+    assert not found.is_limit
+    assert "buckles" in found.mode
+    path = rs.load_path(robot, wrench=DOWN, factors=[2 * exact])
+    (turn,) = np.flatnonzero(np.diff(path.path_stable.values.astype(int)))
+    assert np.isclose(path.path_factor.values[turn], exact, rtol=1e-3)
+
+
+def test_a_shallow_truss_snaps_through():
+    """Two springs of length l, apex at y: ``P = 2 k y (l / sqrt(a^2 + y^2) - 1)``."""
+    a, h, k = 1.0, 0.2, 500.0
+    spring = {"k": k}
+    robot = network(
+        "apex",
+        (0.0, h),
+        pin("left", "ground", "l1", (-a, 0.0)),
+        slide("spring", "l1", "l2", (a, h), **spring),
+        pin("left top", "l2", "apex", (0.0, h)),
+        pin("right top", "apex", "r2", (0.0, h)),
+        slide("other", "r2", "r1", (a, -h), **spring),
+        pin("right", "r1", "ground", (a, 0.0)),
+        # the apex turns with a soft spring, which does not matter
+        JointElement(
+            "upright",
+            "ground",
+            "apex",
+            tuple(
+                PlacedFreedom(np.array(axis), np.array([0, h, 0.0]), pitch, f"u{i}", role)
+                for i, (axis, pitch, role) in enumerate(
+                    [
+                        ([1.0, 0, 0], None, Actuated(1e3)),
+                        ([0, 1.0, 0], None, Passive()),
+                        ([0, 0, 1.0], 0.0, Actuated(1.0)),
+                    ]
+                )
+            ),
+        ),
+    )
+    length = np.hypot(a, h)
+    y = np.sqrt((length * a * a) ** (2 / 3) - a * a)
+    exact = 2 * k * y * (length / np.hypot(a, y) - 1)
+    found = rs.critical_load(robot, wrench=DOWN)
+    assert np.isclose(found.factor, exact, rtol=1e-9)
+    assert found.is_limit
+    # held there, and beyond on the way through, the truss pushes as its curve says
+    for depth in (h - y, h, 1.5 * h, 2.5 * h):
+        held = rs.equilibrium(robot, displacement=[0, -depth, 0, 0, 0, 0])
+        at = h - depth
+        push = 2 * k * at * (length / np.hypot(a, at) - 1)
+        assert np.isclose(held.wrench[1], -push, rtol=1e-9, atol=1e-10 * k)
+
+
+def test_a_chain_that_stiffens_is_followed_to_its_load():
+    """What its platform moves bounds a step of the path, not the load."""
+    bars = pendulum([0.4, 0.9, 0.8], [8.7, 6.8, 5.0])
+    found = rs.critical_load(bars, wrench=[1.0, 0, 0, 0, 0, 0], up_to=5e3)
+    assert not found.is_found
+    assert found.searched_to == 5e3
+    assert not found.status & rs.EquilibriumStatus.NO_EQUILIBRIUM
