@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.result import RobotStiffness
-from robostiff.analysis.result_tables import deflection_html
+from robostiff.analysis.result_tables import deflection_html, shown_twist
 from robostiff.elastostatics import BlockCompliance, Status
 from robostiff.errors import NoAnswerError
 from robostiff.kinematics import freedom_twist
@@ -159,7 +159,7 @@ class Deflection(InNotebooks):
     def __repr__(self) -> str:
         if not self.has_answer:
             return f"<Deflection of {self.stiffness.name!r}, status {self.status}>"
-        twist = ", ".join(f"{x:.4g}" for x in self.twist)
+        twist = ", ".join(f"{x:.4g}" for x in shown_twist(self))
         return f"<Deflection of {self.stiffness.name!r}: ({twist}) m, rad, status {self.status}>"
 
     def _repr_html_(self) -> str:

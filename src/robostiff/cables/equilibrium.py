@@ -20,6 +20,7 @@ from robostiff.cables.stiffness_matrix import (
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 
 _ITERATIONS = 50
+_HALVINGS = 12  # of a step, before it leads nowhere
 _SHORTEST_STEP = 1e-4  # of the load, before the path is given up
 _TOLERANCE = 1e-12
 _TAUT = 1e-10
@@ -126,7 +127,7 @@ class Hanging:
                 return None
             turn = np.linalg.norm(step[state.placed.space.translations :])
             factor = min(1.0, 0.3 / turn) if turn > 0 else 1.0
-            for _ in range(30):
+            for _ in range(_HALVINGS):
                 trial = state.moved(factor * step)
                 left = (wrench - trial.holding) / s
                 if np.linalg.norm(left) < np.linalg.norm(missing):

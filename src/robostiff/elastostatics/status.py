@@ -82,7 +82,8 @@ _ADVICE = {
     Status.BEYOND_LIMITS: "an actuator is beyond its limits: the machine cannot stand at this pose",
     Status.RIGID_DIRECTION: (
         "a wrench is carried without meeting any compliance, so the stiffness is infinite and no "
-        "matrix exists: give a link or an actuator on that path its elasticity"
+        "matrix exists: give a link or an actuator on that path its elasticity, or move an arm "
+        "with rigid links out of its singular posture"
     ),
     Status.FORM_DOES_NOT_HOLD: (
         "the form asked for does not hold here: use the wrench basis form, which always does"

@@ -61,8 +61,8 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
 def energy_picture(deflection: Deflection) -> Bars:
     """The picture of `energy_shares`, as data."""
     _ = deflection.twist  # raises with the reason when there is none
-    if not deflection.leg_wrenches:
-        return _of_network(deflection)
+    if len(deflection.leg_wrenches) < 2:
+        return _part_by_part(deflection)
     legs = list(dict.fromkeys(_legs_in_order(deflection)))
     totals: dict[str, float] = {}
     shares: dict[tuple[str, str], float] = {}
@@ -85,11 +85,12 @@ def energy_picture(deflection: Deflection) -> Bars:
     return _bars(deflection, groups, tuple(series))
 
 
-def _of_network(deflection: Deflection) -> Bars:
+def _part_by_part(deflection: Deflection) -> Bars:
     """A bar for each part, the rest in one."""
     most = _BARS + (len(deflection.parts) == _BARS + 1)
     parts, rest = deflection.parts[:most], deflection.parts[most:]
-    names = [part.name for part in parts]
+    is_leg = len({part.leg for part in parts}) == 1  # whose name says nothing
+    names = [part.part if is_leg else part.name for part in parts]
     values = [100 * part.share for part in parts]
     if rest:
         names.append(f"{len(rest)} more parts")

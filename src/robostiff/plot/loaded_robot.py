@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,11 +10,10 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import Snapshot
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.displacement import RobotMotion, finite_motion
+from robostiff.plot.geometry.displacement import finite_motion, spatial
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.picture import (
     Category,
-    ColourScale,
     Curve,
     Curves,
     Item,
@@ -27,12 +27,14 @@ from robostiff.plot.posed_robot import (
     check_exaggeration,
     chosen_exaggeration,
     energy_colours,
+    stays_flat,
 )
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.robot_parts import (
     Drawing,
+    energy_scale,
+    exaggerated,
     ghost,
-    is_plane,
     robot_items,
     robot_scene,
     unit_of,
@@ -44,7 +46,6 @@ if TYPE_CHECKING:
     import xarray
 
 _COILS, _WIDE = 7, 0.012  # of a spring, and how wide they are, of the robot
-_ROUNDING = 1e-9
 
 
 def equilibrium(
@@ -101,7 +102,7 @@ def equilibrium_picture(
             got=result,
             expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
         )
-    moved = result.displacement  # raises with the reason when there is none
+    _ = result.displacement  # raises with the reason when there is none
     snapshot = result.snapshot
     if snapshot is None or result.problem is None:
         raise InputError(
@@ -120,27 +121,15 @@ def equilibrium_picture(
     if len(snapshot.legs) == 1 and colouring is Colouring.LEGS:
         colouring = Colouring.PARTS
     shares = energy_colours(result.shares, colouring)
-    items = robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
-    if scale:
-        items = [*ghost(Drawing(snapshot, motion, 0.0, factor)), *items]
-    F = np.zeros(6)
-    F[list(result.space.rows)] = result.wrench
-    flat = [2, 3, 4]
-    full = np.zeros(6)
-    full[list(result.space.rows)] = moved
-    is_flat = is_plane(snapshot) and not np.any(np.abs(F[flat]) > _ROUNDING)
-    is_flat = is_flat and bool(np.abs(full[flat]).max() <= _ROUNDING * np.abs(full).max(initial=0))
+    F = spatial(result.wrench, result.space.rows)
+    is_flat = stays_flat(snapshot, motion, F)
+    items = ghost(drawing) if scale else []
+    items += robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
     items += wrench_on_platform(drawing, F, result.problem.point, is_flat)
     items += _springs(result, snapshot, scale, factor)
-    notes = (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
-    if not result.stable:
-        notes = (*notes, "the robot does not stay there")
-    label, top = "share of elastic energy [%]", max(shares.values(), default=0.0)
-    colours = ColourScale(label, 0, top) if shares else None
-    named = robot_scene(snapshot.name, items, unit, is_flat, colours, notes)
-    return Scene(
-        f"{snapshot.name} under load", named.axes, named.items, colours, is_flat, notes=notes
-    )
+    notes = exaggerated(scale) + (() if result.stable else ("the robot does not stay there",))
+    title, colours = f"{snapshot.name} under load", energy_scale(shares.values())
+    return robot_scene(title, items, unit, is_flat, colours, notes)
 
 
 def mode(
@@ -200,30 +189,15 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     scale = side * chosen_exaggeration(snapshot, motion)
     drawing = Drawing(snapshot, motion, scale, factor)
     shares = energy_colours(own.shares, Colouring.PARTS)
-    items = ghost(Drawing(snapshot, motion, 0.0, factor), "at rest")
+    items = ghost(drawing, "at rest")
     items += robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
     rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
-    colours = ColourScale("share of elastic energy [%]", 0, max(shares.values(), default=1.0))
-    is_flat = is_plane(snapshot) and _stays_in_plane(motion)
-    scene = robot_scene(snapshot.name, items, unit, is_flat, colours)
+    is_flat = stays_flat(snapshot, motion, np.zeros(6))
+    title, colours = f"{snapshot.name}, mode {number}: {rate}", energy_scale(shares.values())
+    scene = robot_scene(title, items, unit, is_flat, colours)
     margin = factor * 0.1 * extent(snapshot)
     low, high = scene.box
-    return Scene(
-        f"{snapshot.name}, mode {number}: {rate}",
-        scene.axes,
-        scene.items,
-        colours,
-        is_flat,
-        frame=np.array([low - margin, high + margin]),
-    )
-
-
-def _stays_in_plane(motion: RobotMotion) -> bool:
-    """Whether no body leaves the x-y plane."""
-    points = 1.0 * np.eye(3)[:2]
-    bodies = [motion.platform, *(body for leg in motion.legs for body in leg.bodies)]
-    moved = np.array([body.displacement(point) for body in bodies for point in points])
-    return bool(np.abs(moved[:, 2]).max() <= _ROUNDING * np.abs(moved).max(initial=0.0))
+    return replace(scene, frame=np.array([low - margin, high + margin]))
 
 
 def _springs(result: Equilibrium, snapshot: Snapshot, scale: float, factor: float) -> list[Item]:

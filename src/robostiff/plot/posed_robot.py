@@ -16,14 +16,15 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.displacement import RobotMotion, at_rest, motion_under
+from robostiff.plot.geometry.displacement import RobotMotion, at_rest, motion_under, spatial
 from robostiff.plot.geometry.legs import extent, joint_marks
-from robostiff.plot.picture import ColourScale, PlainColour, Scene
+from robostiff.plot.picture import PlainColour, Scene
 from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import (
     Drawing,
     colours_of_parts,
+    energy_scale,
     exaggerated,
     ghost,
     is_plane,
@@ -36,7 +37,6 @@ from robostiff.plot.robot_parts import (
     unit_of,
 )
 from robostiff.plot.structures import cable_scene, network_scene
-from robostiff.spatial import Space
 
 _MISSED = 1e-4
 _ROUNDING = 1e-9
@@ -212,13 +212,10 @@ def robot_picture(
     plain = PlainColour.MUTED if shares or named else PlainColour.INK
     items = robot_items(drawing, shares, plain, colours)
     items += joint_names(drawing) if is_arm else []
-    if scale:
-        items = [*ghost(Drawing(snapshot, motion, 0.0, factor)), *items]
-    is_flat = is_plane(snapshot) and _stays_in_plane(bent, motion)
+    items = [*(ghost(drawing) if scale else []), *items]
+    is_flat = stays_flat(snapshot, motion, spatial(bent.wrench, bent.stiffness.space.rows))
     items += load_items(drawing, bent, is_flat)
-    label = "share of elastic energy [%]"
-    top = max(shares.values(), default=0.0)
-    values = ColourScale(label, 0, top) if shares else None
+    values = energy_scale(shares.values())
     return robot_scene(snapshot.name, items, unit, is_flat, values, exaggerated(scale))
 
 
@@ -295,12 +292,10 @@ def _check_fit(snapshot: Snapshot, bent: Deflection, motion: RobotMotion) -> Non
         )
 
 
-def _stays_in_plane(bent: Deflection, motion: RobotMotion) -> bool:
-    """Whether neither the load nor the platform leaves the x-y plane."""
-    if bent.stiffness.space is Space.PLANAR:
-        return True
-    out = [2, 3, 4]
-    length = float(bent.stiffness.about_reference.length)
-    moved = motion.platform.twist * np.repeat([1.0, length], 3)
-    size = float(np.linalg.norm(moved))
-    return not np.any(bent.wrench[out]) and bool(np.abs(moved[out]).max() <= _ROUNDING * size)
+def stays_flat(snapshot: Snapshot, motion: RobotMotion, F: np.ndarray) -> bool:
+    """Whether a robot is plane, and neither a body nor a wrench (6,) on it leaves the x-y plane."""
+    if not is_plane(snapshot) or np.any(np.abs(F[2:5]) > _ROUNDING):
+        return False
+    bodies = [motion.platform, *(body for leg in motion.legs for body in leg.bodies)]
+    moved = np.array([body.displacement(point) for body in bodies for point in np.eye(3)[:2]])
+    return bool(np.abs(moved[:, 2]).max() <= _ROUNDING * np.abs(moved).max(initial=0.0))

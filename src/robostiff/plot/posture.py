@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.geometry.ellipsoid import Stiffness
-from robostiff.plot.geometry.legs import extent
+from robostiff.plot.geometry.legs import points_of
 from robostiff.plot.picture import Item, PlainColour
 from robostiff.plot.robot_parts import backdrop, is_plane, unit_of
 from robostiff.plot.structures import (
@@ -104,31 +105,29 @@ def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None
     cables = robot if isinstance(robot, CableStiffness) else result
     if isinstance(cables, CableStiffness):
         points = cable_points(cables)
-        factor, unit = unit_of(size_of(points))
-        items = _without_point(cable_items(cables, factor, muted))
-        return Surroundings(size_of(points), factor, unit, is_level(points), items)
+        return _around(points, is_level(points), lambda f: cable_items(cables, f, muted))
     if robot is None or isinstance(robot, CableStiffness) or isinstance(result, CableStiffness):
         return None
     if isinstance(robot, Network):
-        points = network_points(robot)
-        factor, unit = unit_of(size_of(points))
-        drawing = NetworkDrawing(robot, factor, plain=muted, ink=muted)
-        items = _without_point(network_items(drawing))
-        return Surroundings(size_of(points), factor, unit, is_level(points), items)
+        points, drawn = network_points(robot), NetworkDrawing(robot, 1.0, plain=muted, ink=muted)
+        return _around(points, is_level(points), lambda f: network_items(replace(drawn, factor=f)))
     if isinstance(robot, Snapshot):
         snapshot = snapshot_at(robot, None)
     elif isinstance(result, PosedStiffness) and robot.name == result.name:
         snapshot = result.snapshot()  # in the posture that the result is of
     else:
         snapshot = snapshot_at(robot, _pose(result))
-    factor, unit = unit_of(extent(snapshot))
-    items = tuple(backdrop(snapshot, factor))
-    return Surroundings(extent(snapshot), factor, unit, is_plane(snapshot), items)
+    return _around(points_of(snapshot), is_plane(snapshot), lambda f: backdrop(snapshot, f))
 
 
-def _without_point(items: list[Item]) -> tuple[Item, ...]:
-    """Items without the reference point, which is drawn with what is in the robot."""
-    return tuple(item for item in items if item.label != "reference point")
+def _around(
+    points: np.ndarray, is_flat: bool, items: Callable[[float], list[Item]]
+) -> Surroundings:
+    """Items by the factor of the axes, but for the reference point, which what is inside has."""
+    size = size_of(points)
+    factor, unit = unit_of(size)
+    kept = tuple(item for item in items(factor) if item.label != "reference point")
+    return Surroundings(size, factor, unit, is_flat, kept)
 
 
 def _pose(result: RobotStiffness) -> np.ndarray:

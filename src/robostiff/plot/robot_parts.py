@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import Deflection
 from robostiff.model import Actuated, Passive, PlacedSpring, Role, Snapshot
-from robostiff.plot.geometry.displacement import RobotMotion, at_rest
+from robostiff.plot.geometry.displacement import RobotMotion, at_rest, spatial
 from robostiff.plot.geometry.ellipsoid import screw_line
 from robostiff.plot.geometry.legs import (
     JointMark,
@@ -81,6 +82,12 @@ def round_factor(displacements: np.ndarray, size: float) -> float:
 def exaggerated(scale: float) -> tuple[str, ...]:
     """A note about the factor of displacements, where they are drawn larger."""
     return (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
+
+
+def energy_scale(shares: Iterable[float]) -> ColourScale | None:
+    """The scale of shares in the elastic energy [%]; None where there are none."""
+    top = max(shares, default=0.0)
+    return ColourScale("share of elastic energy [%]", 0, top) if top else None
 
 
 def robot_scene(
@@ -184,13 +191,9 @@ def _platform_parts(
     d: Drawing, shares: Mapping[tuple[str, str], float], plain: PlainColour
 ) -> list[Item]:
     """The beams, springs and rigid members of a flexible platform."""
-    placed = d.snapshot.platform
-    if placed is None:
-        return []
     items: list[Item] = []
-    for part in placed.platform.parts:
+    for part, (a, b) in _platform_lines(d.snapshot):
         share = shares.get(("platform", part.name), shares.get(("platform", "")))
-        a, b = (placed.in_world(placed.platform.point_of(name)) for name in (part.a, part.b))
         ends = np.array([a, b])
         if d.scale and np.any(a != b):
             ends = bent_line(a, b, d.motion.nodes[part.a], d.motion.nodes[part.b], d.scale)
@@ -198,6 +201,15 @@ def _platform_parts(
         paint: Paint = plain if share is None else share
         items.append(Path(d.factor * ends, paint, LineWeight.BOLD, about=about))
     return items
+
+
+def _platform_lines(snapshot: Snapshot) -> Iterator[tuple[Any, list[np.ndarray]]]:
+    """Parts of a flexible platform, and their ends (3,) in the world [m]."""
+    placed = snapshot.platform
+    if placed is not None:
+        for part in placed.platform.parts:
+            names = (part.a, part.b)
+            yield part, [placed.in_world(placed.platform.point_of(name)) for name in names]
 
 
 _KINDS = (
@@ -268,23 +280,18 @@ def words_at(places: Sequence[tuple[np.ndarray, str]], size: float) -> list[Item
 
 def ghost(d: Drawing, label: str = "without load") -> list[Item]:
     """The undeformed legs, and the parts of a flexible platform, in dashed lines."""
-    items: list[Item] = []
-    placed = d.snapshot.platform
-    if placed is not None:
-        ends = [
-            [placed.in_world(placed.platform.point_of(name)) for name in (part.a, part.b)]
-            for part in placed.platform.parts
-        ]
-        items += [
-            Path(d.factor * np.array(own), PlainColour.MUTED, LineWeight.THIN, dashed=True)
-            for own in ends
-        ]
-    for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
-        for member in leg_members(leg, motion):
-            points = d.factor * member.points
-            items.append(Path(points, PlainColour.MUTED, LineWeight.THIN, dashed=True, label=label))
-            label = ""
-    return items
+    each = zip(d.snapshot.legs, d.motion.legs, strict=True)
+    lines = [member.points for leg, motion in each for member in leg_members(leg, motion)]
+    lines += [np.array(ends) for _, ends in _platform_lines(d.snapshot)]
+    return dashed((d.factor * line for line in lines), label)
+
+
+def dashed(lines: Iterable[np.ndarray], label: str) -> list[Item]:
+    """Thin dashed lines, the first of which is named in the legend."""
+    return [
+        Path(line, PlainColour.MUTED, LineWeight.THIN, True, "" if i else label)
+        for i, line in enumerate(lines)
+    ]
 
 
 def load_items(d: Drawing, bent: Deflection, is_flat: bool) -> list[Item]:
@@ -292,8 +299,7 @@ def load_items(d: Drawing, bent: Deflection, is_flat: bool) -> list[Item]:
 
     Seen from above, a moment turns around the point.
     """
-    F = np.zeros(6)
-    F[list(bent.stiffness.space.rows)] = bent.wrench
+    F = spatial(bent.wrench, bent.stiffness.space.rows)
     return wrench_on_platform(d, F, bent.stiffness.reference_point, is_flat)
 
 

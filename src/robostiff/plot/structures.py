@@ -10,12 +10,11 @@ import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness, Deflection
 from robostiff.network import Network
-from robostiff.plot.geometry.displacement import BodyMotion, network_motion
+from robostiff.plot.geometry.displacement import BodyMotion, network_motion, spatial
 from robostiff.plot.geometry.legs import bent_line, clamped_end
 from robostiff.plot.geometry.surfaces import plate
 from robostiff.plot.picture import (
     Category,
-    ColourScale,
     Face,
     Item,
     LineWeight,
@@ -28,6 +27,8 @@ from robostiff.plot.picture import (
 )
 from robostiff.plot.robot_parts import (
     colours_of_parts,
+    dashed,
+    energy_scale,
     exaggerated,
     joint_kind,
     robot_scene,
@@ -41,6 +42,7 @@ from robostiff.spatial import Space
 _IN_PLANE = 1e-3  # of the structure
 _SAME = 1e-9  # of the structure: closer points are one
 _SEEN = 1e-3  # of the structure: a line
+_KEPT = "drawn bodies"
 _COLOURS = 8  # that differ
 _NAMED = 24  # joints: more names would cover the picture
 
@@ -107,8 +109,7 @@ def network_scene(
     drawn = NetworkDrawing(network, factor, shares, PlainColour.MUTED, motions=motions, scale=scale)
     items = [*network_ghost(NetworkDrawing(network, factor)), *network_items(drawn)]
     items += network_load(drawn, bent, is_flat)
-    top = 100 * max((part.share for part in bent.parts), default=0.0)
-    known = ColourScale("share of elastic energy [%]", 0, top) if top else None
+    known = energy_scale(100 * part.share for part in bent.parts)
     return robot_scene(network.name, items, unit, is_flat, known, (*notes, *exaggerated(scale)))
 
 
@@ -120,8 +121,7 @@ def colours_of_network(network: Network) -> dict[str, Paint]:
 
 def network_load(d: NetworkDrawing, bent: Deflection, is_flat: bool = False) -> list[Item]:
     """Arrows of the load on the displaced platform."""
-    point, F = bent.stiffness.reference_point, np.zeros(6)
-    F[list(d.network.space.rows)] = bent.wrench
+    point, F = bent.stiffness.reference_point, spatial(bent.wrench, d.network.space.rows)
     (moved,) = d.moved(d.network.platform, point[None])
     return wrench_items(moved, d.factor * size_of(network_points(d.network)), F, is_flat)
 
@@ -175,10 +175,7 @@ def network_ghost(d: NetworkDrawing, label: str = "without load") -> list[Item]:
     for name, body in zip(_names(d.network), _bodies(d.network), strict=True):
         if name not in d.network.fixed:
             lines += _ties(d, name, body)
-    return [
-        Path(line, PlainColour.MUTED, LineWeight.THIN, True, "" if i else label)
-        for i, line in enumerate(lines)
-    ]
+    return dashed(lines, label)
 
 
 def _ties(d: NetworkDrawing, name: str, body: np.ndarray) -> list[np.ndarray]:
@@ -253,8 +250,11 @@ def _names(network: Network) -> list[str]:
 
 
 def _bodies(network: Network) -> list[np.ndarray]:
-    """Points of attachment (n, 3) of each body that has some, each point once."""
-    bodies = []
+    """Points of attachment (n, 3) of each body that has some, each point once; kept with it."""
+    known: list[np.ndarray] | None = vars(network).get(_KEPT)
+    if known is not None:
+        return known
+    bodies = vars(network)[_KEPT] = []
     for name, points in network.connection_points.items():
         if not points:
             continue
@@ -284,11 +284,11 @@ def cable_scene(result: CableStiffness | CableResponse, exaggeration: float | No
     shift = (scale - 1.0) * moved
     at = after.placed.reference_point
     at = at + (scale - 1.0) * (at - before.placed.reference_point)
-    F = np.zeros(6)
-    F[list(before.space.rows)] = result.load
+    F = spatial(result.load, before.space.rows)
     is_flat = before.space is Space.PLANAR
+    ends = zip(before.placed.exit_points, before.placed.attachments, strict=True)
     items = [
-        *cable_ghost(before, factor),
+        *dashed((factor * np.array(line) for line in ends), "without load"),
         *cable_items(after, factor, shift=shift, point=at),
         *wrench_items(factor * at, factor * size_of(points), F, is_flat),
     ]
@@ -298,21 +298,6 @@ def cable_scene(result: CableStiffness | CableResponse, exaggeration: float | No
 def cable_points(result: CableStiffness) -> np.ndarray:
     """Ends of all cables (2 m, 3) [m]."""
     return np.concatenate([result.placed.exit_points, result.placed.attachments])
-
-
-def cable_ghost(result: CableStiffness, factor: float) -> list[Item]:
-    """The cables without load in dashed lines."""
-    ends = zip(result.placed.exit_points, result.placed.attachments, strict=True)
-    return [
-        Path(
-            factor * np.array(line),
-            PlainColour.MUTED,
-            LineWeight.THIN,
-            True,
-            "" if i else "without load",
-        )
-        for i, line in enumerate(ends)
-    ]
 
 
 def cable_items(

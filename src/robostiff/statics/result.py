@@ -27,7 +27,7 @@ from robostiff.statics.loaded_parts import (
 )
 from robostiff.statics.newton import FoundEquilibrium
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.result_tables import equilibrium_html
+from robostiff.statics.result_tables import equilibrium_html, without_rounding
 from robostiff.statics.status import EquilibriumStatus
 
 _NOT_FREE = (
@@ -260,7 +260,8 @@ class Equilibrium(InNotebooks):
     def __repr__(self) -> str:
         if not self.has_answer:
             return f"<Equilibrium of {self.name!r}, status {self.status}>"
-        moved = ", ".join(f"{x:.4g}" for x in self.displacement)
+        shown = without_rounding(self.displacement, self.space)
+        moved = ", ".join(f"{x:.4g}" for x in shown)
         return (
             f"<Equilibrium of {self.name!r}: moved ({moved}) m, rad, margin {self.margin:.3g}, "
             f"status {self.status}>"

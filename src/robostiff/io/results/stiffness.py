@@ -216,11 +216,21 @@ def stiffness_text(result: RobotStiffness) -> str:
         lines += ["", f"rank {int(result.rank)} of {result.space.size}"]
         lines += [f"free: {motion}" for motion in result.free_motions]
         lines += [f"redundant passive joint: {name}" for name in result.redundant_joints]
-        lines += [f"rigid direction: {row(wrench)}" for wrench in result.rigid_directions]
+        lines += [f"rigid direction: {_unit_load(w, result)}" for w in result.rigid_directions]
         lines.append(f"decided by: {result.decision}")
     lines.append(f"method: {result.method.name}, {result.method.equation}")
     lines += [f"advice: {advice}" for advice in result.advice]
     return text_of(lines)
+
+
+def _unit_load(wrench: np.ndarray, result: RobotStiffness) -> str:
+    """A wrench (n,) with a unit force, or a unit moment where it has no force."""
+    force, moment = np.split(wrench, [result.space.translations])
+    size = np.linalg.norm(force)
+    pulls = size * float(result.about_reference.length) > 1e-9 * np.linalg.norm(moment)
+    unit = wrench / (size if pulls else np.linalg.norm(moment))
+    unit = unit * np.sign(unit[np.argmax(np.abs(unit))])
+    return named(result.space.wrench_order, np.round(unit, 9) + 0.0, "N", "N m")
 
 
 def deflection_text(result: Deflection, most: int = 10) -> str:

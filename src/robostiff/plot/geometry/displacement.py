@@ -110,13 +110,13 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     t = move_twist(bent.twist, to_origin)
     held = answer.about_reference
     solver = _LegSolver(answer.origin, answer.space, held.length, held.tolerance)
-    platform = BodyMotion(_spatial(t, rows), answer.origin)
+    platform = BodyMotion(spatial(t, rows), answer.origin)
     ends, nodes = [platform] * len(snapshot.legs), {}
     if snapshot.platform is not None:
         nodes = _nodes_of_platform(snapshot, snapshot.platform, bent)
         ends = [nodes[name] for name in snapshot.platform.holds]
     legs = tuple(
-        solver.motion(leg, own, np.zeros(6), end.twist_about(answer.origin), _spatial(F, rows))
+        solver.motion(leg, own, np.zeros(6), end.twist_about(answer.origin), spatial(F, rows))
         for leg, end, own, F in zip(
             snapshot.legs, ends, bent.stiffness.leg_blocks, bent.leg_wrenches, strict=True
         )
@@ -202,7 +202,7 @@ class _LegSolver:
             if block is not None and isinstance(element, PlacedBlock):
                 parts = zip(element.branches, block.inner, block.shares, strict=True)
                 branches[i] = tuple(
-                    self.motion(branch, inner, t, t + own, _spatial(share @ F[rows], rows))
+                    self.motion(branch, inner, t, t + own, spatial(share @ F[rows], rows))
                     for branch, inner, share in parts
                 )
             t = t + own
@@ -211,6 +211,8 @@ class _LegSolver:
 
     def _shared(self, leg: PlacedLeg, motions: list[np.ndarray]) -> list[np.ndarray]:
         """Motions of the elements, those of coupled coordinates at the joints that they move."""
+        if not any(isinstance(e, CoupledFreedom) for e in leg.elements):
+            return motions
         shared = list(motions)
         places = {
             e.joint if isinstance(e, CoupledFreedom) else e.name: i
@@ -235,7 +237,7 @@ class _LegSolver:
             rows = list(self.space.rows)
             N = np.zeros((6, int(np.count_nonzero(block.present))))
             N[rows] = block.J_q[:, block.present]
-            return _spatial(block.C @ F[rows], rows), N
+            return spatial(block.C @ F[rows], rows), N
         if isinstance(element, PlacedSpring):
             return spring_compliance(element, self.origin) @ F, np.zeros((6, 0))
         freedom = cast("PlacedFreedom", element)
@@ -256,9 +258,10 @@ class _LegSolver:
         return np.linalg.lstsq(columns / size, missing[rows] * s, rcond=cut)[0] / size
 
 
-def _spatial(values: np.ndarray, rows: list[int]) -> np.ndarray:
+def spatial(values: np.ndarray, rows: Sequence[int]) -> np.ndarray:
+    """A twist or a wrench (6,) of its values in some rows."""
     whole = np.zeros(6)
-    whole[rows] = values
+    whole[list(rows)] = values
     return whole
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from math import dist
 
@@ -63,17 +63,14 @@ def leg_members(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> list[M
 
 def joint_marks(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> Iterator[JointMark]:
     """Points of the joints of a leg, displaced with the body before them."""
-    return _joint_marks(leg.name, leg, motion, scale)
-
-
-def _joint_marks(name: str, leg: PlacedLeg, motion: LegMotion, scale: float) -> Iterator[JointMark]:
     for i, element in enumerate(leg.elements):
         if isinstance(element, PlacedFreedom):
             moved = element.point + scale * motion.bodies[i].displacement(element.point)
-            yield JointMark(name, moved, element)
+            yield JointMark(leg.name, moved, element)
         elif isinstance(element, PlacedBlock):
             for branch, own in zip(element.branches, motion.branches[i], strict=True):
-                yield from _joint_marks(name, branch, own, scale)
+                for mark in joint_marks(branch, own, scale):
+                    yield replace(mark, leg=leg.name)
 
 
 def foot(leg: PlacedLeg) -> np.ndarray:

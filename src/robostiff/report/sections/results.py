@@ -113,7 +113,7 @@ def bending_section(contents: ReportContents) -> Section | None:
     if bent.energy > 0 and contents.posed is not None:
         caption = "The robot under the load; colours show shares of the elastic energy."
         parts.append(one_figure("deformed", caption, picture_of_posed(contents.posed, bent)))
-        of = "each leg, part by part" if bent.leg_wrenches else "each part"
+        of = "each leg, part by part" if len(bent.leg_wrenches) > 1 else "each part"
         caption = f"Elastic energy of {of}."
         parts.append(one_figure("energy", caption, energy_picture(bent)))
         every = energy_table(bent.parts, most=len(bent.parts))
