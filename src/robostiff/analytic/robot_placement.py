@@ -135,12 +135,8 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
             placed = place_guiding_post(entries.legs[post], platform.p, finder.solvers[post])
             platform, posts[post] = FormulaPose(placed.platform.R, platform.p), placed
         for i, own in follows.legs.items():
-            leg = entries.legs[i]
-            q, left = leg_coordinates(leg, own, record, finder.length)
+            at_joints[i], left = _following(entries.legs[i], own, record, finder.length)
             following += left
-            pairs = zip(q, leg.chain.freedoms, strict=True)
-            angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
-            at_joints[i] = np.array(angled, dtype=object)
 
     def closing(i: int) -> PlacedFormula:
         leg = entries.legs[i]
@@ -151,9 +147,8 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     place = cache(lambda i: with_entries(closing(i), as_step))
     if given is None and not follows.any and not robot.is_posed_by_joints:
         turned = turned_legs(robot, entries, finder.solvers, platform, ExactPoints(record))
-    for i in range(len(entries.legs)):
-        if i not in turned:
-            place(i)
+    for i in sorted({*range(len(entries.legs))} - {*turned}):
+        place(i)
     if follows.at_joints:
         platform = place(0).platform
     return PlacedRobot(
@@ -266,6 +261,16 @@ def home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
             f"home pose of {entries.name!r}", expected="a pose of the platform, or a serial arm"
         )
     return np.array(entries.home.R, dtype=object), np.array(entries.home.p, dtype=object)
+
+
+def _following(
+    leg: Leg, names: tuple[str, ...], record: Record, length: float
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Joint coordinates of a leg that is closed by iteration, and the names of those left open."""
+    q, left = leg_coordinates(leg, names, record, length)
+    pairs = zip(q, leg.chain.freedoms, strict=True)
+    angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
+    return np.array(angled, dtype=object), left
 
 
 def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFormula:
