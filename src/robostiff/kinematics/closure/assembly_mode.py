@@ -89,8 +89,8 @@ class AssemblyMode:
     Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
     than zero, and each Newton step is at most half of the one before, six at most. The way is
     gone at once where that holds, otherwise in parts of 1/4, 1/16 or 1/64, and the last of these in
-    still shorter ones. Where the first step is long, the way back has to end at home. The answer at a pose is the same to the last bit whatever other poses come
-    with it.
+    still shorter ones. Where the first step is long, the way back has to end at home. The answer at
+    a pose is the same to the last bit whatever other poses come with it.
 
     Attributes
     ----------
