@@ -50,6 +50,7 @@ def network_facts(network: Network) -> dict[str, Any]:
         "joints": len(network.joints),
         "passive_freedoms": sum(f.is_passive for f in freedoms),
         "elastic_freedoms": sum(f.stiffness is not None for f in freedoms),
+        **mass_facts(network),
     }
 
 
@@ -114,12 +115,15 @@ def placed_facts(robot: Robot) -> dict[str, Any]:
     return facts
 
 
-def mass_facts(snapshot: Snapshot) -> dict[str, Any]:
+def mass_facts(robot: Snapshot | Network) -> dict[str, Any]:
     """Masses by parts, their sum and centre, and gravity."""
-    placed = [
-        *((f"{leg.name}/{mass.name}", mass) for leg in snapshot.legs for mass in _masses(leg)),
-        *((f"platform/{mass.name}", mass) for mass in snapshot.masses),
-    ]
+    if isinstance(robot, Network):
+        bodies = [*robot.nodes, *robot.beams, *robot.springs]
+        carried = [(own.name, list(own.masses)) for own in bodies]
+    else:
+        carried = [(leg.name, list(_masses(leg))) for leg in robot.legs]
+        carried.append(("platform", list(robot.masses)))
+    placed = [(f"{name}/{mass.name}", mass) for name, masses in carried for mass in masses]
     facts: dict[str, Any] = {}
     if placed:
         parts: dict[str, float] = {}
@@ -130,8 +134,8 @@ def mass_facts(snapshot: Snapshot) -> dict[str, Any]:
         if total > 0:
             moment = np.sum([mass.value * mass.centre for _, mass in placed], axis=0)
             facts["masses"]["centre"] = (moment / total).tolist()
-    if snapshot.gravity is not None:
-        facts["gravity"] = snapshot.gravity.tolist()
+    if robot.gravity is not None:
+        facts["gravity"] = robot.gravity.tolist()
     return facts
 
 
@@ -193,12 +197,11 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
         yield f"flexible platform: {parts}; tool at {platform['tool']}, {held}"
     if facts["kind"] == "cable robot":
         yield f"cables: {', '.join(facts['cables'])}"
-    if facts["kind"] != "network":
-        yield from _mass_lines(facts)
-    else:  # whose springs are counted
+    if facts["kind"] == "network":
         counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
         words = [(facts[key], key.replace("_", " ")) for key in counted]
         yield ", ".join(f"{n} {_ONE.get(own, own[:-1]) if n == 1 else own}" for n, own in words)
+    yield from _mass_lines(facts)
 
 
 def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
@@ -232,7 +235,8 @@ def _mass_lines(facts: Mapping[str, Any]) -> list[str]:
             lines[-1] += f" at ({row(np.array(masses['centre']))}) m"
     if "gravity" in facts:
         lines.append(f"gravity: ({row(np.array(facts['gravity']))}) m/s^2")
-    for own in facts.get("springs", ()):
+    springs = facts.get("springs", ())
+    for own in () if facts["kind"] == "network" else springs:  # which are counted
         lines.append(
             f"spring {own['name']} between {' and '.join(own['bodies'])}: "
             f"{own['stiffness']:.4g} N/m, {own['length']:.4g} m long at home, "
