@@ -197,6 +197,11 @@ def test_masses_of_a_snapshot_are_those_of_its_robot(tmp_path):
         placed, model = facts(str(file))["masses"], facts(name)["masses"]
         assert placed["parts"] == pytest.approx(model["parts"])
         assert placed["centre"] == pytest.approx(model["centre"], abs=1e-12)
+        Running("convert")(name, "--to", "graph", "-o", str(file), "--overwrite")
+        bodies = facts(str(file))["masses"]
+        assert bodies["total"] == pytest.approx(model["total"])
+        assert bodies["centre"] == pytest.approx(model["centre"], abs=1e-12)
+        assert "masses: " in run(str(file)).stdout
 
 
 def test_drives_of_a_machine_are_named():

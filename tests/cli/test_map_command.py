@@ -88,6 +88,41 @@ def test_joints_random_poses_and_other_options():
     assert again.stdout == outcome.stdout
 
 
+ARM = """
+robostiff: 1
+name: an arm whose slide is called x, and lies across x
+source: made up
+HOME
+legs:
+  - name: arm
+    chain:
+      - {type: revolute, name: a, axis: z, role: actuated, stiffness: 1e5 N m/rad}
+      - {type: spring, name: s, stiffness: [1e7, 1e7, 1e7, 1e5, 1e5, 1e5]}
+      - {type: prismatic, name: x, axis: y, role: actuated, stiffness: 1e6 N/m}
+      - {type: spring, name: t, stiffness: [1e7, 1e7, 1e7, 1e5, 1e5, 1e5]}
+"""
+
+
+def test_a_joint_with_the_name_of_a_pose_coordinate_is_that_joint():
+    """It was the coordinate of the platform, also for --joint and in files of poses."""
+    Path("arm.yaml").write_text(ARM.replace("HOME", ""))
+    K = rs.stiffness(rs.load("arm.yaml"), rs.JointCoordinates([0, 0.3])).K
+    Path("path.csv").write_text("x [mm]\n300\n")
+    for given in (("--joint", "x 300 mm 0.3 1"), ("--poses", "path.csv")):
+        outcome = run("arm.yaml", *given, "--quantity", "stiffness", "-o", "map.nc", "--overwrite")
+        assert outcome.exit_code == 0, outcome.stderr
+        np.testing.assert_allclose(xarray.open_dataset("map.nc").K[0], K, rtol=1e-12)
+    outcome = run("arm.yaml", "--x", "0 0.3 2", "-o", "-")
+    assert outcome.exit_code == 2
+    assert "expected --joint, as a joint is called x" in outcome.stderr
+    outcome = run("arm.yaml", "--joint", "x 0 0.3 2", "--z", "0 0 1", "-o", "-")
+    assert "expected --joint alone" in outcome.stderr
+    Path("arm.yaml").write_text(ARM.replace("HOME", "home: {at: [0, 0, 0]}"))
+    outcome = run("arm.yaml", "--joint", "x 0 0.3 2", "-o", "-")
+    assert outcome.exit_code == 2
+    assert "rename the joint" in outcome.stderr
+
+
 def test_large_maps_have_a_kernel_unless_asked_otherwise():
     many = ("3-rpr", "--x", "-20 mm, 20 mm, 300", "--y", "-20 mm, 20 mm, 200", "-o", "map.zarr")
     assert run(*many).exit_code == 0

@@ -75,6 +75,18 @@ def test_completion_is_installed_once(shell, tmp_path):
     assert file.read_text().count("robostiff") == 1
 
 
+def test_completion_leaves_the_file_of_the_shell_as_it_is(tmp_path):
+    """It was read as UTF-8 and written anew: other encodings raised, ends of lines changed."""
+    before = "# r\u00e9glages\r\nexport A=1".encode("latin-1")
+    (tmp_path / ".bashrc").write_bytes(before)
+    home = {"SHELL": "/bin/bash", "HOME": str(tmp_path)}
+    outcome = CliRunner().invoke(app, ["--install-completion"], env=home)
+    assert outcome.exit_code == 0, outcome.output
+    after = (tmp_path / ".bashrc").read_bytes()
+    assert after.startswith(before + b"\n")
+    assert after.count(b"\n") == 3
+
+
 def test_an_unknown_shell_is_refused(tmp_path):
     home = {"SHELL": "/bin/tcsh", "HOME": str(tmp_path)}
     outcome = CliRunner().invoke(app, ["--install-completion"], env=home)

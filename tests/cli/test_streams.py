@@ -189,6 +189,7 @@ def test_headings_of_csv_are_no_formulas():
 
 LIMITED = """\
 import resource, signal, sys
+sys.dont_write_bytecode = True  # it would write the first 1024 bytes
 resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024))
 sys.argv[0] = "robostiff"
 from robostiff.cli.main import main
@@ -203,6 +204,9 @@ main()
         "map 3-rpr --x '0 0.01 5000' --quantity stiffness --batched -o out.zarr",
         "derive 3-rpr --pose symbolic --steps -o out.py",
         "report 3-rpr -o out.html",
+        "convert 3-rpr --to snapshot -o out.json",
+        "convert 3-rpr --to matlab -o out.mat",
+        "schema model -o out.json",
     ],
 )
 def test_a_disk_that_fills_up(command, tmp_path):

@@ -149,11 +149,11 @@ legs:
       - type: prismatic
         axis: x
         role: actuated
-        stiffness: 206 GPa*pi*{name}^2/(4*(q + 1 m)) * (1 + n^3)^0.5
+        stiffness: 206 GPa*pi*{name}^2/(4*(q + 1 m)) * (1 + n^3)^0.5 * (q/(1 m) + 1)^n
         limits: [-0.5 m, 0.5 m]
       - {{type: spring, stiffness: [1e12, 1e12, 1e12, 1e12, 1e12, 1e12]}}
 """)
-    k = 206e9 * np.pi * {"d": 0.03, "r": 0.015}[name] ** 2 / (4 * 1.2) * 3
+    k = 206e9 * np.pi * {"d": 0.03, "r": 0.015}[name] ** 2 / (4 * 1.2) * 3 * 1.44
     K = rs.stiffness(rs.load(file), rs.JointCoordinates([0.2])).K
     assert K[0, 0] == pytest.approx(1 / (1 / k + 1e-12), rel=1e-12)
 

@@ -134,13 +134,6 @@ class CableStiffness(CableAnswer):
         return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
 
     @property
-    def untensioned(self) -> tuple[str, ...]:
-        """Cables without tension, at any pose."""
-        without = (self.tensions <= 0) & self.answered[..., None]
-        lost = np.flatnonzero(without.reshape(-1, len(self.cable_names)).any(axis=0))
-        return tuple(self.cable_names[i] for i in lost)
-
-    @property
     def missing_wrench(self) -> np.ndarray:
         """Wrench (..., n) that cables, weight and the applied wrench do not balance [N, N m]."""
         self._require_answer()

@@ -77,13 +77,7 @@ class CompiledLinkage(CompiledStiffness):
 
 
 def _one_a_row(driven: DrivenLinkage, values: DriveValues) -> np.ndarray:
-    """Values of driven joints as rows (N, n) in the order of ``driven.inputs``.
-
-    Raises
-    ------
-    InputError
-        When they do not fit the joints, or are not one pose a row.
-    """
+    """Values of driven joints as rows (N, n) in the order of ``driven.inputs``."""
     rows = driven.rows(values)
     if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
         rows = rows[:, 0]
@@ -167,15 +161,7 @@ def _is_trusted(
     undetermined: tuple[str, ...],
     drawn: Sequence[list[Configuration]],
 ) -> bool:
-    """Whether a record has been confirmed at generic poses, those of its own samples and others.
-
-    Raises
-    ------
-    DisagreementError
-        When record and network differ at a pose where both are well conditioned.
-    InputError
-        When K depends on joints that are left undetermined.
-    """
+    """Whether a record has been confirmed at generic poses, those of its own samples and others."""
     general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
     kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
     strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-9)

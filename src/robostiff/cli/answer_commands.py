@@ -16,6 +16,7 @@ from robostiff.cli.options import (
     gravity_option,
     option,
     plot_option,
+    repeatable,
     wrench_option,
 )
 
@@ -51,25 +52,17 @@ class WrittenLoads:
     wrench: str | None = wrench_option(
         "Force and moment on the platform about the point --at, which moves along"
     )
-    weights: tuple[str, ...] = option(
-        "--weight",
-        metavar='"LEG/PART=MASS"',
-        multiple=True,
-        help="A mass [kg] on the body behind a part, or on 'platform'; repeatable.",
+    weights: tuple[str, ...] = repeatable(
+        "--weight", '"LEG/PART=MASS"', "A mass [kg] on the body behind a part, or on 'platform'"
     )
-    forces: tuple[str, ...] = option(
-        "--load",
-        metavar='"LEG/PART=fx fy fz"',
-        multiple=True,
-        help="A force [N] on the body behind a part, or on 'platform'; repeatable.",
+    forces: tuple[str, ...] = repeatable(
+        "--load", '"LEG/PART=fx fy fz"', "A force [N] on the body behind a part, or on 'platform'"
     )
     gravity: str | None = gravity_option()
-    preloads: tuple[str, ...] = option(
+    preloads: tuple[str, ...] = repeatable(
         "--preload",
-        metavar='"LEG/PART=FORCE"',
-        multiple=True,
-        help="With how much a drive pushes along its coordinate: [N] of a slide, [N m] of a turn; "
-        "repeatable.",
+        '"LEG/PART=FORCE"',
+        "With how much a drive pushes along its coordinate: [N] of a slide, [N m] of a turn",
     )
 
 
@@ -90,12 +83,10 @@ class Wanted:
 class Vibration:
     """Masses that move, and the mode that is drawn."""
 
-    masses: tuple[str, ...] = option(
+    masses: tuple[str, ...] = repeatable(
         "--mass",
-        metavar='"LEG/PART=MASS"',
-        multiple=True,
-        help="A mass [kg] that moves with the body behind a part, or with 'platform', and has no "
-        "weight; repeatable.",
+        '"LEG/PART=MASS"',
+        "A mass [kg] that moves with the body behind a part, or with 'platform', and has no weight",
     )
     number: int = option(
         "--mode",
@@ -112,29 +103,19 @@ class WrittenNetworkLoads:
     """A network and its loads, as they are written."""
 
     source: str = argument("FILE", "A snapshot file with a graph: a network.")
-    at_nodes: tuple[str, ...] = option(
+    at_nodes: tuple[str, ...] = repeatable(
         "--load",
-        metavar='"NODE=fx fy fz [mx my mz]"',
-        multiple=True,
-        help="Force [N], and moment [N m], at the point of a node; repeatable.",
+        '"NODE=fx fy fz [mx my mz]"',
+        "Force [N], and moment [N m], at the point of a node",
     )
-    along_beams: tuple[str, ...] = option(
-        "--along",
-        metavar='"BEAM=qx qy qz"',
-        multiple=True,
-        help="Uniform force along a whole beam [N/m]; repeatable.",
+    along_beams: tuple[str, ...] = repeatable(
+        "--along", '"BEAM=qx qy qz"', "Uniform force along a whole beam [N/m]"
     )
-    on_beams: tuple[str, ...] = option(
-        "--on",
-        metavar='"BEAM=s fx fy fz"',
-        multiple=True,
-        help="Force [N] on a beam at the distance s [m] from its start; repeatable.",
+    on_beams: tuple[str, ...] = repeatable(
+        "--on", '"BEAM=s fx fy fz"', "Force [N] on a beam at the distance s [m] from its start"
     )
-    settlements: tuple[str, ...] = option(
-        "--settle",
-        metavar='"NODE=x y z rx ry rz"',
-        multiple=True,
-        help="Displacement [m] and rotation [rad] of a fixed node; repeatable.",
+    settlements: tuple[str, ...] = repeatable(
+        "--settle", '"NODE=x y z rx ry rz"', "Displacement [m] and rotation [rad] of a fixed node"
     )
 
 

@@ -122,13 +122,7 @@ def _dimension(robot: Robot, name: str) -> Dimension:
 
 
 def _answered(questions: Questions, derivation: RobotDerivation, budget: float) -> str:
-    """The properties as text, one or more lines each.
-
-    Raises
-    ------
-    InputError
-        When one of them needs a closed form, and the formula is in steps.
-    """
+    """The properties as text, one or more lines each."""
     lines = [f"{derivation.name}, {derivation.where}"]
     if questions.rank:
         lines += _rank(derivation, budget)

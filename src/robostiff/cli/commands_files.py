@@ -16,6 +16,7 @@ from robostiff.cli.options import Answer, Model, Place, Replacing
 from robostiff.cli.output import new_file, show, shown
 from robostiff.errors import InputError, NoAnswerError, warn_of_slip
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
+from robostiff.io.whole_file import whole_file
 from robostiff.robots import (
     RobotInfo,
     describe,
@@ -78,7 +79,8 @@ def print_schema(wanted: WantedSchema, replacing: Replacing, answer: Answer) -> 
         show({"form": form, "json_schema": schema} if answer.as_json else text)
         return 0
     path = new_file("--output", wanted.output, replacing.overwrite)
-    path.write_text(text + "\n", encoding="utf-8")
+    with whole_file(path) as begun:
+        begun.write_text(text + "\n", encoding="utf-8")
     show({"files": [str(path)], "form": form} if answer.as_json else str(path))
     return 0
 
@@ -170,7 +172,8 @@ def convert(
         if path is None:
             show(text.removesuffix("\n"))
             return 0
-        path.write_text(text, encoding="utf-8")
+        with whole_file(path) as begun:
+            begun.write_text(text, encoding="utf-8")
     show({"files": [str(path)], "form": form} if answer.as_json else str(path))
     return 0
 

@@ -82,6 +82,9 @@ def read_asked_poses(
     words = ["start", "stop"] if random else ["start", "stop", "count"]
     found: dict[str, list[float]] = {}
     for name, text in asked.axes.items():
+        if isinstance(robot, Robot) and (asked.joints or name in coordinate_units(robot)):
+            expected = "--joint alone" if asked.joints else f"--joint, as a joint is called {name}"
+            raise InputError(f"--{name}", got=text, expected=expected)
         dimension = Dimension.LENGTH if SIX.index(name) < 3 else Dimension.ANGLE
         found[name] = _numbers(text, dimension, words, f"--{name}")
     for text in asked.joints:

@@ -111,11 +111,12 @@ def _install_completion() -> int:
     if shell is None:
         return _unknown_shell()
     file, line = Path(_FILES[shell]).expanduser(), _LINES[shell]
-    text = file.read_text(encoding="utf-8") if file.exists() else ""
-    if line not in text.splitlines():
+    text = file.read_bytes() if file.exists() else b""
+    if line.encode() not in text.splitlines():
         file.parent.mkdir(parents=True, exist_ok=True)
-        gap = "" if not text or text.endswith("\n") else "\n"
-        file.write_text(f"{text}{gap}{line}\n", encoding="utf-8")
+        gap = "" if not text or text.endswith(b"\n") else "\n"
+        with file.open("ab") as end:  # what is there stays, whatever its encoding
+            end.write(f"{gap}{line}\n".encode())
     show(f"{line}\nis in {file}; a new shell completes robostiff.")
     return 0
 

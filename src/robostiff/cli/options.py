@@ -25,18 +25,21 @@ _JOINTS = '"q1 q2 ..."'
 def option(*names: str, default: Any = None, **words: Any) -> Any:
     """A field of a class that is an option.
 
-    One with ``multiple`` is a tuple, one without
-    ``metavar`` a flag. Without a default (``...``) it must be given.
+    One without ``metavar`` is a flag. Without a default (``...``) it must be given.
     """
-    if words.get("multiple"):
-        default = ()
-    elif "metavar" not in words:
+    if "metavar" not in words:
         words["is_flag"], default = True, False
     if words.get("metavar") in {"FILE", "FILE.csv"}:
         words["shell_complete"] = _files
     if default is ...:
         return field(metadata={"names": names, "words": {**words, "required": True}})
     return field(default=default, metadata={"names": names, "words": words})
+
+
+def repeatable(name: str, metavar: str, text: str) -> Any:
+    """An option that may be given several times: a tuple."""
+    words = {"metavar": metavar, "multiple": True, "help": f"{text}; repeatable."}
+    return option(name, default=(), **words)
 
 
 def argument(metavar: str, text: str, default: Any = ..., **words: Any) -> Any:
@@ -158,11 +161,10 @@ class Model:
         "--allow-xacro",
         help="Expand a xacro that is named in a side file, which runs the Python written in it.",
     )
-    settings: tuple[str, ...] = option(
+    settings: tuple[str, ...] = repeatable(
         "--set",
-        metavar="NAME=VALUE",
-        multiple=True,
-        help="Give a parameter of the model file another value, such as --set R=350mm; repeatable.",
+        "NAME=VALUE",
+        "Give a parameter of the model file another value, such as --set R=350mm",
     )
 
     @property

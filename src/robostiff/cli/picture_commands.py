@@ -19,6 +19,7 @@ from robostiff.cli.options import (
     option,
     output_option,
     plot_option,
+    repeatable,
     robot_argument,
     wrench_option,
 )
@@ -38,11 +39,10 @@ class MapPoses:
     rx: str | None = _axis("rx", "rad")
     ry: str | None = _axis("ry", "rad")
     rz: str | None = _axis("rz", "rad")
-    joints: tuple[str, ...] = option(
+    joints: tuple[str, ...] = repeatable(
         "--joint",
-        metavar='"NAME START STOP COUNT"',
-        multiple=True,
-        help="Values of a joint of a serial arm or a linkage [m or rad]; repeatable.",
+        '"NAME START STOP COUNT"',
+        "Values of a joint of a serial arm or a linkage [m or rad]",
     )
     poses: str | None = option(
         "--poses",
@@ -71,12 +71,11 @@ class MapPoses:
 class MapQuantities:
     """What is computed at each pose."""
 
-    quantities: tuple[str, ...] = option(
+    quantities: tuple[str, ...] = repeatable(
         "--quantity",
-        metavar="NAME",
-        multiple=True,
-        help="stiffness, principal-stiffness (when left out), worst-deflection, indices, "
-        "deflection or actuator-forces; repeatable. Rank and status are always included.",
+        "NAME",
+        "stiffness, principal-stiffness (when left out), worst-deflection, indices, deflection "
+        "or actuator-forces, always with rank and status",
     )
     wrench: str | None = wrench_option(
         "Load about the reference point, for deflection and actuator-forces, and for --under-load"
@@ -171,12 +170,11 @@ class Drawing:
         metavar="NAME",
         help="Of a map: worst_deflection, rank, status or any other variable of it.",
     )
-    cuts: tuple[str, ...] = option(
+    cuts: tuple[str, ...] = repeatable(
         "--cut",
-        metavar="NAME=VALUE",
-        multiple=True,
-        help="Of a map: where a coordinate is cut, or which component is shown, such as z=0.3 or "
-        "displacement_axis=dz; repeatable.",
+        "NAME=VALUE",
+        "Of a map: where a coordinate is cut, or which component is shown, such as z=0.3 or "
+        "displacement_axis=dz",
     )
 
 

@@ -165,19 +165,18 @@ def _tree(path: str | Path) -> RigidTree:
         from robostiff.io.urdf import expand_xacro, read_urdf
 
         return read_urdf(path, expand_xacro(path))
-    if ending == ".urdf" or (ending == ".xml" and _begins_as_urdf(path)):
+    is_urdf = ending == ".urdf"
+    if ending == ".xml":
+        from robostiff.io.rigid_tree.xml_text import read_xml
+
+        is_urdf = read_xml(path).tag == "robot"
+    if is_urdf:
         from robostiff.io.urdf import read_urdf
 
         return read_urdf(path)
     from robostiff.io.mjcf import read_mjcf
 
     return read_mjcf(path)
-
-
-def _begins_as_urdf(path: str | Path) -> bool:
-    from robostiff.io.rigid_tree.xml_text import read_xml
-
-    return read_xml(path).tag == "robot"
 
 
 def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:

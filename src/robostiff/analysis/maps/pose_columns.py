@@ -17,15 +17,10 @@ from robostiff.model import ALL_COORDINATES, Joint, Leg, Robot
 from robostiff.spatial import Space, as_floats, holds_quantities
 
 SIX = tuple(coordinate.value for coordinate in ALL_COORDINATES)
-_UNITS = Space.SPATIAL.twist_units
 #: By which the wrench of a map under load is multiplied.
 FACTOR = "factor"
-
-
 #: SI unit of each pose coordinate.
-POSE_UNITS: dict[str, str] = dict(
-    zip(("x", "y", "z", "rx", "ry", "rz"), Space.SPATIAL.twist_units, strict=True)
-)
+POSE_UNITS: dict[str, str] = dict(zip(SIX, Space.SPATIAL.twist_units, strict=True))
 
 
 @runtime_checkable
@@ -138,7 +133,8 @@ def pose_columns(robot: Robot | Linkage, used: Sequence[str]) -> PoseColumns:
     """The columns of poses given by the coordinates `used`; the others stay at home.
 
     Free coordinates of the robot alone leave the rest to its legs; any other pose coordinate makes
-    it all six; names of joints pose a serial arm, or drive a linkage.
+    it all six; names of joints pose a serial arm, or drive a linkage. An arm without a home of its
+    platform has the joint of a name, whatever the platform calls so.
 
     Examples
     --------
@@ -154,12 +150,19 @@ def pose_columns(robot: Robot | Linkage, used: Sequence[str]) -> PoseColumns:
     six = SIX if robot.space is Space.SPATIAL else tuple(SIX[k] for k in robot.space.rows)
     joints = joint_columns(robot.legs[0]) if robot.is_serial else None
     wanted = set(used)
+    if joints is not None and wanted and wanted <= set(joints.names):
+        if robot.is_posed_by_joints or not (both := wanted & set(six)):
+            return joints
+        raise InputError(
+            f"coordinate of {robot.name!r}",
+            got=min(both),
+            expected="a name that a joint or the platform has alone",
+            hint="rename the joint",
+        )
     if wanted and wanted <= set(free):
         return _of_platform(robot, free)
     if wanted and wanted <= set(six):
         return _of_platform(robot, SIX)
-    if joints is not None and wanted and wanted <= set(joints.names):
-        return joints
     allowed = six if joints is None else (*six, *joints.names)
     strange = [name for name in used if name not in allowed]
     if strange:
@@ -249,7 +252,7 @@ def _of_platform(robot: Robot, names: tuple[str, ...]) -> PoseColumns:
     home = home_coordinates(robot)
     return PoseColumns(
         names,
-        tuple(_UNITS[k] for k in places),
+        tuple(POSE_UNITS[name] for name in names),
         tuple(float(home[k]) for k in places),
         of_joints=False,
     )

@@ -203,6 +203,8 @@ def _power(base: Any, exponent: Any) -> Any:
 
     # A parameter is a float in the formula of a coordinate.
     base, exponent = sp.sympify(base), sp.sympify(exponent)
+    if exponent.is_Float and float(exponent).is_integer():
+        exponent = sp.Integer(int(exponent))  # of a polynomial
     if base.is_Rational and exponent.is_Rational:
         bits = max(int(base.p).bit_length(), int(base.q).bit_length())
         if bits * abs(float(exponent)) > _MOST_BITS:

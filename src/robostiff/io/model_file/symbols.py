@@ -41,7 +41,8 @@ def chosen_parameters(
     """Names of the parameters that stay symbols."""
     if symbols is ParameterChoice.ALL:
         given = {**definitions, **overrides}
-        return tuple(name for name in definitions if not _is_computed(given[name]))
+        computed = {n for n, own in given.items() if isinstance(own, str) and parse(own).names}
+        return tuple(name for name in definitions if name not in computed)
     if symbols is ParameterChoice.NONE:
         return ()
     if isinstance(symbols, str) or not isinstance(symbols, Iterable):
@@ -143,7 +144,3 @@ def _limited(element: Element, known: Element) -> Element:
         return element
     stiffness = element.role.stiffness  # pyright: ignore[reportAttributeAccessIssue]
     return replace(element, role=replace(role, stiffness=stiffness))
-
-
-def _is_computed(definition: str | float) -> bool:
-    return isinstance(definition, str) and bool(parse(definition).names)

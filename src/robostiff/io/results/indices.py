@@ -28,19 +28,15 @@ def indices_data(result: RobotStiffness, found: StiffnessIndices | None) -> dict
 
     JSON-ready; an entry for each index, with its status and unit; null where there is no value.
     """
+    names = [own.name for own in fields(StiffnessIndices) if own.name not in {"result", "length"}]
     return {
         **head(result.name, result),
         "pose": plain(result.pose),
         "reference_point": result.reference_point.tolist(),
         "order": order(result.space),
         "length": None if found is None else found.length,
-        "indices": None if found is None else _indices(found),
+        "indices": None if found is None else {n: plain(getattr(found, n)) for n in names},
     }
-
-
-def _indices(found: StiffnessIndices) -> dict[str, Any]:
-    names = [field.name for field in fields(found) if field.name not in {"result", "length"}]
-    return {name: plain(getattr(found, name)) for name in names}
 
 
 _SMALL = 1e-9

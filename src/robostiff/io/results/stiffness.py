@@ -15,6 +15,7 @@ from robostiff.analysis.free_motion import FreeMotion
 from robostiff.analysis.result_tables import shown_loads, shown_twist
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
+from robostiff.io.whole_file import whole_file
 from robostiff.markup import (
     COMPLIANCE_UNITS,
     STIFFNESS_UNITS,
@@ -168,7 +169,8 @@ def write_matlab(path: Path, result: RobotStiffness) -> None:
     transform = result.transform
     if transform is not None:
         data["transform"] = transform.as_matrix()
-    savemat(path, _for_matlab(data), long_field_names=True, oned_as="row")
+    with whole_file(path) as begun:
+        savemat(begun, _for_matlab(data), long_field_names=True, oned_as="row")
 
 
 def _for_matlab(value: Any) -> Any:
