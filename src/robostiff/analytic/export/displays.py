@@ -68,7 +68,7 @@ def written_vector(expression: Any, language: MathLanguage) -> str:
         case Times(scalar, vector):
             number = language.breaks.write(scalar)
             number = f"({number})" if scalar.is_Add else number
-            is_apart = scalar.is_Symbol and is_word(scalar.name)
+            is_apart = isinstance(scalar, sp.Symbol) and is_word(scalar.name)
             found = f"{number}{language.apart if is_apart else ' '}{factor(vector)}"
         case Cross(left, right):
             found = f"{factor(left)} {language.times} {factor(right)}"
