@@ -26,16 +26,7 @@ class Product:
 
 
 def product_of(field: ExactField, formula: Any) -> Product:
-    """Factor an expression or an element of a field.
-
-    Examples
-    --------
-    >>> R, r = sp.symbols("R r")
-    >>> field = ExactField([R, r])
-    >>> product = product_of(field, (2 * R**2 - 2 * r**2) / (3 * R))
-    >>> product.number, len(product.powers)
-    (2/3, 3)
-    """
+    """Factor an expression or an element of a field."""
     element = formula if isinstance(formula, Element) else field.element(formula)
     if element.is_zero:
         return Product(sp.Integer(0), ())
@@ -51,14 +42,6 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
 
     ``R - r`` rather than ``-R + r`` where possible. A number in front of a sum is not multiplied
     out.
-
-    Examples
-    --------
-    >>> R, r = sp.symbols("R r")
-    >>> field = ExactField([R, r])
-    >>> p = field.element(r**2 - R**2).num
-    >>> factored(field, p), factored(field, field.element(3 * R).num, p)
-    (-(R - r)*(R + r), -3*R/((R - r)*(R + r)))
     """
     if above.is_zero():
         return sp.Integer(0)
@@ -109,14 +92,7 @@ def rational(number: Any) -> Any:
 
 
 def bound_of_terms(expression: Any, most: int) -> int:
-    """Bound for the number of terms after multiplying out, at most one more than the limit.
-
-    Examples
-    --------
-    >>> a, b = sp.symbols("a b")
-    >>> bound_of_terms((a + b) ** 3, 500), bound_of_terms((a + b) ** 30, 500)
-    (8, 501)
-    """
+    """Bound for the number of terms after multiplying out, at most one more than the limit."""
     if expression.is_Add:
         terms = sum(bound_of_terms(term, most) for term in expression.args)
     elif expression.is_Mul:
@@ -142,16 +118,6 @@ def completed_squares(field: ExactField, polynomial: Any) -> tuple[list[tuple[An
     -------
     list of (polynomial, sympy.Rational), polynomial
         Sums with the number in front of their squares, and the rest.
-
-    Examples
-    --------
-    >>> R, r, h = sp.symbols("R r h")
-    >>> field = ExactField([R, r, h])
-    >>> squares, rest = completed_squares(field, field.element((R - r) ** 2 / 2 + h**2).num)
-    >>> [(field.polynomial_expression(s), number) for s, number in squares]
-    [(R - r, 1/2)]
-    >>> field.polynomial_expression(rest)
-    h**2
     """
     if not _is_quadratic(field, polynomial):
         return [], polynomial

@@ -197,11 +197,6 @@ def rotation_by_name(name: str) -> PoseRotation:
     ------
     InputError
         When it is none of them.
-
-    Examples
-    --------
-    >>> rotation_by_name("rpy").names
-    ('roll', 'pitch', 'yaw')
     """
     if name == "rpy":
         return roll_pitch_yaw()

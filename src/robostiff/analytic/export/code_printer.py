@@ -166,13 +166,7 @@ class Identifiers:
 
 
 def ascii_identifier(name: str) -> str:
-    """Letters, digits and underscores, a letter first; Greek letters by their names.
-
-    Examples
-    --------
-    >>> [ascii_identifier(name) for name in ("Δx'", "__x", "é", "")]
-    ['Deltax_', 'v__x', 'e', 'v']
-    """
+    """Letters, digits and underscores, a letter first; Greek letters by their names."""
     spelled = "".join(map(_spelled, unicodedata.normalize("NFKD", name)))
     plain = re.sub(r"[^A-Za-z0-9_]", "_", spelled)
     return plain if plain[:1].isalpha() else f"v{plain}"
@@ -200,13 +194,7 @@ NO_ANSWER = "the formula does not hold at these values"
 
 
 def plain_text(name: str) -> str:
-    """A name inside a comment or a string: printable, without quotes and signs of comments.
-
-    Examples
-    --------
-    >>> plain_text('K "of"  a */ leg%')
-    'K of a / leg'
-    """
+    """A name inside a comment or a string: printable, without quotes and signs of comments."""
     kept = "".join(c for c in name if c.isascii() and c.isprintable() and c not in '"*\\?%$`#')
     return " ".join(kept.split()) or "without a plain name"
 
@@ -220,11 +208,6 @@ def about_argument(
     """What a comment says of an argument: its name in the formula where it has another, and more.
 
     `plain` makes a name fit for the comment.
-
-    Examples
-    --------
-    >>> about_argument("lambda_", sp.Symbol("lambda"), {"lambda": "length, 0.3 m in the model"})
-    'lambda of the formula, length, 0.3 m in the model'
     """
     own = [] if written == symbol.name else [f"{plain(symbol.name)} of the formula"]
     meaning = meanings.get(symbol.name)

@@ -24,6 +24,7 @@ from robostiff.analytic.export.outline import (
     VectorEquations,
     WrenchSum,
 )
+from robostiff.analytic.export.symbol_names import is_word
 from robostiff.analytic.vector_expressions import (
     Coordinates,
     Cross,
@@ -67,7 +68,8 @@ def written_vector(expression: Any, language: MathLanguage) -> str:
         case Times(scalar, vector):
             number = language.breaks.write(scalar)
             number = f"({number})" if scalar.is_Add else number
-            found = f"{number} {factor(vector)}"
+            is_apart = isinstance(scalar, sp.Symbol) and is_word(scalar.name)
+            found = f"{number}{language.apart if is_apart else ' '}{factor(vector)}"
         case Cross(left, right):
             found = f"{factor(left)} {language.times} {factor(right)}"
         case Dot(left, right):
@@ -163,6 +165,7 @@ class MathLanguage:
     total: str  # A sum over all
     inverse: str  # what follows an inverted matrix
     times: str  # the cross of a vector product
+    apart: str  # A space between a word and what it multiplies
     number: Callable[[int], str]  # A whole number
     dot: str  # the point of a scalar product
     norm: Callable[[str], str]  # the length of a written vector

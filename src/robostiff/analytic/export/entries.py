@@ -104,12 +104,6 @@ def in_decimals(expression: Any) -> Any:
 
     Such are products of a material and a section, or lengths between given points. The exact number
     stays in the formula, and in what is exported to be computed.
-
-    Examples
-    --------
-    >>> k = sp.Symbol("k")
-    >>> in_decimals(sp.Rational(3, 10) * k + sp.sqrt(2) * sp.Rational(10**20 + 1, 3 * 10**20))
-    3*k/10 + 0.471404520791
     """
     if not any(_is_long(number) for number in expression.atoms(sp.Rational)):
         return expression
@@ -123,16 +117,7 @@ def in_decimals(expression: Any) -> Any:
 
 
 def without_lost_digits(K: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
-    """A stiffness matrix in decimals, with 0 for what its digits do not hold beside the diagonal.
-
-    Examples
-    --------
-    >>> tiny = sp.Rational(1, 3**40)
-    >>> without_lost_digits(sp.ImmutableMatrix([[2, tiny], [tiny, 3]]))
-    Matrix([
-    [2, 0],
-    [0, 3]])
-    """
+    """A stiffness matrix in decimals, 0 where its digits do not hold beside the diagonal."""
     if not all(x.is_number for x in K.flat()) or not any(map(_is_long, K.atoms(sp.Rational))):
         return K
     values = np.array(K.evalf(DIGITS + 3), dtype=float)
@@ -146,16 +131,7 @@ def _is_long(number: Any) -> bool:
 
 
 def readable(expression: Any) -> Any:
-    """The same expression, factored where that is shorter.
-
-    Examples
-    --------
-    >>> R, r = sp.symbols("R r")
-    >>> readable(R**2 - 2 * R * r + r**2)
-    (R - r)**2
-    >>> readable(R**2 + r)
-    R**2 + r
-    """
+    """The same expression, factored where that is shorter."""
     expression = in_decimals(expression)
     before = count_of(expression)
     if not 1 < before <= _MOST_OPERATIONS_OF_AN_ENTRY or not _is_manageable([expression]):
@@ -184,16 +160,7 @@ def readable_matrix(M: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
 
 
 def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]:
-    """Common factor of the entries and the remaining matrix; 1 where that is not shorter.
-
-    Examples
-    --------
-    >>> k, d = sp.symbols("k d")
-    >>> factored_matrix(sp.ImmutableMatrix([[k, k * d], [k * d, k * d**2]]))
-    (k, Matrix([
-    [1,    d],
-    [d, d**2]]))
-    """
+    """Common factor of the entries and the remaining matrix; 1 where that is not shorter."""
     K = K.applyfunc(in_decimals)
     whole = readable_matrix(K)
     if operations(K) > _MOST_OPERATIONS or not _is_manageable(K.flat()):

@@ -173,6 +173,7 @@ MATHML = MathLanguage(
     total="<mo>∑</mo>",
     inverse="<msup><mrow></mrow><mrow><mo>−</mo><mn>1</mn></mrow></msup>",
     times="<mo>×</mo>",
+    apart='<mspace width="0.17em"/>',
     number=lambda number: f"<mn>{number}</mn>",
     dot="<mo>·</mo>",
     norm=lambda written: f"<mrow><mo>|</mo>{written}<mo>|</mo></mrow>",

@@ -26,13 +26,7 @@ from robostiff.errors import InputError
 
 
 def shown(data: Any) -> str:
-    """A text or number for an error message; for other data only the kind.
-
-    Examples
-    --------
-    >>> shown("tan"), shown(["sym", ["x"]]), shown(10**9)
-    ('tan', "list that starts with 'sym'", '1000000000')
-    """
+    """A text or number for an error message; for other data only the kind."""
     if isinstance(data, str):
         return data[:80]
     if data is None or isinstance(data, bool | float):

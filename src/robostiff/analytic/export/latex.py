@@ -118,6 +118,7 @@ LATEX = MathLanguage(
     total="\\sum",
     inverse=r"^{-1}",
     times=r"\times",
+    apart=r" \, ",
     number=str,
     dot=r"\cdot",
     norm=lambda written: f"\\lvert {written} \\rvert",

@@ -60,14 +60,7 @@ def printed_product(expression: sp.Expr) -> PrintedProduct:
 
 
 def ordered_terms(expression: Any) -> list[Any]:
-    """Terms of a sum as SymPy orders them, a positive one in front where there is one.
-
-    Examples
-    --------
-    >>> x, y = sp.symbols("x y")
-    >>> ordered_terms(1 - x**2 - y), ordered_terms(-x - y)
-    ([1, -x**2, -y], [-x, -y])
-    """
+    """Terms of a sum as SymPy orders them, a positive one in front where there is one."""
     terms = list(expression.as_ordered_terms())
     plain = (i for i, x in enumerate(terms) if not x.as_coeff_Mul()[0].is_negative)
     first = next(plain, 0)

@@ -31,21 +31,7 @@ _COORDINATE = re.compile("i(j?[xyz]|j)")
 
 
 def name_parts(name: str) -> NameParts:
-    """Take a name apart at underscores, commas and trailing digits.
-
-    Examples
-    --------
-    >>> name_parts("K_1_13")
-    NameParts(letter='K', subscripts=('1', '13'), primes=0)
-    >>> name_parts("K_C,1").subscripts
-    ('C', '1')
-    >>> name_parts("a_ix").subscripts
-    ('i', 'x')
-    >>> name_parts("φ12")
-    NameParts(letter='phi', subscripts=('12',), primes=0)
-    >>> name_parts("x'_E").primes
-    1
-    """
+    """Take a name apart at underscores, commas and trailing digits."""
     pieces = [piece for piece in re.split(r"[_,\s{}^]+", name) if piece]
     if not pieces:
         return NameParts(name)

@@ -202,6 +202,7 @@ TEXT = MathLanguage(
     total="sum",
     inverse="^-1",
     times="x",
+    apart=" ",
     number=str,
     dot=".",
     norm=lambda written: f"|{written}|",

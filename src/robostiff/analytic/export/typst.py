@@ -133,6 +133,7 @@ TYPST = MathLanguage(
     total="sum",
     inverse="^(-1)",
     times="times",
+    apart=" thin ",
     number=str,
     dot="dot",
     norm=lambda written: f"abs({written})",
