@@ -20,16 +20,7 @@ from robostiff.spatial import Space
 
 
 def rule_in_words(J: Any, *, redundant: bool) -> str:
-    """Name the rule by which a joint is eliminated, eq. (15), (18)-(20).
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> rule_in_words(sp.Matrix([0, 0, 0, 0, 0, 1]), redundant=False)
-    'rotation about z at the reference point: trivial joint (19), row and column 6 vanish'
-    >>> rule_in_words(sp.Matrix([0, 0, -sp.Symbol("L"), 0, 1, 0]), redundant=False)
-    'rotation about y away from the reference point: quasi-trivial joint (18)'
-    """
+    """Name the rule by which a joint is eliminated, eq. (15), (18)-(20)."""
     motion, kind = _motion_and_rule(list(J))
     return f"{motion}: redundant, mu = 0, nothing changes" if redundant else f"{motion}: {kind}"
 
@@ -67,12 +58,6 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[
 
     `K`: (n, n) SymPy matrix: before, in given symbols and names defined before; `J`: n entries:
     twist of the joint; `stage`: number i of the joint, from 1.
-
-    Examples
-    --------
-    >>> K = sp.Matrix(sp.MatrixSymbol("K", 2, 2))
-    >>> [str(d.symbol) for d in eliminate_by_name(K, sp.Matrix([0, 1]), 1)[3]]
-    ['K_1_11']
     """
     n = K.rows
     names = _Names(stage)

@@ -34,15 +34,7 @@ class Contribution:
 
 
 def summed(contributions: Sequence[Contribution]) -> Any:
-    """The sum of contributions; springs that feel the same stand in one bracket.
-
-    Examples
-    --------
-    >>> L, EA, EI, m = sp.symbols("L EA EI m")
-    >>> springs = [Contribution("a", m**2, L / EI), Contribution("b", m**2, 1 / EA)]
-    >>> summed([Contribution("drive", 1, 1 / EA), *springs])
-    m**2*(L/EI + 1/EA) + 1/EA
-    """
+    """The sum of contributions; springs that feel the same stand in one bracket."""
     of_felt: dict[Any, Any] = {}
     for one in contributions:
         of_felt[one.felt] = of_felt.get(one.felt, sp.Integer(0)) + one.compliance

@@ -165,15 +165,7 @@ class LegInSteps:
 
 
 def transport(R: Any, v: Any, space: Space) -> Any:
-    """Wrenches in some axes with an arm v from the reference point, seen from there (n, n).
-
-    Examples
-    --------
-    >>> transport(np.eye(3), np.array([0.0, 2.0, 0.0]), Space.PLANAR)
-    array([[ 1.,  0.,  0.],
-           [ 0.,  1.,  0.],
-           [-2.,  0.,  1.]])
-    """
+    """Wrenches in some axes with an arm v from the reference point, seen from there (n, n)."""
     whole = np.zeros((6, 6), dtype=int).astype(R.dtype)
     whole[:3, :3] = whole[3:, 3:] = R
     whole[3:, :3] = skew(v) @ R

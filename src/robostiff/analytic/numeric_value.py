@@ -44,12 +44,6 @@ def values_of(
     `values`: mapping of symbols to floats, or to arrays of them; `definitions`: steps that the
     expressions need, in order; `careful`: by balls of `BITS`, for numbers only; this avoids
     cancellation in floats.
-
-    Examples
-    --------
-    >>> x = sp.Symbol("x")
-    >>> [float(y) for y in values_of([sp.sqrt(x) / 2, 1 / (x - 4)], {x: 4.0})]
-    [1.0, inf]
     """
     if careful:
         with flint.ctx.workprec(BITS):

@@ -83,16 +83,6 @@ def closed_matrix(formula: Any, question: str) -> sp.Matrix:
     ------
     InputError
         For a derivation in steps: their names would be taken for independent symbols.
-
-    Examples
-    --------
-    >>> k = sp.Symbol("k")
-    >>> K = sp.ImmutableMatrix(sp.diag(k, k, 0))
-    >>> closed_matrix(Derivation("K_C", K, (), K), "rank")
-    Matrix([
-    [k, 0, 0],
-    [0, k, 0],
-    [0, 0, 0]])
     """
     if not isinstance(formula, Derivation):
         return sp.Matrix(formula)
@@ -119,16 +109,6 @@ def matrix_by_entries(
     """K with a name for each different entry that is no symbol or number, and what these stand for.
 
     Zeros, equal entries and those that differ by a sign are what questions about it can use.
-
-    Examples
-    --------
-    >>> k, a, b = sp.symbols("k a b")
-    >>> K = sp.ImmutableMatrix([[k + a, b, 0], [b, k + a, 0], [0, 0, -b]])
-    >>> matrix_by_entries(K)
-    (Matrix([
-    [K11,   b,  0],
-    [  b, K11,  0],
-    [  0,   0, -b]]), (Definition(symbol=K11, expression=a + k),))
     """
     taken = {s.name for s in K.free_symbols}
     for d in definitions:

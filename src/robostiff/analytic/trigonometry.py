@@ -27,16 +27,6 @@ def shortest_trigonometry(expression: Any) -> Any:
     Sums over multiples of one angle become sines and cosines with a phase,
     ``a sin x + b cos x = sqrt(a^2 + b^2) sin(x + phi)``, where the phase is a multiple of 15
     degrees; ``cos a cos b - sin a sin b`` becomes ``cos(a + b)``. What would be longer stays.
-
-    Examples
-    --------
-    >>> a, r, R = sp.symbols("alpha r R")
-    >>> shortest_trigonometry(r * (sp.sqrt(3) * sp.sin(a) + sp.cos(a)) / 2)
-    r*sin(alpha + pi/6)
-    >>> shortest_trigonometry(2 * R * sp.sin(a) * sp.cos(a) + r)
-    R*sin(2*alpha) + r
-    >>> shortest_trigonometry(1 / (sp.cos(a) * sp.cos(r) - sp.sin(a) * sp.sin(r)))
-    1/cos(alpha + r)
     """
     if isinstance(expression, sp.MatrixBase):
         return sp.ImmutableMatrix(*expression.shape, [_shortest(x) for x in expression.flat()])
