@@ -17,6 +17,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import starmap
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.operation_count import operations_of
 
 BEGINNING, END = "<!-- table of the expert -->", "<!-- end of the expert's table -->"
-RUNS = 5
+RUNS = 9
 AGREED = 1e-10  # of both matrices in numbers
 DATA = Path(__file__).parent.parent / "tests" / "analytic" / "data"
 R, r, h, k = sp.symbols("R r h k", positive=True)
@@ -329,21 +330,25 @@ def problems() -> list[Problem]:
     return found
 
 
-def best(route: Callable[[], Found]) -> tuple[float, int]:
-    """Least seconds of the processor, SymPy's cache being empty, and operations."""
-    least, entries, names = float("inf"), [], []
+def best(routes: Sequence[Callable[[], Found]]) -> list[tuple[float, int]]:
+    """Least seconds of the processor, SymPy's cache being empty, and operations; run in turn."""
+    least, found = [float("inf")] * len(routes), [route() for route in routes]
     for _ in range(RUNS):
-        clear_cache()
-        start = time.process_time()
-        entries, names = route()
-        least = min(least, time.process_time() - start)
-        if least > 5:
-            break
+        for i, route in enumerate(routes):
+            clear_cache()
+            start = time.process_time()
+            route()
+            least[i] = min(least[i], time.process_time() - start)
+    return list(zip(least, starmap(length, found), strict=True))
+
+
+def length(entries: list[Any], names: list[Definition]) -> int:
+    """Operations of all different entries and names."""
     different: list[Any] = []
     for x in entries:
         if x not in different and -x not in different:
             different.append(x)
-    return least, operations_of([*different, *(d.expression for d in names)], ())
+    return operations_of([*different, *(d.expression for d in names)], ())
 
 
 def difference(problem: Problem) -> float:
@@ -394,8 +399,8 @@ def main() -> None:
         if options.compare:
             print(f"{problem.name}: {apart:.1e}")
             continue
-        ours, operations = best(problem.ours)
-        theirs, their_operations = min(map(best, problem.experts))
+        (ours, operations), *others = best((problem.ours, *problem.experts))
+        theirs, their_operations = min(others)
         numbers = f"{ours:.3f} | {operations} | {theirs:.3f} | {their_operations}"
         rows.append(f"| {problem.name} | {numbers} | {theirs / ours:.2g} |")
         print(rows[-1], flush=True)

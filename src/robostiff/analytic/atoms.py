@@ -28,16 +28,7 @@ class Atoms:
 
 @cacheit
 def prepare(expression: Any) -> Any:
-    """A SymPy expression in the functions of a field; floats as exact decimals.
-
-    Examples
-    --------
-    >>> a = sp.Symbol("a")
-    >>> prepare(0.25 * sp.sin(2 * a))
-    sin(a)*cos(a)/2
-    >>> prepare(sp.sqrt(3 + 2 * sp.sqrt(2)))
-    1 + sqrt(2)
-    """
+    """A SymPy expression in the functions of a field; floats as exact decimals."""
     prepared: Any = sp.sympify(expression)
     if prepared.is_Symbol or prepared.is_Rational:
         return prepared
@@ -48,7 +39,9 @@ def prepare(expression: Any) -> Any:
     turning = (x for x in parts_of(prepared) if isinstance(x, sp.sin | sp.cos))
     if any(not x.args[0].is_Symbol for x in turning):
         prepared = sp.expand_trig(prepared)
-    numbers = [x for x in parts_of(prepared) if is_root(x) and not x.free_symbols]
+    # A root of a rational number has no other in it.
+    roots = (x for x in parts_of(prepared) if is_root(x) and not x.base.is_Rational)
+    numbers = [x for x in roots if not x.free_symbols]
     return prepared.xreplace({x: sp.sqrtdenest(x) for x in numbers}) if numbers else prepared
 
 

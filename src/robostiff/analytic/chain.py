@@ -58,12 +58,6 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[
 
     `K`: (n, n) SymPy matrix: before, in given symbols and names defined before; `J`: n entries:
     twist of the joint; `stage`: number i of the joint, from 1.
-
-    Examples
-    --------
-    >>> K = sp.Matrix(sp.MatrixSymbol("K", 2, 2))
-    >>> [str(d.symbol) for d in eliminate_by_name(K, sp.Matrix([0, 1]), 1)[3]]
-    ['K_1_11']
     """
     n = K.rows
     names = _Names(stage)

@@ -253,9 +253,13 @@ def _is_manageable(entries: list[Any]) -> bool:
         operations += count_of(entry)
         if operations > _MOST_OPERATIONS or entry.has(sp.Float):
             return False
-        parts = [part for term in sp.Add.make_args(entry) for part in sp.fraction(term)]
-        if any(bound_of_terms(part, _MOST_TERMS) > _MOST_TERMS for part in parts):
-            return False
+        for term in sp.Add.make_args(entry):
+            bounds = [1, 1]  # above and below the fraction bar
+            for factor in sp.Mul.make_args(term):
+                is_below = factor.is_Pow and factor.exp.is_number and factor.exp.is_negative
+                bounds[bool(is_below)] *= bound_of_terms(factor, _MOST_TERMS)
+            if max(bounds) > _MOST_TERMS:
+                return False
     return True
 
 

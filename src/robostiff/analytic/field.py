@@ -9,6 +9,7 @@ from typing import Any
 
 import flint
 import sympy as sp
+from sympy.core.cache import cacheit
 
 from robostiff.analytic.atoms import (
     Angles,
@@ -282,6 +283,7 @@ class ExactField:
         )
 
 
+@cacheit
 def _taken_apart(root: Any) -> Radicand:
     """Numerator times denominator of a radicand, factored if it contains no roots."""
     field = ExactField([root**2])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import chain, pairwise
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from robostiff.analytic.agreement import AGREED, closed_places, matrix_distance
 from robostiff.analytic.derivation import Stage
 from robostiff.analytic.leg_geometry import transport
+from robostiff.analytic.legs_at_points import redundant_columns
 from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.elastostatics.recursive import eliminate_joint
@@ -111,10 +112,3 @@ def _other_freedoms(
 
 def _joint_of(freedom: str) -> str:
     return freedom.partition("[")[0]
-
-
-def redundant_columns(J: np.ndarray) -> list[bool]:
-    """Which columns depend on those before."""
-    count = J.shape[1]
-    ranks = [0] + [int(np.linalg.matrix_rank(J[:, : k + 1], tol=_SAME)) for k in range(count)]
-    return [after == before for before, after in pairwise(ranks)]

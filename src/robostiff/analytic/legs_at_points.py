@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any
 
 import flint
@@ -130,18 +130,8 @@ class _Flexibility:
     @property
     def redundant(self) -> list[bool]:
         """Which twists are combinations of those before."""
-        found: list[bool] = []
-        basis = np.zeros((0, self.C.nrows()))
-        for twist in self.J:
-            own = np.array([float(x) for x in twist])
-            left = own / math.sqrt(own @ own)
-            for _ in range(2):
-                left = left - (basis @ left) @ basis
-            size = math.sqrt(left @ left)
-            found.append(size <= _REDUNDANT)
-            if not found[-1]:
-                basis = np.vstack([basis, left / size])
-        return found
+        J = np.array([[float(x) for x in twist] for twist in self.J]).reshape(-1, self.C.nrows())
+        return redundant_columns((J / np.linalg.norm(J, axis=1, keepdims=True)).T)
 
     def stiffness(self, redundant: Sequence[bool]) -> Any:
         """Eq. (7): a block of the inverse of [[C, J], [J^T, 0]]."""
@@ -209,7 +199,7 @@ def turned_legs(
         chain, left = robot.legs[places[0]].chain, list(places)
         if len(left) < 3 or chain.is_coupled:
             continue
-        ends = {i: _ends(entries, i, pose, points) for i in left}
+        ends = _ends(entries, left, pose, points)
         while len(left) > 2:
             first, *left = left
             turns = {_turn(ends[first], ends[i]): i for i in left}
@@ -222,18 +212,24 @@ def turned_legs(
     return found
 
 
-def _ends(robot: Robot, i: int, pose: FormulaPose, points: ExactPoints) -> list[Any]:
-    """Columns in balls, one matrix a point: where a leg begins and ends, and its axes there."""
-    leg, found = robot.legs[i], []
+def _ends(
+    robot: Robot, legs: Sequence[int], pose: FormulaPose, points: ExactPoints
+) -> dict[int, list[Any]]:
+    """Columns in balls, one matrix a point: where legs begin and end, and their axes there."""
+    found: dict[int, list[Any]] = {i: [] for i in legs}
     for point in range(points.count):
         read = _Reader(points, point)
         with flint.ctx.workprec(BITS):
-            R, p, at, begin = map(read.array, (pose.R, pose.p, leg.attachment.p, leg.base.p))
+            R, p = read.array(pose.R), read.array(pose.p)
             reference = p + R @ read.array(robot.reference_point)
-            columns = [begin - reference, p + R @ at - reference, *read.array(leg.base.R).T]
-            if not _turns_freely(leg.chain, robot.space):
-                columns += [*(R @ read.array(leg.attachment.R)).T]
-            found.append(_matrix(columns).transpose())
+            for i, own in found.items():
+                leg = robot.legs[i]
+                end = p + R @ read.array(leg.attachment.p)
+                begin = read.array(leg.base.p)
+                columns = [begin - reference, end - reference, *read.array(leg.base.R).T]
+                if not _turns_freely(leg.chain, robot.space):
+                    columns += [*(R @ read.array(leg.attachment.R)).T]
+                own.append(_matrix(columns).transpose())
     return found
 
 
@@ -308,6 +304,13 @@ def _is_image(leg: LegAtPoints, first: LegAtPoints, way: Image, rows: Sequence[i
             if any(not bool(abs(x) < _NOTHING * size) for x in (K - image).entries()):
                 return False
     return True
+
+
+def redundant_columns(J: np.ndarray) -> list[bool]:
+    """Which columns depend on those before."""
+    count = J.shape[1]
+    ranks = [0] + [int(np.linalg.matrix_rank(J[:, : k + 1], tol=_REDUNDANT)) for k in range(count)]
+    return [after == before for before, after in pairwise(ranks)]
 
 
 def _matrix(entries: Any) -> Any:

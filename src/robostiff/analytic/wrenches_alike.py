@@ -119,10 +119,14 @@ def matrix_of(
         entries = averages(group.needed, group.orbits)
         others = _by_unit_length(group)
         known: dict[Any, Any] = {}
+        written: dict[Any, Any] = {}  # averages of x and of y are one
         for i in range(n):
             for j in range(i, n):
                 place = rows[i], rows[j]
-                term = _written(entries[place], place, search, read)
+                key = *entries[place], sum(row > 2 for row in place)
+                if key not in written:
+                    written[key] = _written(entries[place], place, search, read)
+                term = written[key]
                 if place in others:
                     other = sp.Add(*(n * (1 - read(x) ** 2) for n, x in others[place]))
                     if count_of(other) < count_of(term):

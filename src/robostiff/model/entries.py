@@ -47,7 +47,16 @@ def with_entries(robot: Part, convert: Callable[[Any], Any]) -> Part:
     >>> with_entries(load("planar-link"), exact_number).legs[0].chain.elements[0].to
     array([1/2, 0, 0], dtype=object)
     """
-    return _converted(robot, convert, {}, lambda array: array)
+    known: dict[int, tuple[Any, Any]] = {}  # many formulas are one object, such as 0 and 1
+
+    def once(value: Any) -> Any:
+        if not is_formula(value):
+            return convert(value)
+        if id(value) not in known:
+            known[id(value)] = value, convert(value)
+        return known[id(value)][1]
+
+    return _converted(robot, once, {}, lambda array: array)
 
 
 def as_meant(robot: Part) -> Part:
@@ -158,12 +167,14 @@ def _names_of(kind: Any) -> tuple[str, ...]:
 
 
 def _array(values: np.ndarray, convert: Callable[[Any], Any]) -> np.ndarray:
+    found = [_entry(value, convert) for value in values.ravel().tolist()]
+    if not any(map(is_formula, found)):
+        return np.array(found, dtype=float).reshape(values.shape)
     converted = np.empty(values.size, dtype=object)
     # Filled one by one: some entries look like sequences to NumPy.
-    for place, value in enumerate(values.ravel().tolist()):
-        converted[place] = _entry(value, convert)
-    converted = converted.reshape(values.shape)
-    return converted if any(map(is_formula, converted.flat)) else converted.astype(float)
+    for place, value in enumerate(found):
+        converted[place] = value
+    return converted.reshape(values.shape)
 
 
 def _entry(value: Any, convert: Callable[[Any], Any]) -> Any:
@@ -286,19 +297,15 @@ class Symbolic:
         left = set(self.symbols) - chosen.keys()
         left = left.union(*(value.free_symbols for value in chosen.values()))
 
-        # Legs have the same formulas, and most are the same objects, such as 0 and 1.
-        known: dict[Any, Any] = {}
-        of_objects: dict[int, Any] = {}
+        known: dict[Any, Any] = {}  # legs have the same formulas
 
         def put_in(entry: Any) -> Any:
             if isinstance(entry, float):
                 return entry
-            if id(entry) not in of_objects:
-                if entry not in known:
-                    # While symbols are left, numbers beside them stay exact.
-                    known[entry] = entry.xreplace(chosen) if left else _number(entry, chosen)
-                of_objects[id(entry)] = known[entry]
-            return of_objects[id(entry)]
+            if entry not in known:
+                # While symbols are left, numbers beside them stay exact.
+                known[entry] = entry.xreplace(chosen) if left else _number(entry, chosen)
+            return known[entry]
 
         given = set(map(str, chosen))
         nominal = {name: value for name, value in self.nominal.items() if name not in given}

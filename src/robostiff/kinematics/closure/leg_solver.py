@@ -46,29 +46,14 @@ _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 @dataclass(frozen=True)
 class LegSolver:
-    """Closes one leg at platform poses.
-
-    Attributes
-    ----------
-    leg : Leg
-    closed_form : Strut, Rod, Post or None
-        Of the main path of its chain.
-    copies : (size,) array of int
-        Places on the main path to which its coordinates are equal, where it has a closed form.
-    home_pose : (6,) array
-        Pose coordinates of the home configuration.
-    home : (size,) array
-        Leg coordinates that close it there.
-    length : float
-        Characteristic length [m].
-    """
+    """Closes one leg at platform poses."""
 
     leg: Leg
-    closed_form: ClosedForm | None
-    copies: np.ndarray
-    home_pose: np.ndarray
-    home: np.ndarray
-    length: float
+    closed_form: ClosedForm | None  # of the main path of its chain
+    copies: np.ndarray  # (size,): places on the main path to whose coordinates its own are equal
+    home_pose: np.ndarray  # (6,): pose coordinates of the home configuration
+    home: np.ndarray  # (size,): leg coordinates that close it there
+    length: float  # characteristic length [m]
 
     def solve(
         self, pose: np.ndarray, R_platform: np.ndarray, *, from_afar: bool = True

@@ -25,16 +25,9 @@ from robostiff.spatial.batch import poses_side_by_side, product, transposed
 
 @dataclass(frozen=True)
 class LegsAlike:
-    """Legs with equal chains in one assembly mode.
+    """Legs with equal chains in one assembly mode."""
 
-    Attributes
-    ----------
-    places : tuple of int
-        Which legs of the robot.
-    solvers : tuple of LegSolver
-    """
-
-    places: tuple[int, ...]
+    places: tuple[int, ...]  # which legs of the robot
     solvers: tuple[LegSolver, ...]
 
     def solve(
@@ -181,21 +174,12 @@ def legs_alike(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
 
 
 def leg_solvers(legs: Sequence[Leg], home_pose: np.ndarray, length: float) -> tuple[LegSolver, ...]:
-    """The solvers that close legs of a robot.
-
-    Parameters
-    ----------
-    legs : sequence of Leg
-    home_pose : (6,) array
-        Pose coordinates (x, y, z, rotation vector) of the home configuration.
-    length : float
-        Characteristic length [m].
+    """The solvers that close legs of a robot, of size `length`, at its home pose (6,).
 
     Raises
     ------
     InputError
-        When a leg does not close in the home configuration, or an elbow is named for a leg that
-        has no choice in closed form.
+        When a leg does not close there, or an elbow is named for a leg that has no choice.
     """
     recognised = [recognised_solver(leg, home_pose, length) for leg in legs]
     found: dict[int, tuple[LegSolver, bool]] = {}
