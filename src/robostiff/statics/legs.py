@@ -298,7 +298,7 @@ class LegGroup:
         twists = np.zeros((len(self.points), self.count, 6))
         for twist, place in zip(twists, self.body_places, strict=True):
             twist[:, list(self.rows)] = step[:, place]
-        turns = matrix_of_rotation(twists[..., 3:])
+        turns = matrix_of_rotation(twists[..., 3:]) if self.points else ()
         bodies = [
             MovingBody(R @ body.R, body.p + twist[:, :3])
             for R, twist, body in zip(turns, twists, state.bodies, strict=True)

@@ -78,8 +78,8 @@ def compile_loaded(
     Raises
     ------
     InputError
-        When the robot has a flexible platform, laws of force,
-        or when a parameter is no symbol of it or a load does not fit.
+        When the robot has a flexible platform or laws of force, or when a parameter is no symbol of
+        it or a load does not fit.
     NoAnswerError
         When the platform has free motions at every pose, or a leg is rigid in some direction.
     DisagreementError
