@@ -1,5 +1,6 @@
 """`robostiff check`: freedoms of the platform, parts at home, and a picture."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -222,3 +223,34 @@ def test_drives_whose_stiffness_depends_on_them_are_listed_and_written(tmp_path)
     assert Running("convert")(table, "--joints", "x=0.4", "-o", str(file)).exit_code == 0
     moved = rs.stiffness(rs.load(table), rs.JointCoordinates([0.4, 0])).K
     np.testing.assert_allclose(rs.stiffness(rs.load(file)).K, moved, rtol=1e-12, atol=1)
+
+
+def test_masses_of_a_network(tmp_path):
+    """A beam weighs its density times its volume; masses that differ by leg have their legs."""
+    portal = json.loads((EXAMPLES / "portal.json").read_text())
+    portal["graph"]["beams"][0]["density"] = 7850
+    portal["graph"]["masses"] = [{"on": "top", "name": "motor", "mass": 2.5}]
+    file = tmp_path / "portal.json"
+    file.write_text(json.dumps(portal))
+    masses = facts(str(file))["masses"]
+    post = 7850 * 3.49e-4 * 0.8
+    assert masses["parts"] == pytest.approx({"top/motor": 2.5, "left post": post})
+    assert masses["centre"][2] == pytest.approx((2.5 * 0.8 + post * 0.4) / (2.5 + post))
+    assert "masses: top/motor 2.5 kg, left post 2.192 kg; 4.692 kg in all" in run(str(file)).stdout
+    words = run(str(EXAMPLES / "exechon.yaml")).stdout
+    assert "masses: upr1/telescope1.beam 56.87 kg, upr2/telescope1.beam 56.87 kg, spr/" in words
+
+
+def test_small_loads_in_words():
+    """Of a network without weights, of drives that gravity does not load, of rigid directions."""
+    load = ("--wrench", "100 N 0 -200 N 0 0 0")
+    words = Running("deflection")("double-pantograph", *load).stdout
+    assert "load:       Fx 100 N, Fz -200 N\n" in words
+    assert "%  a lower\n" in words
+    words = Running("deflection")("us-ups", "--gravity=-z").stdout
+    assert "           0 N    strut1/screw\n" in words
+    table = "{convention: standard, joints: [{a: 1 m, stiffness: 1e4 N m/rad}]}"
+    arm = f"{{robostiff: 1, name: arm, source: none, dh: {table}}}"
+    words = Running("stiffness")("-", stdin=arm).stdout
+    assert "rigid direction: Fz 1 N\n" in words
+    assert "rigid direction: Mx 1 N m\n" in words

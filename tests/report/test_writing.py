@@ -12,6 +12,8 @@ import robostiff as rs
 from robostiff.cli.main import app
 from robostiff.errors import InputError
 from robostiff.report import (
+    TitleBlock,
+    described_by,
     report_contents,
     report_html,
     report_pdf,
@@ -19,6 +21,7 @@ from robostiff.report import (
     save_report,
     write_report,
 )
+from robostiff.robots import robot_file
 from tests.project.shown_output import ROOT
 from tests.report.machines import shipped, with_symbols
 
@@ -56,10 +59,20 @@ def test_a_page_and_a_pdf(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["robot.html", "robot.pdf"]
 
 
-def test_a_filed_report_has_few_pages_and_says_the_formula_once():
+def test_a_report_with_every_section_has_few_pages_and_says_the_formula_once():
     typst = pytest.importorskip("typst")
+    robot = shipped("hexapod")
+    grid = rs.Grid(x=rs.Axis(-0.1, 0.1, 3), y=rs.Axis(-0.1, 0.1, 3))
     contents = report_contents(
-        shipped("hexapod"), wrench=[300, 100, -200, 0, 0, 0], symbolic=with_symbols("hexapod")
+        robot,
+        [0.06, 0.02, 0.9, 0, 0.17, 0],
+        wrench=[300, 100, -200, 0, 0, 0],
+        found=rs.stiffness_map(robot, grid, [rs.Quantity.WORST_DEFLECTION]),
+        symbolic=with_symbols("hexapod"),
+        finite=True,
+        title_block=TitleBlock("cell 4", "A. Engineer", "2026-11-23", "B"),
+        described_by=described_by(robot_file("hexapod")),
+        other=robot,
     )
     source = report_typst(contents)
     pages = typst.compile(source.encode(), format="svg", ignore_system_fonts=True)

@@ -16,6 +16,7 @@ from robostiff.plot.posture import (
     surroundings,
 )
 from robostiff.plot.prefix import prefixed, short
+from robostiff.plot.robot_parts import robot_scene
 
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis
 _OPEN = 1.6  # of the longest finite semi-axis: length shown of a free direction
@@ -81,23 +82,15 @@ def ellipsoid_picture(
         )
     times, unit = prefixed(float(bounded.max()), quality.unit)
     if around is None:
-        centre, size, items = np.zeros(3), times, []
-        labels = tuple(f"{axis} [{unit}]" for axis in ("x", "y", "z"))
+        centre, size, items, shown = np.zeros(3), times, [], unit
     else:
         centre = around.factor * result.reference_point
         size = around.factor * _IN_ROBOT * around.size / float(bounded.max())
-        items = list(around.items)
-        labels = tuple(f"{axis} [{around.unit}]" for axis in ("x", "y", "z"))
+        items, shown = list(around.items), around.unit
     items = [*items, *ellipsoid_items(axes, quality, centre, size, (times, unit))]
     is_flat = len(axes.lengths) < 3 and (around is None or around.is_flat)
-    x, y, z = labels
-    return Scene(
-        f"{result.name}: {quality.value}",
-        (x, y, z),
-        tuple(items),
-        is_flat=is_flat,
-        notes=_notes(axes, quality),
-    )
+    title, notes = f"{result.name}: {quality.value}", _notes(axes, quality)
+    return robot_scene(title, items, shown, is_flat, notes=notes)
 
 
 def ellipsoid_items(

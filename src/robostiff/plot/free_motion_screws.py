@@ -24,7 +24,7 @@ from robostiff.plot.posture import (
     single_stiffness,
     surroundings,
 )
-from robostiff.plot.robot_parts import turning_arrow, unit_of
+from robostiff.plot.robot_parts import robot_scene, turning_arrow, unit_of
 
 _ALONG = 1e-9
 _PART = 0.3  # of the robot: half an axis
@@ -80,16 +80,11 @@ def free_motions_picture(result: Stiffness, around: Surroundings | None = None) 
     items += free_motion_items(result, half, factor)
     point = result.reference_point
     items.append(Marks(factor * point[None], PlainColour.INK, Shape.CROSS, "reference point"))
-    x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
     free = len(result.free_motions)
     count = "no free motion" if not free else f"{free} free motion{'s' if free > 1 else ''}"
-    return Scene(
-        f"{result.name}: {count}",
-        (x, y, z),
-        tuple(items),
-        is_flat=around is not None and around.is_flat and _is_in_plane(result),
-        notes=(f"rank {int(result.rank)} of {result.space.size}",),
-    )
+    is_flat = around is not None and around.is_flat and _is_in_plane(result)
+    notes = (f"rank {int(result.rank)} of {result.space.size}",)
+    return robot_scene(f"{result.name}: {count}", items, unit, is_flat, notes=notes)
 
 
 def free_motion_items(result: Stiffness, half: float, factor: float) -> list[Item]:

@@ -131,8 +131,7 @@ def displaced_network(
 ) -> tuple[dict[str, BodyMotion], float]:
     """Motions of the bodies of a network under a load, and the factor of their displacements."""
     motions = network_motion(network, bent)
-    bodies = zip(_names(network), _bodies(network), strict=True)
-    far = [motions[name].displacement(p) for name, points in bodies for p in points]
+    far = [motions[own].displacement(p) for own, at in _bodies(network).items() for p in at]
     scale = round_factor(np.array(far), size_of(network_points(network)))
     return motions, scale if exaggeration is None else float(exaggeration)
 
@@ -151,7 +150,7 @@ def network_items(d: NetworkDrawing) -> list[Item]:
     network = d.network
     items: list[Item] = []
     fixed = set(network.fixed)
-    for name, body in zip(_names(network), _bodies(network), strict=True):
+    for name, body in _bodies(network).items():
         paint = PlainColour.FAINT if name in fixed else PlainColour.PLATE
         corners = _face(body)
         if corners is not None:
@@ -172,7 +171,7 @@ def network_items(d: NetworkDrawing) -> list[Item]:
 def network_ghost(d: NetworkDrawing, label: str = "without load") -> list[Item]:
     """Beams and bodies without load, in dashed lines."""
     lines = [d.line(beam.start, beam.end, beam.a, beam.b) for beam in d.network.beams]
-    for name, body in zip(_names(d.network), _bodies(d.network), strict=True):
+    for name, body in _bodies(d.network).items():
         if name not in d.network.fixed:
             lines += _ties(d, name, body)
     return dashed(lines, label)
@@ -245,16 +244,12 @@ def _face(points: np.ndarray) -> np.ndarray | None:
     return plate(points) if out <= _IN_PLANE * size_of(points) else None
 
 
-def _names(network: Network) -> list[str]:
-    return [name for name, points in network.connection_points.items() if points]
-
-
-def _bodies(network: Network) -> list[np.ndarray]:
+def _bodies(network: Network) -> dict[str, np.ndarray]:
     """Points of attachment (n, 3) of each body that has some, each point once; kept with it."""
-    known: list[np.ndarray] | None = vars(network).get(_KEPT)
+    known: dict[str, np.ndarray] | None = vars(network).get(_KEPT)
     if known is not None:
         return known
-    bodies = vars(network)[_KEPT] = []
+    bodies = vars(network)[_KEPT] = {}
     for name, points in network.connection_points.items():
         if not points:
             continue
@@ -264,7 +259,7 @@ def _bodies(network: Network) -> list[np.ndarray]:
         for point in own:
             if all(np.linalg.norm(point - other) > _SAME * size for other in kept):
                 kept.append(point)
-        bodies.append(np.array(kept))
+        bodies[name] = np.array(kept)
     return bodies
 
 
@@ -349,7 +344,7 @@ def size_of(points: np.ndarray) -> float:
 
 def network_points(network: Network) -> np.ndarray:
     """All points of attachment of a network, and its reference point (n, 3) [m]."""
-    return np.concatenate([network.reference_point[None], *_bodies(network)])
+    return np.concatenate([network.reference_point[None], *_bodies(network).values()])
 
 
 def is_level(points: np.ndarray) -> bool:

@@ -139,11 +139,11 @@ class ReportContents:
     robot: Reported
     posed: Snapshot | Network | CableStiffness | None
     stiffness: RobotStiffness | CableStiffness
-    indices: StiffnessIndices | None
-    deflection: Deflection | CableResponse | None
-    derivation: RobotDerivation | None
-    no_derivation: str
-    found: xarray.Dataset | None
+    indices: StiffnessIndices | None = None
+    deflection: Deflection | CableResponse | None = None
+    derivation: RobotDerivation | None = None
+    no_derivation: str = ""
+    found: xarray.Dataset | None = None
     under_load: AnswersUnderLoad | None = None
     modes: Modes | None = None
     title_block: TitleBlock = NO_TITLE_BLOCK
@@ -266,10 +266,7 @@ def _of_cables(
         robot=robot,
         posed=result,
         stiffness=result.about(at),
-        indices=None,
         deflection=bent,
-        derivation=None,
-        no_derivation="",
         found=found,
         **own,
     )

@@ -51,7 +51,7 @@ class Space(Enum):
     @property
     def translations(self) -> int:
         """Number of translations, which are the leading coordinates."""
-        return sum(row < 3 for row in self.value)
+        return 3 if self is Space.SPATIAL else 2
 
     @property
     def twist_units(self) -> tuple[str, ...]:

@@ -69,7 +69,7 @@ def twist_transport(v: Shaped[np.ndarray, "*batch d"]) -> Shaped[np.ndarray, "*b
     """
     if v.shape[-1] == 3:
         J = np.zeros((*v.shape[:-1], 6, 6), dtype=v.dtype)
-        J[..., range(6), range(6)] = 1
+        J.reshape(*v.shape[:-1], 36)[..., ::7] = 1  # the diagonal
         J[..., :3, 3:] = -skew(v)
         return J
     if v.shape[-1] == 2:

@@ -159,7 +159,7 @@ def load_html(bent: Deflection, colours: Mapping[str, Paint]) -> str:
     if not bent.has_answer:
         return UNDER_LOAD + element("p", f"There is no deflection: status {escaped(bent.status)}.")
     blocks = [UNDER_LOAD, block_html(displacement_table(bent)), energy_bars(bent, colours)]
-    if bent.energy > 0:
+    if bent.energy > 0 and len({part.part for part in bent.parts}) < len(bent.parts):
         blocks.append(block_html(energy_table(bent.parts, _BARS)))
     return "".join(blocks)
 
@@ -182,7 +182,8 @@ def energy_bars(bent: Deflection, colours: Mapping[str, Paint]) -> str:
             element("td", number, style="text-align:right"),
         )
         rows.append(element("tr", "".join(cells)))
-    title = element("p", "elastic energy by part, all legs together", style="margin:0.6em 0 0")
+    of = ", all legs together" if len(by_name) < len(bent.parts) else ""
+    title = element("p", f"elastic energy by part{of}", style="margin:0.6em 0 0")
     return title + element("table", "".join(rows), style="width:100%", class_="robostiff-energy")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from math import dist
 
@@ -15,6 +15,7 @@ from robostiff.network import SpringElement
 from robostiff.plot.geometry.displacement import BodyMotion, LegMotion
 
 _BENDS = 17  # points along a bent part
+_KEPT = "drawn extent"
 _APART = 1e-9  # of the leg's extent
 
 
@@ -61,16 +62,18 @@ def leg_members(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> list[M
     return list(_LegWalk(leg.name, scale, _apart(leg)).along(leg, motion, None))
 
 
-def joint_marks(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> Iterator[JointMark]:
-    """Points of the joints of a leg, displaced with the body before them."""
+def joint_marks(
+    leg: PlacedLeg, motion: LegMotion, scale: float = 0.0, name: str = ""
+) -> Iterator[JointMark]:
+    """Points of the joints of a leg, displaced with the body before them; a branch has its name."""
+    name = name or leg.name
     for i, element in enumerate(leg.elements):
         if isinstance(element, PlacedFreedom):
             moved = element.point + scale * motion.bodies[i].displacement(element.point)
-            yield JointMark(leg.name, moved, element)
+            yield JointMark(name, moved, element)
         elif isinstance(element, PlacedBlock):
             for branch, own in zip(element.branches, motion.branches[i], strict=True):
-                for mark in joint_marks(branch, own, scale):
-                    yield replace(mark, leg=leg.name)
+                yield from joint_marks(branch, own, scale, name)
 
 
 def foot(leg: PlacedLeg) -> np.ndarray:
@@ -110,8 +113,11 @@ def points_of(snapshot: Snapshot) -> np.ndarray:
 
 
 def extent(snapshot: Snapshot) -> float:
-    """Length of the diagonal of the box around a robot at a single pose [m]."""
-    return float(np.linalg.norm(np.ptp(points_of(snapshot), axis=0)))
+    """Length of the diagonal of the box around a robot at a single pose [m]; kept with it."""
+    known: dict[str, float] = vars(snapshot)
+    if _KEPT not in known:
+        known[_KEPT] = float(np.linalg.norm(np.ptp(points_of(snapshot), axis=0)))
+    return known[_KEPT]
 
 
 @dataclass(frozen=True)
@@ -168,7 +174,10 @@ class _LegWalk:
             yield from self._line(place, _Place(leg.end, motion.bodies[-1]), slid, kind)
 
     def _line(self, start: _Place, end: _Place, part: str, kind: MemberKind) -> Iterator[Member]:
-        if kind is MemberKind.ELASTIC and self.scale and self._is_long(start.point, end.point):
+        is_long = self._is_long(start.point, end.point)
+        if kind is MemberKind.RIGID and not is_long:
+            return
+        if kind is MemberKind.ELASTIC and self.scale and is_long:
             points = bent_line(start.point, end.point, start.body, end.body, self.scale)
         else:
             points = np.array([start.moved(self.scale), end.moved(self.scale)])

@@ -75,7 +75,7 @@ _PACKAGES = ("numpy", "scipy", "sympy")
 def method_section(contents: ReportContents) -> Section:
     """Method, point, conventions and versions."""
     result = contents.stiffness
-    pose = "its own"
+    pose = ", ".join(contents.given) or "its own"
     if result.pose is not None:
         pose = f"[{row(result.pose)}] (m, rad): x, y, z and rotation vector of the platform"
     packages = ", ".join(f"{name} {version(name)}" for name in _PACKAGES)
