@@ -171,10 +171,10 @@ def test_the_command_reads_graphs_and_refuses_their_poses():
 
 def test_the_command_exits_with_one_when_methods_differ(monkeypatch, capsys):
     from robostiff.cli.commands import print_verification
-    from robostiff.cli.options import Answer, Model, Place
+    from robostiff.cli.options import Answer, Model, Posing
 
     planted(monkeypatch, with_penalty(1.0))
-    assert print_verification(Model(ROBOT), Place(), Answer()) == 1
+    assert print_verification(Model(ROBOT), Posing(), Answer()) == 1
     assert "methods DISAGREE" in capsys.readouterr().out
 
 

@@ -51,3 +51,12 @@ def test_slow_tests_exist():
     assert gone == []
     # Names that hold a path of the machine are no names elsewhere.
     assert [line for line in listed if "[/" in line] == []
+
+
+def test_one_name_is_one_class():
+    places: dict[str, list[str]] = {}
+    for module in MODULES:
+        for node in ast.parse(module.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(node.name, []).append(named(module))
+    assert {name: own for name, own in places.items() if len(own) > 1} == {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.record import Entry, Program, Record
-from robostiff.recorded.sparse_elimination import Equation, SparseElimination
+from robostiff.recorded.sparse_elimination import LinearEquation, SparseElimination
 
 #: Which unknowns stand in which equation; x and y first, then what couples them.
 PATTERN = (("x", "y"), ("x", "y", "u"), ("x", "v"), ("y", "u", "v"), ("u", "v", "x"))
@@ -31,7 +31,7 @@ def test_solutions_and_determinants_at_other_places_than_the_samples():
     record = Record(random_rates(rng, 5))
     right = [1.0, -2.0, 0.5, 3.0]
     equations = [
-        Equation({name: record.input(f"{i} {name}") for name in row}, right[i])
+        LinearEquation({name: record.input(f"{i} {name}") for name in row}, right[i])
         for i, row in enumerate(PATTERN[:4])
     ]
     elimination = SparseElimination()
@@ -58,7 +58,7 @@ def test_unknowns_that_nothing_determines_and_equations_that_follow():
     record = Record({"a": np.array([1.0, 2.0]), "b": np.array([3.0, -1.0])})
     a, b = record.input("a"), record.input("b")
     elimination = SparseElimination()
-    twice = [Equation({"x": a}, b), Equation({"x": a * 2}, b * 2)]
+    twice = [LinearEquation({"x": a}, b), LinearEquation({"x": a * 2}, b * 2)]
     (left,) = elimination.eliminate(twice, ["x", "z"])
     assert left.rates == {}
     assert isinstance(left.right, Entry)
@@ -74,8 +74,8 @@ def test_a_pivot_is_large_at_every_sample():
     record = Record({"a": np.array([1e-6, 2.0]), "b": np.array([1.5, 1.0])})
     elimination = SparseElimination()
     rows = [
-        Equation({"x": record.input("a"), "y": 1}, 1),
-        Equation({"x": record.input("b"), "y": 1}, 2),
+        LinearEquation({"x": record.input("a"), "y": 1}, 1),
+        LinearEquation({"x": record.input("b"), "y": 1}, 2),
     ]
     elimination.eliminate(rows, ["x", "y"])
     for pivot in elimination.pivots[0]:

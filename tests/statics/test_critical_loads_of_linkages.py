@@ -103,6 +103,7 @@ def test_a_shallow_truss_snaps_through():
         held = rs.equilibrium(robot, displacement=[0, -depth, 0, 0, 0, 0])
         at = h - depth
         push = 2 * k * at * (length / np.hypot(a, at) - 1)
+        assert isinstance(held, rs.Equilibrium)
         assert np.isclose(held.wrench[1], -push, rtol=1e-9, atol=1e-10 * k)
 
 

@@ -255,7 +255,8 @@ def _is_manageable(entries: list[Any]) -> bool:
             return False
         for term in sp.Add.make_args(entry):
             bounds = [1, 1]  # above and below the fraction bar
-            for factor in sp.Mul.make_args(term):
+            factors: Any = sp.Mul.make_args(term)
+            for factor in factors:
                 is_below = factor.is_Pow and factor.exp.is_number and factor.exp.is_negative
                 bounds[bool(is_below)] *= bound_of_terms(factor, _MOST_TERMS)
             if max(bounds) > _MOST_TERMS:

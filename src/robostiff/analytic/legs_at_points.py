@@ -105,7 +105,7 @@ class _Flexibility:
         rows: Sequence[int],
     ) -> _Flexibility:
         with flint.ctx.workprec(BITS):
-            read = _Reader(points, point)
+            read = _BallReader(points, point)
             at = read.array(reference)
             columns, C = [], flint.arb_mat(6, 6)
             for part in leg.elements:
@@ -149,7 +149,7 @@ class _Flexibility:
 
 
 @dataclass(frozen=True)
-class _Reader:
+class _BallReader:
     """Reads entries and numbers as balls at one of the points."""
 
     points: ExactPoints
@@ -218,7 +218,7 @@ def _ends(
     """Columns in balls, one matrix a point: where legs begin and end, and their axes there."""
     found: dict[int, list[Any]] = {i: [] for i in legs}
     for point in range(points.count):
-        read = _Reader(points, point)
+        read = _BallReader(points, point)
         with flint.ctx.workprec(BITS):
             R, p = read.array(pose.R), read.array(pose.p)
             reference = p + R @ read.array(robot.reference_point)

@@ -17,7 +17,7 @@ from robostiff.analytic.contributions import summed
 from robostiff.analytic.leg_springs import LegReader
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.analytic.unit_wrenches import UnitWrench
-from robostiff.analytic.vector_rods import Carrier, Rod, ends_of, in_the_platform
+from robostiff.analytic.vector_rods import Carrier, LegRod, ends_of, in_the_platform
 from robostiff.model import PlacedSpring
 from robostiff.recorded.leg import at_samples as sampled
 
@@ -25,7 +25,7 @@ _SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Cluster:
+class ParallelRods:
     """The rods of a leg."""
 
     mean: UnitWrench  # the force through their middle
@@ -35,7 +35,9 @@ class Cluster:
     of_rod: Any  # compliance of a rod
 
 
-def cluster_of(placed: PlacedRobot, number: int, rod: Rod, reader: LegReader) -> Cluster | None:
+def cluster_of(
+    placed: PlacedRobot, number: int, rod: LegRod, reader: LegReader
+) -> ParallelRods | None:
     """The parallel rods of a leg on a slide; None where it is another leg."""
     own, count = placed.legs[number].leg, placed.record.count
     branches = own.blocks[0].branches if own.blocks else (own,)
@@ -55,17 +57,17 @@ def cluster_of(placed: PlacedRobot, number: int, rod: Rod, reader: LegReader) ->
     mean = UnitWrench(forces[0].direction, middle[1])
     met = summed(reader.contributions.of(own, mean, mean))
     if len(branches) == 1:
-        return Cluster(mean, met, (), None)
+        return ParallelRods(mean, met, (), None)
     each = {summed(reader.contributions.of(b, f, f)) for b, f in zip(branches, forces, strict=True)}
     if len(each) > 1:
         return None
     ends = [ends_of(branch) for branch in branches]
     arms = [in_the_platform(placed, end[1] - middle[1]) for end in ends if end is not None]
     labels = [f"{own.name}, {branch.name.split('/')[-1]}" for branch in branches]
-    return Cluster(mean, met, tuple(zip(labels, arms, strict=True)), each.pop())
+    return ParallelRods(mean, met, tuple(zip(labels, arms, strict=True)), each.pop())
 
 
-def rods_of(clusters: Sequence[Cluster]) -> tuple[tuple[int, str, Any], ...] | None:
+def rods_of(clusters: Sequence[ParallelRods]) -> tuple[tuple[int, str, Any], ...] | None:
     """All rods that are not alone, with the numbers of their legs; None where rods differ."""
     if len({x.of_rod for x in clusters if x.arms}) != 1:
         return None

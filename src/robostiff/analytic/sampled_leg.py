@@ -49,7 +49,7 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class PointAndSizes:
     """About which point a leg is looked at, and with which sizes."""
 
     record: Record
@@ -78,7 +78,7 @@ class SampledLeg:
     transmitted: int | None
 
     @classmethod
-    def of(cls, leg: PlacedLeg, around: Surroundings) -> SampledLeg | None:
+    def of(cls, leg: PlacedLeg, around: PointAndSizes) -> SampledLeg | None:
         """A leg in numbers; None where a block holds different motions at different samples."""
         record, rows, scale = around.record, list(around.space.rows), around.scale
         reference = at_samples(around.reference, record.count)
@@ -118,7 +118,7 @@ class SampledLeg:
         return cls(J, C, n - ranks.pop() if len(ranks) == 1 else None)
 
 
-def _of_block(block: PlacedBlock, around: Surroundings) -> SampledLeg | None:
+def _of_block(block: PlacedBlock, around: PointAndSizes) -> SampledLeg | None:
     branches = []
     for branch in block.branches:
         own = SampledLeg.of(branch, around)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.sampled_leg import SampledLeg, Seen, Surroundings
+from robostiff.analytic.sampled_leg import PointAndSizes, SampledLeg, Seen
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
@@ -82,7 +82,7 @@ class Basis:
 
 
 @dataclass(frozen=True)
-class WrenchSearch(Surroundings):
+class WrenchSearch(PointAndSizes):
     """Finds a basis of unit wrenches of which few or none share energy."""
 
     def basis(self, leg: PlacedLeg, *, few_couplings: bool = True) -> Basis | None:
@@ -118,7 +118,7 @@ class WrenchSearch(Surroundings):
             count += 1
         return _combined(sorted(found, key=lambda one: one.cost)[:count], own)
 
-    def _transmitted(self, leg: PlacedLeg, own: SampledLeg) -> list[list[_Place]]:
+    def _transmitted(self, leg: PlacedLeg, own: SampledLeg) -> list[list[_PlacedWrench]]:
         """Unit wrenches that do no work on passive joints, alike ones together."""
         directions = self._different(_directions(leg, self.record.count), 1.0, up_to_sign=True)
         points = self._different(_points(leg, self.record.count), self.length, up_to_sign=False)
@@ -140,11 +140,11 @@ class WrenchSearch(Surroundings):
         if own.J.shape[2]:
             work = np.abs(np.einsum("dpni,nij->dpnj", scaled, own.J))
             fits &= np.max(work, axis=(2, 3)) <= IDLE
-        found: list[list[_Place]] = []
+        found: list[list[_PlacedWrench]] = []
         seen = Seen(_SAME, up_to_sign=True)
         for i, j in np.argwhere(fits):
             point = points[j - 1][0] if j else None
-            one = _Place(UnitWrench(directions[i][0], point), scaled[i, j], sizes[i, j])
+            one = _PlacedWrench(UnitWrench(directions[i][0], point), scaled[i, j], sizes[i, j])
             known = seen.first_alike(one.scaled)
             if known is None:
                 seen.add(one.scaled)
@@ -183,7 +183,7 @@ class WrenchSearch(Surroundings):
 
 
 @dataclass(frozen=True)
-class _Place:
+class _PlacedWrench:
     """A unit wrench, its direction among scaled wrenches, its length there, and what it costs."""
 
     wrench: UnitWrench
@@ -192,7 +192,7 @@ class _Place:
     cost: int = 0
 
 
-def _combined(pool: Sequence[_Place], own: SampledLeg) -> Basis | None:
+def _combined(pool: Sequence[_PlacedWrench], own: SampledLeg) -> Basis | None:
     """Independent wrenches with the fewest couplings, cheap ones first."""
     m = own.transmitted or 0
     best: tuple[tuple[int, int], Basis] | None = None

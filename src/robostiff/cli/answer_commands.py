@@ -10,7 +10,7 @@ from robostiff.cli.options import (
     Length,
     Model,
     Part,
-    Place,
+    Posing,
     Replacing,
     argument,
     gravity_option,
@@ -22,7 +22,7 @@ from robostiff.cli.options import (
 
 
 @dataclass(frozen=True)
-class Details:
+class CheckDetails:
     """What ``check`` gives beside the facts: parts at home, and a picture."""
 
     parts: bool = option(
@@ -152,21 +152,21 @@ COMMANDS = {
     ),
     "check": Command(
         "commands:check_robot",
-        (Model, Details, Replacing, Answer),
+        (Model, CheckDetails, Replacing, Answer),
         "Check a model or snapshot file, and list the parts of the robot.",
         examples=("check hexapod --parts --plot hexapod.png",),
         status="0 when it can be used, 2 when it cannot.",
     ),
     "stiffness": Command(
         "commands:print_stiffness",
-        (Model, Place, Method, Answer),
+        (Model, Posing, Method, Answer),
         "Print the Cartesian stiffness matrix of a robot at a pose, its rank and free motions.",
         examples=('stiffness gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"',),
         status=_STATUS,
     ),
     "deflection": Command(
         "commands:print_deflection",
-        (Model, Part(WrittenLoads, "wrench", "weights", "forces", "gravity"), Place, Answer),
+        (Model, Part(WrittenLoads, "wrench", "weights", "forces", "gravity"), Posing, Answer),
         "Print deflection, elastic energy of parts and actuator loads of a robot under a load.",
         examples=(
             'deflection gough-stewart-b-beams --wrench "200 N 0 -500 0 0 0"',
@@ -176,7 +176,7 @@ COMMANDS = {
     ),
     "equilibrium": Command(
         "commands_loads:print_equilibrium",
-        (Model, Place, WrittenLoads, Wanted, Replacing, Answer),
+        (Model, Posing, WrittenLoads, Wanted, Replacing, Answer),
         "Print where a robot comes to rest under finite loads, its stiffness there, and its "
         "stability.",
         examples=(
@@ -188,7 +188,7 @@ COMMANDS = {
     ),
     "modes": Command(
         "commands_loads:print_modes",
-        (Model, Place, Vibration, WrittenLoads, Replacing, Answer),
+        (Model, Posing, Vibration, WrittenLoads, Replacing, Answer),
         "Print natural frequencies and modes about the equilibrium, without load or under one.",
         "Masses are those of the model, and those of --mass.",
         examples=(
@@ -206,21 +206,21 @@ COMMANDS = {
     ),
     "indices": Command(
         "commands:print_indices",
-        (Model, Place, Length, Answer),
+        (Model, Posing, Length, Answer),
         "Print stiffness indices: principal stiffnesses, directions, centres and axes.",
         examples=('indices hexapod --pose "60 mm 0 0.9 0 10 deg 0" --length "100 mm"',),
         status=_STATUS,
     ),
     "verify": Command(
         "commands:print_verification",
-        (Model, Part(Place, "pose", "joints", "near"), Answer),
+        (Model, Part(Posing, "pose", "joints", "near"), Answer),
         "Compute the stiffness matrix by all methods, and report whether they agree.",
         examples=('verify gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"',),
         status="0 when the methods agree, 1 when they do not, 2 for bad input.",
     ),
     "cables": Command(
         "commands:print_cables",
-        (Part(Model, "source", "settings"), Part(Place, "pose"), WrittenTensions, Answer),
+        (Part(Model, "source", "settings"), Part(Posing, "pose"), WrittenTensions, Answer),
         "Print tensions and stiffness of a cable robot, and which cables become slack under a "
         "load.",
         examples=('cables cable-8 --pose "0.5 0.2 1 0 0 0" --wrench "0 0 -200 N 0 0 0"',),

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.cli.answer_commands import Details, Method, WrittenLoads, WrittenTensions
+from robostiff.cli.answer_commands import CheckDetails, Method, WrittenLoads, WrittenTensions
 from robostiff.cli.command import BAD_STATUS, answered, slips
-from robostiff.cli.options import Answer, Length, Model, Place, Replacing
+from robostiff.cli.options import Answer, Length, Model, Posing, Replacing
 from robostiff.cli.output import draw, picture_beside, show
 from robostiff.cli.written_arguments import (
     chosen,
@@ -46,7 +46,7 @@ METHODS: dict[str, Form] = {
 }
 
 
-def check_robot(model: Model, details: Details, replacing: Replacing, answer: Answer) -> int:
+def check_robot(model: Model, details: CheckDetails, replacing: Replacing, answer: Answer) -> int:
     """Print the parts of a robot; reading the file checks it."""
     from robostiff.cli.robot_facts import facts_of, facts_text
 
@@ -67,7 +67,7 @@ def check_robot(model: Model, details: Details, replacing: Replacing, answer: An
     return 0
 
 
-def _add_details(facts: dict[str, Any], robot: Any, details: Details) -> None:
+def _add_details(facts: dict[str, Any], robot: Any, details: CheckDetails) -> None:
     """Freedoms of the platform at home; parts at home, where they are wanted."""
     from robostiff.analysis.parts_at_home import mobility_at_home, parts_at_home
 
@@ -77,7 +77,7 @@ def _add_details(facts: dict[str, Any], robot: Any, details: Details) -> None:
         facts["parts"] = parts_at_home(robot)
 
 
-def print_stiffness(model: Model, place: Place, method: Method, answer: Answer) -> int:
+def print_stiffness(model: Model, place: Posing, method: Method, answer: Answer) -> int:
     """Print K at a pose."""
     form = chosen("--method", method.method, METHODS)
     robot = loaded(model, place)
@@ -89,7 +89,7 @@ def print_stiffness(model: Model, place: Place, method: Method, answer: Answer) 
     return answered(result, answer, stiffness_data, stiffness_text)
 
 
-def print_deflection(model: Model, written: WrittenLoads, place: Place, answer: Answer) -> int:
+def print_deflection(model: Model, written: WrittenLoads, place: Posing, answer: Answer) -> int:
     """Print the deflection under small loads."""
     robot = loaded(model, place)
     on_bodies = written.gravity is not None or written.weights or written.forces
@@ -119,7 +119,7 @@ def _deflection_by_bodies(robot: Any, F: Any, written: WrittenLoads, where: dict
     return deflection(robot, wrench=F, loads=body_loads(written), gravity=g, **where)
 
 
-def print_indices(model: Model, place: Place, length: Length, answer: Answer) -> int:
+def print_indices(model: Model, place: Posing, length: Length, answer: Answer) -> int:
     """Print the stiffness indices at a pose; 1 for a bad status."""
     from robostiff.analysis.indices import indices
     from robostiff.io.results.indices import indices_data, indices_text
@@ -142,7 +142,7 @@ def print_indices(model: Model, place: Place, length: Length, answer: Answer) ->
     )
 
 
-def print_verification(model: Model, place: Place, answer: Answer) -> int:
+def print_verification(model: Model, place: Posing, answer: Answer) -> int:
     """Print the distances between the methods at a pose; 1 when they disagree."""
     from robostiff.analysis.verification import verify
 
@@ -194,7 +194,7 @@ def _verification_data(result: Verification) -> dict[str, Any]:
 _RULES = ("nearest", "closed-form")
 
 
-def print_cables(model: Model, place: Place, written: WrittenTensions, answer: Answer) -> int:
+def print_cables(model: Model, place: Posing, written: WrittenTensions, answer: Answer) -> int:
     """Print tensions and stiffness at a pose, and the response to a load with locked winches."""
     from robostiff.analysis import cable_response, cable_stiffness
     from robostiff.io.results import cables as results

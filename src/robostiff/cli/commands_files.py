@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from robostiff.cli.file_commands import Converted, NewFile, WantedSchema
-from robostiff.cli.options import Answer, Model, Place, Replacing
+from robostiff.cli.options import Answer, Model, Posing, Replacing
 from robostiff.cli.output import new_file, show, shown
 from robostiff.errors import InputError, NoAnswerError, warn_of_slip
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
@@ -132,7 +132,7 @@ def _text_of(template: str) -> str:
 
 
 def convert(
-    model: Model, wanted: Converted, place: Place, replacing: Replacing, answer: Answer
+    model: Model, wanted: Converted, place: Posing, replacing: Replacing, answer: Answer
 ) -> int:
     """Write a robot at a pose in another form, or its results there as a file for MATLAB."""
     form, source = wanted.form, model.source
@@ -178,7 +178,7 @@ def convert(
     return 0
 
 
-def _results(source: str, robot: Any, place: Place) -> Any:
+def _results(source: str, robot: Any, place: Posing) -> Any:
     from robostiff.analysis import stiffness
     from robostiff.cli.written_arguments import near_from, pose_from
     from robostiff.model.cable import CableRobot
@@ -193,7 +193,7 @@ def _results(source: str, robot: Any, place: Place) -> Any:
     return result
 
 
-def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
+def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
     """The robot at the pose: a snapshot of legs, or a network for the other forms."""
     from robostiff.cli.written_arguments import near_from, pose_from
     from robostiff.kinematics import find_posture, with_masses

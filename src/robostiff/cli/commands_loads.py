@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads, WrittenNetworkLoads
 from robostiff.cli.command import answered
-from robostiff.cli.options import Answer, Model, Place, Replacing, named_once, named_values
+from robostiff.cli.options import Answer, Model, Posing, Replacing, named_once, named_values
 from robostiff.cli.output import draw, picture_beside
 from robostiff.cli.written_arguments import gravity_from, loaded, where_from, wrench_from
 from robostiff.errors import InputError
@@ -29,7 +29,7 @@ _FOR_NETWORKS = "NAME=NUMBERS, such as tip=0 0 -80 N"
 
 def print_equilibrium(
     model: Model,
-    place: Place,
+    place: Posing,
     written: WrittenLoads,
     wanted: Wanted,
     replacing: Replacing,
@@ -66,7 +66,7 @@ def print_equilibrium(
 
 def print_modes(
     model: Model,
-    place: Place,
+    place: Posing,
     shown: Vibration,
     written: WrittenLoads,
     replacing: Replacing,
@@ -93,7 +93,7 @@ def print_modes(
 Posed = Robot | Snapshot | Network | Linkage
 
 
-def _with_springs(what: str, model: Model, place: Place) -> Posed:
+def _with_springs(what: str, model: Model, place: Posing) -> Posed:
     """The robot, whose parts are springs or rigid: any but one of cables."""
     robot = loaded(model, place)
     if isinstance(robot, Posed):
@@ -106,7 +106,7 @@ def _with_springs(what: str, model: Model, place: Place) -> Posed:
     )
 
 
-def _options(robot: Posed, place: Place, written: WrittenLoads) -> dict[str, Any]:
+def _options(robot: Posed, place: Posing, written: WrittenLoads) -> dict[str, Any]:
     """Place, and loads beside the wrench."""
     return {
         **where_from(robot, place),

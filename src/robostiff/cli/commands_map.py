@@ -35,7 +35,7 @@ from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.pose_columns import FACTOR, SIX, PoseSource, coordinate_units
 from robostiff.analysis.maps.store import already_there
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
-from robostiff.cli.options import Answer, Length, Model, Place, Replacing
+from robostiff.cli.options import Answer, Length, Model, Posing, Replacing
 from robostiff.cli.output import draw, new_file, picture_beside, show
 from robostiff.cli.picture_commands import NO_LOAD, MapLoad, MapPoses, MapQuantities, Run
 from robostiff.cli.written_arguments import (
@@ -192,7 +192,7 @@ def make_map(
     wanted: MapQuantities,
     load: MapLoad,
     length: Length,
-    place: Place,
+    place: Posing,
     run: Run,
     replacing: Replacing,
     answer: Answer,

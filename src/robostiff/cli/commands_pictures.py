@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis import cable_response, cable_stiffness, stiffness
 from robostiff.cli.command import BAD_STATUS
-from robostiff.cli.options import Answer, Model, Place, Replacing, named_once
+from robostiff.cli.options import Answer, Model, Posing, Replacing, named_once
 from robostiff.cli.output import draw, new_file, picture_file, show
-from robostiff.cli.picture_commands import WHAT, Drawing, Page, Pages, Subject
+from robostiff.cli.picture_commands import WHAT, Page, Pages, PictureFile, Subject
 from robostiff.cli.written_arguments import (
     chosen,
     loaded,
@@ -47,7 +47,7 @@ _QUALITIES = {quality.name.lower().replace("_", "-"): quality for quality in Qua
 
 
 def make_plot(
-    model: Subject, asked: Drawing, place: Place, replacing: Replacing, answer: Answer
+    model: Subject, asked: PictureFile, place: Posing, replacing: Replacing, answer: Answer
 ) -> int:
     """Draw into a file and print its path; 0."""
     path = picture_file("--output", asked.output, replacing.overwrite)
@@ -61,7 +61,7 @@ def make_plot(
     return 0
 
 
-def _what(subject: str, asked: Drawing) -> str:
+def _what(subject: str, asked: PictureFile) -> str:
     """What is drawn: as written, or what the subject and the load suggest."""
     is_map = Path(subject).suffix in _MAPS
     what = asked.what
@@ -86,7 +86,7 @@ def _what(subject: str, asked: Drawing) -> str:
     return what
 
 
-def _of_robot(what: str, robot: Any, place: Place, asked: Drawing) -> tuple[Picture, ...]:
+def _of_robot(what: str, robot: Any, place: Posing, asked: PictureFile) -> tuple[Picture, ...]:
     """The picture, and of a mode the other end of the vibration."""
     pose, near = pose_from(robot, place), near_from(robot, place)
     if what == "robot":
@@ -109,7 +109,9 @@ def _of_robot(what: str, robot: Any, place: Place, asked: Drawing) -> tuple[Pict
     return (_of_stiffness(what, shown, result, asked),)
 
 
-def _of_cables(what: str, robot: CableRobot, pose: Any, place: Place, asked: Drawing) -> Picture:
+def _of_cables(
+    what: str, robot: CableRobot, pose: Any, place: Posing, asked: PictureFile
+) -> Picture:
     if what in {"energy", "modes"}:
         raise _no_picture(what, robot, "a robot with legs")
     if what == "deflection":
@@ -123,7 +125,7 @@ def _no_picture(what: str, robot: Any, expected: str) -> InputError:
     return InputError(f"--what {what}", got=robot, expected=expected)
 
 
-def _of_stiffness(what: str, robot: Any, result: Any, asked: Drawing) -> Picture:
+def _of_stiffness(what: str, robot: Any, result: Any, asked: PictureFile) -> Picture:
     if what == "matrix":
         return matrix_picture(result)
     around = surroundings(robot, result)
@@ -132,7 +134,7 @@ def _of_stiffness(what: str, robot: Any, result: Any, asked: Drawing) -> Picture
     return ellipsoid_picture(result, chosen("--quality", asked.quality, _QUALITIES), around)
 
 
-def _of_map(path: str, asked: Drawing) -> Picture:
+def _of_map(path: str, asked: PictureFile) -> Picture:
     from robostiff.io.map_files import read_map
 
     at: dict[str, Any] = {}
@@ -145,7 +147,7 @@ def _of_map(path: str, asked: Drawing) -> Picture:
 
 
 def make_report(
-    model: Model, pages: Pages, place: Place, replacing: Replacing, answer: Answer
+    model: Model, pages: Pages, place: Posing, replacing: Replacing, answer: Answer
 ) -> int:
     """Write a report and print its path; 1 when the pose has a bad status."""
     from robostiff.io.map_files import read_map
@@ -199,7 +201,7 @@ def _with_symbols(model: Model) -> Robot | None:
     return None
 
 
-def show_view(model: Model, place: Place, page: Page, answer: Answer) -> int:
+def show_view(model: Model, place: Posing, page: Page, answer: Answer) -> int:
     """Serve a view until it is interrupted; 0 then."""
     from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
 

@@ -11,7 +11,7 @@ from robostiff.cli.options import (
     Answer,
     Model,
     Part,
-    Place,
+    Posing,
     Replacing,
     argument,
     option,
@@ -177,7 +177,7 @@ COMMANDS = {
     ),
     "convert": Command(
         "commands_files:convert",
-        (Model, Converted, Part(Place, "pose", "joints", "near"), Replacing, Answer),
+        (Model, Converted, Part(Posing, "pose", "joints", "near"), Replacing, Answer),
         "Write a robot at a pose as a file: a snapshot, a finite element model, results for "
         "MATLAB.",
         examples=(

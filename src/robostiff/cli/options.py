@@ -182,7 +182,7 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Place:
+class Posing:
     """Pose, posture and reference point, as they are written."""
 
     pose: str | None = option(

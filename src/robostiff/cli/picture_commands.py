@@ -13,7 +13,7 @@ from robostiff.cli.options import (
     Length,
     Model,
     Part,
-    Place,
+    Posing,
     Replacing,
     gravity_option,
     option,
@@ -145,7 +145,7 @@ class Subject(Model):
 
 
 @dataclass(frozen=True)
-class Drawing:
+class PictureFile:
     """A picture, as it is written."""
 
     output: str = output_option("FILE.png, .svg or .pdf, or .html to be turned.")
@@ -232,7 +232,7 @@ class Page:
 COMMANDS = {
     "plot": Command(
         "commands_pictures:make_plot",
-        (Subject, Drawing, Place, Replacing, Answer),
+        (Subject, PictureFile, Posing, Replacing, Answer),
         "Draw a robot, a snapshot, a network, a linkage, a cable robot, or a map.",
         examples=(
             'plot hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.png',
@@ -243,7 +243,7 @@ COMMANDS = {
     ),
     "report": Command(
         "commands_pictures:make_report",
-        (Model, Pages, Place, Replacing, Answer),
+        (Model, Pages, Posing, Replacing, Answer),
         "Write all results about a robot as one self-contained HTML page, or as a PDF.",
         examples=('report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html',),
         status="0 for an answer, 1 for an answer with a bad status, 2 for bad input.",
@@ -251,7 +251,7 @@ COMMANDS = {
     "map": Command(
         "commands_map:make_map",
         (
-            *(Model, MapPoses, MapQuantities, MapLoad, Length, Part(Place, "near"), Run),
+            *(Model, MapPoses, MapQuantities, MapLoad, Length, Part(Posing, "near"), Run),
             *(Replacing, Answer),
         ),
         "Compute stiffness at many poses: over a grid, along a trajectory, or at random.",
@@ -268,7 +268,7 @@ COMMANDS = {
     ),
     "view": Command(
         "commands_pictures:show_view",
-        (Model, Part(Place, "pose", "joints"), Page, Answer),
+        (Model, Part(Posing, "pose", "joints"), Page, Answer),
         "Show a robot in the browser, with sliders for its pose, its parameters and a load.",
         "Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. "
         "Only this computer can open the page. Ctrl-C ends it.",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from robostiff.cli.options import Length, Model, Place
+from robostiff.cli.options import Length, Model, Posing
 from robostiff.errors import InputError
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
@@ -36,7 +36,7 @@ _POSE_DIMENSIONS = {
 
 def loaded(
     model: Model,
-    place: Place | None = None,
+    place: Posing | None = None,
     *,
     by_joints: bool = False,
     moved: Mapping[str, str] | None = None,
@@ -63,7 +63,7 @@ def loaded(
     return load_linkage(model.source, parameters, side=model.side, allow_xacro=model.allow_xacro)
 
 
-def pose_from(robot: Posed, place: Place) -> Any:
+def pose_from(robot: Posed, place: Posing) -> Any:
     """The pose."""
     if place.pose is not None and place.joints is not None:
         raise InputError("--pose and --joints", expected="one of them")
@@ -76,7 +76,7 @@ def pose_from(robot: Posed, place: Place) -> Any:
     return _without_joints(robot, place)
 
 
-def _without_joints(robot: Snapshot | Network | CableRobot, place: Place) -> Pose:
+def _without_joints(robot: Snapshot | Network | CableRobot, place: Posing) -> Pose:
     from robostiff.network import Network
 
     if isinstance(robot, Snapshot | Network):
@@ -94,7 +94,7 @@ def _without_joints(robot: Snapshot | Network | CableRobot, place: Place) -> Pos
     return None if place.pose is None else np.array(_pose_coordinates(robot, place.pose))
 
 
-def _of_robot(robot: Robot, place: Place) -> Pose:
+def _of_robot(robot: Robot, place: Posing) -> Pose:
     if place.joints is not None:
         return _joints(robot, place.joints)
     if place.pose is None:
@@ -178,7 +178,7 @@ def _by_name(
     return found
 
 
-def _of_linkage(linkage: Linkage, place: Place) -> dict[str, Any] | None:
+def _of_linkage(linkage: Linkage, place: Posing) -> dict[str, Any] | None:
     """Coordinates of some joints by name, or of all actuated ones."""
     if place.pose is not None:
         raise InputError(
@@ -208,7 +208,7 @@ def gravity_from(text: str | None) -> str | list[float] | None:
     return parse_quantities(text, [Dimension.ACCELERATION] * 3, ["gx", "gy", "gz"], "--gravity")
 
 
-def near_from(robot: Posed, place: Place) -> list[float] | None:
+def near_from(robot: Posed, place: Posing) -> list[float] | None:
     """Joint coordinates that choose a posture."""
     if place.near is None:
         return None
@@ -234,7 +234,7 @@ def _dimensions(robot: Robot) -> dict[str, Dimension]:
     }
 
 
-def point_from(place: Place) -> list[float] | None:
+def point_from(place: Posing) -> list[float] | None:
     """The given point, or None for the robot's own."""
     if place.at is None:
         return None
@@ -255,7 +255,7 @@ def length_from(written: Length) -> float | None:
     return parse_quantities(written.length, [Dimension.LENGTH], ["length"], "--length")[0]
 
 
-def where_from(robot: Posed, place: Place) -> dict[str, Any]:
+def where_from(robot: Posed, place: Posing) -> dict[str, Any]:
     """Pose, point and posture, as `robostiff.stiffness` takes them."""
     pose, at, near = pose_from(robot, place), point_from(place), near_from(robot, place)
     return {"pose": pose, "at": at, "near": near}

@@ -54,7 +54,7 @@ def calculix_input(network: Network) -> str:
     ['*NODE, NSET=BODIES', '1, 1.000000000000e+00, 0.000000000000e+00, 0.000000000000e+00', ...]
     """
     equations = equations_of(network, DEFAULT_TOLERANCE)
-    model = _Model(equations)
+    model = _CalculixModel(equations)
     model.add_rigid()
     for connection in equations.connections:
         model.add_springs(connection)
@@ -72,7 +72,7 @@ Term = tuple[int, int, float]
 
 
 @dataclass
-class _Model:
+class _CalculixModel:
     """Nodes of bodies, then those of springs, and what binds them."""
 
     equations: Equations

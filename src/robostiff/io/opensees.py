@@ -28,7 +28,7 @@ _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
-class Command:
+class OpenSeesCommand:
     """A command of OpenSees.
 
     Attributes
@@ -49,7 +49,7 @@ class Command:
 
         Examples
         --------
-        >>> Command("node", (1, 0.0, 0.5, 2.0)).in_tcl
+        >>> OpenSeesCommand("node", (1, 0.0, 0.5, 2.0)).in_tcl
         'node 1 0.0 0.5 2.0'
         """
         line = " ".join([self.name, *(str(own) for own in self.arguments)])
@@ -65,7 +65,7 @@ class Command:
 
         Examples
         --------
-        >>> Command("nodeDisp", (7,), printed=True).in_python
+        >>> OpenSeesCommand("nodeDisp", (7,), printed=True).in_python
         'print(ops.nodeDisp(7))'
         """
         line = f"ops.{self.name}({', '.join(repr(own) for own in self.arguments)})"
@@ -122,7 +122,7 @@ def _heading(network: Network, stiff: float) -> list[str]:
     ]
 
 
-def opensees_commands(network: Network, stiff: float = STIFF) -> list[Command]:
+def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCommand]:
     """Commands that build a network and load its platform, see `opensees_script`."""
     network.check_has_no_couplings("OpenSees script")
     equations = equations_of(network, DEFAULT_TOLERANCE)
@@ -149,13 +149,13 @@ class _Model:
     network: Network
     stiff: tuple[float, float]
     points: dict[str, np.ndarray]
-    commands: list[Command] = field(default_factory=list)
+    commands: list[OpenSeesCommand] = field(default_factory=list)
     tags: Iterator[int] = field(default_factory=lambda: count(1))
     bodies: dict[str, int] = field(default_factory=dict)
 
     def add(self, name: str, *arguments: object, printed: bool = False) -> None:
         plain = tuple(own.item() if isinstance(own, np.generic) else own for own in arguments)
-        self.commands.append(Command(name, plain, printed))  # pyright: ignore[reportArgumentType]
+        self.commands.append(OpenSeesCommand(name, plain, printed))  # pyright: ignore[reportArgumentType]
 
     def node(self, point: np.ndarray) -> int:
         tag = next(self.tags)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.closure.assembly import Mode
+from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.pose import Pose
 from robostiff.kinematics.posture_finder import posture_finder
 from robostiff.model import Robot
@@ -22,7 +22,7 @@ class LegPosture:
     leg : str
     coordinates : (size,) array
         Of all its joints [m, rad].
-    mode : Mode
+    mode : RootSigns
         Signs that distinguish it from the others.
     of_home : bool
         Whether it belongs to the assembly mode of home, which `stiffness` takes.
@@ -30,7 +30,7 @@ class LegPosture:
 
     leg: str
     coordinates: np.ndarray
-    mode: Mode
+    mode: RootSigns
     of_home: bool
 
 

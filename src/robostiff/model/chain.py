@@ -24,7 +24,7 @@ Element = Rigid | Link | Joint | Telescope | ParallelBlock
 _ROUNDING = 1e-9  # of a home coordinate
 
 
-class _Part(NamedTuple):
+class _Movable(NamedTuple):
     """What has coordinates: a joint, a telescope, or the chain of a branch."""
 
     own: Joint | Telescope | Chain
@@ -66,8 +66,8 @@ class Chain:
             _ = self.home
 
     @cached_property
-    def _parts(self) -> tuple[_Part, ...]:
-        parts: list[_Part] = []
+    def _parts(self) -> tuple[_Movable, ...]:
+        parts: list[_Movable] = []
         start = 0
         for element in self.elements:
             inside: list[tuple[Joint | Telescope | Chain, str]] = []
@@ -76,7 +76,7 @@ class Chain:
             elif isinstance(element, Joint | Telescope):
                 inside = [(element, "")]
             for i, (own, prefix) in enumerate(inside):
-                parts.append(_Part(own, start, prefix, leads=i == 0))
+                parts.append(_Movable(own, start, prefix, leads=i == 0))
                 start += own.size
         return tuple(parts)
 

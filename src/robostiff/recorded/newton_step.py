@@ -19,7 +19,7 @@ from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
 from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_zero, sine, square_root
-from robostiff.recorded.sparse_elimination import Equation, SparseElimination
+from robostiff.recorded.sparse_elimination import LinearEquation, SparseElimination
 from robostiff.spatial import Screw, cross, skew
 
 _TINY = 1e-300  # keeps the square root of a vanishing angle regular
@@ -156,7 +156,7 @@ def step_of_groups(
     coordinates.
     """
     elimination = SparseElimination()
-    left: list[Equation] = []
+    left: list[LinearEquation] = []
     squares: list[Any] = []
     for openings, unknowns in groups:
         squares += (x * x for own in openings for x in own.squares if not is_zero(x))
@@ -231,13 +231,13 @@ def _gaps_to_platform(gap: Loop, others: Sequence[Loop], balls: Collection[int])
             yield from _gaps_to_platform(outer, others, balls)
 
 
-def _equations(opening: Opening) -> list[Equation]:
+def _equations(opening: Opening) -> list[LinearEquation]:
     """What closes a loop, shifts before turns; rows in which nothing moves are left out."""
     found = []
     for row, missing in enumerate((*opening.shift, *opening.turn)):
         own = {name: rate[row] for name, rate in opening.rates.items() if _moves(rate[row])}
         if own:
-            found.append(Equation(own, missing))
+            found.append(LinearEquation(own, missing))
     return found
 
 

@@ -19,7 +19,7 @@ _OF_COLUMN, _OF_ITSELF = 0.15, 0.3
 
 
 @dataclass(eq=False)
-class Equation:
+class LinearEquation:
     """One equation, sum of rates times unknowns = right side."""
 
     rates: dict[str, Any]  # without zeros
@@ -37,7 +37,7 @@ class SparseElimination:
     Examples
     --------
     >>> elimination = SparseElimination()
-    >>> equations = [Equation({"x": 1, "y": 1}, 3), Equation({"x": 1, "y": -1}, 1)]
+    >>> equations = [LinearEquation({"x": 1, "y": 1}, 3), LinearEquation({"x": 1, "y": -1}, 1)]
     >>> elimination.eliminate(equations, ["x", "y"])
     []
     >>> sorted(elimination.solution().items())
@@ -47,15 +47,17 @@ class SparseElimination:
     # Of each group, in the order of elimination
     pivots: list[list[Any]] = field(default_factory=list)
     undetermined: list[str] = field(default_factory=list)  # unknowns that no equation determines
-    _solved_for: list[tuple[str, Equation]] = field(default_factory=list)
+    _solved_for: list[tuple[str, LinearEquation]] = field(default_factory=list)
     _sizes: dict[int, tuple[float, float]] = field(default_factory=dict)
 
-    def eliminate(self, equations: Iterable[Equation], unknowns: Iterable[str]) -> list[Equation]:
+    def eliminate(
+        self, equations: Iterable[LinearEquation], unknowns: Iterable[str]
+    ) -> list[LinearEquation]:
         """Eliminate a group of unknowns from the equations in which they stand.
 
         Returns
         -------
-        list of Equation
+        list of LinearEquation
             What is left, without these unknowns.
         """
         left, open_ = list(equations), list(unknowns)
@@ -66,7 +68,7 @@ class SparseElimination:
             open_.remove(name)
             pivot = own.rates.pop(name)
             pivots.append(pivot)
-            own = Equation(
+            own = LinearEquation(
                 {other: rate / pivot for other, rate in own.rates.items()}, own.right / pivot
             )
             self._solved_for.append((name, own))
@@ -92,14 +94,16 @@ class SparseElimination:
         """Of each group of which pivots were taken, but for a constant sign."""
         return [reduce(mul, own) for own in self.pivots if own]
 
-    def _subtract(self, equation: Equation, factor: Any, taken: Equation) -> None:
+    def _subtract(self, equation: LinearEquation, factor: Any, taken: LinearEquation) -> None:
         for name, rate in taken.rates.items():
             value = equation.rates.pop(name, 0) - factor * rate
             if self._size(value)[1] > _LOST:
                 equation.rates[name] = value
         equation.right = equation.right - factor * taken.right
 
-    def _next(self, equations: list[Equation], unknowns: list[str]) -> tuple[Equation, str] | None:
+    def _next(
+        self, equations: list[LinearEquation], unknowns: list[str]
+    ) -> tuple[LinearEquation, str] | None:
         open_ = set(unknowns)
         counts = dict.fromkeys(unknowns, 0)
         largest = dict.fromkeys(unknowns, 0.0)

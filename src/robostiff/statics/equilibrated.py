@@ -15,7 +15,7 @@ _BLOCK = 1e10
 
 
 @dataclass(frozen=True)
-class Arrow:
+class Arrowhead:
     """Unknowns of systems in blocks that meet in the unknowns that are left alone."""
 
     blocks: tuple[np.ndarray, ...]  # unknowns of C blocks of b unknowns each
@@ -46,7 +46,7 @@ class Equilibrated:
         return self.scale[..., None] * x
 
 
-def equilibrated(A: np.ndarray, arrow: Arrow | None = None) -> Equilibrated:
+def equilibrated(A: np.ndarray, arrow: Arrowhead | None = None) -> Equilibrated:
     """Invert square matrices (N, n, n) of mixed units, as symmetric in size as those of energies.
 
     Blocks of the arrow are eliminated first, where they are far from singular.
@@ -86,14 +86,14 @@ class _Blocks:
     them.
     """
 
-    arrow: Arrow
+    arrow: Arrowhead
     inverses: tuple[np.ndarray, ...]
     after: tuple[np.ndarray, ...]
     before: tuple[np.ndarray, ...]
     left: Equilibrated
 
     @staticmethod
-    def of(A: np.ndarray, arrow: Arrow) -> _Blocks | None:
+    def of(A: np.ndarray, arrow: Arrowhead) -> _Blocks | None:
         """The systems; None where a block, or what is left, is nearly singular."""
         inverses, every_after, every_before = [], [], []
         left = arrow.left

@@ -14,7 +14,7 @@ from robostiff.statics.body_springs import FiniteBodySpring, SpringTerms
 from robostiff.statics.chain import FiniteChain, Moved
 from robostiff.statics.chain_family import ChainFamily
 from robostiff.statics.couplings import FiniteCoupling
-from robostiff.statics.equilibrated import Arrow
+from robostiff.statics.equilibrated import Arrowhead
 from robostiff.statics.leg_state import LegState, MovingBody, Share
 
 
@@ -167,7 +167,7 @@ class LegGroup:
         return tuple(Moved(T[rows][:, np.append(0, own + 1)]) for rows, own in pairs)
 
     @cached_property
-    def arrow(self) -> Arrow | None:
+    def arrow(self) -> Arrowhead | None:
         """Coordinates and wrench of every chain that bodies alone connect with the others.
 
         None where springs or couplings connect chains besides, or nothing is left.
@@ -182,7 +182,7 @@ class LegGroup:
                 left[places] = False
                 alike.setdefault(len(places), []).append(places)
         blocks = tuple(np.array(places) for places in alike.values())
-        return Arrow(blocks, np.flatnonzero(left)) if blocks and np.any(left) else None
+        return Arrowhead(blocks, np.flatnonzero(left)) if blocks and np.any(left) else None
 
     @cached_property
     def sum_rows(self) -> list[np.ndarray]:

@@ -52,7 +52,7 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Answer:
+class ShownAnswer:
     """What is shown of a robot at a pose, under a load.
 
     Attributes
@@ -100,9 +100,9 @@ def answer_of(
     layers: Mapping[str, Sequence[Item]],
     notes: Sequence[str],
     colours: Mapping[str, Paint],
-) -> Answer:
+) -> ShownAnswer:
     """What is shown of a robot in these colours, under the load of a deflection."""
-    return Answer(
+    return ShownAnswer(
         str(bent.status),
         kind_of(bent.status.is_bad, not bent.status),
         tuple(bent.advice),
@@ -114,9 +114,9 @@ def answer_of(
     )
 
 
-def refusal(error: Exception) -> Answer:
+def refusal(error: Exception) -> ShownAnswer:
     """What is shown where there is no robot to be shown: the reason alone."""
-    return Answer("no answer", "bad", (str(error),))
+    return ShownAnswer("no answer", "bad", (str(error),))
 
 
 class Ellipsoids:

@@ -56,9 +56,9 @@ from robostiff.plot.structures import (
 from robostiff.statics import deflection
 from robostiff.view.answer import (
     UNDER_LOAD,
-    Answer,
     Ellipsoids,
     Look,
+    ShownAnswer,
     answer_of,
     kind_of,
 )
@@ -94,10 +94,10 @@ class Machine(ABC):
         return found
 
     @abstractmethod
-    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
 
-    def _of_network(self, network: Network, wrench: np.ndarray, look: Look) -> Answer:
+    def _of_network(self, network: Network, wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown of a network under a load (n,) on its platform."""
         bent = deflection(network, None, wrench)
         result = bent.stiffness
@@ -179,12 +179,12 @@ class RobotMachine(Machine):
             return JointCoordinates(joint_values(self.robot, values))
         return np.array([values[slider.name] for slider in self.sliders])
 
-    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
         bent = deflection(self.robot, self.pose(values), wrench)
         result = bent.stiffness
         if Status.UNREACHABLE in result.status:
-            return Answer(str(bent.status), "bad", tuple(bent.advice))
+            return ShownAnswer(str(bent.status), "bad", tuple(bent.advice))
         snapshot = self.robot if isinstance(self.robot, Snapshot) else result.snapshot()
         colours = colours_of_parts(part_names(snapshot))
         layers, notes = self._layers(snapshot, bent, colours, look)
@@ -235,7 +235,7 @@ class NetworkMachine(Machine):
     def __init__(self, network: Network) -> None:
         super().__init__(network, network_points(network))
 
-    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown under a load (n,) on the platform."""
         return self._of_network(self.robot, wrench, look)
 
@@ -255,7 +255,7 @@ class LinkageMachine(Machine):
             for name, turns, home in moved
         )
 
-    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
         network = self.robot.network_at({s.name: values[s.name] for s in self.sliders})
         return self._of_network(network, wrench, look)
@@ -270,7 +270,7 @@ class CableMachine(Machine):
         home = cable_response(robot, None, np.zeros(robot.space.size)).before.pose
         self.sliders = coordinate_sliders(robot.coordinates, home, first.pose, self.size)
 
-    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
         pose = np.array([values[slider.name] for slider in self.sliders])
         found = cable_response(self.robot, pose, wrench)
@@ -280,7 +280,7 @@ class CableMachine(Machine):
         blocks = cable_load_blocks(found) if np.any(wrench) else []
         status = found.status if np.any(wrench) else before.status
         advice = tuple(dict.fromkeys([*before.advice, *found.advice]))
-        return Answer(
+        return ShownAnswer(
             str(status),
             kind_of(status.is_bad, not status),
             advice,

@@ -14,7 +14,7 @@ import numpy as np
 from robostiff.errors import RobostiffError, needs_extra
 from robostiff.markup import element
 from robostiff.spatial import Space
-from robostiff.view.answer import LAYERS, Answer, Look, refusal
+from robostiff.view.answer import LAYERS, Look, ShownAnswer, refusal
 from robostiff.view.machines import Machine
 from robostiff.view.scene import LayeredScene
 from robostiff.view.sliders import Slider, load_sliders
@@ -97,7 +97,7 @@ class LivePage:
         self._handles[name].value = value
         self._changed.set()
 
-    def update(self) -> Answer:
+    def update(self) -> ShownAnswer:
         """Compute and draw where the sliders are now."""
         with self._drawing:
             try:
@@ -110,7 +110,7 @@ class LivePage:
             self._draw(answer)
         return answer
 
-    def _answer(self) -> Answer:
+    def _answer(self) -> ShownAnswer:
         of_pose, handles = self._of_pose, self._handles
         values = {s.name: s.factor * float(handles[s.name].value) for s in of_pose}
         wrench = np.array([self._handles[slider.name].value for slider in self._of_load])
@@ -126,7 +126,7 @@ class LivePage:
         seen = frozenset(name for name, box in self._seen.items() if box.value)
         return self._machine.answer(values, wrench, Look(exaggeration, seen))
 
-    def _draw(self, answer: Answer) -> None:
+    def _draw(self, answer: ShownAnswer) -> None:
         seen = {name: answer.layers[name] for name in answer.layers if self._seen[name].value}
         with self._server.atomic():
             self._scene.show(seen)

@@ -13,11 +13,11 @@ from robostiff.analytic.export.broken_lines import Breaks, broken_lines, math_wi
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Displayable,
+    EqualMatrices,
     Inverse,
     LegSum,
     MatrixEquation,
     Recursion,
-    Same,
     ScalarEquations,
     SpringSum,
     Transport,
@@ -243,7 +243,7 @@ def displays(
             return [_sum_of_springs(left, language, drives=drives, beams=beams)]
         case Inverse(left, right):
             written = f"{named(right)}{language.inverse}"
-        case Same(left, right):
+        case EqualMatrices(left, right):
             written = named(right)
     return [(Row(named(left), (written,)),)]
 

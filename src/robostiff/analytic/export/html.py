@@ -18,10 +18,10 @@ from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays, listed_names
 from robostiff.analytic.export.outline import (
     Block,
+    FormulaTable,
     Nomenclature,
     OutlineHeading,
     OutlineText,
-    Table,
 )
 from robostiff.analytic.export.products import FormulaPrinter
 from robostiff.analytic.export.symbol_names import GREEK, differential_parts, is_greek, name_parts
@@ -251,13 +251,13 @@ def _written(block: Block, first: int) -> list[str]:
                 for names, meaning in rows
             )
             return [element(f"h{min(first + 1, 6)}", "Nomenclature"), element("dl", terms)]
-        case Table():
+        case FormulaTable():
             return [_table(block)]
         case _:
             return [_display(formula) for formula in displays(block, MATHML, _ROOM)]
 
 
-def _table(table: Table) -> str:
+def _table(table: FormulaTable) -> str:
     names = "".join(element("th", element("math", mathml_name(name))) for name in table.head)
     lines = [element("tr", element("th", table.of) + names)]
     for words, own in table.rows:

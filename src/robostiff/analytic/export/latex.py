@@ -17,10 +17,10 @@ from robostiff.analytic.export.displays import Display, MathLanguage, displays, 
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
+    FormulaTable,
     Nomenclature,
     OutlineHeading,
     OutlineText,
-    Table,
 )
 from robostiff.analytic.export.products import ordered_terms
 from robostiff.analytic.export.symbol_names import (
@@ -171,13 +171,13 @@ def _written(block: Block) -> list[str]:
             return [latex_words(text).replace("/", "/\\allowbreak{}")]
         case Nomenclature(rows):
             return ["\\paragraph*{Nomenclature}", _nomenclature(rows)]
-        case Table():
+        case FormulaTable():
             return [_table(block)]
         case _:
             return [_display(formula) for formula in displays(block, LATEX, _ROOM)]
 
 
-def _table(table: Table) -> str:
+def _table(table: FormulaTable) -> str:
     names = " & ".join([table.of, *(f"${latex_name(name)}$" for name in table.head)])
     lines = [
         " & ".join([latex_words(words), *(f"${latex_expression(x)}$" for x in own)])
@@ -247,7 +247,7 @@ def _in_markdown(block: Block) -> list[str]:
                 f"- {listed_names(names, LATEX)}: {_escaped(meaning)}" for names, meaning in rows
             ]
             return ["## Nomenclature", "\n".join(items)]
-        case Table(head, rows, of):
+        case FormulaTable(head, rows, of):
             cells = [[of, *(f"${LATEX.name(name)}$" for name in head)]]
             cells.append(["---"] * len(cells[0]))
             cells += [[_escaped(w), *(f"${latex_expression(x)}$" for x in own)] for w, own in rows]

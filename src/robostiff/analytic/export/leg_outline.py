@@ -17,13 +17,13 @@ from robostiff.analytic.export.entries import (
 from robostiff.analytic.export.outline import (
     LONGEST_STAGE,
     Block,
+    EqualMatrices,
     Inverse,
     MatrixEquation,
     Nomenclature,
     OutlineHeading,
     OutlineText,
     Recursion,
-    Same,
     ScalarEquations,
     Transport,
     column_equation,
@@ -119,7 +119,7 @@ def _stage(stage: Stage, number: int, before: Any, names: EntryNames) -> list[Bl
         column_equation(J.name, stage.J),
     ]
     if stage.is_redundant:
-        return [*blocks, Same(after, earlier)]
+        return [*blocks, EqualMatrices(after, earlier)]
     alone = [p for p, x in enumerate(stage.J.flat()) if x != 0]
     definitions: list[Block] = [equations(stage.definitions)] if stage.definitions else []
     if len(alone) == 1:

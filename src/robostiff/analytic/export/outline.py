@@ -110,7 +110,7 @@ class SpringSum:
 
 
 @dataclass(frozen=True)
-class Same:
+class EqualMatrices:
     """``left = right`` of two matrices."""
 
     left: MatrixName
@@ -132,7 +132,7 @@ class VectorEquations:
 
 
 @dataclass(frozen=True)
-class Table:
+class FormulaTable:
     """Rows of a name in words and of formulas, under a head of names."""
 
     head: tuple[str, ...]
@@ -168,13 +168,13 @@ Displayable = (
     | Recursion
     | Inverse
     | Transport
-    | Same
+    | EqualMatrices
     | WrenchSum
     | LegSum
     | SpringSum
 )
 
-Block = OutlineHeading | OutlineText | Displayable | Table | Nomenclature
+Block = OutlineHeading | OutlineText | Displayable | FormulaTable | Nomenclature
 
 
 def outline(derivation: Derivation) -> tuple[Block, ...]:
@@ -238,11 +238,11 @@ def _stage(stage: Stage, number: int, is_result: bool, names: EntryNames) -> lis
     if stage.mu != sp.Symbol(mu):
         blocks.append(ScalarEquations(((mu, readable(stage.mu)),)))
     if stage.is_redundant:
-        blocks.append(Same(after, before))
+        blocks.append(EqualMatrices(after, before))
     else:
         blocks.append(Recursion(after, before, u, mu))
     if is_result:
-        blocks.append(Same(after, names.result))
+        blocks.append(EqualMatrices(after, names.result))
     elif not stage.is_redundant:
         blocks += _stiffness(stage.K, after, names)
     return blocks

@@ -15,6 +15,8 @@ from robostiff.analytic.export.displays import MathLanguage, displayed, listed_n
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
+    EqualMatrices,
+    FormulaTable,
     Inverse,
     LegSum,
     MatrixEquation,
@@ -22,10 +24,8 @@ from robostiff.analytic.export.outline import (
     OutlineHeading,
     OutlineText,
     Recursion,
-    Same,
     ScalarEquations,
     SpringSum,
-    Table,
     Transport,
     VectorEquations,
     WrenchSum,
@@ -95,7 +95,7 @@ def _written(block: Block, width: int) -> list[str]:
             lines = _matrix(block, width)
         case Recursion(after, before, u, mu):
             lines = [f"{after.name} = {before.name} - {u.name} {u.name}^T / {mu}"]
-        case Same(left, right):
+        case EqualMatrices(left, right):
             lines = [f"{left.name} = {right.name}"]
         case WrenchSum(result):
             lines = [f"{result.name} = sum of w w^T / c"]
@@ -107,7 +107,7 @@ def _written(block: Block, width: int) -> list[str]:
 
 
 def _of_legs(
-    block: Inverse | Transport | VectorEquations | LegSum | SpringSum | Table, width: int
+    block: Inverse | Transport | VectorEquations | LegSum | SpringSum | FormulaTable, width: int
 ) -> list[str]:
     """Blocks about a leg alone, or about a generic one."""
     match block:
@@ -134,7 +134,7 @@ def _of_legs(
             parts += [f"sum over j of {w} {w}^T / {c}" for w, c in ([rods] if rods else [])]
             inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
             lines = [f"{result.name} = sum over i of {inner}"]
-        case Table(head, listed, of):
+        case FormulaTable(head, listed, of):
             cells = [[of, *head], *([words, *map(plain_text, own)] for words, own in listed)]
             widths = [max(len(row[j]) for row in cells) for j in range(len(cells[0]))]
             padded = [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in cells]

@@ -15,10 +15,10 @@ from robostiff.analytic.export.displays import Display, MathLanguage, Row, displ
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
+    FormulaTable,
     Nomenclature,
     OutlineHeading,
     OutlineText,
-    Table,
 )
 from robostiff.analytic.export.products import FormulaPrinter
 from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
@@ -272,14 +272,14 @@ def _written(block: Block, room: float, first: int) -> list[str]:
             return [typst_text(text)]
         case Nomenclature(rows):
             return [f"{'=' * (first + 1)} Nomenclature", _nomenclature(rows)]
-        case Table():
+        case FormulaTable():
             return [_table(block)]
         case _:
             formulas = displays(block, TYPST, room)
             return [text for formula in formulas for text in _placed(formula, room)]
 
 
-def _table(table: Table) -> str:
+def _table(table: FormulaTable) -> str:
     names = " ".join(f"[${typst_name(name)}$]," for name in table.head)
     cells = [f"  [{table.of}], {names}"]
     cells.append("  table.hline(stroke: 0.5pt),")

@@ -17,12 +17,12 @@ from robostiff.analytic.export.entries import (
 )
 from robostiff.analytic.export.outline import (
     Block,
+    FormulaTable,
     Inverse,
     LegSum,
     OutlineHeading,
     OutlineText,
     SpringSum,
-    Table,
     Transport,
     VectorEquations,
     equations,
@@ -134,7 +134,7 @@ def _of_kind(
     if found.columns:
         columns = [[x.xreplace(dict(renamed)) for x in c] for c in found.columns.values()]
         rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
-        blocks.append(Table(tuple(found.columns), tuple(rows)))
+        blocks.append(FormulaTable(tuple(found.columns), tuple(rows)))
     if found.turned:
         same = "; ".join(", ".join(group) for group in found.turned)
         blocks.append(OutlineText(f"Legs that are turns of one another about z: {same}."))
@@ -145,7 +145,7 @@ def _of_kind(
                 "the middle by a couple; the vectors from there to their ends sum to zero."
             ),
             VectorEquations(tuple(of_rod)),
-            Table(
+            FormulaTable(
                 ("r_ijx", "r_ijy", "r_ijz"),
                 tuple((name, arm) for _, name, arm in found.rods),
                 "rod",
@@ -202,10 +202,10 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
         VectorEquations(found.equations),
     ]
     if drives:
-        blocks.append(Table(("t", "c"), tuple(drives), "joint"))
+        blocks.append(FormulaTable(("t", "c"), tuple(drives), "joint"))
     if beams:
         blocks += [equations(found.names)] if found.names else []
-        blocks.append(Table(("Q", "m", *letters), tuple(beams), "beam"))
+        blocks.append(FormulaTable(("Q", "m", *letters), tuple(beams), "beam"))
         own = sp.ImmutableMatrix(sp.diag(*D))
         blocks.append(matrix_equation(MatrixName("D"), own, lambda i, _: f"D_{i + 1}"))
     return [*blocks, SpringSum(C, bool(drives), bool(beams)), Inverse(result, C)]

@@ -11,9 +11,16 @@ from typing import Any
 from robostiff.errors import InputError
 from robostiff.io.expression import functions
 from robostiff.io.expression.functions import FLOATS, Mathematics, Refusal
-from robostiff.io.expression.parser import Literal, Name, Node, Operation, error_at, parse_tree
+from robostiff.io.expression.parser import (
+    Literal,
+    Name,
+    Node,
+    ParsedOperation,
+    error_at,
+    parse_tree,
+)
 from robostiff.io.suggest import Words, did_you_mean, listing
-from robostiff.io.units import Quantity, Unit, exact_quantity, make_quantity
+from robostiff.io.units import SIQuantity, Unit, exact_quantity, make_quantity
 from robostiff.spatial.formula import exact_number, is_possible
 
 
@@ -36,8 +43,8 @@ class Expression:
     names: tuple[str, ...] = field(repr=False, compare=False)
 
     def evaluate(
-        self, environment: Mapping[str, Quantity], mathematics: Mathematics = FLOATS
-    ) -> Quantity:
+        self, environment: Mapping[str, SIQuantity], mathematics: Mathematics = FLOATS
+    ) -> SIQuantity:
         """The value, in base units (m, kg, s, rad).
 
         Parameters
@@ -64,7 +71,7 @@ class Expression:
     def is_quantity(self) -> bool:
         """Whether it is one number, perhaps with a sign and a unit."""
         root = self.root
-        if isinstance(root, Operation) and root.is_sign:
+        if isinstance(root, ParsedOperation) and root.is_sign:
             (root,) = root.operands
         return isinstance(root, Literal)
 
@@ -102,12 +109,14 @@ operator; for a product write 2*R
 @dataclass(frozen=True)
 class _Evaluation:
     text: str
-    environment: Mapping[str, Quantity]
+    environment: Mapping[str, SIQuantity]
     mathematics: Mathematics
 
-    def value(self, node: Node) -> Quantity:
-        operations: list[Operation] = []
-        while isinstance(node, Operation):  # along first operands, which may be many, in a loop
+    def value(self, node: Node) -> SIQuantity:
+        operations: list[ParsedOperation] = []
+        while isinstance(
+            node, ParsedOperation
+        ):  # along first operands, which may be many, in a loop
             operations.append(node)
             node = node.operands[0]
         result = self.named(node) if isinstance(node, Name) else self.literal(node)
@@ -115,15 +124,15 @@ class _Evaluation:
             result = self.applied(own, [result, *map(self.value, own.operands[1:])])
         return result
 
-    def literal(self, node: Literal) -> Quantity:
+    def literal(self, node: Literal) -> SIQuantity:
         if self.mathematics.number is None:
             return node.quantity
         return self.mathematics.number(node.digits, node.unit)
 
-    def named(self, node: Name) -> Quantity:
+    def named(self, node: Name) -> SIQuantity:
         if node.name in self.environment:
             value = self.environment[node.name]
-            if not isinstance(value, Quantity):
+            if not isinstance(value, SIQuantity):
                 raise self.error(node.column, f"{node.name} = {value!r}", "a quantity for it")
             return value
         if node.name in self.mathematics.constants:
@@ -136,7 +145,7 @@ class _Evaluation:
             hint=did_you_mean(node.name, self.environment),
         )
 
-    def applied(self, node: Operation, operands: list[Quantity]) -> Quantity:
+    def applied(self, node: ParsedOperation, operands: list[SIQuantity]) -> SIQuantity:
         """The result of an operation, if there is one."""
         try:
             result = functions.apply(node.name, operands, self.mathematics)
@@ -190,7 +199,7 @@ def exact_mathematics() -> Mathematics:
     )
 
 
-def _number(digits: str, unit: Unit | None) -> Quantity:
+def _number(digits: str, unit: Unit | None) -> SIQuantity:
     import sympy as sp
 
     # Numbers far below the range of floats would need too much memory.

@@ -17,7 +17,7 @@ from typing import Any
 
 from robostiff.io.suggest import Words
 from robostiff.io.units import (
-    Quantity,
+    SIQuantity,
     Unit,
     describe,
     is_bare,
@@ -60,7 +60,7 @@ class Mathematics:
     functions: Mapping[str, Callable[..., Any]]
     constants: Mapping[str, Any]
     is_finite: Callable[[Any], bool]
-    number: Callable[[str, Unit | None], Quantity] | None = None
+    number: Callable[[str, Unit | None], SIQuantity] | None = None
     bare: Callable[[float], Any] = float
 
 
@@ -83,19 +83,19 @@ CONSTANTS = frozenset(FLOATS.constants)
 
 
 def _of_alike(
-    combine: Callable[[Any, Any], Any], purpose: str, left: Quantity, right: Quantity
-) -> Quantity:
+    combine: Callable[[Any, Any], Any], purpose: str, left: SIQuantity, right: SIQuantity
+) -> SIQuantity:
     """Sum or difference; zero goes with anything."""
     unit = _common_unit((left, right), purpose)
     return make_quantity(combine(left.magnitude, right.magnitude), unit)
 
 
-def _of_any(combine: Callable[[Any, Any], Any], left: Quantity, right: Quantity) -> Quantity:
+def _of_any(combine: Callable[[Any, Any], Any], left: SIQuantity, right: SIQuantity) -> SIQuantity:
     magnitude = combine(left.magnitude, right.magnitude)
     return make_quantity(magnitude, combine(left.units, right.units))
 
 
-OPERATORS: Mapping[str, Callable[[Quantity, Quantity], Quantity]] = MappingProxyType(
+OPERATORS: Mapping[str, Callable[[SIQuantity, SIQuantity], SIQuantity]] = MappingProxyType(
     {
         "+": partial(_of_alike, operator.add, "to add"),
         "-": partial(_of_alike, operator.sub, "to subtract"),
@@ -105,7 +105,7 @@ OPERATORS: Mapping[str, Callable[[Quantity, Quantity], Quantity]] = MappingProxy
 )
 
 
-def power(base: Quantity, exponent: Quantity, mathematics: Mathematics) -> Quantity:
+def power(base: SIQuantity, exponent: SIQuantity, mathematics: Mathematics) -> SIQuantity:
     """The power; a base with a unit needs an exponent that is a known number."""
     if not is_number(exponent):
         raise Refusal(f"the exponent {describe(exponent)}", "a plain number as exponent")
@@ -134,12 +134,12 @@ class Rule:
     `unit` gets the arguments and the name of the function, and may refuse.
     """
 
-    unit: Callable[[Sequence[Quantity], str], Any]
+    unit: Callable[[Sequence[SIQuantity], str], Any]
     fewest: int = 1
     most: int = 1
 
 
-def apply(name: str, operands: Sequence[Quantity], mathematics: Mathematics) -> Quantity:
+def apply(name: str, operands: Sequence[SIQuantity], mathematics: Mathematics) -> SIQuantity:
     """The function or operator of that name; one operand of an operator gets its sign."""
     if name in RULES:
         unit = RULES[name].unit(operands, name)
@@ -151,7 +151,7 @@ def apply(name: str, operands: Sequence[Quantity], mathematics: Mathematics) -> 
     return power(left, right, mathematics) if name == "^" else OPERATORS[name](left, right)
 
 
-def in_words(name: str, operands: Sequence[Quantity]) -> str:
+def in_words(name: str, operands: Sequence[SIQuantity]) -> str:
     """What `apply` does, for messages."""
     words = [describe(operand) for operand in operands]
     if name in RULES:
@@ -159,29 +159,29 @@ def in_words(name: str, operands: Sequence[Quantity]) -> str:
     return f" {'to the power' if name == '^' else name} ".join(words)
 
 
-def _of_angle(arguments: Sequence[Quantity], name: str) -> Any:
+def _of_angle(arguments: Sequence[SIQuantity], name: str) -> Any:
     (argument,) = arguments
     if not same_dimension(argument, make_quantity(0.0)):
         raise Refusal(f"{name} of {describe(argument)}", "an angle, such as 10 deg")
     return make_unit({})
 
 
-def _to_angle(arguments: Sequence[Quantity], name: str) -> Any:
+def _to_angle(arguments: Sequence[SIQuantity], name: str) -> Any:
     (argument,) = arguments
     if not is_number(argument):
         raise Refusal(f"{name} of {describe(argument)}", "a plain number")
     return make_unit({"rad": 1})
 
 
-def _root(arguments: Sequence[Quantity], _: str) -> Any:
+def _root(arguments: Sequence[SIQuantity], _: str) -> Any:
     return arguments[0].units ** 0.5
 
 
-def _alike(arguments: Sequence[Quantity], name: str) -> Any:
+def _alike(arguments: Sequence[SIQuantity], name: str) -> Any:
     return _common_unit(arguments, f"in {name}")
 
 
-def _alike_to_angle(arguments: Sequence[Quantity], name: str) -> Any:
+def _alike_to_angle(arguments: Sequence[SIQuantity], name: str) -> Any:
     _alike(arguments, name)
     return make_unit({"rad": 1})
 
@@ -206,7 +206,7 @@ def _known(value: Any) -> float | None:
     return None if getattr(value, "free_symbols", None) else float(value)
 
 
-def _common_unit(arguments: Sequence[Quantity], purpose: str) -> Any:
+def _common_unit(arguments: Sequence[SIQuantity], purpose: str) -> Any:
     """The unit that all arguments share; a plain zero fits any, rad counts as a number."""
     weighty = [a for a in arguments if not (is_bare(a) and a.magnitude == 0)] or arguments[:1]
     first = weighty[0]

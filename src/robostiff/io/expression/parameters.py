@@ -15,7 +15,7 @@ from robostiff.io.expression.evaluate import Expression, known_names, parse
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import Words, did_you_mean
 from robostiff.io.units import (
-    Quantity,
+    SIQuantity,
     describe,
     is_bare,
     is_unit_word,
@@ -51,7 +51,7 @@ def parameter_values(
     definitions: Mapping[str, Any],
     overrides: Mapping[str, Any] = MappingProxyType({}),
     mathematics: Mathematics = FLOATS,
-) -> dict[str, Quantity]:
+) -> dict[str, SIQuantity]:
     """Values of parameters, in base units and in the order of their definitions.
 
     Parameters
@@ -122,13 +122,13 @@ def _evaluate_all(
     definitions: Mapping[str, str | float],
     mathematics: Mathematics,
     overrides: Mapping[str, object] | None = None,
-    original: Mapping[str, Quantity] | None = None,
-) -> dict[str, Quantity]:
+    original: Mapping[str, SIQuantity] | None = None,
+) -> dict[str, SIQuantity]:
     """Every parameter, those first that others need; overridden ones keep their dimension."""
     expressions = {
         name: _expression(name, value, mathematics) for name, value in definitions.items()
     }
-    values: dict[str, Quantity] = {}
+    values: dict[str, SIQuantity] = {}
     for name in _in_order(expressions):
         expression = expressions[name]
         if isinstance(expression, Expression):
@@ -144,7 +144,7 @@ def _evaluate_all(
     return {name: values[name] for name in definitions}
 
 
-def _expression(name: str, value: str | float, mathematics: Mathematics) -> Expression | Quantity:
+def _expression(name: str, value: str | float, mathematics: Mathematics) -> Expression | SIQuantity:
     try:
         return parse(value) if isinstance(value, str) else _bare_number(value, mathematics)
     except InputError as error:
@@ -157,8 +157,8 @@ def _within(name: str, error: InputError) -> ParameterError:
     )
 
 
-def _bare_number(value: Any, mathematics: Mathematics) -> Quantity:
-    if isinstance(value, Quantity):
+def _bare_number(value: Any, mathematics: Mathematics) -> SIQuantity:
+    if isinstance(value, SIQuantity):
         return value
     own = own_quantity(value)
     if own is not None and math.isfinite(own.magnitude):
@@ -173,7 +173,7 @@ def _bare_number(value: Any, mathematics: Mathematics) -> Quantity:
     raise InputError("value", got=value, expected="a finite number or an expression such as 2*R")
 
 
-def _in_order(expressions: Mapping[str, Expression | Quantity]) -> tuple[str, ...]:
+def _in_order(expressions: Mapping[str, Expression | SIQuantity]) -> tuple[str, ...]:
     uses = {}
     for name, expression in expressions.items():
         uses[name] = expression.names if isinstance(expression, Expression) else ()
@@ -200,7 +200,7 @@ def _short(text: str) -> str:
     return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 1] + "…"
 
 
-def _like(original: Quantity, value: Quantity, name: str, written: object) -> Quantity:
+def _like(original: SIQuantity, value: SIQuantity, name: str, written: object) -> SIQuantity:
     """The overriding value, checked for the dimension of the replaced value."""
     if is_bare(original):
         return value
@@ -218,7 +218,7 @@ def _like(original: Quantity, value: Quantity, name: str, written: object) -> Qu
     return value
 
 
-def _question(name: str, written: object, meant: Quantity, original: Quantity) -> None:
+def _question(name: str, written: object, meant: SIQuantity, original: SIQuantity) -> None:
     """Warn when a number without a unit is probably meant in the unit of the model file."""
     sizes = [x.magnitude for x in (meant, original)]
     if all(isinstance(x, Real) and x != 0 for x in sizes):

@@ -11,7 +11,7 @@ from typing import TypeAlias
 from robostiff.errors import InputError
 from robostiff.io.expression.functions import CONSTANTS, RULES
 from robostiff.io.suggest import Words, did_you_mean, nearest
-from robostiff.io.units import UNIT_WORDS, Quantity, Unit, is_unit_word, make_quantity, read_unit
+from robostiff.io.units import UNIT_WORDS, SIQuantity, Unit, is_unit_word, make_quantity, read_unit
 from robostiff.io.units.registry import NUMBER, after_space
 
 
@@ -19,7 +19,7 @@ from robostiff.io.units.registry import NUMBER, after_space
 class Literal:
     """A number, with its unit if it has one: in base units, and as it was written."""
 
-    quantity: Quantity
+    quantity: SIQuantity
     column: int
     digits: str
     unit: Unit | None
@@ -34,7 +34,7 @@ class Name:
 
 
 @dataclass(frozen=True)
-class Operation:
+class ParsedOperation:
     """A sign, an operator between two operands, or a function of the table, applied."""
 
     name: str
@@ -47,7 +47,7 @@ class Operation:
         return self.name == "-" and len(self.operands) == 1
 
 
-Node: TypeAlias = Literal | Name | Operation
+Node: TypeAlias = Literal | Name | ParsedOperation
 
 
 LONGEST_TEXT = 1000
@@ -63,7 +63,7 @@ class Token:
     kind: str
     text: str
     column: int
-    quantity: Quantity | None = None
+    quantity: SIQuantity | None = None
     digits: str = ""
     unit: Unit | None = None
 
@@ -209,7 +209,7 @@ class _Parser:
             operator = self.take()
             # 2^3^2 is 2^(3^2), and 2^-1 works; all others apply from left to right
             right = self.expression(_SIGN if binding == _POWER else binding + 1)
-            left = Operation(operator.kind, (left, right), operator.column)
+            left = ParsedOperation(operator.kind, (left, right), operator.column)
         self.depth -= 1
         return left
 
@@ -218,7 +218,7 @@ class _Parser:
         if token.kind in ("+", "-"):
             self.take()
             operand = self.expression(_SIGN)  # -2^2 is -(2^2)
-            return Operation("-", (operand,), token.column) if token.kind == "-" else operand
+            return ParsedOperation("-", (operand,), token.column) if token.kind == "-" else operand
         if token.kind == "(":
             self.take()
             inner = self.expression(_SUM)
@@ -253,7 +253,7 @@ class _Parser:
         if not rule.fewest <= len(arguments) <= rule.most:
             got = Words(f"{_counted(len(arguments))} of {function.text}")
             raise self.fault(function, got, at_least + _counted(rule.fewest))
-        return Operation(function.text, tuple(arguments), function.column)
+        return ParsedOperation(function.text, tuple(arguments), function.column)
 
     def name(self, token: Token) -> Node:
         if is_unit_word(token.text):

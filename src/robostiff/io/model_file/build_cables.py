@@ -15,9 +15,9 @@ from robostiff.io.model_file.written_parts import (
     Text,
     Value,
     Vector,
-    Written,
     WrittenFrame,
     WrittenHead,
+    WrittenMapping,
     WrittenRepeat,
 )
 from robostiff.io.model_file.written_robot import OneOrSeveral, check_version
@@ -28,7 +28,7 @@ from robostiff.model.cable import Cable, CableRobot, Weight
 from robostiff.spatial import Space
 
 
-class WrittenCableBody(Written):
+class WrittenCableBody(WrittenMapping):
     """Common keys of a cable and of the template of repeated cables."""
 
     exit: Vector = Field(description="where the cable leaves the base, in the world")
@@ -54,14 +54,14 @@ class WrittenCablePattern(WrittenCableBody, WrittenRepeat):
 WrittenCables = OneOrSeveral[WrittenCable, WrittenCablePattern]
 
 
-class WrittenWeight(Written):
+class WrittenWeight(WrittenMapping):
     """A force of constant direction in the world, at a point of the platform."""
 
     force: Vector
     at: Vector | None = None
 
 
-class WrittenTensions(Written):
+class WrittenTensionLimits(WrittenMapping):
     """Limits of the tension of every cable that has none of its own, and the aim between them."""
 
     least: Value = 0
@@ -76,7 +76,7 @@ class WrittenCableRobot(WrittenHead):
     home: WrittenFrame = Field(description="the pose of the platform, such as {at: [0, 0, 2 m]}")
     reference_point: Vector | None = None
     weight: WrittenWeight | None = None
-    tensions: WrittenTensions = WrittenTensions()
+    tensions: WrittenTensionLimits = WrittenTensionLimits()
     cables: WrittenCables = Field(description="a list of cables, or one cable with repeat:")
 
 
@@ -152,7 +152,7 @@ def _weight(place: Place, written: WrittenWeight | None) -> Weight | None:
 
 
 def _cable(
-    place: Place, written: WrittenCableBody, name: str, limits: Place, common: WrittenTensions
+    place: Place, written: WrittenCableBody, name: str, limits: Place, common: WrittenTensionLimits
 ) -> Cable:
     force, stiffness = Dimension.FORCE, Dimension.TRANSLATIONAL_STIFFNESS
     least = place.number_at(written, "least_tension", force)

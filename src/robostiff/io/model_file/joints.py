@@ -19,7 +19,7 @@ from robostiff.io.model_file.written_parts import (
     Pair,
     Value,
     Vector,
-    Written,
+    WrittenMapping,
     either,
 )
 from robostiff.io.units import Dimension, make_quantity, make_unit, to_si
@@ -45,7 +45,7 @@ from robostiff.model import (
 from robostiff.spatial import Screw
 
 
-class WrittenDrive(Written):
+class WrittenDrive(WrittenMapping):
     """Common keys of joints and telescopes: role, stiffness, limits and home."""
 
     name: Name | None = None

@@ -13,16 +13,16 @@ from robostiff.errors import FileError
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
 from robostiff.io.model_file.written_parts import (
-    Written,
     WrittenAxes,
     WrittenFrame,
+    WrittenMapping,
     WrittenRotation,
 )
 from robostiff.io.plausibility import question
 from robostiff.io.suggest import Words
 from robostiff.io.units import (
     Dimension,
-    Quantity,
+    SIQuantity,
     describe,
     is_bare,
     make_quantity,
@@ -47,7 +47,7 @@ _parsed = lru_cache(maxsize=4096)(parse)
 class Place(DocumentPlace):
     """A location in a document, with the values of names there."""
 
-    names: Mapping[str, Quantity]  # parameters and, in repeated legs, the variables of the copy
+    names: Mapping[str, SIQuantity]  # parameters and, in repeated legs, the variables of the copy
     leg: str = ""  # the copy of a repeated leg that is being built
     mathematics: Mathematics = FLOATS  # of floats, or of exact formulas
 
@@ -61,7 +61,7 @@ class Place(DocumentPlace):
         number, has_unit = self._number(value, dimension)
         return self._question(number, dimension, has_unit)
 
-    def number_at(self, written: Written, key: str, dimension: Dimension) -> Any:
+    def number_at(self, written: WrittenMapping, key: str, dimension: Dimension) -> Any:
         """The number under a key of what is written here, in SI units; None without one."""
         value = getattr(written, key)
         return None if value is None else (self / key).number(value, dimension)

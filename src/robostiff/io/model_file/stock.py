@@ -23,7 +23,7 @@ from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_parts import (
     MaterialChoice,
     SectionChoice,
-    Written,
+    WrittenMapping,
     WrittenMaterial,
     WrittenProperties,
     WrittenSection,
@@ -153,7 +153,7 @@ def read_section(
         return _SHAPES[kind](**_numbers(here, shape), poisson_ratio=_usable_ratio(material))
 
 
-def _numbers(place: Place, written: Written) -> dict[str, Any]:
+def _numbers(place: Place, written: WrittenMapping) -> dict[str, Any]:
     return {
         key: (place / key).positive(value, _PROPERTIES.get(key, Dimension.LENGTH))
         for key, value in written

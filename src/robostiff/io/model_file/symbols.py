@@ -9,7 +9,7 @@ from enum import Enum
 from robostiff.errors import InputError
 from robostiff.io.expression import parse
 from robostiff.io.suggest import did_you_mean, listing
-from robostiff.io.units import Quantity, dimension_of, is_bare, make_quantity
+from robostiff.io.units import SIQuantity, dimension_of, is_bare, make_quantity
 from robostiff.markup import number
 from robostiff.model import Actuated, Chain, ParallelBlock, Robot, with_entries
 from robostiff.model.chain import Element
@@ -65,8 +65,8 @@ def chosen_parameters(
 
 
 def symbolic_values(
-    names: Iterable[str], values: Mapping[str, Quantity]
-) -> tuple[dict[str, Quantity], dict[str, float]]:
+    names: Iterable[str], values: Mapping[str, SIQuantity]
+) -> tuple[dict[str, SIQuantity], dict[str, float]]:
     """A symbol for each parameter, in its unit, and the number that it stands for.
 
     A symbol is taken to be positive where its number is, and real elsewhere.
@@ -83,7 +83,7 @@ def symbolic_values(
     return quantities, nominal
 
 
-def meaning_of(value: Quantity) -> str:
+def meaning_of(value: SIQuantity) -> str:
     """What a symbol stands for, and its value in the model file.
 
     Examples

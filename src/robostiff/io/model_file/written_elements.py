@@ -15,9 +15,9 @@ from robostiff.io.model_file.written_parts import (
     Theory,
     Value,
     Vector,
-    Written,
     WrittenCoupled,
     WrittenFrame,
+    WrittenMapping,
     WrittenMass,
     WrittenRepeat,
     WrittenRotation,
@@ -37,7 +37,7 @@ class WrittenRigid(WrittenRotation, WrittenMass):
     to: Vector | None = None
 
 
-class WrittenSegment(Written):
+class WrittenSegment(WrittenMapping):
     """A uniform piece of a beam."""
 
     share: Value = Field(description="the part of the beam's length that this segment has")
@@ -81,7 +81,7 @@ class WrittenLink(WrittenMatrices, WrittenMass):
     to: Vector = Field(description="the far end, [x, y, z] in the present frame")
 
 
-class WrittenTelescopicBeam(Written):
+class WrittenTelescopicBeam(WrittenMapping):
     """A beam that a telescope lengthens."""
 
     share: Value | None = None
@@ -138,7 +138,7 @@ BranchOrPattern = Annotated[
 ]
 
 
-class WrittenParallel(Written):
+class WrittenParallel(WrittenMapping):
     """Branches side by side between two bodies of a chain."""
 
     type: Literal["parallel"]
@@ -172,7 +172,7 @@ class WrittenAttachment(WrittenFrame):
     node: Name | None = None
 
 
-class WrittenMember(Written):
+class WrittenMember(WrittenMapping):
     """A rigid member of a platform."""
 
     name: Name | None = None
@@ -196,7 +196,7 @@ class WrittenPlatformSpring(WrittenMatrices):
     at: Vector | None = None
 
 
-class WrittenPlatform(Written):
+class WrittenPlatform(WrittenMapping):
     """A flexible platform."""
 
     nodes: Annotated[dict[Name, Vector], Field(min_length=2)] = Field(

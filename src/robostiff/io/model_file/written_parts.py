@@ -18,7 +18,7 @@ from robostiff.errors import InputError
 from robostiff.io.suggest import shown
 
 
-class Written(BaseModel):
+class WrittenMapping(BaseModel):
     """A mapping in a model file: its keys and no others, kept as they were written."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
@@ -63,7 +63,7 @@ Direction = Annotated[
 """An axis of the present frame by name, or three numbers; its length does not matter."""
 
 
-class WrittenTurn(Written):
+class WrittenTurn(WrittenMapping):
     """A turn about one current axis; exactly one of the three is written."""
 
     x: Value | None = None
@@ -71,7 +71,7 @@ class WrittenTurn(Written):
     z: Value | None = None
 
 
-class WrittenAxes(Written):
+class WrittenAxes(WrittenMapping):
     """The directions of two axes of a frame; the third follows by the right hand."""
 
     x: Direction | None = None
@@ -79,7 +79,7 @@ class WrittenAxes(Written):
     z: Direction | None = None
 
 
-class WrittenRotation(Written):
+class WrittenRotation(WrittenMapping):
     """A rotation, in at most one of four ways."""
 
     turn: list[WrittenTurn] | None = None
@@ -94,14 +94,14 @@ class WrittenFrame(WrittenRotation):
     at: Vector | None = None
 
 
-class WrittenMass(Written):
+class WrittenMass(WrittenMapping):
     """Mass of a part, and where it is."""
 
     mass: Value | None = None
     centre: Vector | None = None
 
 
-class WrittenMaterial(Written):
+class WrittenMaterial(WrittenMapping):
     """A material: E with G, or E with the Poisson ratio."""
 
     E: Value = Field(description="Young's modulus")
@@ -111,27 +111,27 @@ class WrittenMaterial(Written):
     source: str = ""
 
 
-class WrittenCircle(Written):
+class WrittenCircle(WrittenMapping):
     """Full circle."""
 
     diameter: Value
 
 
-class WrittenTube(Written):
+class WrittenTube(WrittenMapping):
     """Circular tube."""
 
     outer_diameter: Value
     inner_diameter: Value
 
 
-class WrittenRectangle(Written):
+class WrittenRectangle(WrittenMapping):
     """Full rectangle."""
 
     width_y: Value
     height_z: Value
 
 
-class WrittenBox(Written):
+class WrittenBox(WrittenMapping):
     """Hollow rectangle."""
 
     width_y: Value
@@ -139,7 +139,7 @@ class WrittenBox(Written):
     wall: Value
 
 
-class WrittenISection(Written):
+class WrittenISection(WrittenMapping):
     """Flanges along y, web along z."""
 
     flange_width: Value
@@ -148,7 +148,7 @@ class WrittenISection(Written):
     flange_thickness: Value
 
 
-class WrittenProperties(Written):
+class WrittenProperties(WrittenMapping):
     """The numbers themselves."""
 
     A: Value
@@ -159,7 +159,7 @@ class WrittenProperties(Written):
     shear_factor_z: Value | None = None
 
 
-class WrittenSection(Written):
+class WrittenSection(WrittenMapping):
     """A cross-section: exactly one of these shapes."""
 
     circle: WrittenCircle | None = None
@@ -184,7 +184,7 @@ Theory = Literal["euler-bernoulli", "timoshenko"]
 Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
-class WrittenCount(Written):
+class WrittenCount(WrittenMapping):
     """Numbered copies: the variable is 1, 2, ... and the name has the same number."""
 
     count: Annotated[int, Field(ge=1, le=1000)] = Field(description="how many copies there are")
@@ -196,7 +196,7 @@ WrittenCopy = dict[str, Value]
 """The name of a copy and the values of its variables."""
 
 
-class WrittenRepeat(Written):
+class WrittenRepeat(WrittenMapping):
     """Copies of a leg or branch: the list or number of copies, and their variables."""
 
     repeat: Annotated[
@@ -207,7 +207,7 @@ class WrittenRepeat(Written):
     let: dict[str, Value] = Field(default_factory=dict)
 
 
-class WrittenFollower(Written):
+class WrittenFollower(WrittenMapping):
     """A joint that follows another one: a gear, belt, rack or mimic joint."""
 
     name: Name | None = None
@@ -223,7 +223,7 @@ class WrittenFollower(Written):
     )
 
 
-class WrittenSum(Written):
+class WrittenSum(WrittenMapping):
     """A sum of joint coordinates that is held, or moved by a drive: a differential."""
 
     name: Name | None = None
@@ -254,14 +254,14 @@ _Couplings = Annotated[
 ]
 
 
-class WrittenCoupled(Written):
+class WrittenCoupled(WrittenMapping):
     """The keys of what has a chain, whose joints may be coupled."""
 
     chain: Any
     couplings: _Couplings
 
 
-class WrittenHead(Written):
+class WrittenHead(WrittenMapping):
     """Name, source and parameters of a robot."""
 
     robostiff: Literal[1]

@@ -19,10 +19,10 @@ from robostiff.io.model_file.written_parts import (
     Text,
     Value,
     Vector,
-    Written,
     WrittenCoupled,
     WrittenFrame,
     WrittenHead,
+    WrittenMapping,
     WrittenMass,
     WrittenMaterial,
     WrittenRepeat,
@@ -35,8 +35,8 @@ from robostiff.io.validation import validate
 VERSION = 1
 """Of the file format."""
 
-One = TypeVar("One", bound=Written)
-Pattern = TypeVar("Pattern", bound=Written)
+One = TypeVar("One", bound=WrittenMapping)
+Pattern = TypeVar("Pattern", bound=WrittenMapping)
 
 _OneOrPattern = Annotated[Annotated[One, Tag("one")] | Annotated[Pattern, Tag("pattern")], REPEATED]
 
@@ -72,7 +72,7 @@ class WrittenPattern(WrittenRepeat, WrittenLegBody):
 WrittenLegs = OneOrSeveral[WrittenLeg, WrittenPattern]
 
 
-class WrittenPlatformMass(Written):
+class WrittenPlatformMass(WrittenMapping):
     """The mass of the platform, or of something that it carries."""
 
     name: Text | None = None
@@ -80,14 +80,14 @@ class WrittenPlatformMass(Written):
     centre: Vector | None = None
 
 
-class WrittenBodyPoint(Written):
+class WrittenBodyPoint(WrittenMapping):
     """A point of a body: in the world, in the platform frame, or where a part begins."""
 
     body: Text = Field(description="base, platform, or leg/part for the body behind that part")
     at: Vector | None = None
 
 
-class WrittenBodySpring(Written):
+class WrittenBodySpring(WrittenMapping):
     """A spring between points of two bodies, such as a gravity compensator."""
 
     name: Text = Field(description="the name of the spring")
@@ -183,7 +183,7 @@ class WrittenDHRow(WrittenMass):
     home: Value | None = None
 
 
-class WrittenDH(Written):
+class WrittenDH(WrittenMapping):
     """A table of Denavit and Hartenberg, with the frames at its ends."""
 
     convention: Literal["standard", "modified"] = Field(

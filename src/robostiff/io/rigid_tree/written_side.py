@@ -22,8 +22,8 @@ from robostiff.io.model_file.written_parts import (
     Theory,
     Value,
     Vector,
-    Written,
     WrittenFrame,
+    WrittenMapping,
     WrittenMaterial,
     WrittenSection,
     either,
@@ -33,7 +33,7 @@ from robostiff.io.suggest import listing
 _LINK = "the name of a link"
 
 
-class WrittenTreeJoint(Written):
+class WrittenTreeJoint(WrittenMapping):
     """Role, stiffness and limits of a joint of the tree."""
 
     role: Literal["passive", "actuated", "locked"] | None = None
@@ -41,7 +41,7 @@ class WrittenTreeJoint(Written):
     limits: Pair | None = None
 
 
-class WrittenLinkBeam(Written):
+class WrittenLinkBeam(WrittenMapping):
     """A link that is a beam, from its joint to the next one."""
 
     type: Literal["beam"]
@@ -76,7 +76,7 @@ LinkFrameChoice = Annotated[
 """A link, whose own frame it is, or a frame on a link."""
 
 
-class WrittenTool(Written):
+class WrittenTool(WrittenMapping):
     """The point whose stiffness is computed."""
 
     link: Text = Field(description=_LINK)
@@ -108,7 +108,7 @@ LoopJointChoice = Annotated[
 ]
 
 
-class WrittenLoop(Written):
+class WrittenLoop(WrittenMapping):
     """Frames on two links of the tree that coincide up to the motion of a joint."""
 
     name: Text | None = None
@@ -120,7 +120,7 @@ class WrittenLoop(Written):
     )
 
 
-class WrittenSide(Written):
+class WrittenSide(WrittenMapping):
     """A whole side file."""
 
     robostiff: Literal[1]

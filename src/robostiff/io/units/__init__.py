@@ -12,7 +12,7 @@ from robostiff.io.units.dimension import (
 )
 from robostiff.io.units.registry import (
     UNIT_WORDS,
-    Quantity,
+    SIQuantity,
     Unit,
     exact_quantity,
     is_unit_word,
@@ -26,7 +26,7 @@ from robostiff.io.units.registry import (
 __all__ = [
     "UNIT_WORDS",
     "Dimension",
-    "Quantity",
+    "SIQuantity",
     "Unit",
     "describe",
     "dimension_of",

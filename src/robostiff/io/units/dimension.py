@@ -17,7 +17,7 @@ from typing import Any
 from robostiff.errors import InputError
 from robostiff.io.suggest import Words
 from robostiff.io.units.registry import (
-    Quantity,
+    SIQuantity,
     after_space,
     bounded,
     make_quantity,
@@ -83,7 +83,7 @@ class Dimension(Enum):
 
 
 def to_si(
-    quantity: Quantity | float | str,
+    quantity: SIQuantity | float | str,
     dimension: Dimension,
     *,
     subject: str | None = None,
@@ -120,11 +120,11 @@ def to_si(
     if isinstance(quantity, str):
         got = quantity if got is None else got
         value = parse_quantity(quantity)
-    if not isinstance(value, Quantity) and is_formula(value) and is_possible(value):
+    if not isinstance(value, SIQuantity) and is_formula(value) and is_possible(value):
         return value
     if isinstance(value, Real) and not isinstance(value, bool):
         return _finite(value, subject, dimension, got)
-    if not isinstance(value, Quantity):
+    if not isinstance(value, SIQuantity):
         raise InputError(subject, got=value if got is None else got, expected=str(dimension))
     if not (is_bare(value) or _measures(value, dimension)):
         got = Words(describe(value)) if got is None else got
@@ -134,22 +134,22 @@ def to_si(
     return _finite(value.magnitude, subject, dimension, got)
 
 
-def is_bare(quantity: Quantity) -> bool:
+def is_bare(quantity: SIQuantity) -> bool:
     """Whether the quantity has no unit at all, not even rad."""
     return _equal(quantity.units.powers, (0, 0, 0, 0))
 
 
-def is_number(quantity: Quantity) -> bool:
+def is_number(quantity: SIQuantity) -> bool:
     """Whether the quantity is a number; angles are not, other products with rad are."""
     return _measures(quantity, Dimension.NUMBER)
 
 
-def same_dimension(first: Quantity, second: Quantity) -> bool:
+def same_dimension(first: SIQuantity, second: SIQuantity) -> bool:
     """Whether two quantities can be added; rad counts as a number."""
     return _equal(first.units.powers[:3], second.units.powers[:3])
 
 
-def describe(quantity: Quantity) -> str:
+def describe(quantity: SIQuantity) -> str:
     """The quantity as text.
 
     Examples
@@ -169,7 +169,7 @@ def describe(quantity: Quantity) -> str:
     return f"{number} {dimension.si_unit} ({dimension.with_article})"
 
 
-def dimension_of(quantity: Quantity) -> Dimension | None:
+def dimension_of(quantity: SIQuantity) -> Dimension | None:
     """The first dimension with the unit of a quantity; None where it has none, or another one.
 
     Examples
@@ -183,7 +183,7 @@ def dimension_of(quantity: Quantity) -> Dimension | None:
     return next((own for own in Dimension if _equal(powers, _powers(own))), None)
 
 
-def _measures(quantity: Quantity, dimension: Dimension) -> bool:
+def _measures(quantity: SIQuantity, dimension: Dimension) -> bool:
     """Same powers of m, kg and s; rad matters only where it distinguishes two dimensions."""
     *came, rad = quantity.units.powers
     *wanted, _ = _powers(dimension)
@@ -253,7 +253,7 @@ def parse_quantities(
     [0.01, 20.0]
     """
     bounded(text)
-    items: list[tuple[Quantity, str]] = []
+    items: list[tuple[SIQuantity, str]] = []
     start = after_space(text, 0)
     while start < len(text):
         item = f"{subject}, item {len(items) + 1}"

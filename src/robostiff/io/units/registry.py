@@ -61,7 +61,7 @@ class Unit:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class SIQuantity:
     """A number or a formula of base units, made by `make_quantity`."""
 
     magnitude: Any  # a float or a formula of SymPy
@@ -69,14 +69,14 @@ class Quantity:
 
     # Three methods of quantities of pint, so that these are taken wherever those are.
 
-    def to(self, unit: str) -> Quantity:
+    def to(self, unit: str) -> SIQuantity:
         """The quantity itself in SI units, the only ones that are asked for; rad is a number."""
         wanted = read_unit(unit, 0)[0] or _ONE
         if wanted.powers[:3] != self.units.powers[:3] or wanted.base != wanted:
             raise ValueError(f"{self.units} is no {unit}")
         return self
 
-    def to_root_units(self) -> Quantity:
+    def to_root_units(self) -> SIQuantity:
         """The quantity itself: in base units."""
         return self
 
@@ -138,7 +138,7 @@ UNIT_WORDS: tuple[str, ...] = tuple(_UNITS)
 _ONE = Unit()
 
 
-def make_quantity(magnitude: Any, unit: Unit | None = None) -> Quantity:
+def make_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
     """The quantity in base units (m, kg, s, rad); without a unit, a plain number.
 
     Examples
@@ -151,16 +151,16 @@ def make_quantity(magnitude: Any, unit: Unit | None = None) -> Quantity:
         # as radians(1.0) and its powers are rounded
         factor = math.pi**unit.pi
         above, below = unit.ratio.numerator, unit.ratio.denominator
-        return Quantity(magnitude * (factor * above / below), unit.base)
+        return SIQuantity(magnitude * (factor * above / below), unit.base)
     if unit.ratio == 1 or not math.isfinite(magnitude):
-        return Quantity(magnitude, unit.base)
+        return SIQuantity(magnitude, unit.base)
     try:
-        return Quantity(float(Fraction(repr(float(magnitude))) * unit.ratio), unit.base)
+        return SIQuantity(float(Fraction(repr(float(magnitude))) * unit.ratio), unit.base)
     except OverflowError:
-        return Quantity(math.copysign(math.inf, magnitude), unit.base)
+        return SIQuantity(math.copysign(math.inf, magnitude), unit.base)
 
 
-def exact_quantity(magnitude: Any, unit: Unit | None = None) -> Quantity:
+def exact_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
     """The quantity in base units with a SymPy magnitude, by exact factors; degrees make pi.
 
     Examples
@@ -173,7 +173,7 @@ def exact_quantity(magnitude: Any, unit: Unit | None = None) -> Quantity:
 
     unit = unit or _ONE
     ratio = sp.Rational(unit.ratio.numerator, unit.ratio.denominator)
-    return Quantity(magnitude * ratio * sp.pi**unit.pi, unit.base)
+    return SIQuantity(magnitude * ratio * sp.pi**unit.pi, unit.base)
 
 
 def make_unit(powers: Mapping[str, int]) -> Unit:
@@ -189,7 +189,7 @@ def is_unit_word(word: str) -> bool:
     return word in _UNITS or word in OTHER_SPELLINGS
 
 
-def own_quantity(value: Any) -> Quantity | None:
+def own_quantity(value: Any) -> SIQuantity | None:
     """A quantity of pint, of any registry, in base units; None for other values.
 
     Examples
@@ -210,7 +210,7 @@ def own_quantity(value: Any) -> Quantity | None:
     unit = " * ".join(f"{name} ** {power}" for name, power in powers.items() if power)
     number = float(value.to(unit or "dimensionless").magnitude)
     m, kg, s, rad = (float(powers.get(name, 0)) for name in _BASE)
-    return Quantity(number, Unit((m, kg, s, rad)))
+    return SIQuantity(number, Unit((m, kg, s, rad)))
 
 
 NUMBER = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -259,7 +259,7 @@ def read_unit(text: str, start: int, *, leading_slash: bool = True) -> tuple[Uni
     return make_unit(powers), end
 
 
-def parse_quantity(text: str) -> Quantity:
+def parse_quantity(text: str) -> SIQuantity:
     """Read one number with an optional unit.
 
     Raises
@@ -283,7 +283,7 @@ def parse_quantity(text: str) -> Quantity:
 _NO_NUMBERS = ("nan", "inf", "infinity")
 
 
-def read_quantity(text: str, start: int, subject: str) -> tuple[Quantity, int]:
+def read_quantity(text: str, start: int, subject: str) -> tuple[SIQuantity, int]:
     """One signed number with an optional unit; a word after it that is no unit is an error."""
     sign = text[start : start + 1]
     found = NUMBER.match(text, start + 1 if sign and sign in "+-" else start)

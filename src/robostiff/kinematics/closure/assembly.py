@@ -18,7 +18,7 @@ _DIGITS = 9  # to which two distances from home count as equal
 
 
 @dataclass(frozen=True)
-class Mode:
+class RootSigns:
     """Signs, each 1 or -1, of the roots that a closed form takes; a smooth path keeps them.
 
     Attributes
@@ -35,7 +35,7 @@ class Mode:
     second: Any = 1
 
 
-def all_modes(signs: tuple[bool, bool, bool]) -> tuple[Mode, ...]:
+def all_modes(signs: tuple[bool, bool, bool]) -> tuple[RootSigns, ...]:
     """The modes of a closed form that has some of the three signs.
 
     Examples
@@ -43,13 +43,15 @@ def all_modes(signs: tuple[bool, bool, bool]) -> tuple[Mode, ...]:
     >>> len(all_modes((True, False, True)))
     4
     """
-    return tuple(Mode(*own) for own in combinations(*((1, -1) if two else (1,) for two in signs)))
+    return tuple(
+        RootSigns(*own) for own in combinations(*((1, -1) if two else (1,) for two in signs))
+    )
 
 
-def in_one(modes: tuple[Mode, ...], count: int) -> Mode:
+def in_one(modes: tuple[RootSigns, ...], count: int) -> RootSigns:
     """Modes as one of arrays, each sign for `count` poses, mode after mode."""
     signs = np.array([(mode.root, mode.first, mode.second) for mode in modes])
-    return Mode(*np.repeat(signs, count, axis=0).T)
+    return RootSigns(*np.repeat(signs, count, axis=0).T)
 
 
 def nearest(

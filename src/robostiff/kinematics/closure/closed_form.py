@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from robostiff.kinematics.closure.assembly import Mode
+from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.closure.body import LegBody, Rest, direction_across
 from robostiff.kinematics.closure.closed_leg import ClosedLeg
 from robostiff.kinematics.closure.rod_ends import RodJoints
@@ -24,7 +24,7 @@ class LegForm(ABC):
     """A leg of a kind that closes without iteration: one formula for records and for poses."""
 
     skeleton: Skeleton
-    mode: Mode = field(default_factory=Mode, kw_only=True)
+    mode: RootSigns = field(default_factory=RootSigns, kw_only=True)
     # Of the leg, where steps of a record are to be named
     name: str | None = field(default=None, kw_only=True)
 
@@ -47,7 +47,7 @@ class LegForm(ABC):
     def turning(self) -> tuple[Cluster, ...]:
         """Joints whose coordinates are angles, from base to platform."""
 
-    def in_mode(self, mode: Mode) -> Self:
+    def in_mode(self, mode: RootSigns) -> Self:
         """The same leg in another assembly mode."""
         return replace(self, mode=mode)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics.closure.assembly import (
-    Mode,
+    RootSigns,
     all_modes,
     beyond_limits,
     in_one,
@@ -112,7 +112,7 @@ class LegSolver:
 
     def in_all_modes(
         self, pose: np.ndarray, R_platform: np.ndarray
-    ) -> tuple[tuple[Mode, ...], np.ndarray]:
+    ) -> tuple[tuple[RootSigns, ...], np.ndarray]:
         """Assembly modes of the closed form, and leg coordinates in each of them (m, N, size).
 
         Raises
@@ -132,7 +132,7 @@ class LegSolver:
         many = np.tile(pose, (len(modes), 1)), np.tile(R_platform, (len(modes), 1, 1))
         return modes, self._copies_at(form, *many).reshape(len(modes), *pose.shape[:-1], -1)
 
-    def that_close(self, pose: np.ndarray) -> tuple[tuple[Mode, ...], np.ndarray]:
+    def that_close(self, pose: np.ndarray) -> tuple[tuple[RootSigns, ...], np.ndarray]:
         """Assembly modes of the closed form that close the leg at one pose (6,), and q (m, size).
 
         Raises

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.closure.assembly import Mode
+from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.closure.body import (
     LegBody,
     Rest,
@@ -116,7 +116,7 @@ class RodEnds:
     # (3,) or (3, N): places of the joints [m]
     A_now: np.ndarray
     B_now: np.ndarray
-    mode: Mode  # of its assembly
+    mode: RootSigns  # of its assembly
 
 
 def placed_rod(ends: RodEnds) -> ClosedLeg:

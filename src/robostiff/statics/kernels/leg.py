@@ -26,7 +26,7 @@ from robostiff.statics.kernels.elements import (
 from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.motion import (
     Body,
-    ChainTerms,
+    ChainEquations,
     MovingChain,
     identity,
 )
@@ -63,7 +63,7 @@ class RecordedChain:
 
 
 @dataclass(frozen=True)
-class Turned:
+class MovedBody:
     """A body that has moved from its unloaded posture: a shift, and a quaternion."""
 
     name: str  # its seven coordinates begin with it
@@ -116,7 +116,7 @@ class RecordedLoadedLeg:
     """A leg whose coordinates and wrenches are unknowns, or several that springs hold together."""
 
     chains: tuple[RecordedChain, ...]
-    bodies: tuple[Turned, ...]
+    bodies: tuple[MovedBody, ...]
     space: Space
     length: float  # of the robot [m]
     springs: tuple[RecordedBodySpring, ...] = ()  # that its bodies hold
@@ -126,7 +126,7 @@ class RecordedLoadedLeg:
     def joined(legs: Mapping[int, RecordedLoadedLeg]) -> RecordedLoadedLeg:
         """Legs as one, by their numbers; springs between them are with the first."""
         chains: list[RecordedChain] = []
-        bodies: list[Turned] = []
+        bodies: list[MovedBody] = []
         offsets: dict[int | None, int] = {None: 0}
 
         def shifted(body: int | None) -> int | None:
@@ -262,7 +262,7 @@ class RecordedLoadedLeg:
         elimination: SymmetricElimination,
         chain: RecordedChain,
         unknowns: tuple[Sequence[str], Sequence[str]],
-        terms: ChainTerms,
+        terms: ChainEquations,
         gap: np.ndarray,
         W: np.ndarray,
     ) -> None:
@@ -358,7 +358,7 @@ def recorded_leg(
         strut = recorded_strut(chains[0].elements, own, length)
         if strut is not None:
             return strut
-    bodies = tuple(Turned(f"{placed.name}.b{b}", origins[b]) for b in range(len(walk.points)))
+    bodies = tuple(MovedBody(f"{placed.name}.b{b}", origins[b]) for b in range(len(walk.points)))
     return RecordedLoadedLeg(tuple(chains), bodies, space, length, tuple(springs), couplings)
 
 
@@ -367,7 +367,7 @@ def _alone(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
     return part.alone if isinstance(part, CoupledFreedom) else part
 
 
-def _gap(terms: ChainTerms, end: Body) -> np.ndarray:
+def _gap(terms: ChainEquations, end: Body) -> np.ndarray:
     """By how much the end of a chain is beyond the body there (6,)."""
     R, to = terms.end.R, end.R
     D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]

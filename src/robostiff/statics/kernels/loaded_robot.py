@@ -16,7 +16,7 @@ from robostiff.recorded.closure import BEFORE_FIRST, LAST, contraction, handed_o
 from robostiff.spatial import Space, cross
 from robostiff.statics.kernels.buckling import Buckling
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
-from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned
+from robostiff.statics.kernels.leg import MovedBody, RecordedLoadedLeg
 from robostiff.statics.kernels.motion import FURTHEST_TURN, identity
 from robostiff.statics.kernels.springs import RecordedBodySpring, SpringEnds
 from robostiff.statics.kernels.strut import (
@@ -79,7 +79,7 @@ class LoadedRobot:
     legs: list[RecordedLoadedLeg]
     struts: dict[int, RecordedStrut]  # of the other legs, by their numbers
     buckling: dict[int, Buckling]  # of the struts
-    platform: Turned
+    platform: MovedBody
     space: Space
     length: float
     force: float

@@ -17,7 +17,7 @@ from robostiff.statics.from_snapshot import walks_of
 from robostiff.statics.given_loads import acting_gravity
 from robostiff.statics.held_springs import held_together
 from robostiff.statics.kernels.buckling import buckling_of
-from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_leg
+from robostiff.statics.kernels.leg import MovedBody, RecordedLoadedLeg, recorded_leg
 from robostiff.statics.kernels.loaded_robot import HANDED, LoadedRobot
 from robostiff.statics.kernels.springs import recorded_body_springs, with_anchors, without_anchors
 from robostiff.statics.kernels.strut import RecordedStrut
@@ -121,7 +121,7 @@ def record_loading(
         [RecordedLoadedLeg.joined({k: others[k] for k in own}) for own in groups],
         struts,
         buckling_of([own.problem for own in loaded_postures], [*struts], force),
-        Turned("platform", here.reference),
+        MovedBody("platform", here.reference),
         robot.space,
         finder.length,
         force,

@@ -54,7 +54,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class ChainTerms:
+class ChainEquations:
     """What a chain contributes to the equations of its leg."""
 
     end: Body
@@ -160,7 +160,9 @@ class MovingChain:
             for own in self.columns
         ]
 
-    def terms(self, end_point: np.ndarray, W: np.ndarray, loads: Sequence[BodyLoad]) -> ChainTerms:
+    def terms(
+        self, end_point: np.ndarray, W: np.ndarray, loads: Sequence[BodyLoad]
+    ) -> ChainEquations:
         """Under the wrench (6,) that the body at its end exerts on it, and dead forces.
 
         With a nearer the base than b the second derivative is ``w_a . h_b``, symmetric part, ``h_b
@@ -207,7 +209,7 @@ class MovingChain:
                 for a in range(b + 1):
                     place = first + a, first + b
                     T[place] = T.get(place, 0) - V[:, a] @ DV[:, b]
-        return ChainTerms(self.body, P, J, T, gradient, self.turns)
+        return ChainEquations(self.body, P, J, T, gradient, self.turns)
 
 
 def _dead(
