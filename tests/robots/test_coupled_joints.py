@@ -330,11 +330,7 @@ def test_home_coordinates_fit_the_gear():
 
 @pytest.mark.parametrize(
     "ask",
-    [
-        rs.compile_loaded,
-        rs.derive_under_load,
-        lambda robot: rs.hybrid_machine([rs.Module("arm", robot)]),
-    ],
+    [rs.derive_under_load, lambda robot: rs.hybrid_machine([rs.Module("arm", robot)])],
 )
 def test_what_does_not_take_couplings_says_so(ask):
     robot = arm((GEAR,))

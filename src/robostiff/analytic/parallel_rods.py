@@ -17,7 +17,7 @@ from robostiff.analytic.contributions import summed
 from robostiff.analytic.leg_springs import LegReader
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.analytic.unit_wrenches import UnitWrench
-from robostiff.analytic.vector_rods import Carrier, LegRod, ends_of, in_the_platform
+from robostiff.analytic.vector_rods import Bar, Carrier, ends_of, in_the_platform
 from robostiff.model import PlacedSpring
 from robostiff.recorded.leg import at_samples as sampled
 
@@ -36,7 +36,7 @@ class ParallelRods:
 
 
 def cluster_of(
-    placed: PlacedRobot, number: int, rod: LegRod, reader: LegReader
+    placed: PlacedRobot, number: int, rod: Bar, reader: LegReader
 ) -> ParallelRods | None:
     """The parallel rods of a leg on a slide; None where it is another leg."""
     own, count = placed.legs[number].leg, placed.record.count

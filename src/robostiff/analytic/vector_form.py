@@ -44,8 +44,8 @@ from robostiff.analytic.vector_expressions import (
     VectorForm,
 )
 from robostiff.analytic.vector_rods import (
+    Bar,
     Carrier,
-    LegRod,
     closure_of,
     equations_of_felt,
     felt_across,
@@ -156,7 +156,7 @@ class _Recognition:
             return None
         return replace(forms[0], others=tuple(forms[1:]), **parallel)
 
-    def _clusters(self, rods: list[LegRod]) -> tuple[list[_Leg | None], dict[str, Any]]:
+    def _clusters(self, rods: list[Bar]) -> tuple[list[_Leg | None], dict[str, Any]]:
         """Legs of parallel rods, and what the vector form has of the rods."""
         found = []
         for i, rod in enumerate(rods):
@@ -177,11 +177,7 @@ class _Recognition:
         return legs, {"rods": tuple(arms), "of_rod": of_rod}
 
     def _joined(
-        self,
-        pose: tuple[Equation, ...],
-        labels: tuple[str, ...],
-        rods: list[LegRod],
-        legs: list[_Leg],
+        self, pose: tuple[Equation, ...], labels: tuple[str, ...], rods: list[Bar], legs: list[_Leg]
     ) -> VectorForm | None:
         plain, first = self.plain, legs[0]
         carrier = rods[0].carrier
@@ -291,14 +287,14 @@ class _Recognition:
             found.append(Equation("r_0", r0))
         return tuple(found)
 
-    def _joint(self, rod: LegRod) -> Vector:
+    def _joint(self, rod: Bar) -> Vector:
         """The name of the axis of the first joint of a rod: that of its carrier, or its own."""
         if rod.carrier is Carrier.NOTHING or rod.joint is None:
             return _E
         both = (sampled(x, self.count) for x in (rod.joint, rod.axis))
         return _E if _are_alike(*both) else _J
 
-    def _leg(self, number: int, basis: Basis, rod: LegRod) -> _Leg | None:
+    def _leg(self, number: int, basis: Basis, rod: Bar) -> _Leg | None:
         own, a, b, u = self.placed.legs[number].leg, rod.start, rod.end, rod.unit
         joint = self._joint(rod)
         e = sampled(rod.axis if joint == _E or rod.joint is None else rod.joint, self.count)
@@ -369,9 +365,7 @@ class _Recognition:
                 compliance = compliance.xreplace({d.symbol: d.expression})
         return compliance
 
-    def _arm(
-        self, point: np.ndarray, direction: np.ndarray, rod: LegRod
-    ) -> VectorExpression | None:
+    def _arm(self, point: np.ndarray, direction: np.ndarray, rod: Bar) -> VectorExpression | None:
         """From the reference point to the line of a force."""
         both = rod.end, rod.start
         away = [float(np.max(np.abs(np.cross(x - point, direction)))) for x in both]

@@ -52,7 +52,7 @@ class Carrier(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class LegRod:
+class Bar:
     """The straight part of a leg between its outer joints."""
 
     carrier: Carrier
@@ -80,7 +80,7 @@ class LegRod:
         return d / np.linalg.norm(d, axis=1)[:, None]
 
 
-def rod_of(placed: PlacedRobot, number: int) -> LegRod | None:
+def rod_of(placed: PlacedRobot, number: int) -> Bar | None:
     """The rod or strut of a leg; None where it has none."""
     chain, own = placed.entries.legs[number], placed.legs[number].leg
     count, close = placed.record.count, _SAME * placed.length
@@ -101,7 +101,7 @@ def rod_of(placed: PlacedRobot, number: int) -> LegRod | None:
     if first.is_passive and at_base and not own.blocks:
         last = [f for f in own.freedoms if f.is_passive and f.turns][-1].axis
         nothing = Carrier.NOTHING, chain.base.p, first.axis, in_the_platform(placed, last)
-        return LegRod(*nothing, start, end, np.zeros_like(start), 0, 0, 1, tip)
+        return Bar(*nothing, start, end, np.zeros_like(start), 0, 0, 1, tip)
     telescopes = any(isinstance(element, Telescope) for element, _ in chain.chain.moving)
     if len(drives) != 1 or drives[0] is not first or telescopes:
         return None
@@ -110,7 +110,7 @@ def rod_of(placed: PlacedRobot, number: int) -> LegRod | None:
 
 def _carried(
     chain: Leg, own: PlacedLeg, ends: tuple[np.ndarray, ...], placed: PlacedRobot
-) -> LegRod | None:
+) -> Bar | None:
     """A rod on a slide or a crank; None where this has another shape."""
     (start, end, tip), count, close = ends, placed.record.count, _SAME * placed.length
     # Lengths and directions are read where all coordinates are zero: no closure is in them.
@@ -133,7 +133,7 @@ def _carried(
     sides = {int(x) for x in np.sign(way)}
     if np.max(np.abs(missed)) > close or len(sides) > 1 or 0 in sides:
         return None
-    return LegRod(
+    return Bar(
         carrier,
         base,
         drive.axis,
@@ -149,7 +149,7 @@ def _carried(
     )
 
 
-def closure_of(rods: list[LegRod], table: LegTable, write: Callable[[Any], Any]) -> list[Equation]:
+def closure_of(rods: list[Bar], table: LegTable, write: Callable[[Any], Any]) -> list[Equation]:
     """Equations from d_i to u_i, the same for all legs but for what the table has."""
     carrier = rods[0].carrier
     if carrier is Carrier.NOTHING:
@@ -184,7 +184,7 @@ def closure_of(rods: list[LegRod], table: LegTable, write: Callable[[Any], Any])
     return [*found, Equation("u_i", Over(Sum(((1, _D), (-1, carried))), length))]
 
 
-def felt_by_carrier(rod: LegRod, crank: Any) -> list[tuple[np.ndarray, Any]]:
+def felt_by_carrier(rod: Bar, crank: Any) -> list[tuple[np.ndarray, Any]]:
     """What slides and cranks feel of a unit force along the rod: values at the samples, in names.
 
     Along a slide f; along a crank f, across it h, and along its axis z.
