@@ -56,8 +56,14 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[
 
     A joint along one coordinate takes the index rule (19), (20): its row and column vanish.
 
-    `K`: (n, n) SymPy matrix: before, in given symbols and names defined before; `J`: n entries:
-    twist of the joint; `stage`: number i of the joint, from 1.
+    `K`: (n, n) SymPy matrix: before, in given symbols and names defined before; `J`: (n, 1)
+    SymPy matrix: twist of the joint; `stage`: number i of the joint, from 1.
+
+    Examples
+    --------
+    >>> K = sp.Matrix(sp.MatrixSymbol("K", 2, 2))
+    >>> [str(d.symbol) for d in eliminate_by_name(K, sp.Matrix([0, 1]), 1)[3]]
+    ['K_1_11']
     """
     n = K.rows
     names = _Names(stage)

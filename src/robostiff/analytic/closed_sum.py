@@ -163,6 +163,13 @@ def closed_sum(
     ------
     FormulaTooLargeError
         When an entry would have more.
+
+    Examples
+    --------
+    >>> k, a = sp.symbols("k a", positive=True)
+    >>> root = sp.sqrt(1 + a**2)
+    >>> closed_sum([([[1 / root, a / root, 0]], [[1 / k]])], 3, 100).K[0, 0]
+    k/(a**2 + 1)
     """
     # One field for all legs: a length that several of them have is one root.
     field = ExactField([x for W, A in legs for row in (*W, *A) for x in row])

@@ -34,6 +34,16 @@ class WrittenField:
     """A field of a frozen dataclass that may be given as `Unwritten`; it is written at first use.
 
     `default`: of the field.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Answer:
+    ...     value: WrittenField = WrittenField()
+    >>> Answer(Unwritten(lambda: 6 * 7)).value
+    42
+    >>> Answer(42) == Answer(Unwritten(lambda: 6 * 7))
+    True
     """
 
     def __init__(self, *default: Any) -> None:
@@ -74,7 +84,14 @@ class Definition:
 def used_definitions(
     definitions: Sequence[Definition], results: Iterable[Any]
 ) -> tuple[Definition, ...]:
-    """The definitions that results need, directly or through others, in order."""
+    """The definitions that results need, directly or through others, in order.
+
+    Examples
+    --------
+    >>> x, a, b = sp.symbols("x a b")
+    >>> [d.symbol for d in used_definitions([Definition(a, x + 1), Definition(b, x)], [2 * a])]
+    [a]
+    """
     wanted = {symbol for result in results for symbol in result.free_symbols}
     kept = []
     for definition in reversed(definitions):

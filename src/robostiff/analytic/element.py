@@ -115,6 +115,14 @@ class PolynomialWriter:
     they may merge with each other and with what they are roots of.
 
     `generators`: symbols, sines, cosines and roots.
+
+    Examples
+    --------
+    >>> import flint
+    >>> ring = flint.fmpq_mpoly_ctx.get(["x", "y"], flint.Ordering.lex)
+    >>> x, y = ring.gens()
+    >>> PolynomialWriter(sp.symbols("x y")).expression(3 * x**2 * y - y / 2 + 1)
+    3*x**2*y - y/2 + 1
     """
 
     def __init__(self, generators: Sequence[Any]) -> None:

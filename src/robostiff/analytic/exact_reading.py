@@ -34,6 +34,15 @@ class ExactReading:
     FormulaTooLargeError
         When a fraction would have more, or a result has an angle outside of sines and cosines,
         which no field has.
+
+    Examples
+    --------
+    >>> record = Record({"x": [3.0, 4.0]})
+    >>> x = record.input("x")
+    >>> square = x * x - 1
+    >>> reading = ExactReading(record, {"x": sp.Symbol("x")}, [square / (x + 1)], 10)
+    >>> reading(square / (x + 1))
+    x - 1
     """
 
     def __init__(

@@ -42,6 +42,14 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
 
     ``R - r`` rather than ``-R + r`` where possible. A number in front of a sum is not multiplied
     out.
+
+    Examples
+    --------
+    >>> R, r = sp.symbols("R r")
+    >>> field = ExactField([R, r])
+    >>> p = field.element(r**2 - R**2).num
+    >>> factored(field, p), factored(field, field.element(3 * R).num, p)
+    (-(R - r)*(R + r), -3*R/((R - r)*(R + r)))
     """
     if above.is_zero():
         return sp.Integer(0)

@@ -42,7 +42,15 @@ def elastic_parts(leg: PlacedLeg) -> tuple[str, ...]:
 def shared_out(
     definitions: Sequence[Definition], parts: Sequence[Iterable[sp.Expr]]
 ) -> list[tuple[Definition, ...]]:
-    """For each part the definitions that it is the first to need, in order."""
+    """For each part the definitions that it is the first to need, in order.
+
+    Examples
+    --------
+    >>> a, b, c = sp.symbols("a b c")
+    >>> definitions = (Definition(b, a + 1), Definition(c, b**2))
+    >>> [[str(d.symbol) for d in own] for own in shared_out(definitions, [[b], [c], [a]])]
+    [['b'], ['c'], []]
+    """
     by_symbol: dict[sp.Basic, Definition] = {d.symbol: d for d in definitions}
     left = dict(by_symbol)
     shared = []

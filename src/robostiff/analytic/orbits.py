@@ -73,6 +73,13 @@ def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
     """Orbits that wrenches form together, of three turns or more; None where they do not.
 
     `wrenches` (count, m, 6): at several samples, moments over a length.
+
+    Examples
+    --------
+    >>> turns = [sp.Matrix([sp.cos(a), sp.sin(a)]) for a in (0, 2 * sp.pi / 3, 4 * sp.pi / 3)]
+    >>> W = np.array([[[float(d[0]), float(d[1]), 1, 0, 0, 2] for d in turns]])
+    >>> [(orbit.first, sorted(orbit.images)) for orbit in orbits_of(W)]
+    [(0, [0, 1, 2])]
     """
     count = wrenches.shape[1]
     for N in (n for n in range(count, 2, -1) if count % n == 0):

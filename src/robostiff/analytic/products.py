@@ -54,7 +54,17 @@ def product(a: Any, b: Any, limit: int, piece: int = PIECE) -> Any:
 
 
 def quotient(a: Any, d: Any, piece: int = PIECE) -> Any | None:
-    """The exact quotient of two polynomials of one ring; None when d does not divide a."""
+    """The exact quotient of two polynomials of one ring; None when d does not divide a.
+
+    Examples
+    --------
+    >>> import flint
+    >>> x, y = flint.fmpq_mpoly_ctx.get(["x", "y"], flint.Ordering.lex).gens()
+    >>> quotient(x * y**2 - y + x * y - 1, y + 1)
+    x*y - 1
+    >>> quotient(x * y, y + 1) is None
+    True
+    """
     if len(a) * len(d) <= _DIVISION * piece:
         return _whole_quotient(a, d)
     total = a.context().constant(0)

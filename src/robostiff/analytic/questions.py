@@ -83,6 +83,16 @@ def closed_matrix(formula: Any, question: str) -> sp.Matrix:
     ------
     InputError
         For a derivation in steps: their names would be taken for independent symbols.
+
+    Examples
+    --------
+    >>> k = sp.Symbol("k")
+    >>> K = sp.ImmutableMatrix(sp.diag(k, k, 0))
+    >>> closed_matrix(Derivation("K_C", K, (), K), "rank")
+    Matrix([
+    [k, 0, 0],
+    [0, k, 0],
+    [0, 0, 0]])
     """
     if not isinstance(formula, Derivation):
         return sp.Matrix(formula)

@@ -104,6 +104,13 @@ class Substitution:
     Every number on the way becomes one float as soon as a float takes part in it. SymPy's own
     ``subs`` keeps products such as 0.3 sqrt(3) as they are, and its tests for signs then evaluate
     ever larger expressions again and again. Floats are computed with more digits than they have.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y", positive=True)
+    >>> put_in = Substitution({x: sp.Float(2.0)})
+    >>> put_in(sp.sqrt(3) / x), put_in(sp.sqrt(3) * y**x), Substitution({x: 2})(sp.sqrt(3) / x)
+    (0.866025403784439, sqrt(3)*y**2.0, sqrt(3)/2)
     """
 
     def __init__(self, values: Mapping[sp.Symbol, Any]) -> None:

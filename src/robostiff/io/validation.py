@@ -44,7 +44,17 @@ def _waits_to_be_built(annotation: Any) -> bool:
 
 
 def _trace(model: type[BaseModel], data: Any, steps: Sequence[Step]) -> Trace:
-    """Follow the ``loc`` of an error through the model; where it says nothing, through the data."""
+    """Follow the ``loc`` of an error through the model, and through the data where it says nothing.
+
+    Examples
+    --------
+    >>> class Beam(BaseModel):
+    ...     type: Literal["beam"]
+    >>> class Robot(BaseModel):
+    ...     parts: list[Beam | float]
+    >>> _trace(Robot, {"parts": [{"type": 3}]}, ("parts", 0, "Beam", "type")).path
+    ('parts', 0, 'type')
+    """
     annotation, metadata = plain(model)
     container: Any = None
     path: list[Step] = []

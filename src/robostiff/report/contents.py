@@ -173,9 +173,37 @@ def report_contents(
     described_by: DescribedBy | None = None,
     other: Robot | Snapshot | Network | None = None,
 ) -> ReportContents:
-    """Compute the results of a report; arguments and errors are those of `write_report`.
+    """Compute the results of a report.
 
-    `symbolic` is the same robot with symbols, for its formula; `robot` itself when left out.
+    Parameters
+    ----------
+    robot : Robot, Snapshot, Network, Linkage or CableRobot
+        Symbols have their nominal values in all but the derivation.
+    pose : RigidTransform, array, JointCoordinates, mapping or None
+        One pose, as for `robostiff.stiffness`; of a linkage coordinates of joints by name.
+    wrench : (6,) array, or (3,) for a planar robot, optional
+        A load [N, N m], about `at`.
+    at : (3,) array, optional
+        Point about which stiffness and load are given, in the world [m].
+    near : joint coordinates, optional
+        Those that choose the posture, as for `robostiff.stiffness`.
+    found : xarray.Dataset, optional
+        What ``rs.stiffness_map`` returned for this robot, over a grid.
+    symbolic : Robot, optional
+        The same robot with symbols, for its formula; `robot` itself when left out.
+    finite : bool
+        Whether to answer for finite loads too: equilibrium, critical load, force-deflection curve.
+    title_block : TitleBlock, optional
+        Project, author, date and revision.
+    described_by : DescribedBy, optional
+        The file of the robot, which is printed with its parameters.
+    other : Robot or Snapshot, optional
+        A design that is compared, at the same pose and under the same load.
+
+    Raises
+    ------
+    InputError
+        When an argument does not fit, several poses are given, or the map is of another robot.
     """
     own: dict[str, Any] = {"title_block": title_block, "described_by": described_by}
     place: Any = pose

@@ -112,6 +112,13 @@ def broken_lines(expression: sp.Expr, language: Breaks, room: float) -> list[str
     """Write an expression on as many lines as it needs.
 
     The width `room` of a line is in widths of a letter; what cannot be broken may be wider.
+
+    Examples
+    --------
+    >>> a, b, c, d = sp.symbols("a b c d")
+    >>> plain = Breaks(str, "(", ")", "/", "**{}")
+    >>> broken_lines((a + b + c + d) / (2 * d), plain, 7)
+    ['( a + b', '+ c + d )', '/ ( 2 d )']
     """
     if math_width(expression) <= room:
         return [language.write(expression)]
@@ -202,6 +209,11 @@ def wrapped_formula(text: str, width: int, first: str = "", rest: str = "    ") 
 
     `first` and `rest` stand before the first line and before the others, inside the `width`. What
     cannot be broken may be longer.
+
+    Examples
+    --------
+    >>> wrapped_formula("alpha + beta*gamma - delta", 16, "x = ")
+    ['x = alpha', '    + beta*gamma', '    - delta']
     """
     tokens = _tokens(text, width - max(len(first), len(rest)))
     lines: list[str] = []
@@ -246,7 +258,13 @@ def _depths(text: str) -> list[int]:
 
 
 def wrapped_words(text: str, width: int, rest: str = "") -> list[str]:
-    """Break a sentence at blanks."""
+    """Break a sentence at blanks.
+
+    Examples
+    --------
+    >>> wrapped_words("one two three", 8, "  ")
+    ['one two', '  three']
+    """
     return textwrap.wrap(
         text, width, subsequent_indent=rest, break_long_words=False, break_on_hyphens=False
     )

@@ -60,6 +60,15 @@ def check_vocabulary(expressions: Iterable[sp.Basic]) -> None:
     ------
     InputError
         For a function, number or power that is not of the vocabulary.
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x")
+    >>> check_vocabulary([sp.sqrt(x) / 3, sp.sin(x)])
+    >>> check_vocabulary([sp.gamma(x)])  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    ...
+    robostiff.errors.InputError: formula: got 'gamma(x)', expected sums, products, ...
     """
     for expression in expressions:
         for part in sp.preorder_traversal(expression):
