@@ -210,7 +210,7 @@ def test_a_flexible_platform_is_written_as_a_graph():
         snapshot_to_data(find_posture(robot).snapshot.one(0))
 
 
-def geared(sum_: dict[str, float], k: float | None) -> Network:
+def geared(sum_: dict[str, float], k: float | None, first: str = "a") -> Network:
     """A slide with a spring, and on another one a body that slides and turns, geared to it."""
     slide = {"kind": "P", "point": [0, 0, 0], "axis": [1, 0, 0]}
     turn = {"kind": "R", "point": [0, 0.3, 0], "axis": [1, 0, 0]}
@@ -222,7 +222,7 @@ def geared(sum_: dict[str, float], k: float | None) -> Network:
             "fixed": ["wall"],
             "platform": "table",
             "joints": [
-                {"name": "a", "a": "wall", "b": "rack", "dofs": [{**slide, "k": 3e5}]},
+                {"name": first, "a": "wall", "b": "rack", "dofs": [{**slide, "k": 3e5}]},
                 {
                     "name": "b",
                     "a": "wall",
@@ -257,3 +257,5 @@ def test_gears_of_graphs_have_errors_with_a_place():
         geared({"b": 1.0, "a": 1.0}, None)
     with pytest.raises(FileError, match="a number other than zero"):
         geared({"b/dof1": 0.0, "a": 1.0}, None)
+    with pytest.raises(FileError, match="got 'b/dof1', expected a name of one motion"):
+        geared({"b/dof1": 1.0, "b/dof2": 1.0}, None, first="b/dof1")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -128,20 +129,23 @@ def _couplings(
     graph: GraphPart, joints: Sequence[JointElement], place: DocumentPlace
 ) -> tuple[CouplingElement, ...]:
     """Held sums of the coordinates of joints."""
-    known: dict[str, tuple[JointElement, int]] = {}
+    known: dict[str, list[tuple[JointElement, int]]] = defaultdict(list)
     for joint in joints:
-        count = len(joint.freedoms)
-        known |= {f"{joint.name}/dof{i + 1}": (joint, i) for i in range(count)}
-        known |= {joint.name: (joint, 0)} if count == 1 else {}
+        for i in range(len(joint.freedoms)):
+            known[f"{joint.name}/dof{i + 1}"].append((joint, i))
+        if len(joint.freedoms) == 1:
+            known[joint.name].append((joint, 0))
     found = []
     for i, own in enumerate(graph.couplings):
         for name, factor in own.sum.items():
             there = place.at("couplings", i, "sum", name)
             if name not in known:
                 raise there.unknown("motion of a joint", name, known)
+            if len(known[name]) > 1:
+                raise there.error("motion of a joint", got=name, expected="a name of one motion")
             if factor == 0:
                 raise there.error("factor", got=factor, expected="a number other than zero")
-        terms = tuple((*known[name], float(factor)) for name, factor in own.sum.items())
+        terms = tuple((*known[name][0], float(factor)) for name, factor in own.sum.items())
         found.append(CouplingElement(own.name or f"coupling{i + 1}", terms, own.k))
     return tuple(found)
 
