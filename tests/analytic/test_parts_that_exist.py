@@ -89,3 +89,26 @@ def test_a_rectangle_is_refused_by_its_robot(tmp_path):
     assert [str(x) for x in height.differences.values()] == ["h - t"]
     with pytest.raises(rs.InputError, match=r"height of the rectangle: got -0\.01"):
         robot.substituted({**{str(x): robot.nominal[str(x)] for x in robot.symbols}, "t": 0.05})
+
+
+@pytest.mark.parametrize("height", ["b", "2*b", "b/3"])
+def test_a_rectangle_of_one_size_has_its_torsion_in_numbers(height, tmp_path):
+    """It was refused: formulas have no exponentials."""
+    path = tmp_path / "arm.yaml"
+    section = f"{{rectangle: {{width_y: b, height_z: {height}}}}}"
+    path.write_text(ARM.format(material=OWN, section=section))
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    formula = rs.derive(robot).lambdify()
+    for b in (0.06, 0.01):
+        expected = rs.stiffness(rs.load(path, parameters={"b": b})).K
+        values = {**robot.nominal, "b": b}
+        K = formula(**{s.name: values[s.name] for s in robot.symbols if s.name not in "twh"})
+        np.testing.assert_allclose(K, expected, rtol=1e-11, atol=1e-11 * expected.max())
+
+
+def test_a_rectangle_of_two_sizes_is_refused_with_what_to_write(tmp_path):
+    path = tmp_path / "arm.yaml"
+    section = "{rectangle: {width_y: b, height_z: h}}"
+    path.write_text(ARM.format(material=OWN, section=section))
+    with pytest.raises(rs.InputError, match=r"J: J_t} with J_t as a parameter"):
+        rs.derive(path)

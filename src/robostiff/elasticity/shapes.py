@@ -354,22 +354,28 @@ def i_section(
 
 def _rectangle_torsion_constant(b: Any, h: Any) -> Any:
     short, long = _sides(b, h)
+    ratio = long / short
+    if is_formula(ratio) and not ratio.free_symbols:
+        # Exact arithmetic cannot treat zeta(5) and exponentials, so numbers are used.
+        factor = exact_number(_rectangle_torsion_factor(float(ratio)))
+    else:
+        factor = _rectangle_torsion_factor(ratio)
+    return long * short**3 * factor
+
+
+def _rectangle_torsion_factor(ratio: Any) -> Any:
+    """J by the longer side and the cube of the shorter one, of their ratio."""
     # tanh x = 1 - 2 / (exp(2x) + 1): the ones sum to 31/32 zeta(5), and the rest, at most
     # exp(-n pi), / n^5 is below 1e-20 from the sixth odd n on.
-    if is_formula(short):
-        if not long.free_symbols:
-            # Exact arithmetic cannot treat zeta(5) and exponentials, so numbers are used.
-            return exact_number(_rectangle_torsion_constant(float(b), float(h)))
+    if is_formula(ratio):
         import sympy as sp
 
         exp, pi, ones = sp.exp, sp.pi, sp.Rational(31, 32) * sp.zeta(5)
     else:
         exp, pi, ones = math.exp, math.pi, 31 / 32 * 1.0369277551433699  # zeta(5)
-    rest = sum(
-        2 * exp(-n * pi * long / short) / (1 + exp(-n * pi * long / short)) / n**5
-        for n in range(1, 10, 2)
-    )
-    return long * short**3 / 3 * (1 - 192 / pi**5 * short / long * (ones - rest))
+    powers = [(n, exp(-n * pi * ratio)) for n in range(1, 10, 2)]
+    rest = sum(2 * x / (1 + x) / n**5 for n, x in powers)
+    return (1 - 192 / pi**5 / ratio * (ones - rest)) / 3
 
 
 def _sides(b: Any, h: Any) -> tuple[Any, Any]:

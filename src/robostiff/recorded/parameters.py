@@ -66,11 +66,17 @@ def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
                 "formula",
                 got=str(expression),
                 expected="sums, products, powers, square roots, sin, cos, tan and their inverses",
+                hint=_OF_SIDES if type(expression).__name__ in {"Min", "Max"} else None,
             )
         return combine(*arguments)
 
     return read
 
+
+_OF_SIDES = (
+    "the torsion of a rectangle needs the ratio of its sides in numbers: height_z: 2*b, or "
+    "properties: {A: b*h, Iy: b*h^3/12, Iz: h*b^3/12, J: J_t} with J_t as a parameter"
+)
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "Add": lambda *terms: reduce(add, terms),
