@@ -86,6 +86,21 @@ def test_a_leg_in_another_working_mode_is_no_turn():
     assert turned(replace(robot, legs=(first, replace(second, elbow=rs.Elbow.MINUS), third))) == {}
 
 
+def test_stiffnesses_that_are_equal_in_numbers_alone_are_no_turns(tmp_path):
+    """All legs were taken for turns of the first: an error, as the formula and numbers differ."""
+    text = robot_file("gough-stewart-b").read_text(encoding="utf-8")
+    text = text.replace("  k: 1e8 N/m", "  k: 1e8 N/m\n  soft: 1e8 N/m")
+    for i in range(1, 7):
+        text = text.replace(f"name: leg{i},", f"name: leg{i}, odd: {int(i == 6)},")
+    page = tmp_path / "two-stiffnesses.yaml"
+    page.write_text(text.replace("stiffness: k}", "stiffness: k + (soft - k)*odd}"), "utf-8")
+    robot = rs.load(page, symbols=ALL)
+    assert turned(robot) == {}
+    formula, values = rs.derive(robot), {**robot.nominal, "soft": 3e7}
+    K = formula.lambdify()(**{s.name: values[s.name] for s in formula.symbols})
+    np.testing.assert_allclose(K, rs.stiffness(robot.substituted(values)).K, rtol=1e-9, atol=1e-3)
+
+
 def test_springs_on_the_platform_that_do_not_turn_with_their_legs(tmp_path):
     text = robot_file("hexapod").read_text(encoding="utf-8")
     head, mark, tail = text.rpartition("compliance: [1/k_joint, 1/k_joint")

@@ -34,6 +34,7 @@ from robostiff.model import (
     PlacedSpring,
     Robot,
 )
+from robostiff.model.entries import are_equal
 from robostiff.record import Entry
 from robostiff.spatial import Space, skew
 
@@ -202,8 +203,10 @@ def turned_legs(
         ends = _ends(entries, left, pose, points)
         while len(left) > 2:
             first, *left = left
-            turns = {_turn(ends[first], ends[i]): i for i in left}
-            for N in range(len(left) + 1, 2, -1):
+            # Solvers have numbers, which may be equal where formulas are not.
+            same = [i for i in left if are_equal(robot.legs[i].chain, robot.legs[first].chain)]
+            turns = {_turn(ends[first], ends[i]): i for i in same}
+            for N in range(len(same) + 1, 2, -1):
                 parts = [Fraction(k, N) for k in range(1, N)]
                 if all(part in turns for part in parts):
                     found |= {turns[part]: (first, Image(part)) for part in parts}
