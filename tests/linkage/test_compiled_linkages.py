@@ -209,6 +209,8 @@ def test_stiffnesses_may_be_inputs(tmp_path):
     answers.append(networks.evaluate({"screw": screw}, parameters={"k": k, "E": E}))
     assert not answers[0].guarded.any()
     assert answers[1].guarded.all()
+    with pytest.raises(rs.InputError, match=r"parameter E of 'double-pantograph' in row 1"):
+        fast.evaluate({"screw": screw}, parameters={"E": [E, 0.0, E]})
     for i in range(3):
         own = rs.load_linkage(path, {"k": float(k[i]), "E": E})
         K = rs.stiffness(own.network_at({"screw": float(screw[i])})).K

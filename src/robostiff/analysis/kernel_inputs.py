@@ -54,11 +54,9 @@ class ParameterValues(Generic[OfSymbols]):
             if value.shape not in {(), (count,)}:
                 raise InputError(f"parameter {name}", got=f"shape {value.shape}", expected=words)
             row[:] = value
-        for row, symbol in zip(rows, robot.symbols, strict=True):
-            if symbol.is_positive and np.any(row <= 0):
-                raise InputError(
-                    f"parameter {symbol}", got=float(row.min()), expected="positive numbers"
-                )
+        error = robot.error_at(rows)
+        if error is not None:
+            raise error
         return cls(robot, rows)
 
     def groups(self, chosen: np.ndarray) -> Iterator[tuple[OfSymbols, np.ndarray]]:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
+
+import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_together, is_above
@@ -41,3 +44,36 @@ class Bounds:
 def left_open(bounds: Iterable[Bounds]) -> tuple[Bounds, ...]:
     """Those that formulas leave open."""
     return tuple(x for x in bounds if x.is_open)
+
+
+def error_at(
+    named: Sequence[tuple[str, Bounds]], symbols: tuple[Any, ...], rows: np.ndarray
+) -> InputError | None:
+    """The first that values (symbols, N) do not meet, with names of parts; None of all met."""
+    formulas = [x for _, own in named for x in (own.low, own.value, own.high) if x is not None]
+    with np.errstate(all="ignore"):
+        numbers = iter(_function(symbols, tuple(formulas))(*rows))
+    for name, own in named:
+        low, value = next(numbers), next(numbers)
+        met = low < value
+        if own.high is not None:
+            met = met & (value < next(numbers))
+        if not np.all(met):  # of a value that is not a number either
+            met, value = (np.broadcast_to(x, rows.shape[1:]) for x in (met, value))
+            k = int(np.argmin(met))
+            pairs = zip(symbols, rows[:, k].tolist(), strict=True)
+            given = ", ".join(f"{symbol} = {x}" for symbol, x in pairs)
+            return InputError(
+                f"{own.subject} of {name!r} in row {k}, {given}",
+                got=float(value[k]),
+                expected=own.expected,
+                hint=own.hint,
+            )
+    return None
+
+
+@lru_cache(maxsize=64)
+def _function(symbols: tuple[Any, ...], formulas: tuple[Any, ...]) -> Callable[..., Any]:
+    import sympy as sp
+
+    return sp.lambdify(symbols, formulas, "numpy", cse=True)

@@ -9,7 +9,9 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 
+from robostiff.elasticity.bounds import Bounds, error_at
 from robostiff.errors import InputError
+from robostiff.model.joint import Actuated, Locked
 from robostiff.spatial.formula import exact_number, is_formula
 
 Part = TypeVar("Part")
@@ -191,6 +193,22 @@ def free_symbols(robot: Any) -> tuple[Any, ...]:
     return tuple(sorted(found, key=str))
 
 
+def _bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
+    """Inequalities that formulas leave open, each with the name of its part."""
+    if isinstance(part, tuple):
+        for member in part:
+            yield from _bounds_of(member, name)
+    elif isinstance(part, Bounds):
+        yield name, part
+    elif isinstance(part, Actuated | Locked):
+        if is_formula(part.stiffness):
+            yield name, Bounds("stiffness", part.stiffness)
+    elif is_dataclass(part):
+        own = name if hasattr(part, "bounds") else getattr(part, "name", name)
+        for member in _names_of(type(part)):
+            yield from _bounds_of(getattr(part, member), own)
+
+
 class Symbolic:
     """A robot or linkage: its entries are numbers or formulas."""
 
@@ -206,6 +224,19 @@ class Symbolic:
     def has_formulas(self) -> bool:
         """Whether any entry is a formula, be it an exact number."""
         return any(True for _ in formulas(self))
+
+    @cached_property
+    def inequalities(self) -> tuple[tuple[str, Bounds], ...]:
+        """Inequalities in its symbols without which a part does not exist, by name of the part."""
+        own = [(self.name, Bounds(f"parameter {x}", x)) for x in self.symbols if x.is_positive]
+        found: dict[Any, tuple[str, Bounds]] = {}
+        for name, x in (*own, *_bounds_of(self, self.name)):
+            found.setdefault((x.low, x.value, x.high), (name, x))  # legs alike have the same
+        return tuple(found.values())
+
+    def error_at(self, rows: np.ndarray) -> InputError | None:
+        """What says that a part does not exist at one of the values (symbols, N), if any."""
+        return error_at(self.inequalities, self.symbols, rows) if self.inequalities else None
 
     @cached_property
     def numeric(self) -> Self:
@@ -329,7 +360,8 @@ def _allowed(symbol: Any, value: Any) -> Any:
 
 def _number(formula: Any, values: Mapping[Any, Any]) -> float:
     try:
-        number = float(formula.evalf(_DIGITS, subs=values))
+        # Replaced before: evalf leaves a remainder of differences that are exactly zero.
+        number = float(formula.xreplace(values).evalf(_DIGITS))
     except (TypeError, OverflowError):  # complex, or infinite
         number = np.nan
     if not np.isfinite(number):

@@ -171,7 +171,7 @@ def _drawn(
     return finder.find(finder.home_pose[chosen] + shifts)
 
 
-_SPREAD = 0.02  # of the nominal values
+_SPREAD, _LEAST = 0.02, 1e-9  # of the nominal values
 _SEED = 1911
 
 
@@ -188,12 +188,13 @@ def parameter_samples(robot: Symbolic, seed: int | None = None) -> dict[str, np.
     ((5,), True)
     """
     random = np.random.default_rng(_SEED if seed is None else seed)
-    samples = {}
-    for symbol in robot.symbols:
-        nominal = float(robot.nominal[str(symbol)])
-        spread = _SPREAD * (abs(nominal) or 1.0)
-        samples[str(symbol)] = nominal + spread * random.uniform(-1, 1, COUNT)
-    return samples
+    names = [str(symbol) for symbol in robot.symbols]
+    nominal = np.array([[float(robot.nominal[name])] for name in names]).reshape(-1, 1)
+    away = np.where(nominal == 0, 1.0, abs(nominal)) * random.uniform(-1, 1, (len(names), COUNT))
+    spread = _SPREAD
+    while robot.error_at(nominal + spread * away) and spread > _LEAST:  # as of a thin wall
+        spread /= 2
+    return dict(zip(names, nominal + spread * away, strict=True))
 
 
 def with_inputs(robot: OfSymbols, record: Record) -> OfSymbols:

@@ -203,3 +203,70 @@ def test_rates_of_an_arm_with_a_length_hold_its_joints_and_not_its_pose():
         found.evaluate(pose)
     of_joint = rs.compile(robot, [rs.Derivative(rs.StiffnessMatrix(), "q0")])
     assert np.isfinite(of_joint.evaluate(pose).values["dK/dq0"]).all()
+
+
+ARM = """
+robostiff: 1
+name: arm
+source: made up
+materials: {own: {E: E, poisson_ratio: nu}}
+parameters: {D: 50 mm, d: 48 mm, b: 60 mm, w: 5 mm, nu: 0.3, E: 70 GPa, c: 1e6 N m/rad, p: 0.2}
+legs:
+  - name: arm
+    chain:
+      - {type: revolute, name: shoulder, axis: z, role: actuated, stiffness: c*(1 - p)}
+      - type: beam
+        name: upper
+        to: [0.6, 0, 0]
+        material: steel
+        section: {tube: {outer_diameter: D, inner_diameter: d}}
+      - {type: revolute, name: elbow, axis: y, role: actuated, home: 0.9}
+      - type: beam
+        name: fore
+        to: [0.5, 0, 0]
+        y_axis: y
+        material: own
+        section: {box: {width_y: b, height_z: b, wall: w}}
+"""
+MISSING_PARTS = {
+    "wall": ({"w": [0.005, 0.03, 0.04]}, r"wall of the box of 'fore' in row 1.*w = 0.03.*half"),
+    "tube": ({"d": [0.03, 0.04, 0.051]}, r"inner diameter .* of 'upper' in row 2.*got 0.051"),
+    "for all": ({"D": 0.047}, r"inner diameter of the tube of 'upper' in row 0.*got 0.048"),
+    "Poisson ratio": ({"nu": [0.5, 0.3, 0.6]}, r"Poisson ratio of 'fore' in row 0.*got 0.5"),
+    "drive": ({"p": [0.2, 1.5, 0.3]}, r"stiffness of 'shoulder' in row 1.*got -500000"),
+    "free drive": ({"p": [0.2, 0.3, 1.0]}, r"stiffness of 'shoulder' in row 2.*got 0.0"),
+    "width": ({"b": [-0.06, 0.06, 0.06]}, r"parameter b of 'arm' in row 0.*got -0.06, .*positive"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("values", "message"), MISSING_PARTS.values(), ids=MISSING_PARTS.keys())
+def test_values_of_which_a_part_does_not_exist_are_refused(values, message, arm_kernels):
+    pose = rs.JointCoordinates(np.tile([0.1, 0.8], (3, 1)))
+    for kernel, wrench in arm_kernels:
+        assert not kernel.evaluate(pose, *wrench).guarded.any()
+        with pytest.raises(rs.InputError, match=message):
+            kernel.evaluate(pose, *wrench, parameters=values)
+    robot = arm_kernels[0][0].robot
+    rows = [np.broadcast_to(values.get(str(s), robot.nominal[str(s)]), 3) for s in robot.symbols]
+    row = int(message.split("in row ")[1][0])
+    for k in range(row + 1):
+        given = {str(s): float(own[k]) for s, own in zip(robot.symbols, rows, strict=True)}
+        if k < row:
+            assert rs.stiffness(robot.substituted(given), pose).answered.all()
+        else:
+            with pytest.raises(rs.InputError):
+                robot.substituted(given)
+
+
+@pytest.fixture(scope="module")
+def arm_kernels(tmp_path_factory):
+    """Its thin tube leaves the samples of the parameters little room."""
+    file = tmp_path_factory.mktemp("arm") / "arm.yaml"
+    file.write_text(ARM)
+    robot = rs.load(file, symbols=rs.ALL_PARAMETERS)
+    names = [str(symbol) for symbol in robot.symbols]
+    loaded = rs.compile_loaded(robot, parameters=names, backend=rs.Backend.ARRAYS)
+    kernel = rs.compile(robot, parameters=names, backend=rs.Backend.ARRAYS)
+    assert kernel.verified
+    assert loaded.verified
+    return (kernel, ()), (loaded, (np.zeros(6),))
