@@ -114,3 +114,45 @@ def test_a_chain_that_stiffens_is_followed_to_its_load():
     assert not found.is_found
     assert found.searched_to == 5e3
     assert not found.status & rs.EquilibriumStatus.NO_EQUILIBRIUM
+
+
+def parallelogram(turn: float, k: list[float], point: str) -> Network:
+    """Cranks of length 0.8 from x = 0 and 0.6, turned from the x-axis; springs in all pins."""
+    x, y = 0.8 * np.cos(turn), 0.8 * np.sin(turn)
+    return network(
+        point,
+        (x, y),
+        pin("left", "ground", "crank", (0.0, 0.0), k[0]),
+        pin("left top", "crank", "coupler", (x, y), k[1]),
+        pin("right top", "coupler", "rocker", (0.6 + x, y), k[2]),
+        pin("right", "rocker", "ground", (0.6, 0.0), k[3]),
+    )
+
+
+@pytest.mark.parametrize("point", ["crank", "coupler"])
+@pytest.mark.parametrize("turn", [0.1, 0.4, 1.2])
+def test_a_parallelogram_that_is_laid_flat_branches_there(turn: float, point: str):
+    """All bars in line at ``P 0.8 = sum(k) turn``: a crossed parallelogram begins there."""
+    k = [3.0, 11.0, 0.7, 5.0]
+    robot = parallelogram(turn, k, point)
+    exact = sum(k) * turn / 0.8
+    found = rs.critical_load(robot, wrench=DOWN)
+    assert np.isclose(found.factor, exact, rtol=1e-7, atol=0)
+    assert "singular posture" in found.mode
+    assert not found.is_limit
+    assert not rs.critical_load(robot, wrench=DOWN, up_to=0.99 * exact).is_found
+    before, beyond = (rs.equilibrium(robot, wrench=s * exact * np.array(DOWN)) for s in (0.9, 1.1))
+    assert isinstance(before, rs.Equilibrium)
+    assert isinstance(beyond, rs.Equilibrium)
+    assert before.critical_factor is None
+    assert np.isclose(beyond.critical_factor or 0.0, 1 / 1.1, rtol=1e-7, atol=0)
+    assert rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD & beyond.status
+
+
+@pytest.mark.parametrize("along", [1.0, -1.0])
+def test_a_parallelogram_that_turns_upright_does_not_branch(along: float):
+    """Pulled along the x-axis its cranks lie down, at no finite load flat, or turn over the top."""
+    robot = parallelogram(1.2, [3.0, 11.0, 0.7, 5.0], "coupler")
+    found = rs.critical_load(robot, wrench=[along, 0, 0, 0, 0, 0], up_to=300)
+    assert not found.is_found
+    assert found.searched_to == 300

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.statics.newton import FoundEquilibrium, PathStep, equilibrium_at, path
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.singular_posture import Regular, may_be_singular
 from robostiff.statics.stability import Margin, leg_margins, platform_margin
 
 # Of the margins around a critical point: where interpolation begins, and how many are tried before
@@ -18,13 +20,16 @@ _SMALL, _TRIALS, _HALVES = 1e-4, 30, 30
 _ASIDE = 1e-3
 # Of load times mode: below this the load does no work on the mode, and equilibria branch.
 _BRANCHES = 1e-4
+# Of a step: where equilibria around a singular posture are looked for, and how near to it, of the
+# determinant of closures before it, they are none.
+_AROUND, _BESIDE = 1.5 * (0.5 - 0.5 * np.cos(np.pi * (np.arange(12) + 0.5) / 12)), 0.1
 # Difference of margins by which legs buckle together.
 _TOGETHER = 1e-7
 
 
 @dataclass(frozen=True)
 class CriticalPoint:
-    """The first equilibrium along a growing load that is not stable.
+    """The first equilibrium along a growing load that is not stable, or where rigid bars branch.
 
     Attributes
     ----------
@@ -35,7 +40,7 @@ class CriticalPoint:
     leg : str or None
         The leg that buckles while the platform is held; None where the platform moves.
     twist : (r,) array
-        Of the platform, per metre or radian; zero where a leg buckles by itself.
+        Of the platform, per metre or radian; zero where a leg buckles by itself, or rigid bars branch.
     is_limit : bool
         Whether the load cannot grow further; it can, on an unstable branch, where equilibria
         branch.
@@ -65,14 +70,16 @@ def first_critical(
     least = least_margin(problem, here, unloaded)
     if least[1].value <= 0:
         return here, _point(problem, loading, here, *least), here.factor
-    furthest = 0.0
+    furthest, branches = 0.0, may_be_singular(problem)
     for step in path(problem, loading, here):
         if step.found.factor < 0:
             break
         furthest = max(furthest, step.found.factor)
-        found_least = least_margin(problem, step.found, unloaded)
-        if found_least[1].value < 0:
-            critical = refined(problem, loading, unloaded, step)
+        points = [_singular(problem, loading, step)] if branches else []
+        if least_margin(problem, step.found, unloaded)[1].value < 0:
+            points.append(refined(problem, loading, unloaded, step))
+        critical = min(filter(None, points), key=lambda own: own.factor, default=None)
+        if critical is not None:
             if critical.factor <= up_to:
                 return here, critical, critical.factor
             return here, None, up_to
@@ -126,6 +133,36 @@ def refined(
         return _point(problem, loading, found, *least_margin(problem, found, unloaded))
     point = _point(problem, loading, best, *least_margin(problem, best, unloaded))
     return replace(point, factor=_at_zero(met))
+
+
+def _singular(
+    problem: EquilibriumProblem, loading: LoadCase, step: PathStep
+) -> CriticalPoint | None:
+    """Where rigid bars lie in a singular posture on the way; None where they do not.
+
+    By the polynomials through equilibria around it: beside it equations are nearly singular.
+    """
+    regular = Regular.of(problem, step.here.known)
+    if regular.ratio(problem, step.found.known) > _BESIDE:
+        return None
+    along, every, ratios = [], [], []
+    for h in _AROUND * step.arc:
+        found = step.along(problem, loading, h)
+        ratio = regular.ratio(problem, found.known)
+        if found.converged and abs(ratio) > _BESIDE:
+            along, every, ratios = [*along, h], [*every, found], [*ratios, ratio]
+    signs = np.flatnonzero(np.diff(np.sign(ratios)))
+    if not len(signs):
+        return None
+    left, right = every[signs[0]], every[signs[0] + 1]
+    if Regular.of(problem, left.known).ratio(problem, right.known) > 0:
+        return None  # the posture has only turned far from that before the step
+    ends, most = (along[signs[0]], along[signs[0] + 1]), len(along) - 1
+    roots = Polynomial.fit(along, ratios, most).roots()
+    h = next(own.real for own in roots if own.imag == 0 and ends[0] < own.real < ends[1])
+    factor = float(Polynomial.fit(along, [own.factor for own in every], most)(h))
+    words = "rigid bars lie in a singular posture, where another assembly mode begins"
+    return CriticalPoint(factor, words, None, np.zeros(problem.size), False, left)
 
 
 def _at_zero(met: dict[float, float]) -> float:

@@ -23,6 +23,7 @@ from robostiff.statics.loaded_posture import LoadedPosture, postures_of, wrenche
 from robostiff.statics.newton import FREE, FoundEquilibrium, Target, equilibrium_at
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.result import Equilibria, Equilibrium
+from robostiff.statics.singular_posture import Regular, may_be_singular
 from robostiff.statics.stability import leg_margins, meets_stiffness, platform_margin
 from robostiff.statics.status import EquilibriumStatus
 
@@ -158,7 +159,7 @@ def solved(
     critical: CriticalPoint | None = None
     margins = _margins(problem, found.known, unloaded) if found.converged else {}
     near = not found.converged or not found.direct or min(margins.values()) < _SAFE
-    if displacement is None and near:
+    if displacement is None and (near or _has_branched(problem, unloaded, found)):
         confirmed, critical = _confirmed(problem, loading, unloaded, found)
         if confirmed is not found:
             found = confirmed
@@ -176,6 +177,15 @@ def solved(
             status |= EquilibriumStatus.FREE_MOTIONS
         return Equilibrium(loaded.name, loaded.space, status, critical)
     return _answer(loaded, loading, margins, found, status, critical, displacement is not None)
+
+
+def _has_branched(
+    problem: EquilibriumProblem, unloaded: Linearised, found: FoundEquilibrium
+) -> bool:
+    """Whether rigid bars may have passed a singular posture on the way from the unloaded one."""
+    return (
+        may_be_singular(problem) and Regular.of(problem, unloaded).ratio(problem, found.known) <= 0
+    )
 
 
 def _confirmed(

@@ -70,7 +70,7 @@ _ADVICE = {
         "motion that nothing resists; apply it in smaller parts, or hold the platform"
     ),
     EquilibriumStatus.BEYOND_CRITICAL_LOAD: (
-        "on the way to the full load the robot buckles or snaps through, at the factor "
-        "critical_factor of the load: what is found beyond it need not be where it ends"
+        "on the way to the full load the robot buckles, snaps through or meets a singular posture, "
+        "at the factor critical_factor of the load: what is found beyond need not be where it ends"
     ),
 }

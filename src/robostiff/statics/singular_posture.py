@@ -1,0 +1,67 @@
+"""Singular postures of rigid linkages, where configurations branch: bars of a parallelogram in line.
+
+On a smooth path of configurations the closure ``G dx = 0`` of the whole robot, platform included,
+keeps its rank. With its singular value decomposition ``G = U S V^T`` at one posture, the
+determinant of ``U^T G V`` at the next has the sign of that of S, unless a singular value has passed
+zero between: there another family of configurations crosses the path.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.statics.problem import EquilibriumProblem, Linearised
+
+# Of the largest singular value of a closure: a direction that is missing all along.
+_LOST = 1e-9
+
+
+@dataclass(frozen=True)
+class Regular:
+    """The closure of a robot at a posture: singular vectors U (c, k) and V (n, k), values S (k,)."""
+
+    U: np.ndarray
+    S: np.ndarray
+    V: np.ndarray
+
+    @staticmethod
+    def of(problem: EquilibriumProblem, known: Linearised) -> Regular:
+        """At a posture that is not singular."""
+        U, S, Vt = np.linalg.svd(_closure(problem, known), full_matrices=False)
+        k = int(np.sum(S > _LOST * np.max(S, initial=0.0)))
+        return Regular(U[:, :k], S[:k], Vt[:k].T)
+
+    def ratio(self, problem: EquilibriumProblem, known: Linearised) -> float:
+        """Determinant of ``U^T G V`` at a posture near by: 1 here, 0 where it is singular."""
+        G = _closure(problem, known)
+        return float(np.linalg.det(self.U.T @ G @ self.V / self.S))
+
+
+def may_be_singular(problem: EquilibriumProblem) -> bool:
+    """Whether some leg has rigid loops, or no more coordinates than its closure has rows.
+
+    An open leg of more coordinates keeps its rank, but by coincidence.
+    """
+    return any(
+        lacking or len(group.chains) > 1 or group.free_size <= len(group.rows)
+        for group, lacking in zip(problem.groups, problem.missing, strict=True)
+    )
+
+
+def _closure(problem: EquilibriumProblem, known: Linearised) -> np.ndarray:
+    """G (c, n): of all legs by their coordinates and by the twist of the platform, as numbers."""
+    L, r = problem.length, problem.size
+    n = sum(group.count * group.free_size for group in problem.groups)
+    blocks, at = [np.zeros((0, n + r))], 0
+    parts = zip(problem.groups, problem.leg_sizes, known.equations, strict=True)
+    for group, sizes, eq in parts:
+        m, rows = group.free_size, group.closure_sizes(L)[:, None]
+        for i in range(group.count):
+            G = np.zeros((len(rows), n + r))
+            G[:, at : at + m] = rows * eq.A[i, m:, :m] / sizes[i]
+            G[:, n:] = rows * eq.A_t[i, m:] * L / problem.scale
+            blocks.append(G)
+            at += m
+    return np.concatenate(blocks)
