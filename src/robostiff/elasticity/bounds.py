@@ -61,8 +61,9 @@ def error_at(
         if not np.all(met):  # of a value that is not a number either
             met, value = (np.broadcast_to(x, rows.shape[1:]) for x in (met, value))
             k = int(np.argmin(met))
+            used = {s for x in own.differences.values() for s in x.free_symbols}
             pairs = zip(symbols, rows[:, k].tolist(), strict=True)
-            given = ", ".join(f"{symbol} = {x}" for symbol, x in pairs)
+            given = ", ".join(f"{symbol} = {x}" for symbol, x in pairs if symbol in used)
             return InputError(
                 f"{own.subject} of {name!r} in row {k}, {given}",
                 got=float(value[k]),

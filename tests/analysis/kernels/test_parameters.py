@@ -211,7 +211,7 @@ name: arm
 source: made up
 materials: {own: {E: E, poisson_ratio: nu}}
 parameters: {D: 50 mm, d: 48 mm, b: 60 mm, w: 5 mm, nu: 0.3, E: 70 GPa, c: 1e6 N m/rad, p: 0.2,
-  u: 0.7 m, v: 0.1 m}
+  u: 0.7 m, v: 0.1 m, n: 0.6}
 legs:
   - name: arm
     chain:
@@ -227,7 +227,9 @@ legs:
         to: [0.5, 0, 0]
         y_axis: y
         material: own
-        section: {box: {width_y: b, height_z: b, wall: w}}
+        taper:
+          - {share: n, section: {box: {width_y: b, height_z: b, wall: w}}}
+          - {share: 1 - n, section: {circle: {diameter: 4 cm}}}
 """
 MISSING_PARTS = {
     "wall": ({"w": [0.005, 0.03, 0.04]}, r"wall of the box of 'fore' in row 1.*w = 0.03.*half"),
@@ -236,6 +238,7 @@ MISSING_PARTS = {
     "Poisson ratio": ({"nu": [0.5, 0.3, 0.6]}, r"Poisson ratio of 'fore' in row 0.*got 0.5"),
     "drive": ({"p": [0.2, 1.5, 0.3]}, r"stiffness of 'shoulder' in row 1.*got -500000"),
     "free drive": ({"p": [0.2, 0.3, 1.0]}, r"stiffness of 'shoulder' in row 2.*got 0.0"),
+    "segment": ({"n": [0.6, 1.2, 0.5]}, r"length of a segment of 'fore' in row 1, n = 1.2: got -0"),
     "turned round": ({"v": [0.1, 0.6, 0.8]}, r"u - v of 'arm' in row 2.*a beam turns round"),
     "width": ({"b": [-0.06, 0.06, 0.06]}, r"parameter b of 'arm' in row 0.*got -0.06, .*positive"),
 }  # fmt: skip
