@@ -198,15 +198,16 @@ def _bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
     if isinstance(part, tuple):
         for member in part:
             yield from _bounds_of(member, name)
-    elif isinstance(part, Bounds):
-        yield name, part
     elif isinstance(part, Actuated | Locked):
         if is_formula(part.stiffness):
             yield from ((name, x) for x in left_open((Bounds("stiffness", part.stiffness),)))
     elif is_dataclass(part):
-        own = name if hasattr(part, "bounds") else getattr(part, "name", name)
+        bounds = getattr(part, "bounds", None)
+        own = getattr(part, "name", name) if bounds is None else name
+        yield from ((name, x) for x in left_open(bounds or ()))
         for member in _names_of(type(part)):
-            yield from _bounds_of(getattr(part, member), own)
+            if member != "bounds":
+                yield from _bounds_of(getattr(part, member), own)
 
 
 class Symbolic:
@@ -232,7 +233,9 @@ class Symbolic:
         found: dict[Any, tuple[str, Bounds]] = {}
         own += [(self.name, x) for x in self._lengths()]
         for name, x in (*own, *_bounds_of(self, self.name)):
-            found.setdefault((x.low, x.value, x.high), (name, x))  # legs alike have the same
+            found.setdefault(
+                (x.low, x.value, x.high, x.or_at), (name, x)
+            )  # legs alike have the same
         return tuple(found.values())
 
     def _lengths(self) -> Iterator[Bounds]:
