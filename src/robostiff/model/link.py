@@ -124,6 +124,7 @@ class TelescopicBeam:
         return (
             Bounds("share of the extension", self.share, 0, 1, "0 to 1", or_at=True),
             Bounds("fixed length", self.fixed, expected="zero or more metres", or_at=True),
+            *(x for own in masses_of(self.mass) for x in own.bounds),
         )
 
     @cached_property
