@@ -15,7 +15,10 @@ from robostiff.spatial.formula import exact_together, is_above
 
 @dataclass(frozen=True)
 class Bounds:
-    """``low < value < high`` of a number of a part; InputError where that is certainly wrong."""
+    """``low < value < high`` of a number of a part; InputError where that is certainly wrong.
+
+    With ``or_at`` it may be at these bounds.
+    """
 
     subject: str
     value: Any
@@ -23,9 +26,10 @@ class Bounds:
     high: Any = None
     expected: str = "a positive number"
     hint: str | None = None
+    or_at: bool = False
 
     def __post_init__(self) -> None:
-        if any(is_above(0, x, or_at=True) for x in self.differences.values()):
+        if any(is_above(0, x, or_at=not self.or_at) for x in self.differences.values()):
             raise InputError(self.subject, got=self.value, expected=self.expected, hint=self.hint)
 
     @property
@@ -38,7 +42,7 @@ class Bounds:
     @property
     def is_open(self) -> bool:
         """Whether a formula leaves them open."""
-        return not all(is_above(x, 0) for x in self.differences.values())
+        return not all(is_above(x, 0, or_at=self.or_at) for x in self.differences.values())
 
 
 def left_open(bounds: Iterable[Bounds]) -> tuple[Bounds, ...]:
@@ -55,14 +59,16 @@ def error_at(
         numbers = iter(_function(symbols, tuple(formulas))(*rows))
     for name, own in named:
         low, value = next(numbers), next(numbers)
-        met = low < value
+        rounding = 1e-12 if own.or_at else 0.0  # 1 - 0.9 - 0.1 is below zero
+        met = low < value + rounding
         if own.high is not None:
-            met = met & (value < next(numbers))
+            met = met & (value < next(numbers) + rounding)
         if not np.all(met):  # of a value that is not a number either
             met, value = (np.broadcast_to(x, rows.shape[1:]) for x in (met, value))
             k = int(np.argmin(met))
+            used = {s for x in own.differences.values() for s in x.free_symbols}
             pairs = zip(symbols, rows[:, k].tolist(), strict=True)
-            given = ", ".join(f"{symbol} = {x}" for symbol, x in pairs)
+            given = ", ".join(f"{symbol} = {x}" for symbol, x in pairs if symbol in used)
             return InputError(
                 f"{own.subject} of {name!r} in row {k}, {given}",
                 got=float(value[k]),

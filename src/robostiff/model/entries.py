@@ -9,7 +9,7 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 
-from robostiff.elasticity.bounds import Bounds, error_at
+from robostiff.elasticity.bounds import Bounds, error_at, left_open
 from robostiff.errors import InputError
 from robostiff.model.joint import Actuated, Locked
 from robostiff.spatial.formula import exact_number, is_formula
@@ -198,15 +198,16 @@ def _bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
     if isinstance(part, tuple):
         for member in part:
             yield from _bounds_of(member, name)
-    elif isinstance(part, Bounds):
-        yield name, part
     elif isinstance(part, Actuated | Locked):
         if is_formula(part.stiffness):
-            yield name, Bounds("stiffness", part.stiffness)
+            yield from ((name, x) for x in left_open((Bounds("stiffness", part.stiffness),)))
     elif is_dataclass(part):
-        own = name if hasattr(part, "bounds") else getattr(part, "name", name)
+        bounds = getattr(part, "bounds", None)
+        own = getattr(part, "name", name) if bounds is None else name
+        yield from ((name, x) for x in left_open(bounds or ()))
         for member in _names_of(type(part)):
-            yield from _bounds_of(getattr(part, member), own)
+            if member != "bounds":
+                yield from _bounds_of(getattr(part, member), own)
 
 
 class Symbolic:
@@ -230,9 +231,29 @@ class Symbolic:
         """Inequalities in its symbols without which a part does not exist, by name of the part."""
         own = [(self.name, Bounds(f"parameter {x}", x)) for x in self.symbols if x.is_positive]
         found: dict[Any, tuple[str, Bounds]] = {}
+        own += [(self.name, x) for x in self._lengths()]
         for name, x in (*own, *_bounds_of(self, self.name)):
-            found.setdefault((x.low, x.value, x.high), (name, x))  # legs alike have the same
+            found.setdefault(
+                (x.low, x.value, x.high, x.or_at), (name, x)
+            )  # legs alike have the same
         return tuple(found.values())
+
+    def _lengths(self) -> Iterator[Bounds]:
+        """Factors whose squares are below roots: they keep the signs of the nominal values.
+
+        Where one vanishes, so does a beam; beyond, it points the other way. The samples of a record
+        are on one side, and what depends on the side is a number there.
+        """
+        import sympy as sp
+
+        roots = (x for f in formulas(self) for x in f.atoms(sp.Pow) if getattr(x.exp, "q", 1) == 2)
+        nominal = {x: self.nominal[str(x)] for x in self.symbols}
+        for square in {x.base for x in roots if x.base.is_Add}:
+            for factor, times in sp.sqf_list(square)[1]:
+                if times % 2 == 0 and not factor.is_positive:
+                    value = factor if factor.subs(nominal) > 0 else -factor
+                    hint = "a beam turns round there: load the model with such values to compile it"
+                    yield Bounds(str(value), value, hint=hint)
 
     def error_at(self, rows: np.ndarray) -> InputError | None:
         """What says that a part does not exist at one of the values (symbols, N), if any."""

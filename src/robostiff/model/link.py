@@ -16,8 +16,9 @@ from robostiff.elasticity import (
     Material,
     beam_compliance,
 )
+from robostiff.elasticity.bounds import Bounds
 from robostiff.errors import InputError
-from robostiff.model.checks import axis_across, unit_vector, vector3
+from robostiff.model.checks import axis_across, finite_coordinates, unit_vector, vector3
 from robostiff.model.entries import formulas
 from robostiff.model.joint import Role
 from robostiff.model.mass import Mass, mass_value, masses_of
@@ -29,7 +30,6 @@ from robostiff.spatial.formula import (
     exact_together,
     is_above,
     is_formula,
-    is_possible,
     length_of,
     tidied,
     vanishes,
@@ -115,10 +115,17 @@ class TelescopicBeam:
             object.__setattr__(self, "mass", mass_value("mass of a telescopic beam", self.mass))
         refuse_quantities("share of the extension", self.share, "0 to 1")
         refuse_quantities("fixed length", self.fixed, "zero or more metres")
-        if not (_may_be_at_least_zero(self.share) and not is_above(self.share, 1)):
-            raise InputError("share of the extension", got=self.share, expected="0 to 1")
-        if not _may_be_at_least_zero(self.fixed):
-            raise InputError("fixed length", got=self.fixed, expected="zero or more metres")
+        _ = finite_coordinates("share and fixed length of a beam", (self.share, self.fixed), 2)
+        _ = self.bounds
+
+    @property
+    def bounds(self) -> tuple[Bounds, ...]:
+        """Inequalities without which it does not exist."""
+        return (
+            Bounds("share of the extension", self.share, 0, 1, "0 to 1", or_at=True),
+            Bounds("fixed length", self.fixed, expected="zero or more metres", or_at=True),
+            *(x for own in masses_of(self.mass) for x in own.bounds),
+        )
 
     @cached_property
     def fixed_elasticity(self) -> Elasticity | None:
@@ -190,12 +197,6 @@ class Telescope:
     def fixed_length(self) -> Any:
         """Length at zero extension [m]."""
         return sum(beam.fixed for beam in self.beams)
-
-
-def _may_be_at_least_zero(value: Any) -> bool:
-    if is_formula(value):
-        return is_possible(value) and getattr(value, "is_negative", None) is not True
-    return bool(np.isfinite(value) and value >= 0)
 
 
 def beam_axes(to: Entries, y_axis: Entries | None) -> np.ndarray:

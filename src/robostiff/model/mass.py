@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elasticity.bounds import Bounds
 from robostiff.errors import InputError
 from robostiff.model.checks import vector3
 from robostiff.record import Entry, is_zero, usual_size
@@ -81,6 +82,11 @@ class Mass:
         if self.span is not None:
             raise InputError(subject, got="a centre and a span", expected="one of them")
         object.__setattr__(self, "centre", vector3(f"centre of {subject}", self.centre))
+
+    @property
+    def bounds(self) -> tuple[Bounds, ...]:
+        """Inequalities without which it does not exist."""
+        return (Bounds("mass", self.value, expected=_ZERO_OR_MORE, or_at=True),)
 
     @classmethod
     def of(cls, value: Any) -> Mass:

@@ -210,14 +210,15 @@ robostiff: 1
 name: arm
 source: made up
 materials: {own: {E: E, poisson_ratio: nu}}
-parameters: {D: 50 mm, d: 48 mm, b: 60 mm, w: 5 mm, nu: 0.3, E: 70 GPa, c: 1e6 N m/rad, p: 0.2}
+parameters: {D: 50 mm, d: 48 mm, b: 60 mm, w: 5 mm, nu: 0.3, E: 70 GPa, c: 1e6 N m/rad, p: 0.2,
+  u: 0.7 m, v: 0.1 m, n: 0.6, load: 2 kg, o: 0.5}
 legs:
   - name: arm
     chain:
       - {type: revolute, name: shoulder, axis: z, role: actuated, stiffness: c*(1 - p)}
       - type: beam
         name: upper
-        to: [0.6, 0, 0]
+        to: [v - u, 0, 0]
         material: steel
         section: {tube: {outer_diameter: D, inner_diameter: d}}
       - {type: revolute, name: elbow, axis: y, role: actuated, home: 0.9}
@@ -226,7 +227,18 @@ legs:
         to: [0.5, 0, 0]
         y_axis: y
         material: own
-        section: {box: {width_y: b, height_z: b, wall: w}}
+        taper:
+          - {share: n, section: {box: {width_y: b, height_z: b, wall: w}}}
+          - {share: 1 - n, section: {circle: {diameter: 4 cm}}}
+        mass: load - p*(1 kg)
+      - type: telescope
+        name: rod
+        direction: x
+        role: locked
+        home: 20 cm
+        beams:
+          - {share: o, fixed: u - v, material: steel, section: {circle: {diameter: 4 cm}}}
+          - {share: 1 - o, fixed: v, material: steel, section: {circle: {diameter: 4 cm}}}
 """
 MISSING_PARTS = {
     "wall": ({"w": [0.005, 0.03, 0.04]}, r"wall of the box of 'fore' in row 1.*w = 0.03.*half"),
@@ -235,13 +247,17 @@ MISSING_PARTS = {
     "Poisson ratio": ({"nu": [0.5, 0.3, 0.6]}, r"Poisson ratio of 'fore' in row 0.*got 0.5"),
     "drive": ({"p": [0.2, 1.5, 0.3]}, r"stiffness of 'shoulder' in row 1.*got -500000"),
     "free drive": ({"p": [0.2, 0.3, 1.0]}, r"stiffness of 'shoulder' in row 2.*got 0.0"),
+    "segment": ({"n": [0.6, 1.2, 0.5]}, r"length of a segment of 'fore' in row 1, n = 1.2: got -0"),
+    "share": ({"o": [0.1, 1.0, 1.1]}, r"share of the extension of 'rod' in row 2, o = 1.1"),
+    "mass": ({"load": [0.2, 0.3, 0.1]}, r"mass of 'fore' in row 2.*got -0.1"),
+    "turned round": ({"v": [0.1, 0.6, 0.8]}, r"u - v of 'arm' in row 2.*a beam turns round"),
     "width": ({"b": [-0.06, 0.06, 0.06]}, r"parameter b of 'arm' in row 0.*got -0.06, .*positive"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize(("values", "message"), MISSING_PARTS.values(), ids=MISSING_PARTS.keys())
 def test_values_of_which_a_part_does_not_exist_are_refused(values, message, arm_kernels):
-    pose = rs.JointCoordinates(np.tile([0.1, 0.8], (3, 1)))
+    pose = rs.JointCoordinates(np.tile([0.1, 0.8, 0.2], (3, 1)))
     for kernel, wrench in arm_kernels:
         assert not kernel.evaluate(pose, *wrench).guarded.any()
         with pytest.raises(rs.InputError, match=message):
@@ -253,7 +269,7 @@ def test_values_of_which_a_part_does_not_exist_are_refused(values, message, arm_
         given = {str(s): float(own[k]) for s, own in zip(robot.symbols, rows, strict=True)}
         if k < row:
             assert rs.stiffness(robot.substituted(given), pose).answered.all()
-        else:
+        elif "turns" not in message:  # which is another robot
             with pytest.raises(rs.InputError):
                 robot.substituted(given)
 

@@ -18,6 +18,7 @@ from robostiff.elasticity import (
     moved,
     tapered_compliance,
 )
+from robostiff.elasticity.bounds import Bounds
 from robostiff.io.model_file.joints import build_role
 from robostiff.io.model_file.place import Place, axes_of, direction, point, rotation, vector
 from robostiff.io.model_file.stock import Stock, read_theory
@@ -145,10 +146,11 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
     _check_y_axis(place, y_axis, to, [segment.section for segment in segments])
     with place.complaints():
         compliance = tapered_compliance(segments, theory)
-        bounds = tuple(x for s in segments for x in (*s.material.bounds, *s.section.bounds))
+        bounds = [x for s in segments for x in (*s.material.bounds, *s.section.bounds)]
+        bounds += (Bounds("length of a segment", s.length) for s in segments)
         return Link(
             to,
-            Elasticity(compliance, bounds=bounds),
+            Elasticity(compliance, bounds=tuple(bounds)),
             beam_axes(to, y_axis),
             name,
             own or _of_segments(segments, _length(to)),
