@@ -36,7 +36,7 @@ class Bounds:
     def differences(self) -> dict[str, Any]:
         """What is positive where they hold, by words."""
         low, value, high = exact_together(self.low, self.value, self.high)
-        above = {f"more than {low}": value - low}
+        above = {f"{'at least' if self.or_at else 'more than'} {low}": value - low}
         return above if high is None else {**above, self.expected: high - value}
 
     @property
