@@ -62,11 +62,10 @@ def test_pendulums_upright(count: int, seed: int):
     assert np.isclose(path.path_factor.values[turn], exact, rtol=1e-3)
 
 
-def test_a_shallow_truss_snaps_through():
-    """Two springs of length l, apex at y: ``P = 2 k y (l / sqrt(a^2 + y^2) - 1)``."""
-    a, h, k = 1.0, 0.2, 500.0
-    spring = {"k": k}
-    robot = network(
+def truss(h: float, k: float, kx: float | None, ky: float | None) -> Network:
+    """Two springs from (-1, 0) and (1, 0) to the apex (0, h), which other springs hold, too."""
+    a, spring = 1.0, {"k": k}
+    return network(
         "apex",
         (0.0, h),
         pin("left", "ground", "l1", (-a, 0.0)),
@@ -84,14 +83,20 @@ def test_a_shallow_truss_snaps_through():
                 PlacedFreedom(np.array(axis), np.array([0, h, 0.0]), pitch, f"u{i}", role)
                 for i, (axis, pitch, role) in enumerate(
                     [
-                        ([1.0, 0, 0], None, Actuated(1e3)),
-                        ([0, 1.0, 0], None, Passive()),
+                        ([1.0, 0, 0], None, Passive() if kx is None else Actuated(kx)),
+                        ([0, 1.0, 0], None, Passive() if ky is None else Actuated(ky)),
                         ([0, 0, 1.0], 0.0, Actuated(1.0)),
                     ]
                 )
             ),
         ),
     )
+
+
+def test_a_shallow_truss_snaps_through():
+    """Two springs of length l, apex at y: ``P = 2 k y (l / sqrt(a^2 + y^2) - 1)``."""
+    a, h, k = 1.0, 0.2, 500.0
+    robot = truss(h, k, 1e3, None)
     length = np.hypot(a, h)
     y = np.sqrt((length * a * a) ** (2 / 3) - a * a)
     exact = 2 * k * y * (length / np.hypot(a, y) - 1)
@@ -156,3 +161,34 @@ def test_a_parallelogram_that_turns_upright_does_not_branch(along: float):
     found = rs.critical_load(robot, wrench=[along, 0, 0, 0, 0, 0], up_to=300)
     assert not found.is_found
     assert found.searched_to == 300
+
+
+def test_struts_that_turn_over_stay_on_their_side():
+    """An apex drawn far sideways comes down to a fork, all but symmetric, and stays above it.
+
+    Along x, y follows from balance upright; the least curvature is positive and the force rises.
+    """
+    h, k, kx, ky = 0.28, 28.0, 0.3, 0.1
+    feet, y, forces = np.array([[-1.0, 0.0], [1.0, 0.0]]), h, []
+    for x in np.linspace(0.0, -3.0, 1001):
+        for _ in range(30):
+            d = np.array([x, y]) - feet
+            L = np.hypot(*d.T)
+            u, T = d / L[:, None], k * (L - np.hypot(1.0, h))
+            g = T @ u + [kx * x, ky * (y - h)]
+            across = np.eye(2) - u[:, :, None] * u[:, None, :]
+            H = np.diag([kx, ky]) + np.einsum("i,ijk->jk", T / L, across) + k * u.T @ u
+            if abs(g[1]) < 1e-12 * k:
+                break
+            y -= g[1] / H[1, 1]
+        assert np.linalg.eigvalsh(H)[0] > 0
+        forces.append(-g[0])
+    assert np.all(np.diff(forces) > 0)
+    robot = truss(h, k, kx, ky)
+    pull = np.array([-1.0, 0, 0, 0, 0, 0])
+    found = rs.critical_load(robot, wrench=pull, up_to=forces[-1])
+    assert not found.is_found
+    assert found.searched_to == forces[-1]
+    curve = rs.load_path(robot, wrench=forces[-1] * pull, factors=[1.0])
+    assert bool(np.all(curve.path_stable))
+    assert np.allclose(curve.path_displacement.values[-1, :2], [-3.0, y - h], rtol=0, atol=1e-8)

@@ -125,8 +125,8 @@ def critical_load(
     """Smallest factor of a wrench at which a robot stops being stable, and how it leaves.
 
     Equilibria are followed from the wrench zero on, `loads`, weights and `preload` acting
-    throughout, until the energy has no minimum any more, or rigid bars lie in a singular posture, where another
-    assembly mode begins; the point between is then solved for.
+    throughout, until the energy has no minimum any more, or rigid bars lie in a singular
+    posture, where another assembly mode begins; the point between is then solved for.
 
     Parameters
     ----------

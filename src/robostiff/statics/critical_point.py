@@ -29,7 +29,7 @@ _TOGETHER = 1e-7
 
 @dataclass(frozen=True)
 class CriticalPoint:
-    """The first equilibrium along a growing load that is not stable, or where rigid bars branch.
+    """The first equilibrium along a growing load that is not stable, or a singular posture.
 
     Attributes
     ----------
@@ -40,7 +40,8 @@ class CriticalPoint:
     leg : str or None
         The leg that buckles while the platform is held; None where the platform moves.
     twist : (r,) array
-        Of the platform, per metre or radian; zero where a leg buckles by itself, or rigid bars branch.
+        Of the platform, per metre or radian; zero of a leg that buckles by itself, and of
+        singular postures.
     is_limit : bool
         Whether the load cannot grow further; it can, on an unstable branch, where equilibria
         branch.

@@ -25,6 +25,9 @@ _LONGEST, _FURTHEST = 250, 0.1
 # The first of them, and how far it does: each may be 1.6 times the one before, so that none is long
 # beside the way there, where another branch may be near.
 _FIRST, _NEAREST = 0.02, 1e-5
+# Cosine of the angle of a step, and of the path behind it, with the path before it: below it, the
+# step may have leapt to another branch; one so short has met a corner, such as that of a law.
+_TURNS, _SHARP = 0.9, 1e-2
 _REFINEMENTS = 2
 # Steps of Newton's method after which the arc may be longer, by less after one less than these.
 _EASILY = 7
@@ -174,8 +177,8 @@ def path(
     """Equilibria along a growing load, through its turning points, from one at factor 0.
 
     The arc is measured by the motion of the platform and by the load factor. A step that does not
-    converge is halved; the path ends where that does not help. Up to the whole load, steps of the
-    load factor are at most `largest`; beyond it they grow with the load.
+    converge is halved, and one that turns far; the path ends where that does not help. Up to the
+    whole load, steps of the load factor are at most `largest`; beyond it they grow with the load.
     """
     here, unit = start, _unit(problem, start)
     h = min(_FIRST, _NEAREST * problem.length / unit)
@@ -185,12 +188,12 @@ def path(
         if h < shortest:
             return
         found = step_along(problem, loading, here, direction, h, unit)
-        if not found.converged:
+        following = _direction(problem, found, direction, unit) if found.converged else direction
+        if not found.converged or (h > _SHARP and float(following @ direction) < _TURNS):
             h *= 0.5
             continue
         yield PathStep(here, found, direction, h, unit)
-        direction = _direction(problem, found, direction, unit)
-        here = found
+        direction, here = following, found
         if found.steps <= _EASILY:
             of_load = largest * (1.0 + abs(found.factor)) / max(abs(float(direction[-1])), 1e-12)
             shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
@@ -256,6 +259,8 @@ def step_along(
         moved = moved + part * step
         factor += part * float(step[r])
         if size < _DONE or (size < _NEAR and size > 0.3 * last):
+            if _SHARP < abs(h) < _TURNS * float(np.linalg.norm(moved)):
+                break
             return _ended(problem, loading, factor, state, done)
         last = size
         known = problem.linearised(state, loading, factor)

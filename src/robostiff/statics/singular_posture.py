@@ -1,4 +1,4 @@
-"""Singular postures of rigid linkages, where configurations branch: bars of a parallelogram in line.
+"""Singular postures of rigid linkages, where assembly modes meet: a parallelogram laid flat.
 
 On a smooth path of configurations the closure ``G dx = 0`` of the whole robot, platform included,
 keeps its rank. With its singular value decomposition ``G = U S V^T`` at one posture, the
@@ -20,17 +20,17 @@ _LOST = 1e-9
 
 @dataclass(frozen=True)
 class Regular:
-    """The closure of a robot at a posture: singular vectors U (c, k) and V (n, k), values S (k,)."""
+    """The closure of a robot at a posture: its singular vectors and values."""
 
-    U: np.ndarray
-    S: np.ndarray
-    V: np.ndarray
+    U: np.ndarray  # (c, k)
+    S: np.ndarray  # (k,)
+    V: np.ndarray  # (n, k)
 
     @staticmethod
     def of(problem: EquilibriumProblem, known: Linearised) -> Regular:
         """At a posture that is not singular."""
         U, S, Vt = np.linalg.svd(_closure(problem, known), full_matrices=False)
-        k = int(np.sum(S > _LOST * np.max(S, initial=0.0)))
+        k = int(np.count_nonzero(_LOST * np.max(S, initial=0.0) < S))
         return Regular(U[:, :k], S[:k], Vt[:k].T)
 
     def ratio(self, problem: EquilibriumProblem, known: Linearised) -> float:
