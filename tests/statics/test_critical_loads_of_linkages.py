@@ -170,6 +170,7 @@ def test_struts_that_turn_over_stay_on_their_side():
     """
     h, k, kx, ky = 0.28, 28.0, 0.3, 0.1
     feet, y, forces = np.array([[-1.0, 0.0], [1.0, 0.0]]), h, []
+    g, H = np.zeros(2), np.eye(2)
     for x in np.linspace(0.0, -3.0, 1001):
         for _ in range(30):
             d = np.array([x, y]) - feet
