@@ -9,7 +9,7 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 
-from robostiff.elasticity.bounds import Bounds, error_at, left_open
+from robostiff.elasticity.bounds import Bounds, error_at
 from robostiff.errors import InputError
 from robostiff.model.joint import Actuated, Locked
 from robostiff.spatial.formula import exact_number, is_formula
@@ -194,17 +194,17 @@ def free_symbols(robot: Any) -> tuple[Any, ...]:
 
 
 def _bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
-    """Inequalities that formulas leave open, each with the name of its part."""
+    """Inequalities of all parts, each with the name of its part."""
     if isinstance(part, tuple):
         for member in part:
             yield from _bounds_of(member, name)
     elif isinstance(part, Actuated | Locked):
         if is_formula(part.stiffness):
-            yield from ((name, x) for x in left_open((Bounds("stiffness", part.stiffness),)))
+            yield name, Bounds("stiffness", part.stiffness)
     elif is_dataclass(part):
         bounds = getattr(part, "bounds", None)
         own = getattr(part, "name", name) if bounds is None else name
-        yield from ((name, x) for x in left_open(bounds or ()))
+        yield from ((name, x) for x in bounds or ())
         for member in _names_of(type(part)):
             if member != "bounds":
                 yield from _bounds_of(getattr(part, member), own)
@@ -232,10 +232,10 @@ class Symbolic:
         own = [(self.name, Bounds(f"parameter {x}", x)) for x in self.symbols if x.is_positive]
         found: dict[Any, tuple[str, Bounds]] = {}
         own += [(self.name, x) for x in self._lengths()]
-        for name, x in (*own, *_bounds_of(self, self.name)):
-            found.setdefault(
-                (x.low, x.value, x.high, x.or_at), (name, x)
-            )  # legs alike have the same
+        own += [(name, x) for name, x in _bounds_of(self, self.name) if x.is_open]
+        for name, x in own:
+            key = x.low, x.value, x.high, x.or_at  # legs alike have the same
+            found.setdefault(key, (name, x))
         return tuple(found.values())
 
     def _lengths(self) -> Iterator[Bounds]:

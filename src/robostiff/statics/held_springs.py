@@ -15,7 +15,7 @@ from robostiff.statics.body_springs import Anchor, FiniteBodySpring
 from robostiff.statics.legs import LegGroup
 
 
-def held_together(groups: Iterable[set[int]]) -> list[list[int]]:
+def joined_legs(groups: Iterable[set[int]]) -> list[list[int]]:
     """Groups of legs, those that have legs in common as one; by their first legs."""
     found: list[set[int]] = []
     for own in groups:
@@ -58,7 +58,7 @@ class HeldSprings:
                         + ", ".join(map(repr, near)),
                     )
             groups.append(legs or {0})
-        return HeldSprings(snapshot.springs, places, tuple(map(tuple, held_together(groups))))
+        return HeldSprings(snapshot.springs, places, tuple(map(tuple, joined_legs(groups))))
 
     def on_chain(self, leg: int, chain: int) -> list[tuple[str, np.ndarray]]:
         """Bodies behind parts of a chain that hold springs, and where (3,), end by end."""

@@ -114,9 +114,8 @@ class _Evaluation:
 
     def value(self, node: Node) -> SIQuantity:
         operations: list[ParsedOperation] = []
-        while isinstance(
-            node, ParsedOperation
-        ):  # along first operands, which may be many, in a loop
+        # Along first operands, which may be many, in a loop.
+        while isinstance(node, ParsedOperation):
             operations.append(node)
             node = node.operands[0]
         result = self.named(node) if isinstance(node, Name) else self.literal(node)

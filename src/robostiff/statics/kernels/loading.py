@@ -15,7 +15,7 @@ from robostiff.recorded.closure import RecordedSteps
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.statics.from_snapshot import walks_of
 from robostiff.statics.given_loads import acting_gravity
-from robostiff.statics.held_springs import held_together
+from robostiff.statics.held_springs import joined_legs
 from robostiff.statics.kernels.buckling import buckling_of
 from robostiff.statics.kernels.leg import MovedBody, RecordedLoadedLeg, recorded_leg
 from robostiff.statics.kernels.loaded_robot import HANDED, LoadedRobot
@@ -115,7 +115,7 @@ def record_loading(
     ]
     struts = {k: leg for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)}
     others = {k: leg for k, leg in enumerate(legs) if isinstance(leg, RecordedLoadedLeg)}
-    groups = held_together([*({k} for k in others), *(own.legs for own in held if own.legs)])
+    groups = joined_legs([*({k} for k in others), *(own.legs for own in held if own.legs)])
     loaded = LoadedRobot(
         unloaded,
         [RecordedLoadedLeg.joined({k: others[k] for k in own}) for own in groups],
