@@ -56,9 +56,9 @@ class BeamProducts:
             self._known[key] = self._named(written, len(self._known) + 1)
         return self._known[key]
 
-    def value(self, name: Any) -> Any:
-        """A product, defined where it has a name: only what is needed is defined."""
-        return self.read.define(*name) if isinstance(name, tuple) else name
+    def value(self, name: Any, beam: str) -> Any:
+        """A product of a beam, defined where it has a name: only what is needed is defined."""
+        return self.read.define(*name, beam) if isinstance(name, tuple) else name
 
     def _named(self, written: dict[str, Any], number: int) -> dict[str, Any]:
         named: dict[str, Any] = {}
@@ -139,7 +139,7 @@ class ContributionReader:
                 found.append((", bending", *_bent(L, *bent), letter))
         found.append((", torsion", total((mx, nx)), L, "GJ"))
         return [
-            Contribution(name + way, felt, along / value(named[letter]))
+            Contribution(name + way, felt, along / value(named[letter], name))
             for way, felt, along, letter in found
             if felt != 0
         ]

@@ -75,10 +75,13 @@ class Definition:
     ----------
     symbol : sympy.Symbol
     expression : sympy.Expr
+    parts : tuple of str
+        Beams of which it is a stiffness: E A, E I or G J.
     """
 
     symbol: sp.Symbol
     expression: sp.Expr
+    parts: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
 
 def used_definitions(

@@ -156,11 +156,11 @@ class LegInSteps:
         """A length; it has a name where it is used twice."""
         return self._read(value)
 
-    def define(self, letter: str, expression: Any, own: str | None = None) -> Any:
+    def define(self, letter: str, expression: Any, own: str | None = None, part: str = "") -> Any:
         """A further name."""
         symbol = sp.Symbol(own or letter, positive=True)
         if all(d.symbol != symbol for d in self.definitions):
-            self.definitions.append(Definition(symbol, expression))
+            self.definitions.append(Definition(symbol, expression, (part,) if part else ()))
         return symbol
 
 

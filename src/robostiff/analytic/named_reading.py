@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, cast
 
 import sympy as sp
@@ -188,15 +189,20 @@ class NamedReading:
                 best = min(best, _without_powers(best, definition.symbol, square), key=count_of)
         return best
 
-    def define(self, letter: str, expression: Any, own: str | None = None) -> sp.Symbol:
-        """A new name with a number; one and the same for the same expression."""
-        for known in self.definitions:
+    def define(
+        self, letter: str, expression: Any, own: str | None = None, part: str = ""
+    ) -> sp.Symbol:
+        """A new name with a number; one and the same for the same expression, of all its parts."""
+        of = (part,) if part else ()
+        for i, known in enumerate(self.definitions):
             if known.expression == expression and known.symbol.name.startswith(f"{letter}_"):
+                if part and part not in known.parts:
+                    self.definitions[i] = replace(known, parts=known.parts + of)
                 return known.symbol
         assumed = {"positive": True} if letter in _POSITIVE else {"real": True}
         symbol = sp.Symbol(own or self._free(letter), **assumed)
         self._taken.add(symbol.name)
-        self.definitions.append(Definition(symbol, expression))
+        self.definitions.append(Definition(symbol, expression, of))
         return symbol
 
     def _expression(self, value: Any) -> Any:

@@ -339,7 +339,7 @@ def in_letters(written: Written, taken: Iterable[str]) -> Written:
     if not put:
         return written
     found = changed(written, lambda x: x.xreplace(put))
-    names = (Definition(put.get(d.symbol, d.symbol), d.expression) for d in found.definitions)
+    names = (replace(d, symbol=put.get(d.symbol, d.symbol)) for d in found.definitions)
     return replace(found, definitions=tuple(names))
 
 
@@ -351,7 +351,7 @@ def changed(written: Written, change: Callable[[Any], Any], symbol: Any = None) 
 
     return Written(
         tuple(map(own, written.results)),
-        tuple(Definition(d.symbol, own(d.expression)) for d in written.definitions),
+        tuple(replace(d, expression=own(d.expression)) for d in written.definitions),
         cache(lambda: tuple(tuple(map(own, one)) for one in written.others())),
     )
 

@@ -210,7 +210,7 @@ class _Walk:
         self.go(half)
         of_beam = (
             self.read.length(along),
-            *(value(named[x]) for x in ("EA", "EI_y", "EI_z", "GJ")),
+            *(value(named[x], spring.name) for x in ("EA", "EI_y", "EI_z", "GJ")),
         )
         self.beams.append((spring.name, own, middle, of_beam))
 

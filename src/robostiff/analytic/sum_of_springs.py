@@ -7,7 +7,7 @@ unit wrench. Legs that are turns of one another about the vertical count once, b
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -133,9 +133,9 @@ def sum_of_springs(
     inputs = set(placed.symbols.values())
     first = [d for d in recurring.definitions if d.expression.free_symbols <= inputs]
     last = [d for d in recurring.definitions if d not in first]
-    lengths = [Definition(d.symbol, _in_names(d.expression, first)) for d in read.definitions]
+    lengths = [replace(d, expression=_in_names(d.expression, first)) for d in read.definitions]
     first, last = (
-        [Definition(d.symbol, shortest_trigonometry(d.expression)) for d in own]
+        [replace(d, expression=shortest_trigonometry(d.expression)) for d in own]
         for own in (first, last)
     )
     definitions, numbers = _without_numbers([*first, *lengths, *last])
@@ -275,5 +275,5 @@ def _without_numbers(
         number, rest = expression.as_coeff_Mul(rational=True)
         if rest.is_Add and number != 1:
             numbers[d.symbol], expression = number * d.symbol, rest
-        found.append(Definition(d.symbol, expression))
+        found.append(replace(d, expression=expression))
     return found, numbers

@@ -23,6 +23,7 @@ from robostiff.analytic.export import (
 )
 from robostiff.analytic.export.html import mathml_expression
 from robostiff.errors import InputError
+from tests.analytic.test_parts_that_exist import ARM, CASES, OWN
 
 FORMS = {
     "closed at home": ("gough-stewart-b", rs.AtHome(), rs.Closed()),
@@ -92,9 +93,10 @@ def test_text_tells_pose_legs_sum_and_result_in_order(derivation):
 
 
 def test_every_name_in_the_text_is_defined_before_it_is_used(derivation):
-    """The names of the text alone, in order, are those of the definitions."""
+    """The names of the text alone, in order; the nomenclature has numbers of beams."""
     lines = derivation_text(derivation, width=10_000).splitlines()
     given = {str(symbol) for symbol in derivation.symbols}
+    given |= {line.partition(": ")[0] for line in lines if "stiffness E " in line}
     known = {name: sp.Symbol(name) for name in given}
     for line in lines:
         name, equals, right = line.partition(" = ")
@@ -109,6 +111,28 @@ def test_every_name_in_the_text_is_defined_before_it_is_used(derivation):
         if not name.startswith("w_") and not any(u.startswith("w_") for u in used):
             assert used <= known.keys(), line
         known[name] = sp.Symbol(name)
+
+
+def test_stiffnesses_of_beams_stand_in_the_nomenclature_with_the_beams_that_share_them():
+    derivation = rs.derive("t3r1")
+    EI = next(d for d in derivation.named.definitions if d.symbol.name == "EI_1")
+    value = f"{float(EI.expression):.12g} N m^2"
+    words = f"bending stiffness E I of inner link, outer link, {value}"
+    read_back = derivation_from_data(json.loads(json.dumps(derivation_data(derivation))))
+    for own in (derivation, read_back, copy.deepcopy(derivation)):
+        text = derivation_text(own)
+        assert "EI_1 =" not in text
+        assert text.count("EI_1: ") == 1
+        for write in (derivation_text, derivation_markdown, derivation_latex, derivation_typst):
+            assert words.partition(" N ")[0] in " ".join(write(own).replace("\\", "").split())
+
+
+def test_stiffnesses_of_beams_in_symbols_are_equations(tmp_path):
+    path = tmp_path / "arm.yaml"
+    path.write_text(ARM.format(material=OWN, section=CASES["tube"][1]))
+    text = derivation_text(rs.derive(rs.load(path, symbols=rs.ALL_PARAMETERS)))
+    assert "EA_1 = pi*E*(b - h)*(b + h)/4\n" in text
+    assert "EA_1: axial stiffness E A of bar\n" in text
 
 
 def test_latex_and_typst_show_names_of_legs_as_subscripts():

@@ -37,6 +37,7 @@ from robostiff.analytic.export.outline import (
     outline,
     stiffness_equation,
     title_of,
+    with_stiffnesses_of_beams,
 )
 from robostiff.analytic.export.vector_outline import (
     series_blocks,
@@ -333,14 +334,16 @@ def outline_of(
 ) -> tuple[Block, ...]:
     """The blocks of an exported derivation, of a robot, of a derivative, or under load."""
     if isinstance(derivation, FormulaDerivative):
-        return derivative_outline(derivation)
-    if isinstance(derivation, RobotDerivation):
-        return robot_outline(derivation)
-    if isinstance(derivation, LegElimination):
-        return leg_outline(derivation)
-    if isinstance(derivation, StiffnessUnderLoad):
-        return loaded_outline(derivation)
-    return outline(derivation)
+        blocks = derivative_outline(derivation)
+    elif isinstance(derivation, RobotDerivation):
+        blocks = robot_outline(derivation)
+    elif isinstance(derivation, LegElimination):
+        blocks = leg_outline(derivation)
+    elif isinstance(derivation, StiffnessUnderLoad):
+        blocks = loaded_outline(derivation)
+    else:
+        blocks = outline(derivation)
+    return with_stiffnesses_of_beams(blocks)
 
 
 def refuse_derivative(derivation: Derivation) -> None:

@@ -127,7 +127,9 @@ def _in_order(definitions: tuple[Definition, ...]) -> tuple[Definition, ...]:
     return definitions
 
 
-_DEFINITIONS = _many(_object(Definition, "definition", symbol=_SYMBOL, expression=_EXPRESSION))
+_DEFINITIONS = _many(
+    _object(Definition, "definition", symbol=_SYMBOL, expression=_EXPRESSION, parts=_many(_TEXT))
+)
 _ALL_DEFINITIONS = _Kind(_DEFINITIONS.write, lambda *given: _in_order(_DEFINITIONS.read(*given)))
 _STAGE = _object(
     Stage,

@@ -242,7 +242,7 @@ def _in_known_names(
                 name = f"{letter}'_{number}"
             own = sp.Symbol(name, positive=True)
         expression: Any = definition.expression.xreplace(renamed)
-        new.append(Definition(own, expression))
+        new.append(replace(definition, symbol=own, expression=expression))
         renamed[definition.symbol] = own
     return renamed, tuple(new)
 
