@@ -58,7 +58,7 @@ class BeamProducts:
 
     def value(self, name: Any, beam: str) -> Any:
         """A product of a beam, defined where it has a name: only what is needed is defined."""
-        return self.read.define(*name, beam) if isinstance(name, tuple) else name
+        return self.read.define(*name, part=beam) if isinstance(name, tuple) else name
 
     def _named(self, written: dict[str, Any], number: int) -> dict[str, Any]:
         named: dict[str, Any] = {}

@@ -336,8 +336,9 @@ def with_stiffnesses_of_beams(blocks: Sequence[Block]) -> tuple[Block, ...]:
 
 def _is_bare(block: Block, after: Block) -> bool:
     """Whether a heading has nothing below it."""
-    headings = isinstance(block, OutlineHeading) and isinstance(after, OutlineHeading)
-    return headings and block.level >= after.level
+    if not (isinstance(block, OutlineHeading) and isinstance(after, OutlineHeading)):
+        return False
+    return block.level >= after.level
 
 
 def _unstaged(derivation: Derivation) -> tuple[list[Definition], list[Definition]]:
