@@ -13,10 +13,12 @@ from robostiff.model import (
     PlacedPlatform,
     PlatformNode,
     PlatformPart,
+    Robot,
     Snapshot,
     platform_beam,
     rigid_member,
 )
+from robostiff.robots import load
 from tests.generators.chains import SEEDS, random_rotation
 from tests.generators.robots import FreeRobot, robots
 
@@ -65,6 +67,28 @@ def on_platform(
     holds = tuple(f"n{rng.integers(count)}" for _ in snapshot.legs)
     placed = PlacedPlatform(platform, holds, random_rotation(rng), rng.uniform(-1, 1, 3))
     return OnPlatform(robot, replace(snapshot, platform=placed))
+
+
+def shipped_on_platform(
+    name: str, seed: int, kinds: tuple[str, ...] = ("beam",), closing: int = 0
+) -> Robot:
+    """A shipped robot whose legs end at nodes of a flexible platform, the tool at its origin."""
+    rng = np.random.default_rng(seed)
+    robot = load(name)
+    hub = PlatformNode("hub", np.zeros(3))
+    nodes = [hub, *(PlatformNode(f"n{i}", leg.attachment.p) for i, leg in enumerate(robot.legs))]
+    ends = [(int(rng.integers(i)), i) for i in range(1, len(nodes))]
+    for _ in range(closing):
+        a, b = rng.choice(len(nodes), 2, replace=False)
+        ends.append((int(a), int(b)))
+    parts = []
+    for i, (a, b) in enumerate(ends):
+        kind = kinds[rng.integers(len(kinds))]
+        if kind == "beam" and np.allclose(nodes[a].at, nodes[b].at):
+            kind = "rigid"
+        parts.append(_part(rng, kind, nodes[a], nodes[b], f"part{i}"))
+    legs = tuple(replace(leg, node=f"n{i}") for i, leg in enumerate(robot.legs))
+    return replace(robot, legs=legs, platform=FlexiblePlatform(tuple(nodes), tuple(parts), "hub"))
 
 
 KINDS_OF_PARTS = (("beam",), ("beam", "spring", "rigid"), ("beam", "hinge", "spring"))

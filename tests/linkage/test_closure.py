@@ -13,7 +13,7 @@ import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.errors import InputError
 from robostiff.linkage import Connection, Linkage, close
-from robostiff.linkage.bodies import Bodies, spanning_tree
+from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.closure import _Loops
 from robostiff.model import (
     Actuated,
@@ -55,7 +55,7 @@ def _ring(rng, held=frozenset()):
 def test_rates_of_the_gaps_are_their_finite_differences(seed):
     rng = np.random.default_rng(seed)
     linkage = _ring(rng)
-    tree = spanning_tree(linkage)
+    tree = linkage.tree
     assert len(tree.cuts) == 3
     q = {c.name: c.home for c in linkage.connections}
     moving = [c for c in linkage.connections if c.size < 3]  # a rotation vector is no integral

@@ -13,10 +13,8 @@ from robostiff import (
     Grid,
     InputError,
     Quantity,
-    compile,
     compliance,
     deflection,
-    derive,
     load,
     stiffness,
     stiffness_map,
@@ -62,13 +60,9 @@ def test_symbols_in_the_dimensions_of_a_platform():
     other = robot.substituted({"r": 0.25, "h": 0.7})
     expected = stiffness(star(r="250 mm", h="700 mm")).K
     assert np.allclose(stiffness(other).K, expected, rtol=1e-12, atol=1e-12 * expected.max())
-    with pytest.raises(InputError, match="formula of 'star-platform': got 'a flexible platform'"):
-        derive(robot)
-    with pytest.raises(InputError, match=r"kernel of .*method=Batched\(\)"):
-        compile(star())
 
 
-def test_maps_go_the_batched_way():
+def test_maps_by_kernels_and_in_batches():
     robot = star()
     quantities = [
         Quantity.STIFFNESS,
@@ -77,16 +71,21 @@ def test_maps_go_the_batched_way():
         Quantity.WORST_DEFLECTION,
     ]
     grid = Grid(x=Axis(-0.02, 0.02, 3), z=Axis(0.78, 0.8, 2))
-    for method in (None, Batched()):
-        made = stiffness_map(robot, grid, quantities, wrench=LOAD, method=method)
+    for method in (None, Batched(), Compiled()):
+        chosen = [
+            q for q in quantities if method != Compiled() or q is not Quantity.ACTUATOR_FORCES
+        ]
+        made = stiffness_map(robot, grid, chosen, wrench=LOAD, method=method)
         pose = np.array([0.02, 0, 0.78, 0, 0, 0])
         assert np.allclose(made["K"].values[-1, 0], stiffness(robot, pose).K, rtol=1e-9, atol=1e-3)
         bent = deflection(robot, pose, LOAD)
+        moved = made["displacement"].values[-1, 0]
+        assert np.allclose(moved, bent.twist[:3], rtol=1e-5, atol=1e-12)
+        if Quantity.ACTUATOR_FORCES not in chosen:
+            continue
         forces = [actuator.load for actuator in bent.actuators]
         # In maps, forces have single precision.
         assert np.allclose(made["actuator_force"].values[-1, 0], forces, rtol=1e-6)
-    with pytest.raises(InputError, match="flexible platform"):
-        stiffness_map(robot, grid, [Quantity.STIFFNESS], method=Compiled())
 
 
 def test_who_bends():

@@ -79,3 +79,19 @@ def facts_of(placed: PlacedLeg, redundant: Sequence[bool]) -> dict[str, Any]:
         "redundant": tuple(name for name, is_lost in lost if is_lost),
         "elastic": elastic_parts(placed),
     }
+
+
+def facts_of_all(
+    name: str, legs: Sequence[PlacedLeg], redundant: Sequence[bool], further: Sequence[str]
+) -> dict[str, Any]:
+    """The same of several legs as one, with names of further elastic parts."""
+    each = [facts_of(leg, [False] * len(passive_freedoms(leg))) for leg in legs]
+    joints = tuple(f"{own['name']}/{joint}" for own in each for joint in own["joints"])
+    elastic = tuple(f"{own['name']}/{part}" for own in each for part in own["elastic"])
+    lost = zip(joints, redundant, strict=True)
+    return {
+        "name": name,
+        "joints": joints,
+        "redundant": tuple(joint for joint, is_lost in lost if is_lost),
+        "elastic": (*elastic, *further),
+    }

@@ -17,7 +17,7 @@ from robostiff.analytic.closed_sum import closed_sum
 from robostiff.analytic.conditions import conditions_of
 from robostiff.analytic.derivation import Definition, Unwritten
 from robostiff.analytic.exact_points import ExactPoints, writes_the_same
-from robostiff.analytic.leg_facts import facts_of, shared_out
+from robostiff.analytic.leg_facts import facts_of, facts_of_all, shared_out
 from robostiff.analytic.legs_at_points import (
     LegAtPoints,
     is_in_series,
@@ -28,6 +28,7 @@ from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.robot_derivation import (
     InNames,
+    InSeries,
     LegDerivation,
     RobotDerivation,
     VectorLevel,
@@ -42,6 +43,7 @@ from robostiff.analytic.robot_pose import (
 )
 from robostiff.analytic.series_form import series_form
 from robostiff.analytic.sum_of_springs import SpringLeg, sum_of_springs
+from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
 from robostiff.analytic.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import Robot
@@ -117,7 +119,7 @@ def derive_robot(
         raise InputError("form of a formula", got=form, expected="Closed() or Steps()")
     if budget is not None:
         checked_budget(budget)
-    robot.check_platform_is_rigid("formula")
+    _check_platform(robot)
     robot.check_has_no_springs("formula")
     # Steps have no budget, but numbers with many roots may grow without end on the way to them.
     enough = None if budget is None else max(budget, BUDGET)
@@ -135,7 +137,7 @@ def derive_robot(
         limit = form.limit
         return within(budget, lambda: _readable(at, limit, is_home=is_home, closed=True))
     remark = ""
-    if form is None and is_home:
+    if form is None and is_home and robot.platform is None:
         try:
             return within(budget, lambda: _readable(at, _READABLE, is_home=True, closed=False))
         except OutOfTimeError:
@@ -162,7 +164,7 @@ class _Recording:
 
 def _readable(at: _Recording, limit: int, *, is_home: bool, closed: bool) -> RobotDerivation:
     """A sum of springs where the robot is one, a closed form otherwise."""
-    if is_home:
+    if is_home and at.placed.robot.platform is None:
         for in_short_steps in (False,) if closed else (False, True):
             with suppress(FormulaTooLargeError):
                 derivation = _by_springs(at, in_short_steps=in_short_steps)
@@ -258,9 +260,9 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot, remark: str) -> Robo
     K = sp.ImmutableMatrix(n, n, lambda i, j: reading(K_entries[min(i, j), max(i, j)]))
     of_legs = [[reading(x) for x in leg] for leg in of_legs]
     legs = []
+    each = _facts_of_all(placed, recorded)
     for i, own in enumerate(shared_out(reading.definitions, of_legs)):
-        leg = recorded.legs[i]
-        facts = facts_of(placed.legs[i].leg, leg.redundant)
+        leg, facts = recorded.legs[i], each[i]
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in leg.wrenches)
         c = tuple(reading(mu) for mu in leg.mu)
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, definitions=own, K=None))
@@ -296,8 +298,7 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
     ]
     found = closed_sum(written, recorded.space.size, limit)
     legs = []
-    for i, leg in enumerate(recorded.legs):
-        facts = facts_of(placed.legs[i].leg, leg.redundant)
+    for i, facts in enumerate(_facts_of_all(placed, recorded)):
         w, c = found.wrenches[i], found.compliances[i]
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, K=found.legs[i]))
     return _derivation(placed, found.K, legs)
@@ -337,10 +338,38 @@ def _derivation(
         remark=remark,
         conditions=Unwritten(lambda: conditions_of(placed)),
         named=named,
-        at_vector_level=VectorLevel(lambda: vector_form(placed) or series_form(placed)),
+        at_vector_level=VectorLevel(lambda: _at_vector_level(placed)),
         general_rank=numbers.rank,
         meanings=placed.robot.meanings,
     )
+
+
+def _at_vector_level(placed: PlacedRobot) -> VectorForm | InSeries | ArmOfSprings | None:
+    if placed.robot.platform is not None:
+        return None
+    return vector_form(placed) or series_form(placed)
+
+
+def _check_platform(robot: Robot) -> None:
+    """Raise where the parts of a flexible platform leave motions free."""
+    for part in () if robot.platform is None else robot.platform.parts:
+        if part.elasticity.freedoms.size:
+            raise InputError(
+                f"formula of {robot.name!r}",
+                got=f"part {part.name!r} of the platform, which leaves motions free",
+                expected="parts of platforms that hold in all directions",
+                hint="use stiffness(robot, poses)",
+            )
+
+
+def _facts_of_all(placed: PlacedRobot, recorded: RecordedRobot) -> list[dict[str, Any]]:
+    """Facts of each leg; of legs on a flexible platform together with its parts."""
+    legs = [own.leg for own in placed.legs]
+    if placed.robot.platform is None:
+        return [facts_of(leg, own.redundant) for leg, own in zip(legs, recorded.legs, strict=True)]
+    (whole,) = recorded.legs
+    parts = [f"platform/{part.name}" for part in placed.robot.platform.parts]
+    return [facts_of_all("all legs, on the flexible platform", legs, whole.redundant, parts)]
 
 
 def _give_names(leg: RecordedLeg, number: int) -> None:

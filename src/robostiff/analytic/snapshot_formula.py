@@ -82,7 +82,8 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
         raise InputError(
             f"formula of snapshot {snapshot.name!r}",
             got="a flexible platform",
-            expected="a rigid one: flexible platforms are computed in numbers only",
+            expected="a rigid one",
+            hint="use stiffness(snapshot), or derive(robot) of a model file",
         )
     given = list(formulas(snapshot))
     drawn = list(random_values(given, _SEED))

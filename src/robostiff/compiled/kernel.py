@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import reduce
 
@@ -76,7 +76,7 @@ class Kernel:
     outputs: tuple[Output, ...]
     checks: tuple[str, ...]
     space: Space
-    code: MachineCode | ArrayCode | ClosedCode
+    code: MachineCode | ArrayCode | ClosedCode = field(repr=False)
 
     @property
     def operations(self) -> int:

@@ -13,8 +13,9 @@ from robostiff.errors import InputError
 from robostiff.kinematics import freedom_twists
 from robostiff.kinematics.closure import AssemblyMode, ClosurePart, nearest
 from robostiff.kinematics.closure.assembly_mode import FollowedPosture
+from robostiff.kinematics.spanning_tree import SpanningTree
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
+from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
 from robostiff.model import Joint, JointKind
 from robostiff.spatial import Frame
@@ -119,7 +120,7 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
         When a name in `values` is no joint's, or its numbers do not fit.
     """
     given = linkage.checked(values or {})
-    tree = spanning_tree(linkage)
+    tree = linkage.tree
 
     def near_home(moving: tuple[Connection, ...]) -> Configuration:
         return _nearest(tree, linkage, {}, moving)
@@ -178,7 +179,7 @@ class _PathOfLoops:
     def of(
         cls, linkage: Linkage, home: Configuration, moving: tuple[Connection, ...]
     ) -> _PathOfLoops:
-        loops = _Loops.of(spanning_tree(linkage), linkage, home.coordinates, moving)
+        loops = _Loops.of(linkage.tree, linkage, home.coordinates, moving)
         return cls(loops, home, AssemblyMode(loops, loops.guess))
 
     def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
@@ -222,7 +223,7 @@ def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) ->
     its loops are regular.
     """
     passive, _ = _movable(linkage, given)
-    loops = _Loops.of(spanning_tree(linkage), linkage, found.coordinates, passive)
+    loops = _Loops.of(linkage.tree, linkage, found.coordinates, passive)
     _, values, Vt = np.linalg.svd(loops.rates(loops.guess[None])[0])
     held = np.flatnonzero(values > _FREE * values.max(initial=0.0))
     if not held.size or values[held[-1]] > _REGULAR * values[0]:
@@ -251,7 +252,7 @@ def _movable(
 
 
 def _nearest(
-    tree: SpanningTree,
+    tree: SpanningTree[Connection],
     linkage: Linkage,
     values: Mapping[str, np.ndarray],
     moving: tuple[Connection, ...],
@@ -266,7 +267,7 @@ def _nearest(
 class _Loops:
     """The loops of a linkage as equations; a posture x has the coordinates of all connections."""
 
-    tree: SpanningTree
+    tree: SpanningTree[Connection]
     connections: Sequence[Connection]
     guess: np.ndarray  # (size,): coordinates to start from
     unknowns: Sequence[Connection]  # joints that move
@@ -275,7 +276,7 @@ class _Loops:
     @classmethod
     def of(
         cls,
-        tree: SpanningTree,
+        tree: SpanningTree[Connection],
         linkage: Linkage,
         guess: Mapping[str, np.ndarray],
         moving: Sequence[Connection],
@@ -286,7 +287,7 @@ class _Loops:
             linkage.connections,
             np.concatenate([guess[c.name] for c in linkage.connections]),
             [c for c in moving if c.name in tree.in_loops],
-            tree.length(Bodies.of(tree, guess).in_world),
+            Bodies.of(tree, guess).length,
         )
 
     def at_values(self, home: Configuration, values: Mapping[str, np.ndarray]) -> np.ndarray:

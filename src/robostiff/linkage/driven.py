@@ -13,7 +13,8 @@ from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
+from robostiff.kinematics.spanning_tree import SpanningTree
+from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, PathsFromHome, close
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
@@ -108,9 +109,9 @@ class DrivenLinkage:
         return cls(part, tuple(name for name in joints if name in felt), close(part))
 
     @cached_property
-    def tree(self) -> SpanningTree:
+    def tree(self) -> SpanningTree[Connection]:
         """Ways to its bodies, and the connections that close loops."""
-        return spanning_tree(self.part)
+        return self.part.tree
 
     @cached_property
     def _paths(self) -> PathsFromHome:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, Link, Locked, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
@@ -195,6 +196,11 @@ class Linkage(Symbolic):
     def joints(self) -> tuple[Joint, ...]:
         """Its joints, in the order of the connections."""
         return tuple(c.element for c in self.connections if isinstance(c.element, Joint))
+
+    @property
+    def tree(self) -> SpanningTree[Connection]:
+        """Ways to its bodies, and the connections that close loops."""
+        return spanning_tree(self.base, self.connections)
 
     def check_names(self, joints: Iterable[str]) -> None:
         """Raise for a name that is no joint's."""

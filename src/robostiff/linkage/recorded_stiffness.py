@@ -1,22 +1,18 @@
 """The stiffness of a linkage as a record: wrenches that circulate in its loops, and their energy.
 
-Bodies that more than two connections meet are joined by chains. The platform is loaded against the
-base, which closes one more loop. Wrenches in equilibrium circulate: every chain outside of a
-spanning tree has wrenches of its own, as the leg of a robot has, and chains of the tree carry sums
-of these, which their passive joints restrict. K follows from the energy of what is left.
+Bodies that more than two connections meet are joined by chains, in whose loops they circulate.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from robostiff.elastostatics import scaling
-from robostiff.linkage.bodies import Bodies, spanning_tree
+from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.driven import (
     DrivenLinkage,
@@ -27,53 +23,19 @@ from robostiff.linkage.driven import (
 from robostiff.linkage.essential import network_of
 from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
-from robostiff.record import Entry, Record, most_size, usual_size
-from robostiff.recorded.elimination import (
-    Carried,
-    Column,
-    carried_by,
-    dot,
-    made_conjugate,
-    times,
-    transmitted_by,
-    wrench_size,
-)
+from robostiff.record import Entry, Record, usual_size
+from robostiff.recorded.circulation import BodyChain, Circulation
 from robostiff.recorded.factor import factors_of
-from robostiff.recorded.leg import (
-    LegRecorder,
-    RecordedLeg,
-    at_samples,
-    lower_bound,
-    stiffness_entries,
-)
+from robostiff.recorded.leg import LegRecorder, at_samples, stiffness_entries
 from robostiff.recorded.parameters import parameter_samples, with_inputs
 from robostiff.recorded.robot import RecordedRobot
-from robostiff.recorded.working_frame import (
-    LocalLeg,
-    WorkingFrame,
-    energy_of,
-    local_leg,
-    to_world,
-)
+from robostiff.recorded.working_frame import WorkingFrame
 from robostiff.spatial import Frame, Space
 
-_ROWS = Space.SPATIAL.rows
-_LOAD = "the load of the platform"  # closes one more loop, as a connection of base and platform
-# Part of its usual size that a compliance must never fall below for it not to be watched.
-_ENOUGH = 1e-4
 # A smallest stiffness below this part of the largest is watched the more closely, so that a loss of
 # 1e4 stays above the ratio of 1e-10 at which `Tolerance` doubts.
 _SOFT = 1e-6
 _ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
-
-
-@dataclass(frozen=True)
-class _Flow:
-    """A chain, its wrenches about the reference point in world axes, and their energy."""
-
-    name: str
-    wrenches: list[Column]
-    carried: Carried
 
 
 def record_linkage(
@@ -101,14 +63,16 @@ def record_linkage(
     part = with_inputs(driven.part, record)
     moved = {*driven.drives, *(c.name for c in driven.following(samples))}
     moving = [c for c in part.connections if c.name in moved]
-    bodies = Bodies.of(spanning_tree(part), coordinates(driven, record, moving))
+    bodies = Bodies.of(part.tree, coordinates(driven, record, moving))
     reference = bodies.frames[part.platform].at(Frame(np.eye(3), part.reference_point)).p
     reference = np.array([record.simplified(x, driven.home.length) for x in reference])
     length = (
         network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
     )
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
-    leg = _Circulation(part, bodies, recorder).leg
+    chains = _Chains(part, bodies, recorder).placed
+    world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)
+    leg = Circulation(part.name, chains, part.base, part.platform, recorder, world).leg
     K = stiffness_entries([leg], 6)
     recorded = RecordedRobot(
         name=part.name,
@@ -146,80 +110,28 @@ def _near_softness(K: dict[tuple[int, int], Any], length: float, count: int) -> 
 
 
 @dataclass(frozen=True)
-class _Circulation:
-    """Wrenches in the loops of a linkage."""
+class _Chains:
+    """The connections of a linkage, joined where bodies do not branch, and placed."""
 
     part: Linkage
     bodies: Bodies
     recorder: LegRecorder
 
     @property
-    def leg(self) -> RecordedLeg:
-        """All ways to hold the platform, as those of one leg from base to platform."""
-        placed = {name: self._placed(name, own) for name, (_, _, own) in self._chains.items()}
-        tree = spanning_tree(self._graph(placed))
-        # A load leads from the base to the platform, along the first edge of the tree.
-        flows = [self._flow(placed[cut.name]) for cut in tree.cuts]
-        signs = [{c.name: sign for c, sign in tree.around(cut)[1:]} for cut in tree.cuts]
-        starts = np.cumsum([0, *(len(flow.wrenches) for flow in flows)]).tolist()
-        scale = [1.0, 1.0, 1.0, *[self.recorder.length] * 3]
-        columns: list[Column] = []
-        for flow, sign in zip(flows, signs, strict=True):
-            for w in flow.wrenches:
-                # What the loop carries over the load's edge is the opposite of the load.
-                load = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * 6
-                own = [int(len(columns) == i) for i in range(starts[-1])]
-                columns.append([*load, *own])
-        world = WorkingFrame(np.eye(3, dtype=int).astype(object), self.recorder.reference)
-        inner = {
-            name: local_leg(leg, world, self.recorder.record, self.recorder.length)
-            for name, leg in placed.items()
-            if any(name in sign for sign in signs)
-        }
-        all_wrenches = [w for flow in flows for w in flow.wrenches]
-        over: dict[str, list[Column]] = {}
-        for name in inner:
-            over[name] = [
-                [x * int(sign[name]) for x in w] if name in sign else [0] * 6
-                for flow, sign in zip(flows, signs, strict=True)
-                for w in flow.wrenches
-            ]
-        conditions = [
-            [*[0] * 6, *(dot(twist, w) for w in over[name])]
-            for name, local in inner.items()
-            for twist in local.twists
-        ]
-        scale += [1.0 / wrench_size(w, scale) for w in all_wrenches]
-        found = transmitted_by(conditions, columns, scale)
-        energy = self._energy(flows, starts, inner, over, found.wrenches)
-        ways = [_without_rounding(way, scale) for way in found.wrenches]
-        conjugate = made_conjugate(ways, energy, self.part.name)
-        return RecordedLeg(
-            name=self.part.name,
-            wrenches=conjugate.wrenches,
-            mu=conjugate.mu,
-            losses=[
-                *(loss for flow in flows for loss in flow.carried.losses),
-                *found.losses,
-                *conjugate.losses,
-                *self._near_rigid(conjugate.mu),
-            ],
-            redundant=(*(r for flow in flows for r in flow.carried.redundant), *found.redundant),
-            frame=0,
-            basis=ways,
-            energy=energy,
-        )
+    def placed(self) -> list[BodyChain]:
+        """Those with few passive freedoms first."""
+        chains = [(a, b, self._placed(own)) for a, b, own in self._branches()]
+        chains.sort(key=lambda chain: sum(f.is_passive for f in chain[2].freedoms))
+        return [BodyChain(leg.name, a, b, leg) for a, b, leg in chains]
 
-    @cached_property
-    def _chains(self) -> dict[str, tuple[str, str, list[Connection]]]:
-        """From and to bodies at which the linkage branches; by the name of the first connection."""
+    def _branches(self) -> Iterator[tuple[str, str, list[Connection]]]:
+        """From and to bodies at which the linkage branches."""
         at: dict[str, list[Connection]] = {}
         for c in self.part.connections:
             at.setdefault(c.a, []).append(c)
             at.setdefault(c.b, []).append(c)
         ends = {self.part.base, self.part.platform}
         branching = {body for body, own in at.items() if len(own) != 2} | ends
-        found: dict[str, tuple[str, str, list[Connection]]] = {}
         seen: set[str] = set()
         for start in (body for body in at if body in branching):
             for first in at[start]:
@@ -233,10 +145,9 @@ class _Circulation:
                     (step,) = (c for c in at[body] if c is not step)
                     chain.append(step)
                 seen |= {c.name for c in chain}
-                found[first.name] = start, body, chain
-        return found
+                yield start, body, chain
 
-    def _placed(self, name: str, chain: Sequence[Connection]) -> PlacedLeg:
+    def _placed(self, chain: Sequence[Connection]) -> PlacedLeg:
         elements: list[PlacedFreedom | PlacedSpring] = []
         for c in chain:
             elements += self.bodies.placed(c).parts
@@ -253,74 +164,7 @@ class _Circulation:
             else replace(e, rotation=plain(e.rotation), point=plain(e.point, length))
             for e in elements
         ]
-        return PlacedLeg(name, tuple(simple), self.recorder.reference)
-
-    def _graph(self, placed: dict[str, PlacedLeg]) -> Linkage:
-        """Chains as connections: that of the load, then those with few passive freedoms."""
-        I = Frame.identity()
-        order = sorted(placed, key=lambda name: sum(f.is_passive for f in placed[name].freedoms))
-        edges = [Connection(_LOAD, self.part.base, self.part.platform, I, None, I)]
-        for name in order:
-            a, b, _ = self._chains[name]
-            edges.append(Connection(name, a, b, I, None, I))
-        return replace(self.part, connections=tuple(edges), held=frozenset())
-
-    def _flow(self, leg: PlacedLeg) -> _Flow:
-        """A chain of its own wrenches, in the frame in which these are shortest."""
-        recorder, tried = self.recorder, []
-        for frame, local in recorder.promising(leg):
-            carried = carried_by(local, _ROWS, recorder.length)
-            wrenches = [to_world(w, frame, recorder.reference, _ROWS) for w in carried.wrenches]
-            entries = [x for row in (*wrenches, *carried.energy) for x in row]
-            cost = recorder.record.cost(x.step for x in entries if isinstance(x, Entry))
-            tried.append((cost, len(tried), _Flow(leg.name, wrenches, carried)))
-        return min(tried)[2]
-
-    def _energy(
-        self,
-        flows: Sequence[_Flow],
-        starts: Sequence[int],
-        inner: dict[str, LocalLeg],
-        over: dict[str, list[Column]],
-        ways: Sequence[Column],
-    ) -> list[list[Any]]:
-        """Of the ways: chains of their own in their own share, those of the tree in the sums."""
-        m = len(ways)
-        energy: list[list[Any]] = [[0] * m for _ in range(m)]
-        for flow, start in zip(flows, starts, strict=False):
-            shares = [way[6 + start : 6 + start + len(flow.wrenches)] for way in ways]
-            given = [times(flow.carried.energy, share) for share in shares]
-            for i, j in _upper(m):
-                energy[i][j] = energy[i][j] + dot(given[i], shares[j])
-        for name, local in inner.items():
-            sums = [[dot(way[6:], row) for row in zip(*over[name], strict=True)] for way in ways]
-            own = energy_of(local, sums, _ROWS)
-            for i, j in _upper(m):
-                energy[i][j] = energy[i][j] + own[i][j]
-        for i, j in _upper(m):
-            energy[j][i] = energy[i][j]
-        return energy
-
-    def _near_rigid(self, mu: Sequence[Any]) -> list[Any]:
-        """By how much wrenches are nearer to rigid than at the samples."""
-        record = self.recorder.record
-        return [
-            usual_size(x) / x
-            for x in mu
-            if isinstance(x, Entry) and lower_bound(record, x.step) < _ENOUGH * usual_size(x)
-        ]
-
-
-def _without_rounding(way: Column, scale: Sequence[float]) -> Column:
-    """What a way holds the platform by; what vanishes at all samples is 0, as closed loops have it.
-
-    Free motions are no stiffness then, and internal stress holds nothing.
-    """
-    size = wrench_size(way, scale)
-    return [
-        0 if most_size(x) <= _ROUNDING * size * s else x
-        for x, s in zip(way[:6], scale[:6], strict=True)
-    ]
+        return PlacedLeg(chain[0].name, tuple(simple), self.recorder.reference)
 
 
 def _upper(size: int) -> Iterator[tuple[int, int]]:

@@ -227,8 +227,8 @@ class Robot(InNotebooks, Symbolic):
             raise InputError(
                 f"{subject} of {self.name!r}",
                 got="a flexible platform",
-                expected="a rigid one: flexible platforms are computed in numbers only",
-                hint="use stiffness(robot, poses), and method=Batched() for maps",
+                expected="a rigid one",
+                hint="rs.stiffness, rs.compile, rs.derive and rs.equilibrium take flexible ones",
             )
 
     def check_has_no_springs(self, subject: str) -> None:

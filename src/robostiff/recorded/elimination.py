@@ -113,7 +113,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     open_ = list(range(n))
     while open_:
         part = {i: least_size(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
-        pivot = min(open_, key=lambda i: _coupling(M[i], i, part[i]))
+        pivot = min(open_, key=lambda i: _coupling(M[i], left[i], i, part[i]))
         if part[pivot] <= _RIGID:
             if all(_idle(left[i]) for i in open_):
                 break  # internal stress between rigid branches
@@ -160,10 +160,13 @@ def _awkwardness(drive: Any, safety: float, wrench: Column) -> tuple[int, int, f
     return kind, entries, -safety
 
 
-def _coupling(row: Sequence[Any], i: int, part: float) -> tuple[bool, int, float]:
-    """Order of pivots: keeping their digits, coupled to few others."""
+def _coupling(
+    row: Sequence[Any], wrench: Column, i: int, part: float
+) -> tuple[bool, bool, int, float]:
+    """Order of pivots: keeping their digits, internal stress first, coupled to few others."""
+    holds = not all(map(is_zero, wrench))
     coupled = sum(not is_zero(x) for j, x in enumerate(row) if j != i)
-    return part < 1e-4, coupled, -part
+    return part < 1e-4, holds, coupled, -part
 
 
 def _combination(a: Any, v: Column, b: Any, w: Column) -> Column:

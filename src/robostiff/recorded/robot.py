@@ -23,6 +23,7 @@ from robostiff.model import ALL_COORDINATES, Actuated, Leg, Robot
 from robostiff.record import Entry, Operation, Record, least, usual_size
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
+from robostiff.recorded.flexible_platform import legs_on_platform
 from robostiff.recorded.guess import Same, axes_behind_balls, following_balls, pose_on_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
@@ -54,6 +55,7 @@ class RecordedRobot:
     length : float
         Characteristic length [m].
     legs : tuple of RecordedLeg
+        One of all ways to hold the platform, where it is flexible.
     K : dict of (row, column) to entries or numbers
         Upper triangle [N/m, N, N m].
     reach : tuple of entries
@@ -263,16 +265,13 @@ def assembled(
     placed: Sequence[PlacedFormula],
     length: float,
 ) -> RecordedRobot:
-    """The stiffness of placed legs, with equal legs in the same working frame."""
+    """The stiffness of placed legs; those on a flexible platform are recorded as one."""
     reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)
     recorder = LegRecorder(record, reference, robot.space, length)
-    frames: dict[Any, int] = {}
-    legs = []
-    for model, own in zip(robot.legs, placed, strict=True):
-        shape = _shape(model)
-        leg = recorder.leg(own.leg, frames.get(shape))
-        frames[shape] = leg.frame
-        legs.append(leg)
+    if robot.platform is None:
+        legs = _each_leg(robot, recorder, placed)
+    else:
+        legs = [legs_on_platform(robot, recorder, pose, placed)]
     gaps = [_CLOSED - gap for own in placed for gap in own.gap]
     softest = [e.stiffness for own in placed for e in own.leg.freedoms if e.coordinate is not None]
     positive = (*softest, *(x for own in placed for x in own.lengths))
@@ -289,6 +288,20 @@ def assembled(
         closure_losses=(*_choices(record, K), *(loss for own in placed for loss in own.losses)),
         limits=tuple(_limits(robot, placed)),
     )
+
+
+def _each_leg(
+    robot: Robot, recorder: LegRecorder, placed: Sequence[PlacedFormula]
+) -> list[RecordedLeg]:
+    """Legs on a rigid platform, equal ones in the same working frame."""
+    frames: dict[Any, int] = {}
+    legs = []
+    for model, own in zip(robot.legs, placed, strict=True):
+        shape = _shape(model)
+        leg = recorder.leg(own.leg, frames.get(shape))
+        frames[shape] = leg.frame
+        legs.append(leg)
+    return legs
 
 
 def _limits(robot: Robot, placed: Sequence[PlacedFormula]) -> list[Any]:

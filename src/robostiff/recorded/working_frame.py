@@ -159,6 +159,16 @@ def to_world(
     return [both[row] for row in rows]
 
 
+def from_world(
+    w: Column, frame: WorkingFrame, reference: np.ndarray, rows: tuple[int, ...]
+) -> Column:
+    """A wrench about the reference point in world axes, in a working frame."""
+    whole = _whole(w, rows)
+    moment = [m - c for m, c in zip(whole[3:], cross(frame.p - reference, whole[:3]), strict=True)]
+    both = [*turned_back(frame.R, whole[:3]), *turned_back(frame.R, moment)]
+    return [both[row] for row in rows]
+
+
 def turned_back(R: np.ndarray, v: Any) -> Column:
     """R^T v."""
     return [dot(R[:, k], v) for k in range(3)]

@@ -1,0 +1,108 @@
+"""A spanning tree of connected bodies, and the loops that the other connections close."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Generic, Protocol, TypeVar
+
+
+class Connecting(Protocol):
+    """What connects two bodies."""
+
+    @property
+    def name(self) -> str:
+        """Its own."""
+        ...
+
+    @property
+    def a(self) -> str:
+        """The body where it begins."""
+        ...
+
+    @property
+    def b(self) -> str:
+        """The body where it ends."""
+        ...
+
+
+Edge = TypeVar("Edge", bound=Connecting)
+
+
+@dataclass(frozen=True)
+class SpanningTree(Generic[Edge]):
+    """Which connections lead to the bodies, and which close loops.
+
+    Attributes
+    ----------
+    ways : mapping of str to tuple
+        For every body that is connected with the base, in an order that walks outwards: the
+        connections from the base to it, each with 1 where it is passed from a to b, otherwise -1.
+    cuts : tuple
+        The connections that close loops.
+    """
+
+    ways: Mapping[str, tuple[tuple[Edge, float], ...]]
+    cuts: tuple[Edge, ...]
+
+    @cached_property
+    def in_loops(self) -> frozenset[str]:
+        """Names of the connections that are part of a loop."""
+        return frozenset(c.name for cut in self.cuts for c, _ in self.around(cut))
+
+    def around(self, cut: Edge) -> tuple[tuple[Edge, float], ...]:
+        """The loop that a connection closes, which comes first.
+
+        Signs are 1 for what moves the end of the cut, -1 for what moves the body that it meets.
+        """
+        here, there = self.ways[cut.a], self.ways[cut.b]
+        shared = {c.name for c, _ in here} & {c.name for c, _ in there}
+        one = tuple((c, sign) for c, sign in here if c.name not in shared)
+        other = tuple((c, -sign) for c, sign in there if c.name not in shared)
+        return ((cut, 1.0), *one, *other)
+
+
+def spanning_tree(base: str, connections: Iterable[Edge]) -> SpanningTree[Edge]:
+    """The tree of the connections that come first; those that close loops are later ones.
+
+    Examples
+    --------
+    >>> from collections import namedtuple
+    >>> Bar = namedtuple("Bar", "name a b")
+    >>> triangle = Bar("r", "A", "B"), Bar("s", "B", "C"), Bar("t", "C", "A")
+    >>> tree = spanning_tree("A", triangle)
+    >>> [cut.name for cut in tree.cuts], [(bar.name, sign) for bar, sign in tree.ways["C"]]
+    (['t'], [('r', 1.0), ('s', 1.0)])
+    """
+    group: dict[str, str] = {}
+    at: dict[str, list[Edge]] = {base: []}
+    cuts = []
+    for connection in connections:
+        a, b = _root(group, connection.a), _root(group, connection.b)
+        if a == b:
+            cuts.append(connection)
+            continue
+        group[b] = a
+        for body in (connection.a, connection.b):
+            at.setdefault(body, []).append(connection)
+    ways: dict[str, tuple[tuple[Edge, float], ...]] = {base: ()}
+    waiting = deque([base])
+    while waiting:
+        body = waiting.popleft()
+        for connection in at[body]:
+            forward = connection.a == body
+            other = connection.b if forward else connection.a
+            if other not in ways:
+                ways[other] = (*ways[body], (connection, 1.0 if forward else -1.0))
+                waiting.append(other)
+    return SpanningTree(ways, tuple(cut for cut in cuts if cut.a in ways))
+
+
+def _root(group: dict[str, str], body: str) -> str:
+    """The body that stands for all that are connected with this one."""
+    while group.get(body, body) != body:
+        group[body] = group.get(group[body], group[body])
+        body = group[body]
+    return body

@@ -1,0 +1,221 @@
+"""Wrenches that circulate in loops of chains, as ways to hold a platform, on recorded entries.
+
+The platform is loaded against the base, which closes one more loop. Wrenches in equilibrium
+circulate: every chain outside of a spanning tree has wrenches of its own, as the leg of a robot
+has, and chains of the tree carry sums of these, which their passive joints restrict. K follows from
+the energy of what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
+from robostiff.model import PlacedLeg
+from robostiff.record import Entry, most_size, usual_size
+from robostiff.recorded.elimination import (
+    Carried,
+    Column,
+    carried_by,
+    dot,
+    made_conjugate,
+    times,
+    transmitted_by,
+    wrench_size,
+)
+from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound
+from robostiff.recorded.working_frame import (
+    LocalLeg,
+    WorkingFrame,
+    energy_of,
+    from_world,
+    local_leg,
+    to_world,
+)
+
+_LOAD = "the load of the platform"  # closes one more loop, as a chain of base and platform
+# Part of its usual size that a compliance must never fall below for it not to be watched.
+_ENOUGH = 1e-4
+_ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
+
+
+@dataclass(frozen=True)
+class BodyChain:
+    """A chain of joints and springs from one body to another."""
+
+    name: str
+    a: str
+    b: str
+    parts: PlacedLeg | LocalLeg  # placed in the world, or in the frame of the tree
+
+
+@dataclass(frozen=True)
+class _Flow:
+    """Wrenches of a chain, about the reference point in world axes, and their energy."""
+
+    wrenches: list[Column]
+    in_frame: list[Column]  # the same in the frame of the tree
+    carried: Carried
+
+
+@dataclass(frozen=True)
+class Circulation:
+    """Wrenches in the loops of chains between bodies.
+
+    Attributes
+    ----------
+    name : str
+        Of the whole.
+    chains : sequence of BodyChain
+        Those that come first become the tree: chains with few passive joints, without blocks.
+    base, platform : str
+        Bodies.
+    recorder : LegRecorder
+    frame : WorkingFrame
+        In which the energy of the tree is written down.
+    """
+
+    name: str
+    chains: Sequence[BodyChain]
+    base: str
+    platform: str
+    recorder: LegRecorder
+    frame: WorkingFrame
+
+    @property
+    def leg(self) -> RecordedLeg:
+        """All ways to hold the platform, as those of one leg from base to platform.
+
+        A transmitted wrench that meets no compliance is an `InputError`.
+        """
+        tree = self._tree
+        # A load leads from the base to the platform, along the first edge of the tree.
+        flows = [self._flow(cut) for cut in tree.cuts]
+        signs = [{c.name: sign for c, sign in tree.around(cut)[1:]} for cut in tree.cuts]
+        starts = np.cumsum([0, *(len(flow.wrenches) for flow in flows)]).tolist()
+        rows, record, length = self.recorder.space.rows, self.recorder.record, self.recorder.length
+        n = len(rows)
+        scale = [1.0 if row < 3 else length for row in rows]
+        columns: list[Column] = []
+        for flow, sign in zip(flows, signs, strict=True):
+            for w in flow.wrenches:
+                # What the loop carries over the load's edge is the opposite of the load.
+                load = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * n
+                columns.append([*load, *(int(len(columns) == i) for i in range(starts[-1]))])
+        inner = {
+            chain.name: chain.parts
+            if isinstance(chain.parts, LocalLeg)
+            else local_leg(chain.parts, self.frame, record, length)
+            for chain in self.chains
+            if chain not in tree.cuts
+        }
+        over = {
+            name: [
+                [x * int(sign[name]) for x in w] if name in sign else [0] * n
+                for flow, sign in zip(flows, signs, strict=True)
+                for w in flow.in_frame
+            ]
+            for name in inner
+        }
+        conditions = [
+            [*[0] * n, *(dot([twist[row] for row in rows], w) for w in over[name])]
+            for name, local in inner.items()
+            for twist in local.twists
+        ]
+        scale += [1.0 / wrench_size(w, scale) for flow in flows for w in flow.wrenches]
+        found = transmitted_by(conditions, columns, scale)
+        energy = self._energy(flows, starts, inner, over, found.wrenches)
+        ways = [_without_rounding(way, scale, n) for way in found.wrenches]
+        conjugate = made_conjugate(ways, energy, self.name)
+        return RecordedLeg(
+            name=self.name,
+            wrenches=conjugate.wrenches,
+            mu=conjugate.mu,
+            losses=[
+                *(loss for flow in flows for loss in flow.carried.losses),
+                *found.losses,
+                *conjugate.losses,
+                *self._near_rigid(conjugate.mu),
+            ],
+            redundant=(*(r for flow in flows for r in flow.carried.redundant), *found.redundant),
+            frame=0,
+            basis=ways,
+            energy=energy,
+        )
+
+    @property
+    def _tree(self) -> SpanningTree[BodyChain]:
+        load = BodyChain(_LOAD, self.base, self.platform, LocalLeg([], [], []))
+        return spanning_tree(self.base, (load, *self.chains))
+
+    def _flow(self, chain: BodyChain) -> _Flow:
+        """A chain of its own wrenches, in the frame in which these are shortest."""
+        recorder, tried = self.recorder, []
+        rows, about = recorder.space.rows, recorder.reference
+        if isinstance(chain.parts, LocalLeg):
+            carried = carried_by(chain.parts, rows, recorder.length)
+            wrenches = [to_world(w, self.frame, about, rows) for w in carried.wrenches]
+            return _Flow(wrenches, carried.wrenches, carried)
+        for frame, local in recorder.promising(chain.parts):
+            carried = carried_by(local, rows, recorder.length)
+            wrenches = [to_world(w, frame, about, rows) for w in carried.wrenches]
+            entries = [x for row in (*wrenches, *carried.energy) for x in row]
+            cost = recorder.record.cost(x.step for x in entries if isinstance(x, Entry))
+            tried.append((cost, len(tried), wrenches, carried))
+        _, _, wrenches, carried = min(tried)
+        return _Flow(wrenches, [from_world(w, self.frame, about, rows) for w in wrenches], carried)
+
+    def _energy(
+        self,
+        flows: Sequence[_Flow],
+        starts: Sequence[int],
+        inner: dict[str, LocalLeg],
+        over: dict[str, list[Column]],
+        ways: Sequence[Column],
+    ) -> list[list[Any]]:
+        """Of the ways: chains of their own in their own share, those of the tree in the sums."""
+        m, rows = len(ways), self.recorder.space.rows
+        n = len(rows)
+        energy: list[list[Any]] = [[0] * m for _ in range(m)]
+        for flow, start in zip(flows, starts, strict=False):
+            shares = [way[n + start : n + start + len(flow.wrenches)] for way in ways]
+            given = [times(flow.carried.energy, share) for share in shares]
+            for i, j in _upper(m):
+                energy[i][j] = energy[i][j] + dot(given[i], shares[j])
+        for name, local in inner.items():
+            sums = [[dot(way[n:], row) for row in zip(*over[name], strict=True)] for way in ways]
+            own = energy_of(local, sums, rows)
+            for i, j in _upper(m):
+                energy[i][j] = energy[i][j] + own[i][j]
+        for i, j in _upper(m):
+            energy[j][i] = energy[i][j]
+        return energy
+
+    def _near_rigid(self, mu: Sequence[Any]) -> list[Any]:
+        """By how much wrenches are nearer to rigid than at the samples."""
+        record = self.recorder.record
+        return [
+            usual_size(x) / x
+            for x in mu
+            if isinstance(x, Entry) and lower_bound(record, x.step) < _ENOUGH * usual_size(x)
+        ]
+
+
+def _without_rounding(way: Column, scale: Sequence[float], n: int) -> Column:
+    """What a way holds the platform by; what vanishes at all samples is 0, as closed loops have it.
+
+    Free motions are no stiffness then, and internal stress holds nothing.
+    """
+    size = wrench_size(way, scale)
+    return [
+        0 if most_size(x) <= _ROUNDING * size * s else x
+        for x, s in zip(way[:n], scale[:n], strict=True)
+    ]
+
+
+def _upper(size: int) -> Iterator[tuple[int, int]]:
+    return ((i, j) for i in range(size) for j in range(i, size))

@@ -1,0 +1,109 @@
+"""Records of robots on flexible platforms, against the network of all bodies."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.elasticity import Elasticity
+from robostiff.elastostatics import Status
+from robostiff.model import PlatformNode
+from robostiff.network import network_of_snapshot
+from tests.generators.platforms import shipped_on_platform
+
+# Struts, couples (UPU), parallelograms, legs closed by steps, a plane, a robot posed in part.
+ROBOTS = {
+    "tree of beams": ("gough-stewart-b-beams", 1, ("beam",), 0),
+    "two loops": ("hexapod", 2, ("beam", "spring"), 2),
+    "rigid members in loops": ("us-ups", 3, ("beam", "rigid"), 2),
+    "hinges": ("gough-stewart-b-beams", 4, ("beam", "hinge"), 1),
+    "legs with couples": ("3-upu", 29, ("beam", "hinge", "spring"), 1),
+    "parallelograms": ("delta", 30, ("beam",), 1),
+    "closed by steps": ("3-prs", 31, ("beam", "spring", "rigid"), 0),
+    "loops in legs, closed by steps": ("capaman", 24, ("beam", "spring"), 1),
+}
+
+
+@pytest.mark.parametrize("case", ROBOTS)
+def test_kernels_give_the_stiffness_of_the_network(case):
+    robot = shipped_on_platform(*ROBOTS[case])
+    compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
+    assert compiled.verified
+    rng = np.random.default_rng(7)
+    home = rs.find_posture(robot).pose.reshape(-1)
+    poses = home + rng.uniform(-1, 1, (6, 6)) * np.repeat([0.02, 0.05], 3)
+    poses = poses[:, [c for c in robot.coordinate_places if c in robot.space.rows]]
+    answer = compiled.evaluate(poses)
+    assert not answer.guarded.any()  # none is left to the batched form
+    for k, pose in enumerate(poses):
+        network = network_of_snapshot(rs.find_posture(robot, pose).snapshot.one(0))
+        expected = rs.stiffness(network)
+        assert answer.rank[k] == expected.rank
+        gap = np.abs(answer.values["K"][k] - expected.K).max()
+        assert gap < 1e-11 * np.abs(expected.K).max()
+
+
+def test_hinges_that_no_leg_holds_are_redundant():
+    robot = shipped_on_platform("gough-stewart-b-beams", 1)
+    platform = robot.platform
+    assert platform is not None
+    about_z = Elasticity(np.diag([1e-9] * 5 + [0.0]), np.eye(6)[:, 5:])
+    flap = replace(platform.parts[0], name="flap", a="hub", b="flap", elasticity=about_z)
+    nodes = (*platform.nodes, PlatformNode("flap", np.array([0, 0, 0.3])))
+    other = replace(robot, platform=replace(platform, nodes=nodes, parts=(*platform.parts, flap)))
+    whole, more = (rs.compile(own, backend=rs.Backend.ARRAYS) for own in (robot, other))
+    assert (whole.status, more.status) == (Status.OK, Status.OK | Status.REDUNDANT_JOINTS)
+    poses = np.array([[0.02, 0.01, 0.8, 0.05, 0.02, 0.1]])
+    K, same = (own.evaluate(poses).values["K"][0] for own in (whole, more))
+    np.testing.assert_allclose(same, K, rtol=0, atol=1e-12 * np.abs(K).max())
+
+
+def test_parameters_of_a_platform_are_inputs():
+    """Dimensions, and the section of its arms."""
+    text = "docs/star-platform.yaml"
+    robot = rs.load(text, symbols=("r", "h"))
+    compiled = rs.compile(robot, parameters=("r",), backend=rs.Backend.ARRAYS)
+    poses = np.array([[0.02, 0.01, 0.8, 0.05, 0.02, 0.1]]).repeat(3, axis=0)
+    radii = np.array([0.25, 0.3, 0.35])
+    K = compiled.evaluate(poses, parameters={"r": radii}).values["K"]
+    for own, r in zip(K, radii, strict=True):
+        expected = rs.stiffness(rs.load(text, {"r": f"{r} m"}), poses[0]).K
+        np.testing.assert_allclose(own, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
+
+
+def test_rates_by_a_coordinate_are_differences():
+    robot = shipped_on_platform("hexapod", 2, ("beam", "spring"), 2)
+    rate = rs.Derivative(rs.StiffnessMatrix(), "z")
+    compiled = rs.compile(robot, [rate], backend=rs.Backend.ARRAYS)
+    home = rs.find_posture(robot).pose.reshape(-1)
+    step = 1e-4 * np.eye(6)[2]
+    before, after = (rs.stiffness(robot, home + sign * step).K for sign in (-1, 1))
+    found = compiled.evaluate(home[None]).values[rate.name][0]
+    expected = (after - before) / 2e-4
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("pose", [rs.AtHome(), rs.AtSymbols()])
+def test_formulas_have_the_arms_of_the_platform(pose):
+    formula = rs.derive("docs/star-platform.yaml", pose=pose)
+    values = {"R": 0.48, "r": 0.31, "h": 0.79}
+    at = dict(zip(formula.coordinates, (0.02, 0.01, 0.8, 0.05, 0.02, 0.1), strict=False))
+    K = np.array(formula.substituted(values | at), dtype=float)
+    given = {name: f"{value} m" for name, value in values.items()}
+    robot = rs.load("docs/star-platform.yaml", given)
+    numbers = None
+    if at:  # turns about x, then y, then z
+        from scipy.spatial.transform import Rotation
+
+        vector = Rotation.from_euler("xyz", [0.05, 0.02, 0.1]).as_rotvec()
+        numbers = [0.02, 0.01, 0.8, *vector]
+    network = network_of_snapshot(rs.find_posture(robot, numbers).snapshot.one(0))
+    expected = rs.stiffness(network).K
+    np.testing.assert_allclose(K, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+    assert "platform/arm1" in formula.legs[0].elastic
+
+
+def test_formulas_refuse_platforms_with_motions_of_their_own():
+    with pytest.raises(rs.InputError, match="leaves motions free"):
+        rs.derive(shipped_on_platform("gough-stewart-b-beams", 4, ("hinge",)))
