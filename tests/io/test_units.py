@@ -146,8 +146,7 @@ def test_every_other_dimension_is_refused(given, wanted):
         ("5 N/xyz", Dimension.LENGTH, "quantity: got '5 N/xyz', expected one number with a unit, "
          "but '/xyz' follows"),
         ("5 N/m rad", Dimension.LENGTH, "quantity: unit: got 'N/m rad', expected only one "
-         "meaning; write a product below the line as N/(m rad), one above it before the "
-         "line, as N m/rad"),
+         "meaning; write a product below the line as N/(m rad), one above it as N m/rad"),
         ("5 N m deg", Dimension.ROTATIONAL_STIFFNESS, "quantity: unit: got 'N m deg', expected an "
          "angle by itself above the line; write N m/deg, or 300 mm*30 deg"),
         ("5 mm*mrad", Dimension.LENGTH, "quantity: unit: got 'mm*mrad', expected an angle by "

@@ -358,7 +358,7 @@ def _read_product(
                 "unit",
                 got=text[start:after].strip(),
                 expected="only one meaning",
-                hint="write a product below the line as N/(m rad), one above it before the line, as N m/rad",
+                hint="write a product below the line as N/(m rad), one above it as N m/rad",
             )
         end, divided = after, divided or inverse
     return end
