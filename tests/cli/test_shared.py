@@ -105,12 +105,18 @@ def test_help_of_every_command(command):
     assert "Examples -----" not in short.output
 
 
+def test_a_pose_without_quotes():
+    outcome = run("stiffness", "hexapod", "--pose", "0", "0", "0.9", "0", "0", "0")
+    assert outcome.exit_code == 2
+    assert "write what belongs together in quotes" in outcome.stderr
+
+
 def test_examples_stay_in_one_line():
     lines = run("map", "--help").output.splitlines()
     place = lines.index("  Examples:")
     examples = lines[place + 1 : place + 4]
     assert all(line.startswith("    robostiff map hexapod --") for line in examples)
-    assert examples[1].endswith('--wrench "0 0 -500 N 0 0 0" -o path.csv')
+    assert examples[1].endswith('--wrench "0 0 -500 N 0 0 0" -o deflections.csv')
 
 
 @pytest.mark.parametrize(

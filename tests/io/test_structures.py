@@ -7,7 +7,19 @@ from scipy.spatial.transform import Rotation
 import robostiff as rs
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
-from robostiff.model import Chain, Leg, Link, Passive, Robot, revolute
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Joint,
+    Leg,
+    Link,
+    Passive,
+    PlacedFreedom,
+    Rigid,
+    Robot,
+    revolute,
+)
+from robostiff.network import JointElement, Node, network_of_snapshot
 from robostiff.spatial import Frame
 from tests.generators.elements import random_transform
 
@@ -136,3 +148,51 @@ def test_a_robot_all_in_one_point_closes_wherever_it_is(seed: int):
     result = rs.stiffness(robot)
     assert result.rank == 5
     assert np.allclose(result.K, rs.stiffness(alone).K, rtol=1e-9, atol=1e-3)
+
+
+def away_and_back(random: np.random.Generator) -> tuple[Rigid, Rigid]:
+    """Two links that lead back to the point, but for rounding."""
+    there = random_transform(random)
+    turn = Rotation.from_rotvec(random.normal(size=3)).as_matrix()
+    return Rigid(there), Rigid(Frame(turn, -(there.R.T @ there.p)))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_axes_that_meet_in_the_origin_but_for_rounding(seed: int):
+    """Forces are carried, and moments across all passive axes of the leg."""
+    random = np.random.default_rng(seed)
+    spring = rs.Elasticity(np.diag([1e-8, 1e-8, 1e-8, 1e-5, 1e-5, 1e-5]))
+    legs = []
+    for leg in range(3):
+        parts: list[Rigid | Link | Joint] = [Link(np.zeros(3), spring, np.eye(3))]
+        turned = np.eye(3)
+        for joint in range(3):
+            role = Passive() if joint else Actuated(1e4)
+            parts.append(revolute(random.normal(size=3), role, name=f"{joint}"))
+            links = away_and_back(random)
+            parts += links
+            turned = turned @ links[0].transform.R @ links[1].transform.R
+        legs.append(
+            Leg(f"{leg}", Frame.identity(), Chain(tuple(parts)), Frame(turned, np.zeros(3)))
+        )
+    robot = Robot("wrist", tuple(legs), Frame.identity())
+    assert rs.stiffness(robot).rank == 6  # a moment of each leg
+    pair = Robot("wrist", tuple(legs[:2]), Frame.identity())
+    assert rs.stiffness(pair).rank == 5
+    at_rest = rs.find_posture(robot).snapshot.one(0)
+    assert rs.stiffness(network_of_snapshot(at_rest)).rank == 6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_spherical_four_bar_about_the_origin_but_for_rounding(seed: int):
+    random = np.random.default_rng(seed)
+    bodies = [Node(f"{k}", random.normal(size=3)) for k in range(4)]
+    joints = []
+    for k in range(4):
+        axis = random.normal(size=3)
+        own = PlacedFreedom(
+            axis / np.linalg.norm(axis), 1e-16 * random.normal(size=3), 0.0, "turn", Passive()
+        )
+        joints.append(JointElement(f"joint {k}", f"{k}", f"{(k + 1) % 4}", (own,)))
+    loop = rs.Network("loop", tuple(bodies), ("0",), "2", bodies[2].point, joints=tuple(joints))
+    assert rs.stiffness(loop).rank == 5

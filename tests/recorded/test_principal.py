@@ -58,6 +58,18 @@ def test_recorded_once_for_many_matrices():
     assert np.abs(found - expected).max() <= 1e-14 * np.abs(A).max() * 3
 
 
+@pytest.mark.parametrize("rows", [2, 3])
+def test_diagonal_entries_that_change_their_order(rows: int):
+    A = np.random.default_rng(3).normal(size=(500, rows))
+    A[:4].sort(axis=1)  # in one order at all samples
+    names = [f"a{i}" for i in range(rows)]
+    record = Record({name: A[:4, i].tolist() for i, name in enumerate(names)})
+    entries = [[record.input(names[i]) if i == j else 0 for j in range(rows)] for i in range(rows)]
+    program = Program.of(record, eigenvalues(entries))
+    found = np.array(program.evaluated({name: A[:, i] for i, name in enumerate(names)}))
+    assert np.allclose(found, np.sort(A, axis=1).T, rtol=0, atol=1e-13)
+
+
 def test_one_row_and_too_many():
     assert eigenvalues([[4.0]]) == [4.0]
     with pytest.raises(InputError, match="eigenvalues in closed form"):

@@ -235,3 +235,19 @@ def test_gravity_of_the_model_softens_an_upright_pendulum():
         assert np.isclose(found.frequencies[0], expected, rtol=1e-6)
     given = rs.modes(model_arm(hinge, mast), gravity="-z").frequencies
     assert np.isclose(given[0], np.sqrt((k - m * g * L) / (m * L**2)) / TURN, rtol=1e-6)
+
+
+@pytest.mark.parametrize("mass", [1e-3, 0.1, 1.0, 10.0])
+def test_a_free_motion_without_mass_leaves_the_others_as_they_are(mass: float):
+    """A mass on the axis of a free hinge: that of the beam is felt at a sixth before its end."""
+    robot = rs.load("planar-link")
+    steel, L, A, I = rs.material("steel"), 0.5, 0.02 * 0.04, 0.04 * 0.02**3 / 12
+    half, EA, EI = steel.density * A * L / 2, steel.E * A, steel.E * I
+    bending = EI / L**3 * np.array([[12, -6 * L], [-6 * L, 4 * L**2]])
+    before = np.array([1, -L / 6])
+    masses = np.diag([mass, 0.0]) + half * np.outer(before, before)
+    squares = np.append(eigh(bending, masses, eigvals_only=True), EA / L / (mass + half))
+    found = rs.modes(robot, masses={"platform": mass})
+    assert found.status == 0
+    expected = np.sqrt(np.sort(squares)) / (2 * np.pi)
+    assert np.allclose(found.frequencies, expected, rtol=1e-9)

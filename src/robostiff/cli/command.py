@@ -109,6 +109,10 @@ class _Parsed(click.Command):
         except click.NoSuchOption as error:
             first = list(error.possibilities or ())[:1]
             raise click.NoSuchOption(error.option_name, None, first, error.ctx) from None
+        except click.UsageError as error:
+            if "extra argument" in error.message:
+                error.message += '; write what belongs together in quotes: --at "0 0 0.1"'
+            raise
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Arguments before options."""

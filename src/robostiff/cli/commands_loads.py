@@ -15,6 +15,7 @@ from robostiff.cli.output import draw, picture_beside
 from robostiff.cli.written_arguments import gravity_from, loaded, where_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
+from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.linkage import Linkage
 from robostiff.model import Mass, PlacedLeg, Robot, Snapshot
@@ -100,7 +101,7 @@ def _with_springs(what: str, model: Model, place: Posing) -> Posed:
         return robot
     raise InputError(
         f"{what} of {model.source!r}",
-        got=type(robot).__name__,
+        got=Words("cables"),
         expected="a robot or a snapshot of legs, a network or a linkage",
         hint=f"cables have 'robostiff cables {model.source} --wrench ...'",
     )
@@ -223,7 +224,7 @@ def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
     if not isinstance(network, Network):
         raise InputError(
             f"response of {source!r}",
-            got=type(network).__name__,
+            got=Words("cables" if isinstance(network, CableRobot) else "legs"),
             expected="a network: a snapshot file with a graph",
             hint=f"write 'robostiff cables {source} --wrench ...'"
             if isinstance(network, CableRobot)

@@ -259,7 +259,7 @@ COMMANDS = {
         examples=(
             'map hexapod --x "-100 mm 100 mm 41" --rz "0 20 deg 5" -o map.nc',
             'map hexapod --poses path.csv --quantity deflection --wrench "0 0 -500 N 0 0 0" '
-            "-o path.csv",
+            "-o deflections.csv",
             'map hexapod --x "-0.1 0.1 5" --wrench "0 0 -1 MN 0 0 0" --under-load --factor "0 5 6" '
             "-o loaded.nc",
             'map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume',

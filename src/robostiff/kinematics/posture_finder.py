@@ -20,6 +20,7 @@ from robostiff.kinematics.closure import (
     legs_alike,
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.closure.skeleton import rounding_of
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.pose import (
@@ -371,4 +372,5 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
     size = float(max(sizes))
     # What is all in one point has no extent but rounding.
     far = max(np.linalg.norm(p) for p in (home_pose[:3], *(leg.base.p for leg in robot.legs)))
-    return size if size > _ROUNDING * far else 1.0
+    rounding = max(_ROUNDING * float(far), *map(rounding_of, chains.values()))
+    return size if size > rounding else 1.0

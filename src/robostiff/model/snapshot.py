@@ -337,6 +337,8 @@ class Snapshot:
             points += [e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.turns]
         together = _together(points)
         furthest = np.max(np.abs(together), axis=(0, -1))
+        # Of joints that meet in the origin rounding remains.
+        furthest = np.maximum(furthest, np.max(np.abs(self.reference_point), axis=-1))
         # From the first point on: a robot that is all in one point gets an exact zero.
         together = together - together[0]
         apart = together - np.mean(together, axis=0)

@@ -176,10 +176,15 @@ def connection_of(
             elif freedom.stiffness is not None:
                 C = C + np.outer(twist, twist) / freedom.stiffness
     C, J, axes = _in_space(element.name, C, J, rotation, space)
-    modes = compliance_modes(C) * scale[:, None]
-    C, J = C * np.outer(scale, scale), J * scale[:, None]
+    J = J * scale[:, None]
     J = J / np.linalg.norm(J, axis=0)
     W, _ = transmitted_wrenches(J, tolerance.independence)
+    ends = element.a, element.b, at
+    if not np.any(C):
+        S = np.zeros((W.shape[1], W.shape[1]))
+        return RelativeMotion(element.name, *ends, axes @ W, S, axes @ J, tuple(names))
+    modes = compliance_modes(C) * scale[:, None]
+    C = C * np.outer(scale, scale)
     S = W.T @ C @ W
     S = 0.5 * (S + S.T)
     if np.any(np.linalg.eigvalsh(S) < -_SYMMETRY * np.trace(C)):
@@ -195,7 +200,6 @@ def connection_of(
         _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
         W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
         S = np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
-    ends = element.a, element.b, at
     return RelativeMotion(element.name, *ends, axes @ W, S, axes @ J, tuple(names))
 
 

@@ -347,12 +347,17 @@ def independent_parts(
 
 def connected_parts(pairs: list[tuple[int, int]], size: int) -> np.ndarray:
     """The number of its part (size,) for each node of a graph with these edges."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
+    first = list(range(size))  # a node of the same part, none after it
 
-    rows, columns = np.array(pairs, dtype=int).reshape(-1, 2).T
-    graph = coo_array((np.ones(len(pairs)), (rows, columns)), shape=(size, size))
-    return connected_components(graph, directed=False)[1]
+    def top(node: int) -> int:
+        while first[node] != node:
+            first[node] = node = first[first[node]]
+        return node
+
+    for pair in pairs:
+        low, high = sorted(map(top, pair))
+        first[high] = low
+    return np.unique([top(node) for node in range(size)], return_inverse=True)[1]
 
 
 def _mechanism(

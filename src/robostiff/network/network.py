@@ -186,7 +186,9 @@ class Network:
         from_first = np.array(points) - points[0]
         spread = from_first - from_first.mean(axis=0)
         length = float(np.sqrt(np.mean(np.sum(spread**2, axis=1))))
-        return length if length > _ROUNDING * np.abs(points).max() else 0.0
+        # As rounding remains of joints that meet in the origin, whatever leads there.
+        places = [*points, self.reference_point, *(node.point for node in self.nodes)]
+        return length if length > _ROUNDING * np.abs(places).max() else 0.0
 
 
 def _check_known(what: str, names: Iterable[str], known: set[str]) -> None:

@@ -136,7 +136,7 @@ def _root_of_product(x: Entry) -> Any:
     return x.apply(Operation.SQUARE_ROOT)
 
 
-def _plain_root(x: Any) -> Any:
+def plain_root(x: Any) -> Any:
     """sqrt(x) whatever stands below it: the sign of a root at few samples says too little."""
     return x.apply(Operation.SQUARE_ROOT) if isinstance(x, Entry) else math.sqrt(x)
 
@@ -145,7 +145,7 @@ def _plain_root(x: Any) -> Any:
 ENTRY_FUNCTIONS: dict[Operation, Callable[..., Any]] = {
     **OPERATORS,
     Operation.RECIPROCAL: reciprocal,
-    Operation.SQUARE_ROOT: _plain_root,
+    Operation.SQUARE_ROOT: plain_root,
     Operation.SINE: sine,
     Operation.COSINE: cosine,
     Operation.ARC_COSINE: arc_cosine,

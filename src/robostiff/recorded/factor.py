@@ -15,8 +15,8 @@ from robostiff.record import (
     cosine,
     is_zero,
     least_size,
+    plain_root,
     sine,
-    square_root,
     usual_size,
 )
 
@@ -147,7 +147,7 @@ def eigenvalues(A: Sequence[Sequence[Any]]) -> list[Any]:
         return [A[0][0]]
     if n == 2:
         middle, half = (A[0][0] + A[1][1]) * 0.5, (A[0][0] - A[1][1]) * 0.5
-        swing = square_root(half * half + A[0][1] * A[0][1])
+        swing = plain_root(half * half + A[0][1] * A[0][1])
         return [middle - swing, middle + swing]
     if n != 3:
         raise InputError("eigenvalues in closed form", got=n, expected="1 to 3 rows")
@@ -168,8 +168,8 @@ def eigenvalues(A: Sequence[Sequence[Any]]) -> list[Any]:
         + o[1] * (o[2] * o[0] - b[1] * o[1])
     )
     D = _discriminant(b, o, c, p)
-    phi = arc_tangent(square_root(D), math.sqrt(27.0) * J3 + _TINY) / 3
-    size = square_root(J2 * (1 / 3)) * 2
+    phi = arc_tangent(plain_root(D), math.sqrt(27.0) * J3 + _TINY) / 3
+    size = plain_root(J2 * (1 / 3)) * 2
     along, across = size * cosine(phi), size * sine(phi) * math.sqrt(0.75)
     low = q - along * 0.5
     return [low - across, low + across, q + along]

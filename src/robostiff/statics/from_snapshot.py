@@ -303,9 +303,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
 def _found(named: Mapping[str, tuple[int, _Part]], name: str, subject: str) -> tuple[int, _Part]:
     if name in named:
         return named[name]
-    near = get_close_matches(str(name), named, n=3)
-    raise InputError(
-        subject,
-        got=name,
-        expected="leg/part" + (f", such as {', '.join(map(repr, near or list(named)[:3]))}"),
-    )
+    near = get_close_matches(str(name), named, n=3) or list(named)[:3]
+    what = "leg/part" if subject == "preload" else "platform or leg/part"
+    expected = f"{what}, such as {', '.join(map(repr, near))}"
+    raise InputError(subject, got=name, expected=expected)

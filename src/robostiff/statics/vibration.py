@@ -12,7 +12,7 @@ from robostiff.statics.stability import unit_sizes
 
 # Of the largest singular value: of closure, and of the masses, whose roots are taken.
 _CLOSED, _MASSLESS = 1e-10, 1e-9
-# Of the largest stiffness among motions without mass: nothing resists.
+# Of the largest stiffness: nothing resists.
 _LOOSE = 1e-10
 
 
@@ -92,22 +92,23 @@ class SmallMotions:
         Z = self._closed()
         K = Z.T @ self.K @ Z
         w, Q = np.linalg.eigh(K)
-        if not np.all(w > _LOOSE * np.max(np.abs(w), initial=0.0)):
-            return self._loose(Z, K)
+        least = _LOOSE * np.max(np.abs(w), initial=0.0)
+        if not np.all(w > least):
+            return self._loose(Z, K, least)
         unit = Z @ (Q / np.sqrt(w))
         _, values, Vt = np.linalg.svd(self.B @ unit, full_matrices=False)
         heavy = values > _MASSLESS * np.max(values, initial=0.0)
         shapes = (unit @ Vt[heavy].T / values[heavy]).T
         return 1.0 / values[heavy] ** 2, shapes
 
-    def _loose(self, Z: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _loose(self, Z: np.ndarray, K: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
         """Where some motion meets no stiffness, or a negative one."""
         B = self.B @ Z
         _, values, Vt = np.linalg.svd(B)
         k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
         heavy, light = Vt[:k].T / values[:k], Vt[k:].T
         w, Q = np.linalg.eigh(light.T @ K @ light)
-        held = np.abs(w) > _LOOSE * np.max(np.abs(w), initial=0.0)
+        held = np.abs(w) > least
         follow = light @ Q[:, held]
         moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
         squares, own = np.linalg.eigh(moved.T @ K @ moved)

@@ -70,6 +70,20 @@ def test_a_store_holds_what_memory_would(poses, tmp_path):
     assert not list((tmp_path).glob(".*"))
 
 
+@pytest.mark.parametrize(
+    ("robot", "poses"),
+    [
+        ("3-puu", Grid(x=Axis(5, 6, 7))),  # none is reached
+        ("gough-stewart-a", Grid(x=Axis(-0.1, 0.1, 7))),  # a force drives a free motion at each
+    ],
+)
+def test_a_block_without_an_answer_is_not_lost(robot, poses, tmp_path):
+    question = (loaded(robot), poses, [Quantity.STIFFNESS, Quantity.WORST_DEFLECTION])
+    stored = rs.stiffness_map(*question, store=tmp_path / "map.zarr")
+    xarray.testing.assert_identical(rs.stiffness_map(*question), stored.load())
+    assert stored.worst_deflection.isnull().all()
+
+
 def test_an_interrupted_map_goes_on_where_it_was(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
     begun(path, blocks=2)

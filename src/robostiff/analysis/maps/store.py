@@ -169,10 +169,7 @@ def already_there(path: Path) -> InputError:
 
 def sync(path: Path) -> None:
     """Wait until a file or the entries of a folder are on disk."""
-    try:
-        handle = os.open(path, os.O_RDONLY)
-    except FileNotFoundError:  # Zarr writes no chunk that holds nothing but its fill value
-        return
+    handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)
     finally:
@@ -317,6 +314,6 @@ class MapStore:
 
         if name not in self._arrays:
             # A chunk without an answer is written, too: a chunk that is not there is lost.
-            config: Any = {"write_empty_chunks": True}
-            self._arrays[name] = zarr.open_array(self.path / name, mode="r+", config=config)
+            array = zarr.open_array(self.path / name, mode="r+")
+            self._arrays[name] = array.with_config({"write_empty_chunks": True})
         return self._arrays[name]

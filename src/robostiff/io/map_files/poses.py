@@ -63,7 +63,8 @@ def read_poses(robot: Robot | Linkage | Snapshot, path: str | os.PathLike[str]) 
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError("file of poses", got=name, expected=f"a CSV file ({error})") from None
+        why = getattr(error, "strerror", None) or error
+        raise InputError("file of poses", got=name, expected=f"a CSV file ({why})") from None
     lines = [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)

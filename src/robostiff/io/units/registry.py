@@ -240,8 +240,8 @@ def read_unit(text: str, start: int, *, leading_slash: bool = True) -> tuple[Uni
     Raises
     ------
     InputError
-        If a unit begins but cannot be understood: a power that is no whole number, or a product
-        after a quotient (``N/m rad``), which could mean two things.
+        If a unit begins but cannot be understood: a power that is no whole number, a product
+        after a quotient (``N/m rad``), or a product with an angle (``N m deg``).
 
     Examples
     --------
@@ -252,11 +252,14 @@ def read_unit(text: str, start: int, *, leading_slash: bool = True) -> tuple[Uni
     end = _read_product(text, start, powers, 1, leading_slash=leading_slash)
     if end == start:
         return None, start
+    got = text[start:end].strip()
     if sum(map(abs, powers.values())) > _HIGHEST_POWER:
-        raise InputError(
-            "unit", got=text[start:end].strip(), expected=f"powers up to {_HIGHEST_POWER} in all"
-        )
-    return make_unit(powers), end
+        raise InputError("unit", got=got, expected=f"powers up to {_HIGHEST_POWER} in all")
+    unit = make_unit(powers)
+    if unit.powers[3] > 0 and sum(power for power in powers.values() if power > 0) > 1:
+        expected, hint = "an angle by itself above the line", "write N m/deg, or 300 mm*30 deg"
+        raise InputError("unit", got=got, expected=expected, hint=hint)
+    return unit, end
 
 
 def parse_quantity(text: str) -> SIQuantity:
@@ -308,12 +311,8 @@ def read_quantity(text: str, start: int, subject: str) -> tuple[SIQuantity, int]
 
 def unknown_unit(word: str, subject: str) -> InputError:
     """The error for a word that is no unit: the nearest unit, and all units."""
-    return InputError(
-        f"{subject}: unknown unit",
-        got=word,
-        expected=f"one of {listing(UNIT_WORDS)}",
-        hint=did_you_mean(word, UNIT_WORDS),
-    )
+    expected, hint = f"one of {listing(UNIT_WORDS)}", did_you_mean(word, UNIT_WORDS)
+    return InputError(f"{subject}: unknown unit", got=word, expected=expected, hint=hint)
 
 
 def bounded(text: str) -> str:
@@ -359,7 +358,7 @@ def _read_product(
                 "unit",
                 got=text[start:after].strip(),
                 expected="only one meaning",
-                hint="write a product below the line as N/(m rad), one above it as N rad/m",
+                hint="write a product below the line as N/(m rad), one above it as N m/rad",
             )
         end, divided = after, divided or inverse
     return end

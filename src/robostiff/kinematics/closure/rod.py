@@ -104,11 +104,11 @@ def recognise_rod(skeleton: Skeleton) -> Rod | None:
     if isinstance(drive, Cluster):
         arm = A.point - drive.point
         turning = not drive.is_ball and len(drive.axes) == 1
-        if not turning or np.linalg.norm(np.cross(drive.axes[0], arm)) == 0:
+        if not turning or np.linalg.norm(np.cross(drive.axes[0], arm)) <= skeleton.rounding:
             return None
     rod = B.point - A.point
     size = np.linalg.norm(rod)
-    if size == 0 or not fits(A, B, rod / size):
+    if size <= skeleton.rounding or not fits(A, B, rod / size):
         return None
     return Rod(skeleton, joints_of(skeleton, A, B, tidied(rod / size).astype(float)), drive)
 

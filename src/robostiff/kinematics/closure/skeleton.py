@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.kinematics.frames import place_chain
-from robostiff.model import Chain, Joint, JointKind, Locked, PlacedFreedom
+from robostiff.model import Chain, Joint, JointKind, Link, Locked, PlacedFreedom, Rigid
 from robostiff.spatial import Screw
 
 _ALONG = 1e-6  # sine between axes that count as one
 _ON_AXIS = 1e-9  # sine: rounding
+_ROUNDING = 1e-13  # of the length of a link
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,14 @@ class Skeleton:
     R_end: np.ndarray
     p_end: np.ndarray
     home: np.ndarray  # (size,): home coordinates, which the locked joints keep
+    rounding: float = 0.0  # lengths that are none [m]
+
+
+def rounding_of(chain: Chain) -> float:
+    """What rounding leaves of a point from which links lead away and back [m]."""
+    links = [e for e in chain.elements if isinstance(e, Rigid | Link)]
+    ways = (link.transform.p if isinstance(link, Rigid) else link.to for link in links)
+    return _ROUNDING * max((float(np.linalg.norm(p)) for p in ways), default=0.0)
 
 
 def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skeleton:
@@ -66,7 +75,7 @@ def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skelet
             continue
         for place in range(where.start, where.stop):
             _append(parts, freedoms[place], place, joined_where_axes_meet)
-    return Skeleton(tuple(parts), placed.R, placed.p, chain.home)
+    return Skeleton(tuple(parts), placed.R, placed.p, chain.home, rounding_of(chain))
 
 
 def _append(
