@@ -10,6 +10,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, used_definitions
+from robostiff.analytic.element import root_of
 from robostiff.analytic.factors import (
     Product,
     bound_of_terms,
@@ -53,11 +54,11 @@ class CombinationNames:
         if starts_with_minus(field.polynomial_expression(base)):
             base = -base
         expression = field.polynomial_expression(base)
-        inside, root = self.polynomial(base), sp.sqrt(expression)
+        inside, root = self.polynomial(base), root_of(expression)
         if root in field.generators or is_positive_form(field, base):
             symbol = sp.Symbol(self._free("L"), positive=True)
             self._roots[root] = symbol
-            self.definitions.append(Definition(symbol, sp.sqrt(inside)))
+            self.definitions.append(Definition(symbol, root_of(inside)))
             self._named.append((base, symbol**2))
         else:
             symbol = sp.Symbol(self._free(_letter(field, base)), **_assumed(expression))

@@ -257,6 +257,15 @@ def product_in_order(number: Any, factors: Sequence[Any]) -> Any:
     return sp.Mul._from_args(tuple(ordered), True)
 
 
+def root_of(radicand: Any) -> Any:
+    """A square root of what is real, as SymPy would write it; it would look for imaginary parts."""
+    if radicand.is_Add:
+        return sp.Pow(radicand, sp.S.Half, evaluate=False)
+    if radicand.is_Mul:
+        return sp.expand_power_base(sp.Pow(radicand, sp.S.Half, evaluate=False), deep=False)
+    return sp.sqrt(radicand)
+
+
 def _rows(polynomial: Any) -> tuple[list[Any], list[tuple[int, ...]], list[int]]:
     """Coefficients of a polynomial, powers of its generators by terms, and the largest of them."""
     degrees = list(map(int, polynomial.degrees())) if len(polynomial) else []

@@ -11,6 +11,7 @@ from sympy.core.cache import cacheit
 from robostiff.analytic.closed_sum import factored_fraction, fraction_in_factors
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.element import root_of
 from robostiff.analytic.factors import bound_of_terms, by_powers, completed_squares, factored
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.numeric_value import values_of
@@ -266,8 +267,8 @@ class NamedReading:
             number = sp.Mul(*others)
             if number.could_extract_minus_sign():
                 number, sums = -number, [sp.Integer(-1), *sums]
-            return sp.sqrt(number) * self.define("L", sp.sqrt(_in_squares(sp.Mul(*sums))))
-        root = sp.sqrt(radicand)
+            return sp.sqrt(number) * self.define("L", root_of(_in_squares(sp.Mul(*sums))))
+        root = root_of(radicand)
         if not root.free_symbols:
             return root
         outside, inside = [], []
@@ -278,7 +279,7 @@ class NamedReading:
         if not inside:
             return root
         plain = sp.Mul(*(factor.base for factor in inside))
-        return sp.Mul(*outside) * self.define("L", sp.sqrt(_in_squares(plain)))
+        return sp.Mul(*outside) * self.define("L", root_of(_in_squares(plain)))
 
     def _free(self, letter: str) -> str:
         number = self._counts.get(letter, 0)
@@ -341,7 +342,7 @@ def _in_squares(radicand: Any) -> Any:
     if turning:
         found.append(_by_turning(radicand, turning))
     # A product under a root is one of roots.
-    return min(found, key=lambda x: 2 + count_of(x) if x.is_Add else count_of(sp.sqrt(x)))
+    return min(found, key=lambda x: 2 + count_of(x) if x.is_Add else count_of(root_of(x)))
 
 
 def _by_turning(radicand: Any, turning: Sequence[Any]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, cached_property
@@ -380,6 +381,13 @@ def _allowed(symbol: Any, value: Any) -> Any:
 
 
 def _number(formula: Any, values: Mapping[Any, Any]) -> float:
+    formula = values.get(formula, formula)
+    if formula.is_Rational:
+        return int(formula.p) / int(formula.q)
+    if formula.is_Mul:
+        return math.prod(_number(factor, values) for factor in formula.args)
+    if formula.is_Pow and formula.exp.is_Rational and (base := _number(formula.base, values)) > 0:
+        return base ** float(formula.exp)
     try:
         # Replaced before: evalf leaves a remainder of differences that are exactly zero.
         number = float(formula.xreplace(values).evalf(_DIGITS))
