@@ -84,7 +84,7 @@ class Element:
     def __pow__(self, power: int) -> Element:
         base = self if power >= 0 else 1 / self
         num, den = base.num ** abs(power), base.den ** abs(power)
-        if self.field.has_roots(num) or self.field.has_roots(den):
+        if self.field.relations and (self.field.has_roots(num) or self.field.has_roots(den)):
             return self.field.fraction(num, den)
         return Element(self.field, num, den)  # without a common factor, as before
 
@@ -259,11 +259,16 @@ def product_in_order(number: Any, factors: Sequence[Any]) -> Any:
 
 def root_of(radicand: Any) -> Any:
     """A square root of what is real, as SymPy would write it; it would look for imaginary parts."""
-    if radicand.is_Add:
-        return sp.Pow(radicand, sp.S.Half, evaluate=False)
-    if radicand.is_Mul:
-        return sp.expand_power_base(sp.Pow(radicand, sp.S.Half, evaluate=False), deep=False)
-    return sp.sqrt(radicand)
+    root = sp.Pow(radicand, sp.S.Half, evaluate=False)
+    if radicand.is_Add or (radicand.is_Mul and all(map(_has_no_sign, radicand.args))):
+        return root
+    return sp.expand_power_base(root, deep=False) if radicand.is_Mul else sp.sqrt(radicand)
+
+
+def _has_no_sign(factor: Any) -> bool:
+    """Whether SymPy knows no sign of a factor, a sum of terms with both; it has none of -1."""
+    signs = {x.could_extract_minus_sign() for x in factor.args if not x.is_Add}
+    return factor is sp.S.NegativeOne or (factor.is_Add and len(signs) == 2)
 
 
 def _rows(polynomial: Any) -> tuple[list[Any], list[tuple[int, ...]], list[int]]:

@@ -14,6 +14,7 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.element import root_of
 from robostiff.analytic.operation_count import count_of, operations_in, parts_of, symbols_in
 
 LINES = 10  # lines that are read at a glance
@@ -150,12 +151,15 @@ def _by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> A
         return expression
     parts = tuple(_by_difference(part, difference, a, b) for part in expression.args)
     if parts != expression.args:
-        expression = expression.func(*parts)
+        is_root = expression.is_Pow and parts[1] is sp.S.Half
+        expression = root_of(parts[0]) if is_root else expression.func(*parts)
     if not (expression.is_Add and {a, b} <= symbols_in(expression)):
         return expression
     if count_of(expression) > _LONGEST_SUM:
         return expression
-    other = sp.expand(expression.xreplace({a: difference.symbol + b}))
+    other = expression.xreplace({a: difference.symbol + b})
+    if any(x.is_Add for x in parts_of(other) - {other}):
+        other = sp.expand(other)
     return other if count_of(other) < count_of(expression) else expression
 
 
