@@ -71,6 +71,8 @@ class CombinationNames:
 
     def polynomial(self, polynomial: Any) -> Any:
         """A polynomial through named ones where that is shorter: d_a**2 + h**2."""
+        if len(polynomial) == 1:
+            return self._plain(polynomial)
         for known, written in self._named:
             ratio = _ratio(polynomial, known)
             if ratio is not None:
@@ -145,7 +147,8 @@ def _letter(field: ExactField, base: Any) -> str:
 
 def _assumed(expression: Any) -> dict[str, bool]:
     """Assumptions on a combination: a positive or at least a real number."""
-    if expression.is_positive:
+    # Of a sum with a minus SymPy knows no sign, and takes long to find out.
+    if not any(x.could_extract_minus_sign() for x in expression.args) and expression.is_positive:
         return {"positive": True}
     return {"real": True} if expression.is_real else {}
 

@@ -158,7 +158,7 @@ class PolynomialWriter:
                     for c, row in zip(numbers, rows, strict=True)
                 )
             )
-        once = [ranks.get((place, 1)) for place in range(len(degrees))]
+        once = [ranks.get((place, 1), 0) for place in range(len(degrees))]
         has_powers = max(degrees, default=0) > 1
         written = []
         for c, row in zip(numbers, rows, strict=True):
@@ -236,6 +236,27 @@ def quotient_of(above: Any, below: Any) -> Any:
     powers = [(x.base, -x.exp) if x.is_Pow else (x, sp.S.NegativeOne) for x in bottom[1]]
     inverses = [sp.Pow(base, power, evaluate=False) for base, power in powers]
     return product_in_order(top[0], [*top[1], *inverses])
+
+
+def product_of(a: Any, b: Any) -> Any:
+    """A product as SymPy would write it, at once where nothing merges."""
+    one, other = _plain_factors(a), _plain_factors(b)
+    if one is None or other is None:
+        return a * b
+    number, factors = one[0] * other[0], [*one[1], *other[1]]
+    bases = {x.base if x.is_Pow else x for x in factors}
+    if len(bases) < len(factors) or (len(factors) == 1 and factors[0].is_Add):
+        return a * b
+    return product_in_order(number, factors)
+
+
+def sum_of(a: Any, b: Any) -> Any:
+    """A sum as SymPy would write it, at once where nothing merges."""
+    terms = [*sp.Add.make_args(a), *sp.Add.make_args(b)]
+    rests = {x.as_coeff_Mul()[1] for x in terms}
+    if len(rests) < len(terms) or sp.S.One in rests:
+        return a + b
+    return sp.Add._from_args(tuple(sorted(terms, key=_IN_ORDER)), True)
 
 
 def _plain_factors(product: Any) -> tuple[Any, list[Any]] | None:
