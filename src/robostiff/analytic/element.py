@@ -228,14 +228,12 @@ def quotient_of(above: Any, below: Any) -> Any:
 
     SymPy first tests whether any term is infinite, which takes longer than all the rest.
     """
-    if below is sp.S.One:
-        return above
-    top, bottom = _plain_factors(above), _plain_factors(below)
-    if top is None or bottom is None or bottom[0] is not sp.S.One:
+    bottom = _plain_factors(below)
+    if bottom is None or bottom[0] is not sp.S.One:
         return above / below
     powers = [(x.base, -x.exp) if x.is_Pow else (x, sp.S.NegativeOne) for x in bottom[1]]
     inverses = [sp.Pow(base, power, evaluate=False) for base, power in powers]
-    return product_in_order(top[0], [*top[1], *inverses])
+    return product_of(above, product_in_order(sp.S.One, inverses))
 
 
 def product_of(a: Any, b: Any) -> Any:

@@ -9,7 +9,7 @@ import sympy as sp
 from sympy.core.cache import cacheit
 
 from robostiff.analytic.closed_sum import factored_fraction, fraction_in_factors
-from robostiff.analytic.combinations import suffix
+from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.element import root_of
 from robostiff.analytic.factors import bound_of_terms, by_powers, completed_squares, factored
@@ -67,7 +67,6 @@ class NamedReading:
         self._taken = set(symbols)
         self._raw: dict[int, Any] = {}
         self._fractions: dict[Any, Any] = {}
-        self._counts: dict[str, int] = {}
         self._operations = 0
 
     def __call__(self, value: Any) -> Any:
@@ -121,7 +120,7 @@ class NamedReading:
         if self._raw[step].is_Symbol:
             return
         expression = self(Entry(self.record, step))
-        name = own if own not in self._taken else self._free(own)
+        name = own if own not in self._taken else next(free_names(own, self._taken))
         self._raw[step] = self.define(own, expression, name)
         if sign < 0:
             self._raw[entry.step] = -self._raw[step]
@@ -195,7 +194,7 @@ class NamedReading:
             if known.expression == expression and known.symbol.name.startswith(f"{letter}_"):
                 return known.symbol
         assumed = {"positive": True} if letter in _POSITIVE else {"real": True}
-        symbol = sp.Symbol(own or self._free(letter), **assumed)
+        symbol = sp.Symbol(own or next(free_names(letter, self._taken)), **assumed)
         self._taken.add(symbol.name)
         self.definitions.append(Definition(symbol, expression))
         return symbol
@@ -280,13 +279,6 @@ class NamedReading:
             return root
         plain = sp.Mul(*(factor.base for factor in inside))
         return sp.Mul(*outside) * self.define("L", root_of(_in_squares(plain)))
-
-    def _free(self, letter: str) -> str:
-        number = self._counts.get(letter, 0)
-        while f"{letter}_{suffix(number)}" in self._taken:
-            number += 1
-        self._counts[letter] = number + 1
-        return f"{letter}_{suffix(number)}"
 
 
 @cacheit

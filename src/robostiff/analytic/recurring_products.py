@@ -15,7 +15,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.cache import cacheit
 
-from robostiff.analytic.combinations import suffix
+from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.element import root_of
 from robostiff.analytic.names_written_out import (
@@ -283,7 +283,4 @@ def _name_of(
         for name, entry in zip(components, wrench, strict=False):
             if entry in (product, -product) and name not in used:
                 return name
-    number = 0
-    while f"s_{suffix(number)}" in used:
-        number += 1
-    return f"s_{suffix(number)}"
+    return next(free_names("s", used))
