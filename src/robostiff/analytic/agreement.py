@@ -234,7 +234,8 @@ def random_values(
     for attempt in range(_DRAWN):
         low, high = ((0.5, 1.5), (0.1, 0.9))[attempt % 2]
         # Few binary digits: exact values stay short.
-        values = {s: round(random.uniform(low, high) * _PARTS) / _PARTS for s in symbols}
+        drawn = random.uniform(low, high, len(symbols)).tolist()
+        values = {s: round(x * _PARTS) / _PARTS for s, x in zip(symbols, drawn, strict=True)}
         found = dict(zip(different, values_of(different, values), strict=True))
         numbers = np.array([found[x] for x in expressions], dtype=float)
         if np.all(np.isfinite(numbers)):

@@ -66,39 +66,31 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[
     ['K_1_11']
     """
     n = K.rows
-    names = _Names(stage)
+    definitions: list[Definition] = []
+
+    def give(name: str, expression: Any) -> Any:
+        if expression.is_Atom or (-expression).is_Atom:
+            return expression  # symbols and numbers need no name
+        definitions.append(Definition(sp.Symbol(name), expression))
+        return definitions[-1].symbol
+
     used = [k for k in range(n) if J[k] != 0]
     alone = used[0] if len(used) == 1 else None
     u = [sp.Add(*(K[j, k] * J[k] for k in used)) for j in range(n)]
     if alone is None:
-        u = [names.give(f"u_{stage}_{j + 1}", entry) for j, entry in enumerate(u)]
+        u = [give(f"u_{stage}_{j + 1}", entry) for j, entry in enumerate(u)]
     mu = sp.Add(*(J[k] * u[k] for k in used))
     if alone is None:
-        mu = names.give(f"mu_{stage}", mu)
+        mu = give(f"mu_{stage}", mu)
     after = sp.zeros(n, n)
     for i in range(n):
         for j in range(i, n):
             if alone in {i, j}:
                 continue
             entry = K[i, j] - u[i] * u[j] / mu if u[i] != 0 and u[j] != 0 else K[i, j]
-            after[i, j] = names.give(f"K_{stage}_{i + 1}{j + 1}", entry)
+            after[i, j] = give(f"K_{stage}_{i + 1}{j + 1}", entry)
             after[j, i] = after[i, j]
-    return sp.ImmutableMatrix(u), mu, sp.ImmutableMatrix(after), tuple(names.definitions)
-
-
-class _Names:
-    """Names for intermediate expressions; symbols and numbers need none."""
-
-    def __init__(self, stage: int) -> None:
-        self.stage = stage
-        self.definitions: list[Definition] = []
-
-    def give(self, name: str, expression: sp.Expr) -> sp.Expr:
-        if expression.is_Atom or (-expression).is_Atom:
-            return expression
-        symbol = sp.Symbol(name)
-        self.definitions.append(Definition(symbol, expression))
-        return symbol
+    return sp.ImmutableMatrix(u), mu, sp.ImmutableMatrix(after), tuple(definitions)
 
 
 @dataclass(frozen=True)

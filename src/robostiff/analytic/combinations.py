@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import count
 from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, used_definitions
+from robostiff.analytic.element import root_of
 from robostiff.analytic.factors import (
     Product,
     bound_of_terms,
@@ -53,16 +55,21 @@ class CombinationNames:
         if starts_with_minus(field.polynomial_expression(base)):
             base = -base
         expression = field.polynomial_expression(base)
-        inside, root = self.polynomial(base), sp.sqrt(expression)
+        inside, root = self.polynomial(base), root_of(expression)
         if root in field.generators or is_positive_form(field, base):
-            symbol = sp.Symbol(self._free("L"), positive=True)
+            symbol = self._symbol("L", positive=True)
             self._roots[root] = symbol
-            self.definitions.append(Definition(symbol, sp.sqrt(inside)))
+            self.definitions.append(Definition(symbol, root_of(inside)))
             self._named.append((base, symbol**2))
         else:
-            symbol = sp.Symbol(self._free(_letter(field, base)), **_assumed(expression))
+            symbol = self._symbol(_letter(field, base), **_assumed(expression))
             self.definitions.append(Definition(symbol, inside))
             self._named.append((base, symbol))
+
+    def _symbol(self, letter: str, **assumed: bool) -> sp.Symbol:
+        name = next(free_names(letter, self._taken))
+        self._taken.add(name)
+        return sp.Symbol(name, **assumed)
 
     def sum_of(self, products: list[Product]) -> sp.Expr:
         """A sum of products in names."""
@@ -70,6 +77,8 @@ class CombinationNames:
 
     def polynomial(self, polynomial: Any) -> Any:
         """A polynomial through named ones where that is shorter: d_a**2 + h**2."""
+        if len(polynomial) == 1:
+            return self._plain(polynomial)
         for known, written in self._named:
             ratio = _ratio(polynomial, known)
             if ratio is not None:
@@ -105,14 +114,6 @@ class CombinationNames:
     def _plain(self, polynomial: Any) -> Any:
         return self._field.polynomial_expression(polynomial).xreplace(self._roots)
 
-    def _free(self, letter: str) -> str:
-        number = 0
-        while f"{letter}_{suffix(number)}" in self._taken:
-            number += 1
-        name = f"{letter}_{suffix(number)}"
-        self._taken.add(name)
-        return name
-
 
 def _without(polynomial: Any, known: Any, written: Any) -> tuple[Any, list[Any]]:
     """Take out the multiple of a known polynomial that leaves the fewest terms."""
@@ -144,7 +145,8 @@ def _letter(field: ExactField, base: Any) -> str:
 
 def _assumed(expression: Any) -> dict[str, bool]:
     """Assumptions on a combination: a positive or at least a real number."""
-    if expression.is_positive:
+    # Of a sum with a minus SymPy knows no sign, and takes long to find out.
+    if not any(x.could_extract_minus_sign() for x in expression.args) and expression.is_positive:
         return {"positive": True}
     return {"real": True} if expression.is_real else {}
 
@@ -157,6 +159,11 @@ def suffix(number: int) -> str:
         number, place = divmod(number - 1, 26)
         letters = chr(ord("a") + place) + letters
     return letters
+
+
+def free_names(letter: str, taken: Container[str]) -> Iterator[str]:
+    """Names with a letter that stand for nothing else: L_a, L_b, ..."""
+    return (name for i in count() if (name := f"{letter}_{suffix(i)}") not in taken)
 
 
 # Matrices beyond this would take seconds to factor.
@@ -177,14 +184,6 @@ class NamedCombinations:
 
     matrix: sp.ImmutableMatrix
     definitions: tuple[Definition, ...]
-
-    @property
-    def written_out(self) -> sp.ImmutableMatrix:
-        """The matrix in given symbols alone."""
-        matrix: Any = self.matrix
-        for definition in reversed(self.definitions):
-            matrix = matrix.xreplace({definition.symbol: definition.expression})
-        return matrix
 
 
 def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
@@ -300,8 +299,8 @@ def _recurring(field: ExactField, K: Any, written: dict[Any, list[Product]]) -> 
         factors = field.element(root.base).num.factor()[1]
         if len(factors) == 1:
             occurs(factors[0][0], times=2)
-    for name in [name for name, count in places.items() if count > 1]:
+    for name in [name for name, times in places.items() if times > 1]:
         for square, _ in completed_squares(field, found[name])[0]:
             occurs(square)
-    recurring = [found[name] for name, count in places.items() if count > 1]
+    recurring = [found[name] for name, times in places.items() if times > 1]
     return sorted(recurring, key=lambda base: (base.total_degree() > 1, len(base), str(base)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, cmp_to_key
+from itertools import compress
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +21,6 @@ _PRODUCT = 2 * sp.Symbol("x")
 _A_PRODUCT = ("product",)
 _ONE = ("number", 1, 1)
 _first = itemgetter(0)
-_ABSENT = -1  # rank of a generator that does not occur
-#: Places of generators that occur, and their powers term by term.
-_Columns = list[tuple[int, tuple[int, ...]]]
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,7 @@ class Element:
     def __pow__(self, power: int) -> Element:
         base = self if power >= 0 else 1 / self
         num, den = base.num ** abs(power), base.den ** abs(power)
-        if self.field.has_roots(num) or self.field.has_roots(den):
+        if self.field.relations and (self.field.has_roots(num) or self.field.has_roots(den)):
             return self.field.fraction(num, den)
         return Element(self.field, num, den)  # without a common factor, as before
 
@@ -140,38 +138,43 @@ class PolynomialWriter:
 
     def expressions(self, polynomials: Sequence[Any]) -> list[Any]:
         """Several of them, whose factors are ranked together."""
-        read = [_columns(polynomial) for polynomial in polynomials]
-        needed: set[Any] = {c for numbers, _ in read for c in numbers}
-        for _, columns in read:
-            for place, column in columns:
-                needed |= {(place, power) for power in set(column) if power}
+        read = [_rows(polynomial) for polynomial in polynomials]
+        needed: set[Any] = {c for numbers, _, _ in read for c in numbers}
+        for _, rows, degrees in read:
+            for place, degree in enumerate(degrees):
+                if degree == 1:
+                    needed.add((place, 1))
+                elif degree:
+                    needed |= {(place, row[place]) for row in rows if row[place]}
         self._write(needed)
         return [self._sum(*own) for own in read]
 
-    def _sum(self, numbers: list[Any], columns: _Columns) -> Any:
+    def _sum(self, numbers: list[Any], rows: list[tuple[int, ...]], degrees: list[int]) -> Any:
         parts, ranks = self._parts, self._ranks
-        if self._some_merge and any(self._merges[place] for place, _ in columns):
+        if self._some_merge and any(compress(self._merges, degrees)):
             return sp.Add(
                 *(
-                    sp.Mul(parts[c], *(parts[place, own[k]] for place, own in columns if own[k]))
-                    for k, c in enumerate(numbers)
+                    sp.Mul(parts[c], *(parts[own] for own in enumerate(row) if own[1]))
+                    for c, row in zip(numbers, rows, strict=True)
                 )
             )
-        ranked = []
-        for place, column in columns:
-            own = {power: ranks[place, power] if power else _ABSENT for power in set(column)}
-            ranked.append([own[power] for power in column])
-        rows = zip(*ranked, strict=True) if ranked else [()] * len(numbers)
-        written = [self._product(c, row) for c, row in zip(numbers, rows, strict=True)]
+        once = [ranks.get((place, 1), 0) for place in range(len(degrees))]
+        has_powers = max(degrees, default=0) > 1
+        written = []
+        for c, row in zip(numbers, rows, strict=True):
+            if has_powers and max(row) > 1:
+                keys = sorted([ranks[own] for own in enumerate(row) if own[1]])
+            else:
+                keys = sorted(compress(once, row))
+            written.append(self._product(c, keys))
         if len(written) == 1:
             return written[0][1]
         written.sort(key=_first)
         whole: Any = sp.Add._from_args(tuple([term for _, term in written]), True)
         return whole
 
-    def _product(self, c: Any, row: tuple[int, ...]) -> tuple[tuple[int, ...], Any]:
-        """A product and the key that sorts it."""
-        keys = sorted(row)[row.count(_ABSENT) :]
+    def _product(self, c: Any, keys: list[int]) -> tuple[tuple[int, ...], Any]:
+        """A product of ranked factors, and the key that sorts it."""
         if not keys:
             # A number leads its sum.
             return (-1,), self._parts[c]
@@ -225,14 +228,33 @@ def quotient_of(above: Any, below: Any) -> Any:
 
     SymPy first tests whether any term is infinite, which takes longer than all the rest.
     """
-    if below is sp.S.One:
-        return above
-    top, bottom = _plain_factors(above), _plain_factors(below)
-    if top is None or bottom is None or bottom[0] is not sp.S.One:
+    bottom = _plain_factors(below)
+    if bottom is None or bottom[0] is not sp.S.One:
         return above / below
     powers = [(x.base, -x.exp) if x.is_Pow else (x, sp.S.NegativeOne) for x in bottom[1]]
     inverses = [sp.Pow(base, power, evaluate=False) for base, power in powers]
-    return product_in_order(top[0], [*top[1], *inverses])
+    return product_of(above, product_in_order(sp.S.One, inverses))
+
+
+def product_of(a: Any, b: Any) -> Any:
+    """A product as SymPy would write it, at once where nothing merges."""
+    one, other = _plain_factors(a), _plain_factors(b)
+    if one is None or other is None:
+        return a * b
+    number, factors = one[0] * other[0], [*one[1], *other[1]]
+    bases = {x.base if x.is_Pow else x for x in factors}
+    if len(bases) < len(factors) or (len(factors) == 1 and factors[0].is_Add):
+        return a * b
+    return product_in_order(number, factors)
+
+
+def sum_of(a: Any, b: Any) -> Any:
+    """A sum as SymPy would write it, at once where nothing merges."""
+    terms = [*sp.Add.make_args(a), *sp.Add.make_args(b)]
+    rests = {x.as_coeff_Mul()[1] for x in terms}
+    if len(rests) < len(terms) or sp.S.One in rests:
+        return a + b
+    return sp.Add._from_args(tuple(sorted(terms, key=_IN_ORDER)), True)
 
 
 def _plain_factors(product: Any) -> tuple[Any, list[Any]] | None:
@@ -254,11 +276,24 @@ def product_in_order(number: Any, factors: Sequence[Any]) -> Any:
     return sp.Mul._from_args(tuple(ordered), True)
 
 
-def _columns(polynomial: Any) -> tuple[list[Any], _Columns]:
-    """Coefficients of a polynomial, and its powers by generators."""
-    columns = enumerate(zip(*polynomial.monoms(), strict=True))
-    numbers = list(map(_number, polynomial.coeffs()))
-    return numbers, [(place, column) for place, column in columns if any(column)]
+def root_of(radicand: Any) -> Any:
+    """A square root of what is real, as SymPy would write it; it would look for imaginary parts."""
+    root = sp.Pow(radicand, sp.S.Half, evaluate=False)
+    if radicand.is_Add or (radicand.is_Mul and all(map(_has_no_sign, radicand.args))):
+        return root
+    return sp.expand_power_base(root, deep=False) if radicand.is_Mul else sp.sqrt(radicand)
+
+
+def _has_no_sign(factor: Any) -> bool:
+    """Whether SymPy knows no sign of a factor, a sum of terms with both; it has none of -1."""
+    signs = {x.could_extract_minus_sign() for x in factor.args if not x.is_Add}
+    return factor is sp.S.NegativeOne or (factor.is_Add and len(signs) == 2)
+
+
+def _rows(polynomial: Any) -> tuple[list[Any], list[tuple[int, ...]], list[int]]:
+    """Coefficients of a polynomial, powers of its generators by terms, and the largest of them."""
+    degrees = list(map(int, polynomial.degrees())) if len(polynomial) else []
+    return list(map(_number, polynomial.coeffs())), polynomial.monoms(), degrees
 
 
 def _number(c: Any) -> tuple[str, int, int]:

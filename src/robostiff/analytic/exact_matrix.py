@@ -44,11 +44,6 @@ class ExactMatrix:
         zero = field.ring.constant(0)
         return cls(field, _symmetric(n, upper, zero), denominator)
 
-    @property
-    def terms(self) -> int:
-        """Number of terms of all numerators."""
-        return sum(len(entry) for row in self.entries for entry in row)
-
     @cached_property
     def fractions(self) -> dict[tuple[int, int], Element]:
         """The canonical fractions of the upper part, by row and column."""

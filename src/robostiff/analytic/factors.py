@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import flint
 import sympy as sp
 from sympy.core.cache import cacheit
 
@@ -59,14 +60,17 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
         below_constant, parts = below.factor()
         constant = constant / below_constant
         powers += [(base, -int(exponent)) for base, exponent in parts]
-    written = field.polynomial_expressions([base for base, _ in powers])
+    minus = [_starts_with_minus(field, base) for base, _ in powers]
+    bases = [-base if own else base for (base, _), own in zip(powers, minus, strict=True)]
+    written = field.polynomial_expressions(bases)
     factors = []
-    for (base, exponent), expression in zip(powers, written, strict=True):
-        is_minus = _starts_with_minus(field, base, expression)
-        constant *= -1 if is_minus and exponent % 2 else 1
-        factors.append((field.polynomial_expression(-base) if is_minus else expression, exponent))
+    for i, (base, exponent) in enumerate(powers):
+        if minus[i] is None and (own := starts_with_minus(written[i])):
+            minus[i], written[i] = own, field.polynomial_expression(-base)
+        constant *= -1 if minus[i] and exponent % 2 else 1
+        factors.append((written[i], exponent))
     number = rational(constant)
-    if all(base.is_Symbol or (base.is_Add and base.free_symbols) for base, _ in factors):
+    if all(base.is_Symbol or (base.is_Add and not base.is_number) for base, _ in factors):
         # Coprime, so that SymPy has nothing to merge, and takes long to find out.
         written = [sp.Pow(b, n, evaluate=False) if n != 1 else b for b, n in factors]
         return product_in_order(number, written)
@@ -74,13 +78,16 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
     return sp.Mul(number, product, evaluate=not (product.is_Add and number != 1))
 
 
-def _starts_with_minus(field: ExactField, polynomial: Any, expression: Any) -> bool:
-    """Whether a polynomial, as it is written, would be printed with a minus sign in front."""
+def _starts_with_minus(field: ExactField, polynomial: Any) -> bool | None:
+    """Whether a polynomial would be printed with a minus sign in front; None where unknown.
+
+    1 - 2 x, not -(2 x - 1).
+    """
     degrees = zip(field.generators, polynomial.degrees(), strict=True)
     is_plain = all(generator.is_Symbol for generator, degree in degrees if degree)
     if is_plain and (len(polynomial) != 2 or any(polynomial.monomial(1))):
         return len(polynomial) > 1 and bool(polynomial.leading_coefficient() < 0)
-    return starts_with_minus(expression)  # 1 - 2 x, not -(2 x - 1)
+    return None
 
 
 @cacheit
@@ -159,13 +166,21 @@ def is_positive_form(field: ExactField, polynomial: Any) -> bool:
         return False
     used = [i for i, degree in enumerate(polynomial.degrees()) if degree]
     # The constant is a square of the number 1, which comes last.
-    gram = sp.zeros(len(used) + 1)
+    n = len(used) + 1
+    gram = flint.fmpq_mat(n, n)
     for powers, coefficient in polynomial.terms():
         places = [k for k, i in enumerate(used) for _ in range(powers[i])]
         a, b = (places + [len(used)] * 2)[:2]
-        gram[a, b] += rational(coefficient) / 2
-        gram[b, a] += rational(coefficient) / 2
-    return bool(gram.is_positive_semidefinite)
+        gram[a, b] += coefficient / 2
+        gram[b, a] += coefficient / 2
+    for k in range(n):
+        if gram[k, k] < 0 or (gram[k, k] == 0 and any(gram[k, j] != 0 for j in range(k, n))):
+            return False
+        for i in range(k + 1, n) if gram[k, k] != 0 else ():
+            share = gram[i, k] / gram[k, k]
+            for j in range(k, n):
+                gram[i, j] -= share * gram[k, j]
+    return True
 
 
 def _is_quadratic(field: ExactField, polynomial: Any) -> bool:

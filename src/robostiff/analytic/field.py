@@ -83,6 +83,7 @@ class ExactField:
         self.ring = flint.fmpq_mpoly_ctx.get(names, flint.Ordering.lex)
         self._gens = self.ring.gens()
         self._place = {generator: i for i, generator in enumerate(self.generators)}
+        self._known: dict[Any, Element] = {}
         self._roots = roots.values
         self._writer = PolynomialWriter(self.generators)
         self.relations: tuple[Relation, ...] = ()
@@ -145,6 +146,8 @@ class ExactField:
         where the fraction is regular, as 1 / (1/k + L/(E A)) is at E A = k L, and the fraction
         would be 0 / 0 there.
         """
+        if den.is_one():
+            return Element(self, self.reduced(num), den)
         num, den = self.reduced(num), self.reduced(den)
         if den.is_zero():
             raise InputError("formula", expected="no division by zero")
@@ -231,17 +234,23 @@ class ExactField:
         self.relations = tuple(sorted(relations, key=lambda relation: relation.place))
 
     def _read(self, expression: Any) -> Element:
-        if expression in self._place:
-            generator = self._gens[self._place[expression]]
-            return Element(self, generator, self.ring.constant(1))
+        found = self._known.get(expression)
+        if found is None:
+            found = self._known[expression] = self._read_first(expression)
+        return found
+
+    def _read_first(self, expression: Any) -> Element:
+        place = self._place.get(expression)
+        if place is not None:
+            return Element(self, self._gens[place], self.one.den)
         if expression.is_Rational:
             number = flint.fmpq(int(expression.p), int(expression.q))
-            return Element(self, self.ring.constant(number), self.ring.constant(1))
+            return Element(self, self.ring.constant(number), self.one.den)
         if expression.is_Add:
-            total = self.zero
-            for term in expression.args:
-                total = total + self._read(term)
-            return total
+            terms = list(map(self._read, expression.args))
+            whole = sum((x.num for x in terms if x.has_unit_denominator), self.zero.num)
+            fractions = (x for x in terms if not x.has_unit_denominator)
+            return sum(fractions, Element(self, whole, self.one.den))
         if expression.is_Mul:
             num = den = self.one.num
             for factor in map(self._read, expression.args):

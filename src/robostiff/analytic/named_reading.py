@@ -10,8 +10,9 @@ import sympy as sp
 from sympy.core.cache import cacheit
 
 from robostiff.analytic.closed_sum import factored_fraction, fraction_in_factors
-from robostiff.analytic.combinations import suffix
+from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.element import root_of
 from robostiff.analytic.factors import bound_of_terms, by_powers, completed_squares, factored
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.numeric_value import values_of
@@ -67,7 +68,6 @@ class NamedReading:
         self._taken = set(symbols)
         self._raw: dict[int, Any] = {}
         self._fractions: dict[Any, Any] = {}
-        self._counts: dict[str, int] = {}
         self._operations = 0
 
     def __call__(self, value: Any) -> Any:
@@ -121,7 +121,7 @@ class NamedReading:
         if self._raw[step].is_Symbol:
             return
         expression = self(Entry(self.record, step))
-        name = own if own not in self._taken else self._free(own)
+        name = own if own not in self._taken else next(free_names(own, self._taken))
         self._raw[step] = self.define(own, expression, name)
         if sign < 0:
             self._raw[entry.step] = -self._raw[step]
@@ -200,7 +200,7 @@ class NamedReading:
                     self.definitions[i] = replace(known, parts=known.parts + of)
                 return known.symbol
         assumed = {"positive": True} if letter in _POSITIVE else {"real": True}
-        symbol = sp.Symbol(own or self._free(letter), **assumed)
+        symbol = sp.Symbol(own or next(free_names(letter, self._taken)), **assumed)
         self._taken.add(symbol.name)
         self.definitions.append(Definition(symbol, expression, of))
         return symbol
@@ -272,8 +272,8 @@ class NamedReading:
             number = sp.Mul(*others)
             if number.could_extract_minus_sign():
                 number, sums = -number, [sp.Integer(-1), *sums]
-            return sp.sqrt(number) * self.define("L", sp.sqrt(_in_squares(sp.Mul(*sums))))
-        root = sp.sqrt(radicand)
+            return sp.sqrt(number) * self.define("L", root_of(_in_squares(sp.Mul(*sums))))
+        root = root_of(radicand)
         if not root.free_symbols:
             return root
         outside, inside = [], []
@@ -284,14 +284,7 @@ class NamedReading:
         if not inside:
             return root
         plain = sp.Mul(*(factor.base for factor in inside))
-        return sp.Mul(*outside) * self.define("L", sp.sqrt(_in_squares(plain)))
-
-    def _free(self, letter: str) -> str:
-        number = self._counts.get(letter, 0)
-        while f"{letter}_{suffix(number)}" in self._taken:
-            number += 1
-        self._counts[letter] = number + 1
-        return f"{letter}_{suffix(number)}"
+        return sp.Mul(*outside) * self.define("L", root_of(_in_squares(plain)))
 
 
 @cacheit
@@ -347,7 +340,7 @@ def _in_squares(radicand: Any) -> Any:
     if turning:
         found.append(_by_turning(radicand, turning))
     # A product under a root is one of roots.
-    return min(found, key=lambda x: 2 + count_of(x) if x.is_Add else count_of(sp.sqrt(x)))
+    return min(found, key=lambda x: 2 + count_of(x) if x.is_Add else count_of(root_of(x)))
 
 
 def _by_turning(radicand: Any, turning: Sequence[Any]) -> Any:

@@ -6,14 +6,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from itertools import combinations, count
+from itertools import combinations
 from typing import Any
 
 import sympy as sp
 from sympy.core.cache import cacheit
 
-from robostiff.analytic.combinations import suffix
+from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.element import root_of
 from robostiff.analytic.operation_count import count_of, operations_in, parts_of, symbols_in
 
 LINES = 10  # lines that are read at a glance
@@ -133,8 +134,7 @@ def with_differences(written: Written, taken: Iterable[str]) -> Written:
     for (a, b), times in pairs.most_common():
         if times < max(2, pairs[b, a]) or written.lines >= LINES:
             continue
-        number = next(i for i in count() if f"d_{suffix(i)}" not in used)
-        own = Definition(sp.Symbol(f"d_{suffix(number)}", real=True), a - b)
+        own = Definition(sp.Symbol(next(free_names("d", used)), real=True), a - b)
         found = changed(written, lambda x, own=own, a=a, b=b: _by_difference(x, own, a, b), a)
         found = replace(found, definitions=(own, *found.definitions))
         if found.operations + _A_NAME < written.operations:
@@ -150,12 +150,15 @@ def _by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> A
         return expression
     parts = tuple(_by_difference(part, difference, a, b) for part in expression.args)
     if parts != expression.args:
-        expression = expression.func(*parts)
+        is_root = expression.is_Pow and parts[1] is sp.S.Half
+        expression = root_of(parts[0]) if is_root else expression.func(*parts)
     if not (expression.is_Add and {a, b} <= symbols_in(expression)):
         return expression
     if count_of(expression) > _LONGEST_SUM:
         return expression
-    other = sp.expand(expression.xreplace({a: difference.symbol + b}))
+    other = expression.xreplace({a: difference.symbol + b})
+    if any(x.is_Add for x in parts_of(other) - {other}):
+        other = sp.expand(other)
     return other if count_of(other) < count_of(expression) else expression
 
 
@@ -282,8 +285,8 @@ def _with_squares(written: Written, taken: set[str]) -> Written:
         if not any(symbol in _squared_in(x) for x in formulas):
             continue  # its square would be a name more
         used = taken | {own.symbol.name for own in written.definitions}
-        number = next(i for i in count() if f"p_{suffix(i)}" not in used)
-        square = Definition(sp.Symbol(f"p_{suffix(number)}", positive=True), d.expression**2)
+        name = next(free_names("p", used))
+        square = Definition(sp.Symbol(name, positive=True), d.expression**2)
         is_root = square.expression.is_Add
         once = sp.sqrt(square.symbol) if is_root else d.expression
 
@@ -332,8 +335,7 @@ def in_letters(written: Written, taken: Iterable[str]) -> Written:
     for symbol in (d.symbol for d in written.definitions):
         letter, _, own = symbol.name.partition("_")
         if letter in _LETTERS and own:
-            free = (x for i in count() if (x := f"{letter}_{suffix(i)}") not in given)
-            name = next(letters.setdefault(letter, free))
+            name = next(letters.setdefault(letter, free_names(letter, given)))
             if name != symbol.name:
                 put[symbol] = sp.Symbol(name, **symbol.assumptions0)
     if not put:

@@ -35,27 +35,28 @@ def count_of(expression: Any) -> int:
 
 def _of_product(product: Any) -> int:
     """Of what `sympy.fraction` finds above and below, without making it."""
-    number, rest = product.args[0], list(product.args)
+    number, *factors = product.args
     negative = _has_minus(product)
-    if negative:
-        rest[0] = -number
-    if rest[0] is sp.S.One:
-        del rest[0]
-        if len(rest) == 1:
-            return 1 + count_of(rest[0])
+    if number is sp.S.NegativeOne:
+        if len(factors) == 1:
+            return 1 + count_of(factors[0])
+    elif number is not sp.S.One:
+        factors.insert(0, -number if negative else number)
     above: list[Any] = []
     below: list[Any] = []
-    for x in rest:
+    for x in factors:
         if x.is_Rational:
-            above += [sp.Integer(x.p)] * (x.p != 1)
-            below += [sp.Integer(x.q)] * (x.q != 1)
+            above += [sp.Integer(x.p)] if x.p != 1 else ()
+            below += [sp.Integer(x.q)] if x.q != 1 else ()
         elif x.is_Pow and x.exp.is_Rational and x.exp.p < 0:
-            below.append(x.base if x.exp is sp.S.NegativeOne else sp.Pow(x.base, -x.exp))
+            below.append(x.base if x.exp is sp.S.NegativeOne else x)
         else:
             above.append(x)
     if not below:
-        return negative + len(rest) - 1 + sum(map(count_of, rest))
-    return negative + 1 + _of_factors(above) + _of_factors(below)
+        return negative + len(factors) - 1 + sum(map(count_of, factors))
+    # A power below has no minus.
+    powers = sum(x.is_Pow and x.exp.is_Rational and x.exp.p < 0 for x in below)
+    return negative + 1 + _of_factors(above) + _of_factors(below) - powers
 
 
 def _of_factors(factors: list[Any]) -> int:
@@ -69,6 +70,15 @@ def _has_minus(term: Any) -> bool:
     if number.is_Rational:  # SymPy would deduce all that holds of it
         return bool(number.p < 0)
     return bool(number.is_Number and number.is_negative)
+
+
+def is_shorter_negated(expression: Any) -> bool:
+    """Whether the negative of an expression has fewer operations."""
+    if expression.is_Add:
+        return all(map(_has_minus, expression.args))
+    if expression.is_Mul and not any(x.is_Add for x in expression.args):
+        return _has_minus(expression)
+    return not expression.is_Symbol and count_of(-expression) < count_of(expression)
 
 
 @cacheit

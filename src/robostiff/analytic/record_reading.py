@@ -12,13 +12,17 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, used_definitions
+from robostiff.analytic.element import product_of, sum_of
 from robostiff.analytic.exact_points import ExactPoints, Same, exact
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.operation_count import count_of
+from robostiff.analytic.operation_count import count_of, is_shorter_negated
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
 _FUNCTIONS: dict[Operation, Any] = {
     **OPERATORS,
+    Operation.MULTIPLY: product_of,
+    Operation.ADD: sum_of,
+    Operation.SUBTRACT: lambda a, b: sum_of(a, -b),
     Operation.SQUARE_ROOT: sp.sqrt,
     Operation.SINE: sp.sin,
     Operation.COSINE: sp.cos,
@@ -132,7 +136,7 @@ class StepReading:
             expression = reading.written(step, arguments)
             if expression.is_Mul and not expression.args[0].is_Symbol:
                 expression = _by_multiple(expression, multiples)
-            is_minus = count_of(-expression) < count_of(expression)
+            is_minus = is_shorter_negated(expression)
             # A negative sum is used with its sign, and so is a product without a name.
             own = None if is_minus and expression.is_Add else record.names.get(step)
             name = _identifier(own, taken, given)
@@ -362,4 +366,5 @@ def _is_trivial(expression: sp.Expr) -> bool:
     """Whether an expression is not worth a name: a symbol or its negative, or a short number."""
     if expression.is_number:
         return count_of(expression) <= _SHORT
-    return bool(expression.is_Symbol or (-expression).is_Symbol)
+    own = expression.args if expression.is_Mul else (sp.S.NegativeOne, expression)
+    return len(own) == 2 and own[0] is sp.S.NegativeOne and own[1].is_Symbol

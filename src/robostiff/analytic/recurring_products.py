@@ -15,8 +15,9 @@ from typing import Any
 import sympy as sp
 from sympy.core.cache import cacheit
 
-from robostiff.analytic.combinations import suffix
+from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.element import root_of
 from robostiff.analytic.names_written_out import (
     Written,
     changed,
@@ -124,7 +125,7 @@ def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:
         others = tuple(d for d in written.definitions if d is not own)
         written = _with_name(replace(written, definitions=others), own)
         sine = _divided(sine, own)
-    return _with_name(written, Definition(new.symbol, sp.sqrt(1 - sine)))
+    return _with_name(written, Definition(new.symbol, root_of(1 - sine)))
 
 
 def by_unit_length(written: Written, are_one: Callable[[Written, Any], bool]) -> Written:
@@ -149,7 +150,7 @@ def _with_roots(written: Written, are_one: Callable[[Written, Any], bool]) -> Wr
     """The same with x = sqrt(1 - y^2) where that is so, and shorter than how x is defined."""
     named = [d for d in written.definitions if d.symbol.is_positive is None]
     for a, b in permutations(named, 2):
-        root = Definition(a.symbol, sp.sqrt(1 - b.symbol**2))
+        root = Definition(a.symbol, root_of(1 - b.symbol**2))
         if (
             operations_in(root.expression) < operations_in(a.expression)
             and a.symbol not in needed_for(b.symbol, written.definitions)
@@ -192,8 +193,8 @@ def _most_useful(written: Written, components: set[Any], refused: set[Any]) -> A
     """
     of_names = [x for d in written.definitions for x in _products(d.expression)]
     products = [x for result in written.results for x in _products(result)] + of_names
-    each = [_powers(sp.factor_terms(x)) for x in written.results]
-    in_front = {b for b in set().union(*each) if all(own.get(b, 0) < 0 for own in each)}
+    lengths = frozenset[Any]().union(*map(symbols_in, written.results))
+    in_front = {b for b in lengths if all(_power_in_front(x, b) < 0 for x in written.results)}
     best, most = None, 1
     for found in dict.fromkeys(x for own in products for x in _parts_of(own, components)):
         if any(base in in_front for base, _ in found) and not any(
@@ -205,6 +206,19 @@ def _most_useful(written: Written, components: set[Any], refused: set[Any]) -> A
         if saved > most and product not in refused:
             best, most = product, saved
     return best
+
+
+@cacheit
+def _power_in_front(formula: Any, symbol: Any) -> Any:
+    """The power in which a symbol is a factor of all terms, the highest one."""
+    if symbol not in symbols_in(formula):
+        return 0
+    if formula.is_Add:
+        return max(_power_in_front(x, symbol) for x in formula.args)
+    if formula.is_Mul:
+        return sum(_power_in_front(x, symbol) for x in formula.args)
+    base, power = formula.as_base_exp()
+    return power * _power_in_front(base, symbol) if base is not formula else int(base is symbol)
 
 
 def _products(formula: Any) -> list[_Powers]:
@@ -269,7 +283,4 @@ def _name_of(
         for name, entry in zip(components, wrench, strict=False):
             if entry in (product, -product) and name not in used:
                 return name
-    number = 0
-    while f"s_{suffix(number)}" in used:
-        number += 1
-    return f"s_{suffix(number)}"
+    return next(free_names("s", used))

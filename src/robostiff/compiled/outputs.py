@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.record import Entry, derivatives, derivatives_along, is_zero
+from robostiff.record import Entry, derivatives_along, is_zero
 from robostiff.recorded import RecordedRobot, eigenvalues, inverse_entries
 from robostiff.spatial import Space, as_floats
 
@@ -235,11 +235,10 @@ class Derivative:
                     f"no {self.name} of {robot.name!r}: eigenvalues meet at every pose"
                 )
         entries = self.of.recorded(robot)
-        if robot.closure is None:
-            return derivatives(robot.record, entries, self.by)
-        return derivatives_along(
-            robot.record, entries, robot.closure.direction(robot.record, self.by)
-        )
+        direction: Any = {self.by: 1}
+        if robot.closure is not None:
+            direction = robot.closure.direction(robot.record, self.by)
+        return derivatives_along(robot.record, entries, direction)
 
     def gaps(self, robot: RecordedRobot) -> list[Any]:
         """Relative distances between eigenvalues."""

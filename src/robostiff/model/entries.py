@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
+from decimal import Context, Decimal, localcontext
 from functools import cache, cached_property
 from typing import Any, Self, TypeVar
 
@@ -82,7 +84,7 @@ def as_meant(robot: Part) -> Part:
 
 _ROUNDING = 4 * float(np.finfo(float).eps)
 _SHORT = 12  # digits of a number as it is written
-_DIGITS = 20  # of a formula before it is rounded to a float
+_IN_DIGITS = Context(prec=30)  # a formula before it is rounded to a float
 
 
 def _meant(value: Any) -> Any:
@@ -144,8 +146,10 @@ def _converted(
     prepared: Callable[[np.ndarray], np.ndarray],
 ) -> Any:
     """A part with other entries; what is one part in several places stays one."""
-    if is_formula(part) or _is_number(part):
-        return _entry(part, convert)
+    if is_formula(part):
+        return convert(part)
+    if isinstance(part, int | float | np.number) and not isinstance(part, bool):
+        return convert(float(part))
     if isinstance(part, np.ndarray):
         return _array(prepared(part), convert)
     if isinstance(part, tuple):
@@ -169,22 +173,12 @@ def _names_of(kind: Any) -> tuple[str, ...]:
 
 
 def _array(values: np.ndarray, convert: Callable[[Any], Any]) -> np.ndarray:
-    found = [_entry(value, convert) for value in values.ravel().tolist()]
+    entries = values.ravel().tolist()
+    found = [convert(value if is_formula(value) else float(value)) for value in entries]
     if not any(map(is_formula, found)):
         return np.array(found, dtype=float).reshape(values.shape)
-    converted = np.empty(values.size, dtype=object)
-    # Filled one by one: some entries look like sequences to NumPy.
-    for place, value in enumerate(found):
-        converted[place] = value
-    return converted.reshape(values.shape)
-
-
-def _entry(value: Any, convert: Callable[[Any], Any]) -> Any:
-    return convert(value if is_formula(value) else float(value))
-
-
-def _is_number(part: Any) -> bool:
-    return isinstance(part, int | float | np.number) and not isinstance(part, bool)
+    # One by one: some entries look like sequences to NumPy.
+    return np.fromiter(found, dtype=object).reshape(values.shape)
 
 
 def free_symbols(robot: Any) -> tuple[Any, ...]:
@@ -289,13 +283,7 @@ class Symbolic:
 
     @cached_property
     def in_floats(self) -> Self:
-        """The same with floats in place of exact numbers: itself where it has none.
-
-        Raises
-        ------
-        InputError
-            When it has symbols.
-        """
+        """The same with floats in place of exact numbers; InputError where it has symbols."""
         if not self.has_formulas:
             return self
         if not self.symbols:
@@ -381,9 +369,9 @@ def _allowed(symbol: Any, value: Any) -> Any:
 
 def _number(formula: Any, values: Mapping[Any, Any]) -> float:
     try:
-        # Replaced before: evalf leaves a remainder of differences that are exactly zero.
-        number = float(formula.xreplace(values).evalf(_DIGITS))
-    except (TypeError, OverflowError):  # complex, or infinite
+        with localcontext(_IN_DIGITS):
+            number = float(_decimal(formula, values))
+    except ArithmeticError:  # complex, or infinite
         number = np.nan
     if not np.isfinite(number):
         raise InputError(
@@ -393,3 +381,15 @@ def _number(formula: Any, values: Mapping[Any, Any]) -> float:
             hint="choose other values",
         )
     return number
+
+
+def _decimal(formula: Any, values: Mapping[Any, Any]) -> Decimal:
+    formula = values.get(formula, formula)
+    if formula.is_Rational:
+        return Decimal(int(formula.p)) / int(formula.q)
+    if formula.is_Mul:
+        return math.prod((_decimal(x, values) for x in formula.args), start=Decimal(1))
+    if formula.is_Pow and formula.exp.is_Rational:
+        return _decimal(formula.base, values) ** _decimal(formula.exp, values)
+    # Replaced before: evalf leaves a remainder of differences that are exactly zero.
+    return Decimal(str(formula.xreplace(values).evalf(_IN_DIGITS.prec)))

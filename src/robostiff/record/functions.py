@@ -204,40 +204,12 @@ def _exact(name: str, x: Any) -> Any:
     return getattr(sp, name)(x)
 
 
-def derivatives(record: Record, outputs: Sequence[Any], name: str) -> list[Any]:
-    """Derivative of entries with respect to one input, by the chain rule step by step.
-
-    Parameters
-    ----------
-    record : Record
-    outputs : sequence of Entry or number
-    name : str
-        Of the input.
-
-    Returns
-    -------
-    list of Entry or number
-        One for each output, in the same record.
-
-    Raises
-    ------
-    InputError
-        When the record has no such input.
-
-    Examples
-    --------
-    >>> record = Record({"x": [3.0]})
-    >>> x = record.input("x")
-    >>> derivatives(record, [x * x / 2, 7.0], "x")[0].sample
-    array([3.])
-    """
-    return derivatives_along(record, outputs, {name: 1})
-
-
 def derivatives_along(
     record: Record, outputs: Sequence[Any], direction: Mapping[str, Any]
 ) -> list[Any]:
     """Rate of entries when some inputs change at rates of their own, entries or numbers.
+
+    InputError when the record has no such input.
 
     Examples
     --------

@@ -19,7 +19,6 @@ from robostiff.record import (
     Entry,
     Program,
     Record,
-    derivatives,
     derivatives_along,
     least,
     with_turn,
@@ -165,7 +164,8 @@ class RecordedClosure(RecordedSteps):
         record = self.empty_record((*self.inputs, *self.state))
         values: dict[str, Any] = {name: record.input(name) for name in record.inputs}
         after = self.step.evaluated(values, ENTRY_FUNCTIONS)[: len(self.start)]
-        moving = dict(zip(self.start, derivatives(record, after, by), strict=True))
+        rates = derivatives_along(record, after, {by: 1})
+        moving = dict(zip(self.start, rates, strict=True))
         values |= self._joints_at(values)
         found = [values[name] for name in self.following]
         return Program.of(record, derivatives_along(record, found, {by: 1} | moving))
