@@ -112,3 +112,48 @@ def test_a_rectangle_of_two_sizes_is_refused_with_what_to_write(tmp_path):
     path.write_text(ARM.format(material=OWN, section=section))
     with pytest.raises(rs.InputError, match=r"J: J_t} with J_t as a parameter"):
         rs.derive(path)
+
+
+MATRIX = """\
+robostiff: 1
+name: arm
+source: of this test
+legs:
+  - name: arm
+    chain:
+      - {{type: revolute, axis: z, role: actuated, stiffness: k}}
+      - type: spring
+        name: part
+        {kind}:
+          - [a, 0, 0, 0, 0, 0]
+          - [0, a, 0, 0, 0, c]
+          - [0, 0, a, 0, 0, 0]
+          - [0, 0, 0, b, 0, 0]
+          - [0, 0, 0, 0, b, 0]
+          - [0, c, 0, 0, 0, b]
+parameters: {{k: 1e6 N m/rad, a: 2, b: 3, c: 1}}
+"""
+
+
+@pytest.mark.parametrize("kind", ["stiffness", "compliance"])
+def test_a_matrix_with_a_negative_eigenvalue_is_no_spring(kind, tmp_path):
+    """Only its diagonal was asked: K was given where the numbers refuse the spring."""
+    path = tmp_path / "arm.yaml"
+    path.write_text(MATRIX.format(kind=kind))
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    formula = rs.derive(robot)
+    usual = {str(x): robot.nominal[str(x)] for x in robot.symbols}
+    for c in (0.5, 2.44):
+        K = rs.stiffness(rs.load(path, {"c": c})).K
+        np.testing.assert_allclose(
+            formula.lambdify()(**{**usual, "c": c}), K, rtol=1e-9, atol=1e-12 * K.max()
+        )
+    wrong = {**usual, "c": 2.46}
+    with pytest.raises(rs.InputError, match="no negative eigenvalue"):
+        rs.load(path, {"c": 2.46})
+    with pytest.raises(rs.InputError, match="no negative eigenvalue"):
+        robot.substituted(wrong)
+    with pytest.raises(rs.InputError, match="determinant of the rows"):
+        formula.substituted(wrong)
+    with pytest.raises(rs.NoAnswerError, match="determinant of the rows"):
+        formula.lambdify()(**wrong)
