@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.analytic import differentiate
 from robostiff.analytic.export import c_function, julia_function, matlab_function, python_function
 from tests.analytic.export.small_readers import julia, matlab
 from tests.analytic.export.test_c_code import COMPILER, called, compiled
@@ -80,7 +81,6 @@ def test_parts_that_do_not_exist_are_refused(case, tmp_path):
 
 
 def test_a_rectangle_is_refused_by_its_robot(tmp_path):
-    """Its torsion constant, of two sides in symbols, has no formula in export."""
     path = tmp_path / "arm.yaml"
     path.write_text(ARM.format(material=OWN, section="{rectangle: {width_y: b, height_z: h - t}}"))
     robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
@@ -106,9 +106,100 @@ def test_a_rectangle_of_one_size_has_its_torsion_in_numbers(height, tmp_path):
         np.testing.assert_allclose(K, expected, rtol=1e-11, atol=1e-11 * expected.max())
 
 
-def test_a_rectangle_of_two_sizes_is_refused_with_what_to_write(tmp_path):
+SIDES = [(0.06, 0.04), (0.04, 0.06), (0.05, 0.05), (0.002, 0.2), (0.2, 0.002), (0.05, 0.0501)]
+
+
+def test_a_rectangle_of_two_sizes_has_its_torsion_in_any_order(tmp_path):
+    """It was refused: its torsion constant was one of the shorter and the longer side."""
     path = tmp_path / "arm.yaml"
-    section = "{rectangle: {width_y: b, height_z: h}}"
-    path.write_text(ARM.format(material=OWN, section=section))
-    with pytest.raises(rs.InputError, match=r"J: J_t} with J_t as a parameter"):
-        rs.derive(path)
+    path.write_text(
+        ARM.format(material=OWN, section="{rectangle: {width_y: b, height_z: h}}").replace(
+            "role: actuated", "name: drive, role: actuated"
+        )
+    )
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    usual = {str(x): robot.nominal[str(x)] for x in robot.symbols}
+    expected = [rs.stiffness(rs.load(path, {"b": b, "h": h})).K for b, h in SIDES]
+    formula = rs.derive(robot)
+    of_python: dict = {}
+    exec(python_function(formula), of_python)  # noqa: S102
+    calls = [of_python["stiffness"]]
+    calls += [rs.derive(robot, form=form).lambdify() for form in (rs.Closed(), rs.Steps())]
+    names = [str(x) for x in formula.symbols]
+    for read, written in ((julia, julia_function), (matlab, matlab_function)):
+        other = read(written(formula, name="K_of_arm"))
+        calls.append(lambda other=other, **at: other(*(at[x] for x in names)))
+    for (b, h), K in zip(SIDES, expected, strict=True):
+        for call in calls:
+            at = {name: x for name, x in {**usual, "b": b, "h": h}.items() if name in names}
+            found = np.asarray(call(**at), dtype=float)
+            # torsion alone is soft: its entry is compared by itself
+            np.testing.assert_allclose(found, K, rtol=1e-12, atol=1e-12 * K.max())
+            assert found[3, 3] == pytest.approx(K[3, 3], rel=1e-12)
+    by_b = differentiate(formula, "b").lambdify()
+    for b, h in SIDES[:3]:
+        step = 1e-6 * b
+        ends = [
+            rs.stiffness(robot.substituted({**usual, "b": b + s * step, "h": h})).K[3, 3]
+            for s in (1, -1)
+        ]
+        at = {name: {**usual, "b": b, "h": h}[name] for name in by_b.arguments}
+        assert by_b(**at)[1][3, 3] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-7)
+
+
+def test_a_kernel_takes_the_sides_of_a_rectangle(tmp_path):
+    path = tmp_path / "arm.yaml"
+    path.write_text(ARM.format(material=OWN, section="{rectangle: {width_y: b, height_z: h}}"))
+    kernel = rs.compile(rs.load(path, symbols=("b", "h")), parameters=("b", "h"))
+    b, h = np.array(SIDES).T
+    poses = rs.JointCoordinates(np.zeros((len(SIDES), 1)))
+    found = kernel.evaluate(poses, parameters={"b": b, "h": h}).values["K"]
+    for own, sides in zip(found, SIDES, strict=True):
+        K = rs.stiffness(rs.load(path, dict(zip("bh", sides, strict=True)))).K
+        np.testing.assert_allclose(own, K, rtol=1e-11, atol=1e-11 * K.max())
+        assert own[3, 3] == pytest.approx(K[3, 3], rel=1e-11)
+
+
+MATRIX = """\
+robostiff: 1
+name: arm
+source: of this test
+legs:
+  - name: arm
+    chain:
+      - {{type: revolute, axis: z, role: actuated, stiffness: k}}
+      - type: spring
+        name: part
+        {kind}:
+          - [a, 0, 0, 0, 0, 0]
+          - [0, a, 0, 0, 0, c]
+          - [0, 0, a, 0, 0, 0]
+          - [0, 0, 0, b, 0, 0]
+          - [0, 0, 0, 0, b, 0]
+          - [0, c, 0, 0, 0, b]
+parameters: {{k: 1e6 N m/rad, a: 2, b: 3, c: 1}}
+"""
+
+
+@pytest.mark.parametrize("kind", ["stiffness", "compliance"])
+def test_a_matrix_with_a_negative_eigenvalue_is_no_spring(kind, tmp_path):
+    """Only its diagonal was asked: K was given where the numbers refuse the spring."""
+    path = tmp_path / "arm.yaml"
+    path.write_text(MATRIX.format(kind=kind))
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    formula = rs.derive(robot)
+    usual = {str(x): robot.nominal[str(x)] for x in robot.symbols}
+    for c in (0.5, 2.44):
+        K = rs.stiffness(rs.load(path, {"c": c})).K
+        np.testing.assert_allclose(
+            formula.lambdify()(**{**usual, "c": c}), K, rtol=1e-9, atol=1e-12 * K.max()
+        )
+    wrong = {**usual, "c": 2.46}
+    with pytest.raises(rs.InputError, match="no negative eigenvalue"):
+        rs.load(path, {"c": 2.46})
+    with pytest.raises(rs.InputError, match="no negative eigenvalue"):
+        robot.substituted(wrong)
+    with pytest.raises(rs.InputError, match="determinant of the rows"):
+        formula.substituted(wrong)
+    with pytest.raises(rs.NoAnswerError, match="determinant of the rows"):
+        formula.lambdify()(**wrong)

@@ -371,3 +371,82 @@ def test_a_stretched_leg_transmits_more_and_is_refused():
         derivation.lambdify()(**stretched)
     with pytest.raises(ValueError, match="does not hold"):
         function_of(derivation)(**stretched)
+
+
+DEPENDENT = """\
+robostiff: 1
+name: arm
+source: of this test
+sections: {bar: {circle: {diameter: 20 mm}}}
+legs:
+  - name: arm
+    chain:
+      - {type: prismatic, axis: z, role: actuated, stiffness: k}
+      - {type: revolute, axis: z, role: passive}
+      - {type: beam, to: [l, 0, 0], y_axis: y, material: steel, section: bar}
+      - {type: rigid, turn: [{z: alpha}]}
+      - SECOND
+      - {type: beam, to: [b, 0, 0], y_axis: y, material: steel, section: bar}
+      - {type: revolute, axis: z, role: passive}
+parameters: {k: 1e6 N/m, l: 300 mm, b: 150 mm, alpha: -30 deg}
+"""
+SLIDE = "{type: prismatic, axis: x, role: passive}"
+FIRST = "      - {type: revolute, axis: z, role: passive}\n"
+ABOUT_A_POINT = DEPENDENT.replace(FIRST, "", 1).replace(
+    "      - {type: rigid, turn: [{z: alpha}]}", FIRST + "      - {type: rigid, turn: [{x: alpha}]}"
+)
+BRANCH = """\
+robostiff: 1
+name: nested
+source: of this test
+sections: {bar: {circle: {diameter: 20 mm}}}
+home: {at: [2*l, e - d, 0]}
+legs:
+  - name: arm
+    chain:
+      - {type: prismatic, axis: z, role: actuated, stiffness: k}
+      - type: parallel
+        name: block
+        branches:
+          - name: crank
+            chain:
+              - {type: revolute, axis: z, role: passive}
+              - {type: beam, to: [l, 0, 0], y_axis: y, material: steel, section: bar}
+              - {type: revolute, axis: z, role: passive}
+              - {type: beam, to: [l, e - d, 0], y_axis: y, material: steel, section: bar}
+              - {type: revolute, axis: z, role: passive}
+          - name: post
+            chain:
+              - {type: beam, to: [2*l, e - d, 0], y_axis: y, material: steel, section: bar}
+parameters: {k: 1e6 N/m, l: 300 mm, e: 50 mm, d: 20 mm}
+"""
+DEPENDS = {
+    "a slide": (DEPENDENT.replace("SECOND", SLIDE), {"alpha": np.arccos(-0.5)}, {"alpha": 2.0}),
+    "about a point": (
+        ABOUT_A_POINT.replace("SECOND", "{type: revolute, axis: z, role: passive}"),
+        {"alpha": 0.0},
+        {"alpha": 0.1},
+    ),
+    "a branch": (BRANCH, {"e": 0.02}, {"e": 0.03}),
+}
+
+
+@pytest.mark.parametrize("form", [Closed(), Steps()], ids=["closed", "steps"])
+@pytest.mark.parametrize("case", DEPENDS)
+def test_joints_that_depend_on_one_another_transmit_more(case, form, tmp_path):
+    """K had a rank of one less than the numbers, where turns alone in a leg were looked at."""
+    text, special, usual = DEPENDS[case]
+    path = tmp_path / "arm.yaml"
+    path.write_text(text)
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, form=form)
+    near, at = ({**robot.nominal, **x} for x in (usual, special))
+    known = derivation.lambdify()
+    assert (
+        distance(known(**values_for(derivation, near)), rs.stiffness(robot.substituted(near)).K)
+        < 1e-9
+    )
+    with pytest.raises(rs.NoAnswerError, match=r"is not stretched|are independent"):
+        known(**values_for(derivation, at))
+    with pytest.raises(InputError, match=r"is not stretched|are independent"):
+        derivation.substituted(values_for(derivation, at))

@@ -213,6 +213,7 @@ def test_an_interrupt_ends_with_130():
 def test_json_is_a_short_word_for_the_format():
     command = ("3-rpr", "--symbols", "none", "--steps")
     assert run(*command, "--json").stdout == run(*command, "--format", "json").stdout
+    assert json.loads(run(*command, "--json").stdout)["schema"] == "robostiff derive 1"
     assert run(*command, "--json", "--format", "c").exit_code == 2
 
 

@@ -85,3 +85,23 @@ def test_length_of_numbers_beside_a_symbolic_section_stays_exact():
 def test_what_is_no_stiffness_is_refused(matrix, words):
     with pytest.raises(InputError, match=words):
         elasticity_from_stiffness(matrix)
+
+
+def test_entries_beside_the_diagonal_are_bounded():
+    """Only the diagonal was: a matrix with a negative eigenvalue became a spring."""
+    e = sp.Symbol("e", real=True)
+    M = sp.diag(k, k, k, c, c, c)
+    M[1, 5] = M[5, 1] = e
+    for make in (elasticity_from_stiffness, elasticity_from_compliance):
+        (bound,) = make(M).bounds
+        assert sp.expand(bound.value - (k * c - e**2)) == 0
+        with pytest.raises(InputError, match="no negative eigenvalue"):
+            make(M.subs(e, 2 * sp.sqrt(k * c)))
+
+
+def test_a_compliance_that_vanishes_identically_is_no_bound():
+    """Of a lever, whose two rows are one."""
+    e = sp.Symbol("e", real=True)
+    M = sp.zeros(6)
+    M[:2, :2] = sp.Matrix([1, e]) * sp.Matrix([[1, e]]) / k
+    assert not elasticity_from_compliance(M).bounds

@@ -18,6 +18,7 @@ from robostiff.record import (
     cosine,
     derivatives_along,
     greater,
+    hyperbolic_tangent,
     least,
     reciprocal,
     sine,
@@ -39,6 +40,7 @@ ANALYTIC: dict[str, Callable[[Any, Any], Any]] = {
     "cosine": lambda x, y: cosine(x - y),
     "power": lambda x, y: (x + y) ** -3,
     "arc cosine": lambda x, y: arc_cosine(x * y),
+    "hyperbolic tangent": lambda x, y: hyperbolic_tangent(x * y),
 }
 #: Others.
 REAL: dict[str, Callable[[Any, Any], Any]] = {

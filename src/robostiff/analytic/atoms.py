@@ -47,7 +47,9 @@ def prepare(expression: Any) -> Any:
         prepared = prepared.rewrite(sp.tan, sp.cos)
     turning = (x for x in parts_of(prepared) if isinstance(x, sp.sin | sp.cos))
     if any(not x.args[0].is_Symbol for x in turning):
-        prepared = sp.expand_trig(prepared)
+        hyperbolic = {x: sp.Dummy() for x in parts_of(prepared) if isinstance(x, sp.tanh)}
+        prepared = sp.expand_trig(prepared.xreplace(hyperbolic))
+        prepared = prepared.xreplace({kept: x for x, kept in hyperbolic.items()})
     # A root of a rational number has no other in it.
     roots = (x for x in parts_of(prepared) if is_root(x) and not x.base.is_Rational)
     numbers = [x for x in roots if not x.free_symbols]
@@ -64,7 +66,7 @@ def atoms_of(expressions: Iterable[Any]) -> Atoms:
     while pending:
         expression = pending.pop()
         # pi is transcendental: nothing that is rational in it vanishes unless it always does.
-        if expression.is_Symbol or expression is sp.pi:
+        if expression.is_Symbol or expression is sp.pi or isinstance(expression, sp.tanh):
             symbols.add(expression)
             continue
         if expression in seen:

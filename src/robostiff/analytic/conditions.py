@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import combinations
@@ -22,16 +22,17 @@ from robostiff.elasticity.bounds import Bounds
 from robostiff.kinematics import FormulaPose, place_leg
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import place_leg_at_joints
-from robostiff.model import Leg, PlacedFreedom, PlacedLeg, with_entries
+from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, with_entries
 from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded import entry_reader
-from robostiff.recorded.leg import lower_bound
+from robostiff.recorded.leg import at_samples, lower_bound
 from robostiff.spatial import cross, exact_number
 
 _CLOSED = sp.Rational(
     1, 10**14
 )  # square of the largest gap of a closed leg, relative to the length, or rad
 _STRETCHED = sp.Rational(1, 10**14)  # square of a sine
+_SAME = 1e-9
 _AWAY = 0.05
 _SEED = 5
 
@@ -73,21 +74,57 @@ def _of_parts(leg: PlacedLeg, read: ClosedReading) -> list[Condition]:
     return found
 
 
-def _stretched(leg: PlacedLeg, read: ClosedReading) -> list[Condition]:
-    """That no three passive axes, parallel to one another, lie in a plane: they transmit more."""
-    found = []
-    freedoms = (x for x in leg.elements if isinstance(x, PlacedFreedom))
-    passive = [x for x in freedoms if x.turns and x.is_passive]
-    for a, b, c in combinations(passive, 3):
-        if all(is_zero(x) for own in (b, c) for x in tidied(cross(a.axis, own.axis))):
-            sides = [cross(a.axis, x.point - y.point) for x, y in combinations((a, b, c), 2)]
-            squares = tidied(np.array([v @ v for v in sides], dtype=object))
-            ab, ac, bc = (sp.sympify(read(x)) for x in squares)
-            square = ab * bc - ((ab + bc - ac) / 2) ** 2
-            if square.free_symbols:
-                words = f"leg {leg.name!r} is not stretched"
-                found.append(Condition(words, square - _STRETCHED * ab * bc))
-    return found
+def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[Condition]:
+    """That no passive joints in a plane or about a point depend on others: they transmit more."""
+    for block in leg.blocks:
+        for branch in block.branches:
+            yield from _stretched(branch, read)
+    own = (x for x in leg.own_parts if isinstance(x, PlacedFreedom) and x.is_passive)
+    single = [x for x in own if not isinstance(x, CoupledFreedom) and not (x.turns and x.slides)]
+    for some in (*combinations(single, 2), *combinations(single, 3)):
+        sides = _about_a_point(some) or (_in_a_plane(some) if len(some) == 3 else None)
+        if sides is None:
+            continue
+        squares = tidied(np.array(sides, dtype=object))
+        aa, bb, ab = at_samples(squares, read.record.count).T
+        if np.ptp((aa + bb - ab) ** 2 / (aa * bb)) <= _SAME:
+            continue  # an angle between axes of one joint
+        aa, bb, ab = (sp.sympify(read(x)) for x in squares)
+        names = ", ".join(x.name for x in some)
+        words = f"joints {names} of leg {leg.name!r} are independent"
+        if len(some) == 3 and all(x.turns for x in some):
+            words = f"leg {leg.name!r} is not stretched"
+        square = aa * bb - ((aa + bb - ab) / 2) ** 2
+        yield Condition(words, square - _STRETCHED * aa * bb)
+
+
+def _in_a_plane(three: Sequence[PlacedFreedom]) -> tuple[Any, Any, Any] | None:
+    """Squares of the sides of a triangle without area where three joints in a plane depend.
+
+    None where they do not move in a plane. The sides are motions of the axis of one turn by the
+    two others.
+    """
+    turning = [x for x in three if x.turns]
+    if not turning:
+        return None
+    middle = turning[len(turning) // 2]
+    others = [x for x in three if x is not middle]
+    across = [cross(middle.axis, x.axis) if x.turns else [middle.axis @ x.axis] for x in others]
+    if not all(is_zero(x) for x in tidied(np.concatenate(across))):
+        return None
+    arms = (x.point - middle.point if x.turns else cross(middle.axis, x.axis) for x in others)
+    a, b = (cross(middle.axis, x) for x in arms)
+    return a @ a, b @ b, (a - b) @ (a - b)
+
+
+def _about_a_point(some: Sequence[PlacedFreedom]) -> tuple[Any, Any, Any] | None:
+    """The same of turns about one point: two that coincide, or three in a plane."""
+    if not all(x.turns and all(is_zero(y) for y in tidied(x.point - some[0].point)) for x in some):
+        return None
+    a, b = some[0].axis, some[-1].axis
+    if len(some) == 3:
+        a, b = cross(some[1].axis, a), cross(some[1].axis, b)
+    return a @ a, b @ b, (a - b) @ (a - b)
 
 
 def _closing(name: str, gap: Sequence[Any], read: ClosedReading) -> list[Condition]:

@@ -32,6 +32,7 @@ _FUNCTIONS: dict[Operation, Any] = {
     Operation.COSINE: flint.arb.cos,
     Operation.ARC_COSINE: flint.arb.acos,
     Operation.ARC_TANGENT: flint.arb.atan2,
+    Operation.HYPERBOLIC_TANGENT: flint.arb.tanh,
 }
 
 

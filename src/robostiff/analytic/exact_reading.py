@@ -18,7 +18,7 @@ from robostiff.record import OPERATORS, Entry, Operation, Record
 # Steps whose values are generators of a field: symbols, roots, sines and cosines.
 _ANGLES = (Operation.ARC_COSINE, Operation.ARC_TANGENT)
 _ATOMS = (Operation.INPUT, Operation.NUMBER, Operation.SQUARE_ROOT, Operation.SINE)
-_ATOMS += (Operation.COSINE, *_ANGLES)
+_ATOMS += (Operation.COSINE, Operation.HYPERBOLIC_TANGENT, *_ANGLES)
 
 
 class ExactReading:

@@ -81,7 +81,9 @@ class NamedReading:
         return self.fraction(self._expression(value))
 
     def fraction(self, expression: Any) -> Any:
-        """An expression in these names as a factored fraction."""
+        """An expression in these names as a factored fraction; a series as it is written."""
+        if expression.has(sp.tanh):
+            return expression
         if expression not in self._fractions:
             fraction = self._without_even_powers(self._cancelled(expression))
             if count_of(fraction) > _PRINTED:

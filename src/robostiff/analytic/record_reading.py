@@ -28,6 +28,7 @@ _FUNCTIONS: dict[Operation, Any] = {
     Operation.COSINE: sp.cos,
     Operation.ARC_COSINE: sp.acos,
     Operation.ARC_TANGENT: sp.atan2,
+    Operation.HYPERBOLIC_TANGENT: sp.tanh,
 }
 
 _CLOSED = 1e-10  # of the terms: rounding of a closed posture

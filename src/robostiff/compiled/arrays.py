@@ -56,6 +56,7 @@ _FLOAT_FUNCTIONS: dict[Operation, Callable[..., float]] = {
     Operation.COSINE: math.cos,
     Operation.ARC_COSINE: math.acos,
     Operation.ARC_TANGENT: math.atan2,
+    Operation.HYPERBOLIC_TANGENT: math.tanh,
     Operation.LEAST: lambda a, b: a if a < b else b if b <= a else math.nan,
     Operation.GREATER: lambda a, b: float(a > b),
 }

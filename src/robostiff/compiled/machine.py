@@ -72,6 +72,7 @@ class MachineCode:
             Operation.COSINE: hy.cos,
             Operation.ARC_COSINE: hy.acos,
             Operation.ARC_TANGENT: hy.atan2,
+            Operation.HYPERBOLIC_TANGENT: hy.tanh,
             Operation.LEAST: lambda a, b: hy.select(hy.lt(a, b), a, b),
             Operation.GREATER: hy.gt,
         }

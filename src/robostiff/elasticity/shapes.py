@@ -353,38 +353,33 @@ def i_section(
 
 
 def _rectangle_torsion_constant(b: Any, h: Any) -> Any:
-    short, long = _sides(b, h)
-    ratio = long / short
-    if is_formula(ratio) and not ratio.free_symbols:
-        # Exact arithmetic cannot treat zeta(5) and exponentials, so numbers are used.
-        factor = exact_number(_rectangle_torsion_factor(float(ratio)))
-    else:
-        factor = _rectangle_torsion_factor(ratio)
-    return long * short**3 * factor
-
-
-def _rectangle_torsion_factor(ratio: Any) -> Any:
-    """J by the longer side and the cube of the shorter one, of their ratio."""
+    ratio = b / h
+    if is_formula(ratio) and ratio.free_symbols:
+        # The series holds for either order of the sides, and four terms suffice for b > h: the mean
+        # of both orders takes nothing from the other one where these do not suffice.
+        p, q = b**20, h**20
+        return (p * _torsion_series(b, h) + q * _torsion_series(h, b)) / (p + q)
+    short, long = (b, h) if ratio < 1 else (h, b)
+    own = float(long / short)
     # tanh x = 1 - 2 / (exp(2x) + 1): the ones sum to 31/32 zeta(5), and the rest, at most
     # exp(-n pi), / n^5 is below 1e-20 from the sixth odd n on.
-    if is_formula(ratio):
-        import sympy as sp
-
-        exp, pi, ones = sp.exp, sp.pi, sp.Rational(31, 32) * sp.zeta(5)
-    else:
-        exp, pi, ones = math.exp, math.pi, 31 / 32 * 1.0369277551433699  # zeta(5)
-    powers = [(n, exp(-n * pi * ratio)) for n in range(1, 10, 2)]
+    powers = [(n, math.exp(-n * math.pi * own)) for n in range(1, 10, 2)]
     rest = sum(2 * x / (1 + x) / n**5 for n, x in powers)
-    return (1 - 192 / pi**5 / ratio * (ones - rest)) / 3
+    factor = (1 - 192 / math.pi**5 / own * (_ONES - rest)) / 3
+    # Exact arithmetic beside formulas takes a number for it.
+    return long * short**3 * (exact_number(factor) if is_formula(ratio) else factor)
 
 
-def _sides(b: Any, h: Any) -> tuple[Any, Any]:
-    """The shorter and the longer side."""
-    if not (is_formula(b) or is_formula(h)):
-        return min(b, h), max(b, h)
+_ONES = 31 / 32 * 1.0369277551433699  # zeta(5)
+
+
+def _torsion_series(long: Any, short: Any) -> Any:
+    """J of a rectangle of formulas; hyperbolic tangents from n = 9 on are one."""
     import sympy as sp
 
-    return sp.Min(b, h), sp.Max(b, h)
+    rest = sp.Rational("2.903743942486e-5")
+    terms = [sp.tanh(n * sp.pi * long / (2 * short)) / sp.Integer(n) ** 5 for n in (1, 3, 5, 7)]
+    return long * short**3 / 3 - 64 * short**4 / sp.pi**5 * (sp.Add(*terms) + rest)
 
 
 def _pi_beside(value: Any) -> Any:

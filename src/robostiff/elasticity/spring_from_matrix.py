@@ -10,10 +10,16 @@ from numpy.typing import NDArray
 
 from robostiff.elasticity.bounds import Bounds
 from robostiff.elasticity.checks import finite_array
+from robostiff.elasticity.matrix_of_formulas import (
+    COMPLIANCE,
+    STIFFNESS,
+    MatrixKind,
+    inverse_of_formulas,
+    symmetric_formulas,
+)
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
 from robostiff.spatial import (
-    Space,
     block_rotation,
     move_compliance,
     refuse_quantities,
@@ -24,8 +30,6 @@ from robostiff.spatial.formula import Entries, exact_arrays, formula_array
 
 Matrix = NDArray[np.float64]
 
-_TWIST, _WRENCH = Space.SPATIAL.twist_order, Space.SPATIAL.wrench_order
-
 # Relative difference allowed between symmetric entries: more than rounding and unit
 # conversion leave, less than a slip of the pen makes.
 SYMMETRY_TOLERANCE = 1e-9
@@ -33,24 +37,6 @@ SYMMETRY_TOLERANCE = 1e-9
 # Part of the largest eigenvalue, in the length-scaled metric, below which an eigenvalue is zero:
 # rounding of a 6x6 leaves some 1e-15.
 RANK_TOLERANCE = 1e-12
-
-
-@dataclass(frozen=True)
-class MatrixKind:
-    """Name, units and order of rows and columns of one kind of 6x6 matrix."""
-
-    name: str
-    rows: tuple[str, ...]
-    columns: tuple[str, ...]
-    unit: str
-
-    def entry(self, matrix: Matrix, i: int, j: int) -> str:
-        """An entry as text: ``[Fx, dy] = 3``."""
-        return f"[{self.rows[i]}, {self.columns[j]}] = {matrix[i, j]:.10g}"
-
-
-STIFFNESS = MatrixKind("stiffness matrix", rows=_WRENCH, columns=_TWIST, unit="N/m")
-COMPLIANCE = MatrixKind("compliance matrix", rows=_TWIST, columns=_WRENCH, unit="m/N")
 
 
 @dataclass(frozen=True)
@@ -136,68 +122,6 @@ def _in_words(vector: Matrix, names: tuple[str, ...]) -> str:
     return words
 
 
-def symmetric_formulas(matrix: np.ndarray, kind: MatrixKind) -> np.ndarray:
-    """The matrix itself; InputError unless it is 6x6, symmetric, and may be semidefinite."""
-    import sympy as sp
-
-    if matrix.shape != (6, 6):
-        raise InputError(f"shape of the {kind.name}", got=matrix.shape, expected="(6, 6)")
-    for i, j in np.ndindex(6, 6):
-        difference: Any = matrix[i, j] - matrix[j, i]
-        if sp.simplify(difference) != 0:
-            raise InputError(
-                f"{kind.name}, entries [{kind.rows[i]}, {kind.columns[j]}] = {matrix[i, j]} and "
-                f"[{kind.rows[j]}, {kind.columns[i]}] = {matrix[j, i]}",
-                expected="a symmetric matrix",
-            )
-    for i in range(6):
-        if matrix[i, i].is_negative or (matrix[i, i] == 0 and any(matrix[i] != 0)):
-            raise InputError(
-                f"{kind.name}, entry [{kind.rows[i]}, {kind.columns[i]}] = {matrix[i, i]}",
-                expected="no negative eigenvalue: a spring does not push in the direction it is "
-                "pulled",
-            )
-    return matrix
-
-
-def inverse_of_formulas(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Compliance (6, 6) and freedoms (6, k) of K; None where a coupled block is singular."""
-    import sympy as sp
-
-    zero = sp.Integer(0)
-    C, free = np.full((6, 6), zero, dtype=object), []
-    for block in _blocks(K):
-        if len(block) == 1 and K[block[0], block[0]] == 0:
-            free.append(block[0])
-            continue
-        part = sp.Matrix(K[np.ix_(block, block)])
-        determinant: Any = part.det(method="berkowitz")
-        if sp.simplify(determinant) == 0:
-            return None
-        inverse = part.inv(method="ADJ").applyfunc(sp.cancel)
-        C[np.ix_(block, block)] = np.array(inverse.tolist(), dtype=object)
-    freedoms = np.full((6, len(free)), zero, dtype=object)
-    for column, row in enumerate(free):
-        freedoms[row, column] = sp.Integer(1)
-    return C, freedoms
-
-
-def _blocks(K: np.ndarray) -> list[list[int]]:
-    """Rows that are coupled with each other, block by block."""
-    left, blocks = list(range(6)), []
-    while left:
-        block: list[int] = []
-        reached: list[Any] = [left[0]]
-        while reached:
-            i = reached.pop()
-            if i in left:
-                left.remove(i)
-                block.append(i)
-                reached += [j for j in left if K[i, j] != 0]
-        blocks.append(sorted(block))
-    return blocks
-
-
 def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
     """Spring of a 6x6 stiffness K: ``compliance = K^-1``, or ``K^+`` with ``freedoms = null(K)``.
 
@@ -238,7 +162,7 @@ def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
     """
     formulas = formula_array(stiffness)
     if formulas is not None:
-        return _from_formulas(symmetric_formulas(formulas, STIFFNESS))
+        return _from_formulas(formulas, symmetric_formulas(formulas, STIFFNESS))
     K = checked_symmetric(stiffness, STIFFNESS)
     spectrum = scaled_spectrum(K, STIFFNESS)
     held = spectrum.values > spectrum.threshold
@@ -284,7 +208,7 @@ def elasticity_from_compliance(compliance: Any) -> Elasticity:
     """
     formulas = formula_array(compliance)
     if formulas is not None:
-        return Elasticity(symmetric_formulas(formulas, COMPLIANCE))
+        return Elasticity(formulas, bounds=symmetric_formulas(formulas, COMPLIANCE))
     C = checked_symmetric(compliance, COMPLIANCE)
     scaled_spectrum(C, COMPLIANCE)
     return Elasticity(C)
@@ -333,11 +257,10 @@ def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elastic
     )
 
 
-def _from_formulas(K: NDArray) -> Elasticity:
+def _from_formulas(K: NDArray, bounds: tuple[Bounds, ...]) -> Elasticity:
     found = inverse_of_formulas(K)
     if found is not None:
-        own = (Bounds("diagonal of the stiffness", k) for k in np.diagonal(K) if k != 0)
-        return Elasticity(*found, tuple(own))
+        return Elasticity(*found, bounds)
     if any(entry.free_symbols for entry in K.flat):
         raise InputError(
             STIFFNESS.name,

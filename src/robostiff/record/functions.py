@@ -73,6 +73,14 @@ def arc_cosine(x: Any) -> Any:
 
 
 @_entry_by_entry
+def hyperbolic_tangent(x: Any) -> Any:
+    """Of an entry or number."""
+    if isinstance(x, Entry):
+        return x.apply(Operation.HYPERBOLIC_TANGENT)
+    return _exact("tanh", x) if is_exact(x) else math.tanh(x)
+
+
+@_entry_by_entry
 def reciprocal(x: Any) -> Any:
     """1 / x."""
     return x.reciprocal() if isinstance(x, Entry) else reciprocal_of(x)
@@ -150,6 +158,7 @@ ENTRY_FUNCTIONS: dict[Operation, Callable[..., Any]] = {
     Operation.COSINE: cosine,
     Operation.ARC_COSINE: arc_cosine,
     Operation.ARC_TANGENT: arc_tangent,
+    Operation.HYPERBOLIC_TANGENT: hyperbolic_tangent,
     Operation.LEAST: least,
     Operation.GREATER: greater,
 }
@@ -253,6 +262,7 @@ _OF_ONE: dict[Operation, Callable[[Any, Entry], Any]] = {
     Operation.SINE: lambda a, y: cosine(a),
     Operation.COSINE: lambda a, y: -sine(a),
     Operation.ARC_COSINE: lambda a, y: -square_root(1 - a * a).reciprocal(),
+    Operation.HYPERBOLIC_TANGENT: lambda a, y: 1 - y * y,
 }
 
 #: Rate of a function of a and b from theirs.

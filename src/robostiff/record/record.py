@@ -33,6 +33,7 @@ class Operation(Enum):
     COSINE = "cos"
     ARC_COSINE = "acos"
     ARC_TANGENT = "atan2"
+    HYPERBOLIC_TANGENT = "tanh"
     LEAST = "min"
     GREATER = "greater"  # 1 where the first is greater than the second, else 0
 
@@ -52,6 +53,7 @@ NUMPY_FUNCTIONS: dict[Operation, Any] = {
     Operation.COSINE: np.cos,
     Operation.ARC_COSINE: np.arccos,
     Operation.ARC_TANGENT: np.arctan2,
+    Operation.HYPERBOLIC_TANGENT: np.tanh,
     Operation.LEAST: np.minimum,
     Operation.GREATER: np.greater,
 }
@@ -79,6 +81,7 @@ COSTS = {
     Operation.COSINE: 15,
     Operation.ARC_COSINE: 30,
     Operation.ARC_TANGENT: 30,
+    Operation.HYPERBOLIC_TANGENT: 30,
     Operation.LEAST: 1,
     Operation.GREATER: 1,
 }

@@ -19,6 +19,7 @@ from robostiff.record import (
     arc_cosine,
     arc_tangent,
     cosine,
+    hyperbolic_tangent,
     reciprocal,
     sine,
     square_root,
@@ -65,18 +66,12 @@ def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
             raise InputError(
                 "formula",
                 got=str(expression),
-                expected="sums, products, powers, square roots, sin, cos, tan and their inverses",
-                hint=_OF_SIDES if type(expression).__name__ in {"Min", "Max"} else None,
+                expected=f"sums, products, whole and half powers, {', '.join([*_FUNCTIONS][2:])}",
             )
         return combine(*arguments)
 
     return read
 
-
-_OF_SIDES = (
-    "the torsion of a rectangle needs the ratio of its sides in numbers: height_z: 2*b, or "
-    "properties: {A: b*h, Iy: b*h^3/12, Iz: h*b^3/12, J: J_t} with J_t as a parameter"
-)
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "Add": lambda *terms: reduce(add, terms),
@@ -88,6 +83,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "atan": lambda slope: arc_tangent(slope, 1),
     "acos": arc_cosine,
     "asin": lambda y: arc_tangent(y, square_root(1 - y * y)),
+    "tanh": hyperbolic_tangent,
 }
 
 

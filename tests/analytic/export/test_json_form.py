@@ -167,9 +167,9 @@ def changed(path, value):
 
 
 OTHER_SHAPES = [
-    (["robostiff_derivation"], 2),
-    (["robostiff_derivation"], True),
-    (["robostiff_derivation"], "1"),
+    (["schema"], "robostiff derive 2"),
+    (["schema"], "robostiff stiffness 1"),
+    (["schema"], 1),
     (["name"], 3),
     (["name"], "x" * 10**6),
     (["extra"], 1),

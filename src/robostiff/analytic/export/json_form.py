@@ -25,7 +25,7 @@ from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDer
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
-_VERSION = 1
+_SCHEMA = "robostiff derive 1"
 _MOST_CHARACTERS = 10_000
 _MOST_PARTS = 100_000
 
@@ -218,7 +218,7 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
     refuse_derivative(derivation)
     name, *rest = _PARTS
     return {
-        "robostiff_derivation": _VERSION,
+        "schema": _SCHEMA,
         name: derivation.name,
         "symbols": [symbol_data(symbol) for symbol in _symbols_by_name(derivation)],
         **_written(derivation, {key: _PARTS[key] for key in rest}),
@@ -243,10 +243,9 @@ def derivation_from_data(data: Any) -> Derivation:
     """
     is_robot = isinstance(data, dict) and "legs" in data
     parts = {**_PARTS, **_ROBOT_PARTS} if is_robot else _PARTS
-    fields = _fields(data, "derivation", ("robostiff_derivation", "symbols", *parts))
-    version = fields["robostiff_derivation"]
-    if version != _VERSION or version is True:
-        raise InputError("version of the derivation", got=shown(version), expected="1")
+    fields = _fields(data, "derivation", ("schema", "symbols", *parts))
+    if fields["schema"] != _SCHEMA:
+        raise InputError("schema of the derivation", got=shown(fields["schema"]), expected=_SCHEMA)
     symbols = read_symbols(_list(fields["symbols"], "symbols"))
     size = Space.of_size(len(_list(fields["K"], "K"))).size
     read = _read(_Reader(symbols, TreeReader(symbols), size), fields, parts)
