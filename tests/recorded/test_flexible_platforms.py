@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.analytic import rank_formula
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Status
 from robostiff.model import PlatformNode
@@ -107,3 +108,10 @@ def test_formulas_have_the_arms_of_the_platform(pose):
 def test_formulas_refuse_platforms_with_motions_of_their_own():
     with pytest.raises(rs.InputError, match="leaves motions free"):
         rs.derive(shipped_on_platform("gough-stewart-b-beams", 4, ("hinge",)))
+
+
+def test_compliances_of_conjugate_wrenches_are_no_singularities():
+    """What the wrenches are divided by, to share no energy, is positive."""
+    found = rank_formula(rs.derive("docs/star-platform.yaml"))
+    assert found.rank == 6
+    assert sorted(map(str, found.exceptions)) == ["R", "h", "r"]

@@ -11,8 +11,9 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import combinations
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -100,9 +101,9 @@ def _locus(derivation: RobotDerivation, longest: int, rank: int) -> Locus:
     if _rank_in_numbers(W) != rank:
         return Locus({}, "where it drops is hidden by the names of its steps")
     field = ExactField([x for w in W for x in w])
-    rows = [_without_denominator(field, w) for w in W]
+    rows, below = zip(*(_without_denominator(field, w) for w in W), strict=True)
     shared: Any = None
-    for minor in _minors(field, rows, rank):
+    for minor in _minors(field, rows, below, rank):
         if not minor.is_zero():
             if len(minor) > _LARGEST:
                 raise FormulaTooLargeError.beyond(_LARGEST)
@@ -134,8 +135,8 @@ def _rank_in_numbers(W: Sequence[Any]) -> int:
     return int(np.linalg.matrix_rank(numbers, tol=_RANK))
 
 
-def _without_denominator(field: ExactField, wrench: Any) -> list[Any]:
-    """A wrench times what makes it a polynomial without a common factor."""
+def _without_denominator(field: ExactField, wrench: Any) -> tuple[list[Any], Any]:
+    """A wrench times what makes it a polynomial without a common factor, and its denominator."""
     elements = [field.element(x) for x in wrench]
     below = field.ring.constant(1)
     for x in elements:
@@ -145,13 +146,20 @@ def _without_denominator(field: ExactField, wrench: Any) -> list[Any]:
     for x in entries:
         if not x.is_zero():
             common = x if common is None else common.gcd(x)
-    return [x if x.is_zero() else x / common for x in entries]
+    return [x if x.is_zero() else x / common for x in entries], below
 
 
-def _minors(field: ExactField, rows: Sequence[Sequence[Any]], size: int) -> Iterator[Any]:
-    """All minors of a size, those of some rows by those of fewer of them."""
+def _minors(
+    field: ExactField, rows: Sequence[Sequence[Any]], below: Sequence[Any], size: int
+) -> Iterator[Any]:
+    """Numerators of all minors of a size, those of some rows by those of fewer of them.
+
+    Factors of denominators `below` the rows are no zeros: wrenches made conjugate have them.
+    """
     products = 0
-    for chosen in combinations(rows, size):
+    for places in combinations(range(len(rows)), size):
+        chosen = [rows[i] for i in places]
+        denominator = reduce(mul, (below[i] for i in places))
         n = len(chosen[0])
         known: dict[tuple[int, ...], Any] = {(j,): chosen[0][j] for j in range(n)}
         for k, row in enumerate(chosen[1:], start=1):
@@ -169,7 +177,7 @@ def _minors(field: ExactField, rows: Sequence[Sequence[Any]], size: int) -> Iter
                     total = total - product if (k + place) % 2 else total + product
                 larger[columns] = field.reduced(total)
             known = larger
-        yield from known.values()
+        yield from (x if x.is_zero() else x / x.gcd(denominator) for x in known.values())
 
 
 def _without_springs(W: Sequence[Any], c: Sequence[Any], rank: int) -> dict[Any, int]:
