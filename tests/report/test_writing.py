@@ -82,6 +82,15 @@ def test_a_report_with_every_section_has_few_pages_and_says_the_formula_once():
     assert "Leg 2: leg2" not in formula
 
 
+def test_a_wide_matrix_scrolls_by_itself():
+    contents = report_contents(
+        shipped("gough-stewart-b"), wrench=[0, 0, -100, 0, 0, 0], finite=True
+    )
+    before = re.findall(r"(<div[^>]*>)?\s*<table class=\"robostiff-matrix\"", report_html(contents))
+    assert len(before) == 3
+    assert all(before)
+
+
 def test_a_pdf_alone(tmp_path):
     assert run("3-rpr", "--pdf", "-o", "robot.pdf").stdout.split() == ["robot.pdf"]
     assert [path.name for path in tmp_path.iterdir()] == ["robot.pdf"]

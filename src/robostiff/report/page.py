@@ -11,7 +11,16 @@ from string import Template
 
 from robostiff.analytic.export import derivation_html
 from robostiff.errors import needs_extra
-from robostiff.markup import Bullets, Facts, Table, Tone, block_html, element, escaped
+from robostiff.markup import (
+    Bullets,
+    Facts,
+    LabelledMatrix,
+    Table,
+    Tone,
+    block_html,
+    element,
+    escaped,
+)
 from robostiff.plot.on_plotly.swinging import swinging_script
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import (
@@ -101,7 +110,8 @@ def _part_html(part: Part) -> str:
         case _:
             html = block_html(part)
             kind = "wide long" if isinstance(part, Table) and in_halves(part) else "wide"
-            return element("div", html, class_=kind) if isinstance(part, Table) else html
+            is_wide = isinstance(part, Table | LabelledMatrix)
+            return element("div", html, class_=kind) if is_wide else html
 
 
 def _figure_html(figure: Figure) -> str:
