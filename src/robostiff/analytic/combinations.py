@@ -173,17 +173,10 @@ _MOST_TERMS = 300
 
 @dataclass(frozen=True)
 class NamedCombinations:
-    """A matrix in given symbols and in names for recurring sums.
-
-    Attributes
-    ----------
-    matrix : sympy.ImmutableMatrix
-    definitions : tuple of Definition
-        What the names stand for, in given symbols and names defined before.
-    """
+    """A matrix in given symbols and in names for recurring sums."""
 
     matrix: sp.ImmutableMatrix
-    definitions: tuple[Definition, ...]
+    definitions: tuple[Definition, ...]  # in given symbols and names defined before
 
 
 def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
@@ -229,20 +222,12 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
         names.give(base)
     if not names.definitions:
         return unchanged
-    shown = {entry: _shorter(names.sum_of(written[entry]), entry) for entry in written}
+    # Multiplying it out may have made an entry longer than it was.
+    shown = {x: min(names.sum_of(written[x]), x, key=count_of) for x in written}
     named = sp.ImmutableMatrix(K.rows, K.cols, [shown[entry] for entry in entries])
     definitions = used_definitions(names.definitions, [named])
-    after = _operations([*named, *(definition.expression for definition in definitions)])
-    return NamedCombinations(named, definitions) if after < _operations(K) else unchanged
-
-
-def _operations(expressions: Iterable[Any]) -> int:
-    return sum(count_of(expression) for expression in expressions)
-
-
-def _shorter(named: Any, entry: Any) -> Any:
-    """An entry in names, unless multiplying it out made it longer than it was."""
-    return named if count_of(named) <= count_of(entry) else entry
+    after = sum(map(count_of, [*named, *(d.expression for d in definitions)]))
+    return NamedCombinations(named, definitions) if after < sum(map(count_of, K)) else unchanged
 
 
 def _is_manageable(entries: list[Any]) -> bool:

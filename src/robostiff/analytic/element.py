@@ -119,8 +119,8 @@ class PolynomialWriter:
     >>> import flint
     >>> ring = flint.fmpq_mpoly_ctx.get(["x", "y"], flint.Ordering.lex)
     >>> x, y = ring.gens()
-    >>> PolynomialWriter(sp.symbols("x y")).expression(3 * x**2 * y - y / 2 + 1)
-    3*x**2*y - y/2 + 1
+    >>> PolynomialWriter(sp.symbols("x y")).expressions([3 * x**2 * y - y / 2 + 1])
+    [3*x**2*y - y/2 + 1]
     """
 
     def __init__(self, generators: Sequence[Any]) -> None:
@@ -132,12 +132,8 @@ class PolynomialWriter:
         self._ordered: list[Any] = [_PRODUCT]
         self._ranks: dict[Any, int] = {_A_PRODUCT: 0}
 
-    def expression(self, polynomial: Any) -> sp.Expr:
-        """The polynomial as a canonical sum of products."""
-        return self.expressions([polynomial])[0]
-
     def expressions(self, polynomials: Sequence[Any]) -> list[Any]:
-        """Several of them, whose factors are ranked together."""
+        """Several of them as canonical sums of products; their factors are ranked together."""
         read = [_rows(polynomial) for polynomial in polynomials]
         needed: set[Any] = {c for numbers, _, _ in read for c in numbers}
         for _, rows, degrees in read:

@@ -125,7 +125,7 @@ class ExactField:
 
     def polynomial_expression(self, polynomial: Any) -> sp.Expr:
         """Write a polynomial of the generators as a SymPy expression."""
-        return self._writer.expression(polynomial)
+        return self._writer.expressions([polynomial])[0]
 
     def polynomial_expressions(self, polynomials: Sequence[Any]) -> list[Any]:
         """Write several polynomials."""

@@ -12,24 +12,13 @@ from robostiff.record.record import COSTS, NUMPY_FUNCTIONS, Operation, Record
 
 @dataclass(frozen=True)
 class Step:
-    """One operation of a program on the results of earlier steps.
-
-    Attributes
-    ----------
-    operation : Operation
-    a, b : int or None
-        Earlier steps; none for an input or a number.
-    number : float
-        Of a number.
-    name : str
-        Of an input, or one that the record gave.
-    """
+    """One operation of a program on the results of earlier steps."""
 
     operation: Operation
-    a: int | None = None
+    a: int | None = None  # earlier steps; none for an input or a number
     b: int | None = None
     number: Any = 0.0
-    name: str = ""
+    name: str = ""  # of an input, or one that the record gave
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,8 @@ class Operation(Enum):
     LEAST = "min"
     GREATER = "greater"  # 1 where the first is greater than the second, else 0
 
+    __hash__ = object.__hash__  # that of enumerations takes as long as an operation
+
 
 _DIGITS = 2**36
 _SAME = 1e-12  # of a value: rounding at the samples
