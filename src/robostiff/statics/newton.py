@@ -31,39 +31,20 @@ _FREE_RUN = 0.5 * CAP
 
 @dataclass(frozen=True)
 class FoundEquilibrium:
-    """Where Newton's method ended.
-
-    Attributes
-    ----------
-    state : State
-    factor : float
-        Of the loads.
-    known : Linearised
-        The equations there, refined.
-    converged : bool
-    steps : int
-    direct : bool
-        Whether every step was whole, at most half of the one before, and little or a smaller
-        part of it than that one was.
-    """
+    """Where Newton's method ended."""
 
     state: State
-    factor: float
-    known: Linearised
+    factor: float  # of the loads
+    known: Linearised  # the equations there, refined
     converged: bool
     steps: int
+    # every step was whole, at most half of the one before, and little or a smaller part than that
     direct: bool = False
 
 
 @dataclass(frozen=True)
 class Target:
-    """What closes the equations of the platform.
-
-    Attributes
-    ----------
-    R, p : (3, 3) and (3,) arrays, or None
-        Pose at which it is held; None where it moves under the loads.
-    """
+    """Pose at which the platform is held; None where it moves under the loads."""
 
     R: np.ndarray | None = None
     p: np.ndarray | None = None
