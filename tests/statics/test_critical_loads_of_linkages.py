@@ -152,6 +152,12 @@ def test_a_parallelogram_that_is_laid_flat_branches_there(turn: float, point: st
     assert before.critical_factor is None
     assert np.isclose(beyond.critical_factor or 0.0, 1 / 1.1, rtol=1e-7, atol=0)
     assert rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD & beyond.status
+    curve = rs.load_path(robot, wrench=DOWN, factors=[0.9 * exact, 1.1 * exact])
+    assert np.allclose(curve.critical_factor, [exact], rtol=1e-7, atol=0)
+    assert "singular posture" in str(curve.critical_mode.values[0])
+    passed = curve.path_status_code.values & rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD > 0
+    assert np.array_equal(passed, curve.path_factor.values > exact)
+    assert curve.path_stable.values.all()
 
 
 @pytest.mark.parametrize("along", [1.0, -1.0])
@@ -163,12 +169,22 @@ def test_a_parallelogram_that_turns_upright_does_not_branch(along: float):
     assert found.searched_to == 300
 
 
-def test_struts_that_turn_over_stay_on_their_side():
+@pytest.mark.parametrize(
+    "sizes",
+    [
+        (0.28, 28.0, 0.3, 0.1),
+        (0.12, 29.0, 0.86, 0.07),
+        (0.26, 14.0, 0.36, 1e-3),
+        (0.2, 19.0, 0.1, 1e-4),
+        (0.1, 20.0, 0.65, 2e-4),
+    ],
+)
+def test_struts_that_turn_over_stay_on_their_side(sizes: tuple[float, ...]):
     """An apex drawn far sideways comes down to a fork, all but symmetric, and stays above it.
 
     Along x, y follows from balance upright; the least curvature is positive and the force rises.
     """
-    h, k, kx, ky = 0.28, 28.0, 0.3, 0.1
+    h, k, kx, ky = sizes
     feet, y, forces = np.array([[-1.0, 0.0], [1.0, 0.0]]), h, []
     g, H = np.zeros(2), np.eye(2)
     for x in np.linspace(0.0, -3.0, 1001):

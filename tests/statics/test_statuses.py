@@ -8,7 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.model import PlacedLeg, Snapshot
 from robostiff.spatial import Space
-from robostiff.statics import newton
+from robostiff.statics import equilibrium_path
 from tests.statics.robots_under_load import column, joint, loaded
 
 PAGE = (Path(__file__).parents[2] / "docs/under-load.md").read_text()
@@ -54,7 +54,7 @@ def test_a_search_that_ends_early_says_how_far_it_came(monkeypatch):
     whole = rs.critical_load(robot, wrench=load)
     assert (whole.is_found, whole.searched_to, whole.status.is_bad) == (False, 1000.0, False)
     assert rs.equilibrium(robot, wrench=[1000 * x for x in load]).stable
-    monkeypatch.setattr(newton, "_LONGEST", 25)
+    monkeypatch.setattr(equilibrium_path, "_LONGEST", 20)
     found = rs.critical_load(robot, wrench=load)
     assert not found.is_found
     assert rs.EquilibriumStatus.NO_EQUILIBRIUM in found.status

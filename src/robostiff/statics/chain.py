@@ -14,19 +14,11 @@ from robostiff.statics.element import BodyPlace, Element, stacked
 
 @dataclass(frozen=True)
 class BodyLoad:
-    """A force that keeps its direction, at a point of the body behind some elements of a chain.
+    """A force that keeps its direction, at a point of the body behind some elements of a chain."""
 
-    Attributes
-    ----------
-    after : int
-        How many elements lie before the body.
-    point, force : (N, 3) arrays, or (3,) arrays of entries and numbers
-        Where it acts at the unloaded posture [m], and itself in the world [N].
-    """
-
-    after: int
-    point: np.ndarray
-    force: np.ndarray
+    after: int  # how many elements lie before the body
+    point: np.ndarray  # (N, 3), or (3,) of entries: where it acts at the unloaded posture [m]
+    force: np.ndarray  # alike, in the world [N]
 
 
 @dataclass(frozen=True)

@@ -247,23 +247,13 @@ def _bodies(groups: Sequence[LegGroup]) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 @dataclass(frozen=True)
 class Places:
-    """Where the equations of the legs of a group have what their chains contribute.
+    """Where the equations of the legs of a group have what their chains contribute."""
 
-    Attributes
-    ----------
-    entries, sides, shares : arrays of int
-        Of all contributions to the tangent, to the residual, and to its rate by the share of loads.
-    constant : (n, n) array
-        Of the tangent: bodies between chains.
-    by_twist : (N, n, r) array
-        Of the residual, by the twist of the platform.
-    """
-
-    entries: np.ndarray
-    sides: np.ndarray
-    shares: np.ndarray
-    constant: np.ndarray
-    by_twist: np.ndarray
+    entries: np.ndarray  # of all contributions to the tangent
+    sides: np.ndarray  # to the residual
+    shares: np.ndarray  # to its rate by the share of loads
+    constant: np.ndarray  # (n, n): of the tangent, bodies between chains
+    by_twist: np.ndarray  # (N, n, r): of the residual, by the twist of the platform
 
     @staticmethod
     def of(group: LegGroup, columns_of: Sequence[np.ndarray], width: int) -> Places:

@@ -16,7 +16,8 @@ from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import as_float
 from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.critical_point import CriticalPoint, first_critical
+from robostiff.statics.critical_point import CriticalPoint
+from robostiff.statics.equilibrium_path import first_critical
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_posture import one_loaded_posture

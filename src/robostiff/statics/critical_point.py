@@ -8,9 +8,9 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from robostiff.analysis.free_motion import free_motions_in_words
-from robostiff.statics.newton import FoundEquilibrium, PathStep, equilibrium_at, path
+from robostiff.statics.newton import FoundEquilibrium, PathStep
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.singular_posture import Regular, may_be_singular
+from robostiff.statics.singular_posture import Regular
 from robostiff.statics.stability import Margin, leg_margins, platform_margin
 
 # Of the margins around a critical point: where interpolation begins, and how many are tried before
@@ -18,6 +18,11 @@ from robostiff.statics.stability import Margin, leg_margins, platform_margin
 _SMALL, _TRIALS, _HALVES = 1e-4, 30, 30
 # Of the interval: so far beside a point at which equations are singular.
 _ASIDE = 1e-3
+# Lateral parts of an arc, and of the length of the robot, by which equilibria are on one branch.
+_TORN, _SAME = 10.0, 1e-6
+# Of the arc to where none are: how far they are followed. Small margins up to which there may be
+# none, equations being singular.
+_TOWARDS, _NEARLY = 0.9, 100.0
 # Of load times mode: below this the load does no work on the mode, and equilibria branch.
 _BRANCHES = 1e-4
 # Of a step: where equilibria around a singular posture are looked for, and how near to it, of the
@@ -56,53 +61,19 @@ class CriticalPoint:
     found: FoundEquilibrium
 
 
-def first_critical(
-    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, up_to: float
-) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
-    """The first critical point from factor 0 up to a factor; `unloaded` is without any load.
-
-    Returns the last stable equilibrium that was met, None where there is none from which to start;
-    the critical point, None where none was met; and the factor up to which equilibria were found to
-    be stable: `up_to`, unless the path ended before or a critical point was met.
-    """
-    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
-    if not here.converged:
-        return None, None, 0.0
-    least = least_margin(problem, here, unloaded)
-    if least[1].value <= 0:
-        return here, _point(problem, loading, here, *least), here.factor
-    furthest, branches = 0.0, may_be_singular(problem)
-    for step in path(problem, loading, here):
-        if step.found.factor < 0:
-            break
-        furthest = max(furthest, step.found.factor)
-        points = [_singular(problem, loading, step)] if branches else []
-        if least_margin(problem, step.found, unloaded)[1].value < 0:
-            points.append(refined(problem, loading, unloaded, step))
-        critical = min(filter(None, points), key=lambda own: own.factor, default=None)
-        if critical is not None:
-            if critical.factor <= up_to:
-                return here, critical, critical.factor
-            return here, None, up_to
-        here = step.found
-        if here.factor >= up_to:
-            break
-    return here, None, min(up_to, furthest)
-
-
 def refined(
     problem: EquilibriumProblem,
     loading: LoadCase,
     unloaded: Linearised,
     step: PathStep,
-) -> CriticalPoint:
+) -> CriticalPoint | float:
     """Where the margin vanishes between a stable and an unstable equilibrium, in either order.
 
     By regula falsi (Illinois) up to where equations are nearly singular; arc and load factor are
     interpolated from there. A margin that leaps past zero, where a leg turns singular, is enclosed
-    by halves.
+    by halves. Where equilibria leap to another branch, or there are none, an arc before that.
     """
-    left, right = 0.0, step.arc
+    left, right, at_ends = 0.0, step.arc, [step.here, step.found]
     found = step.found
     at_left = least_margin(problem, step.here, unloaded)[1].value
     at_right = least_margin(problem, found, unloaded)[1].value
@@ -117,8 +88,12 @@ def refined(
         if not found.converged:  # equations that are singular to rounding: a little aside
             h += _ASIDE * (left - h)
             found = step.along(problem, loading, h)
-        if not found.converged:
+        one, other = (problem.displacement(own.state) * problem.scale for own in at_ends)
+        near = _TORN * step.unit * abs(right - left) + _SAME * problem.length
+        if not found.converged and smallest < _NEARLY * small:
             break
+        if not found.converged or np.linalg.norm(one - other) > near:
+            return _TOWARDS * h
         value = least_margin(problem, found, unloaded)[1].value
         met[value] = found.factor
         if abs(value) < smallest:
@@ -126,17 +101,17 @@ def refined(
         if smallest < small:
             break
         if value * at_right < 0:
-            left, at_left = right, at_right
+            left, at_left, at_ends[0] = right, at_right, at_ends[1]
         else:
             at_left *= 0.5
-        right, at_right = h, value
+        right, at_right, at_ends[1] = h, value, found
     else:
-        return _point(problem, loading, found, *least_margin(problem, found, unloaded))
-    point = _point(problem, loading, best, *least_margin(problem, best, unloaded))
+        return point_at(problem, loading, found, *least_margin(problem, found, unloaded))
+    point = point_at(problem, loading, best, *least_margin(problem, best, unloaded))
     return replace(point, factor=_at_zero(met))
 
 
-def _singular(
+def singular(
     problem: EquilibriumProblem, loading: LoadCase, step: PathStep
 ) -> CriticalPoint | None:
     """Where rigid bars lie in a singular posture on the way; None where they do not.
@@ -189,13 +164,14 @@ def least_margin(
     return leg, margins[leg]
 
 
-def _point(
+def point_at(
     problem: EquilibriumProblem,
     loading: LoadCase,
     found: FoundEquilibrium,
     leg: int | None,
     least: Margin,
 ) -> CriticalPoint:
+    """What happens at a critical equilibrium, by its least margin and the leg that has it."""
     if leg is not None:
         # Of legs that buckle together, rounding must not choose the one that is named.
         margins = leg_margins(problem, found.known)

@@ -32,33 +32,16 @@ class BodyPlace:
 
 @dataclass(frozen=True)
 class FiniteJoint:
-    """A joint that moves by q along its screw; energy ``k q^2 / 2 - f q``.
-
-    Attributes
-    ----------
-    names : tuple of str
-    point, axis : (N, 3) arrays
-        In the world, at the unloaded posture [m].
-    turns : bool
-        Whether it turns by q about its axis.
-    slide : (N,) array
-        How far it slides along its axis for each unit of q: the pitch where it turns, otherwise 1.
-    stiffness : (N,) array
-        k of its drive or lock, 0 where it is passive [N/m or N m/rad].
-    preload : (N,) array
-        f, with which its drive pushes along its coordinate at q = 0 [N or N m].
-    laws : tuple of Law or None
-        In place of ``k q``, with k their tangent at rest.
-    """
+    """A joint that moves by q along its screw; energy ``k q^2 / 2 - f q``."""
 
     names: tuple[str, ...]
-    point: np.ndarray
-    axis: np.ndarray
-    turns: bool
-    slide: np.ndarray
-    stiffness: np.ndarray
-    preload: np.ndarray
-    laws: tuple[Law | None, ...]
+    point: np.ndarray  # (N, 3): in the world, at the unloaded posture [m]
+    axis: np.ndarray  # (N, 3)
+    turns: bool  # by q about its axis
+    slide: np.ndarray  # (N,): along its axis for each unit of q: its pitch where it turns, or 1
+    stiffness: np.ndarray  # (N,): k of its drive or lock, 0 where it is passive [N/m or N m/rad]
+    preload: np.ndarray  # (N,): f, with which its drive pushes at q = 0 [N or N m]
+    laws: tuple[Law | None, ...]  # in place of k q, with k their tangent at rest
 
     size = 1
 
@@ -100,31 +83,15 @@ class FiniteSpring:
 
     ``th = (d, r) = V y`` in its own axes; energy ``sum(k y^2) / 2`` with ``k`` 1, or 0 along
     freedoms, so that ``V V^T`` is its compliance; a beam has its bowing besides.
-
-    Attributes
-    ----------
-    names : tuple of str
-    point : (N, 3) array
-        Its far end at the unloaded posture [m].
-    rotation : (N, 3, 3) array
-        Columns: its own axes.
-    modes : (N, 6, m) array
-        V.
-    stiffness : (N, m) array
-        k.
-    axial : (N,) array
-        EA/L of a beam with bowing [N/m]; 0 of a linear spring.
-    G : (N, 6, 6) array
-        ``th^T G th`` is twice the shortening of the beam by bending [1/m, 1, m].
     """
 
     names: tuple[str, ...]
-    point: np.ndarray
-    rotation: np.ndarray
-    modes: np.ndarray
-    stiffness: np.ndarray
-    axial: np.ndarray
-    G: np.ndarray
+    point: np.ndarray  # (N, 3): its far end at the unloaded posture [m]
+    rotation: np.ndarray  # (N, 3, 3): columns are its own axes
+    modes: np.ndarray  # (N, 6, m): V
+    stiffness: np.ndarray  # (N, m): k
+    axial: np.ndarray  # (N,): EA/L of a beam with bowing [N/m]; 0 of a linear spring
+    G: np.ndarray  # (N, 6, 6): th^T G th is twice the shortening by bending [1/m, 1, m]
 
     @property
     def size(self) -> int:

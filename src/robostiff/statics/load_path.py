@@ -15,12 +15,13 @@ from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.critical_point import least_margin, refined
+from robostiff.statics.critical_point import least_margin
 from robostiff.statics.equilibrium import solved
+from robostiff.statics.equilibrium_path import OnPath, path
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_posture import LoadedPosture, one_loaded_posture
-from robostiff.statics.newton import FoundEquilibrium, equilibrium_at, path
+from robostiff.statics.newton import equilibrium_at
 from robostiff.statics.problem import LoadCase
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import EquilibriumStatus
@@ -67,8 +68,10 @@ def load_path(
         Along ``factor``: ``displacement`` (from the unloaded posture), ``pose``, ``K``,
         ``K_total``, ``energy``, ``margin``, ``stable``, ``status_code``; no number where there is
         no equilibrium, which the status explains. Along ``step``: ``path_factor``,
-        ``path_displacement``, ``path_stable``, up to the largest factor or to where it ends; a
-        step at each critical point, the last that counts as stable.
+        ``path_displacement``, ``path_stable``, ``path_status_code``, up to the largest factor or
+        to where it ends; a step at each critical point at which stability is lost, the last that
+        counts as stable. Along ``critical``: ``critical_factor`` and ``critical_mode`` of these
+        points, and of singular postures of rigid bars.
 
     Raises
     ------
@@ -95,35 +98,28 @@ def load_path(
     return _dataset(loaded, F, s, found, _path(loaded, F, float(s.max())))
 
 
-Along = list[tuple[FoundEquilibrium, bool]]
-
-
-def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> Along:
+def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> list[OnPath]:
     """Equilibria as the wrench grows, until it is reached, or has turned back to nothing.
 
-    Each with whether it is stable; between a stable and an unstable one stands the critical point.
+    Between a stable and an unstable one stands the critical point, which counts as stable.
     """
-    problem = loaded.problem
-    nothing = np.zeros(problem.size)
+    problem, nothing = loaded.problem, np.zeros(loaded.problem.size)
     if furthest <= 0 or loaded.status & EquilibriumStatus.UNREACHABLE:
         return []
-    unloaded = problem.at_rest
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
-    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
-    if not here.converged:
-        return []
-    found = [(here, least_margin(problem, here, unloaded)[1].value >= 0)]
-    for step in path(problem, loading, here, largest=0.1 * furthest):
-        there = step.found
-        if there.factor > furthest:  # the last step ends at the largest factor
-            last = equilibrium_at(problem, loading, furthest, there.state)
-            there = last if last.converged else there
-        is_stable = least_margin(problem, there, unloaded)[1].value >= 0
-        if is_stable != found[-1][1]:
-            point = refined(problem, loading, unloaded, step)
-            found.append((point.found, True))
-        found.append((there, is_stable))
-        if not 0 <= there.factor < furthest:
+    found: list[OnPath] = []
+    for step in path(problem, loading, problem.at_rest, largest=0.1 * furthest):
+        own, at = step, step.found
+        if at.factor > furthest:  # the last step ends at the largest factor
+            last = equilibrium_at(problem, loading, furthest, at.state)
+            at = last if last.converged else at
+            is_stable = least_margin(problem, at, problem.at_rest)[1].value >= 0
+            met = tuple(point for point in own.critical if point.factor <= at.factor)
+            own = OnPath(at, is_stable, met)
+        if found and own.is_stable != found[-1].is_stable:
+            found += [OnPath(point.found, True) for point in own.critical[-1:]]
+        found.append(own)
+        if found[1:] and not 0 <= at.factor < furthest:
             break
     return found
 
@@ -133,13 +129,18 @@ def _dataset(
     F: np.ndarray,
     factors: np.ndarray,
     found: Equilibria,
-    along: Along,
+    along: list[OnPath],
 ) -> xarray.Dataset:
     with needs_extra("maps", "maps"):
         import xarray
     space, problem = loaded.space, loaded.problem
     energy = np.array([own.energy if own.has_answer else np.nan for own in found])
-    steps = [problem.displacement(own.state) for own, _ in along]
+    steps = [problem.displacement(own.found.state) for own in along]
+    critical = [point for own in along for point in own.critical]
+    beyond = np.logical_or.accumulate([bool(own.critical) for own in along])
+    stable = np.array([own.is_stable for own in along], dtype=bool)
+    codes = np.where(stable, 0, EquilibriumStatus.UNSTABLE)
+    codes |= np.where(beyond, EquilibriumStatus.BEYOND_CRITICAL_LOAD, 0)
     whole = {"long_name": "from the unloaded posture", "units": "m, rad"}
     variables: dict[str, Any] = {
         "displacement": (("factor", "twist"), found.displacement.filled(np.nan), whole),
@@ -150,13 +151,16 @@ def _dataset(
         "margin": (("factor",), found.margin.filled(np.nan)),
         "stable": (("factor",), found.stable),
         "status_code": (("factor",), found.status_codes),
-        "path_factor": (("step",), np.array([own.factor for own, _ in along])),
+        "path_factor": (("step",), np.array([own.found.factor for own in along])),
         "path_displacement": (
             ("step", "twist"),
             np.array(steps).reshape(len(steps), space.size),
             whole,
         ),
-        "path_stable": (("step",), np.array([is_stable for _, is_stable in along], dtype=bool)),
+        "path_stable": (("step",), stable),
+        "path_status_code": (("step",), codes.astype(np.uint16)),
+        "critical_factor": (("critical",), np.array([own.factor for own in critical])),
+        "critical_mode": (("critical",), np.array([own.words for own in critical], dtype=str)),
     }
     coordinates = {
         "factor": factors,

@@ -1,8 +1,7 @@
-"""Newton's method on coordinates, wrenches and platform pose at once; paths of equilibria."""
+"""Newton's method on coordinates, wrenches and platform pose at once, at a load or along a path."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,22 +14,15 @@ CAP = 0.2
 # After a step of this size the next would be rounding; near a critical load rounding is larger.
 _DONE, _NEAR = 1e-9, 1e-7
 # A step of this size leaves the equations as they are; after one below the other, it may come.
-_NOTHING, _SOON = 1e-14, 1e-5
+_NOTHING, _SOON = 1e-14, 3e-7
 _STEPS = 40
 #: Part of the one before that a step may be at most, how that falls from step to step, and what is
 #: little: so shorten steps that meet no singular tangent, under no smaller load (Kantorovich).
 HALF, FALLS, LITTLE = 0.5, 0.75, 0.1
-# Steps of a path at most, and how far one of them shifts the platform, by the robot's length.
-_LONGEST, _FURTHEST = 250, 0.1
-# The first of them, and how far it does: each may be 1.6 times the one before, so that none is long
-# beside the way there, where another branch may be near.
-_FIRST, _NEAREST = 0.02, 1e-5
-# Cosine of the angle of a step, and of the path behind it, with the path before it: below it, the
-# step may have leapt to another branch; one so short has met a corner, such as that of a law.
-_TURNS, _SHARP = 0.9, 1e-2
+#: Cosine of the angle of a step, and of the path behind it, with the path before it: below it, the
+#: step may have leapt to another branch; one so short has met a corner, such as that of a law.
+TURNS, SHARP = 0.9, 1e-2
 _REFINEMENTS = 2
-# Steps of Newton's method after which the arc may be longer, by less after one less than these.
-_EASILY = 7
 # Part by which sizes of equations and steps may differ that are the same; so many of them in a row.
 _REPEATS, _ENDLESS = 1e-9, 4
 # A step above this is no end of an iteration.
@@ -39,39 +31,20 @@ _FREE_RUN = 0.5 * CAP
 
 @dataclass(frozen=True)
 class FoundEquilibrium:
-    """Where Newton's method ended.
-
-    Attributes
-    ----------
-    state : State
-    factor : float
-        Of the loads.
-    known : Linearised
-        The equations there, refined.
-    converged : bool
-    steps : int
-    direct : bool
-        Whether every step was whole, at most half of the one before, and little or a smaller
-        part of it than that one was.
-    """
+    """Where Newton's method ended."""
 
     state: State
-    factor: float
-    known: Linearised
+    factor: float  # of the loads
+    known: Linearised  # the equations there, refined
     converged: bool
     steps: int
+    # every step was whole, at most half of the one before, and little or a smaller part than that
     direct: bool = False
 
 
 @dataclass(frozen=True)
 class Target:
-    """What closes the equations of the platform.
-
-    Attributes
-    ----------
-    R, p : (3, 3) and (3,) arrays, or None
-        Pose at which it is held; None where it moves under the loads.
-    """
+    """Pose at which the platform is held; None where it moves under the loads."""
 
     R: np.ndarray | None = None
     p: np.ndarray | None = None
@@ -168,63 +141,6 @@ class PathStep:
         return step_along(problem, loading, self.here, self.direction, h, self.unit)
 
 
-def path(
-    problem: EquilibriumProblem,
-    loading: LoadCase,
-    start: FoundEquilibrium,
-    largest: float = 0.25,
-) -> Iterator[PathStep]:
-    """Equilibria along a growing load, through its turning points, from one at factor 0.
-
-    The arc is measured by the motion of the platform and by the load factor. A step that does not
-    converge is halved, and one that turns far; the path ends where that does not help. Up to the
-    whole load, steps of the load factor are at most `largest`; beyond it they grow with the load.
-    """
-    here, unit = start, _unit(problem, start)
-    h = min(_FIRST, _NEAREST * problem.length / unit)
-    direction = _direction(problem, here, None, unit)
-    shortest = 1e-7 * h
-    for _ in range(_LONGEST):
-        if h < shortest:
-            return
-        found = step_along(problem, loading, here, direction, h, unit)
-        following = _direction(problem, found, direction, unit) if found.converged else direction
-        if not found.converged or (h > _SHARP and float(following @ direction) < _TURNS):
-            h *= 0.5
-            continue
-        yield PathStep(here, found, direction, h, unit)
-        direction, here = following, found
-        if found.steps <= _EASILY:
-            of_load = largest * (1.0 + abs(found.factor)) / max(abs(float(direction[-1])), 1e-12)
-            shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
-            more = 1.6 if found.steps < _EASILY - 1 else 1.2
-            h = min(of_load, _FURTHEST * problem.length / shift, more * h)
-
-
-def _unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
-    """Shift [m] that counts as much as the whole load: what the platform does under it."""
-    K, load = at.known.K_total, at.known.by_factor
-    twist = solve_least(K, load, problem.scale, problem.length)
-    shift = float(np.linalg.norm(twist * problem.scale))
-    return min(max(shift, 1e-9 * problem.length), problem.length)
-
-
-def _direction(
-    problem: EquilibriumProblem, at: FoundEquilibrium, before: np.ndarray | None, unit: float
-) -> np.ndarray:
-    """Unit direction (r + 1,) of the path in scaled twist and factor."""
-    known = at.known
-    r = problem.size
-    scaled = known.K_total / problem.scale[:, None] / problem.scale * unit
-    load = known.by_factor / problem.scale
-    system = np.column_stack([scaled, -load])
-    size = np.linalg.norm(system, axis=1)
-    v = np.linalg.svd(system / np.where(size > 0, size, 1.0)[:, None])[2][r]
-    if before is None:
-        return v if v[-1] >= 0 else -v
-    return v if float(v @ before) >= 0 else -v
-
-
 def step_along(
     problem: EquilibriumProblem,
     loading: LoadCase,
@@ -259,7 +175,7 @@ def step_along(
         moved = moved + part * step
         factor += part * float(step[r])
         if size < _DONE or (size < _NEAR and size > 0.3 * last):
-            if _SHARP < abs(h) < _TURNS * float(np.linalg.norm(moved)):
+            if SHARP < abs(h) < TURNS * float(np.linalg.norm(moved)):
                 break
             return _ended(problem, loading, factor, state, done)
         last = size

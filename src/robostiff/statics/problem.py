@@ -26,15 +26,11 @@ _PULLS = 1e-9
 class LoadCase:
     """What acts on a robot at load factor s.
 
-    Attributes
-    ----------
-    wrench, wrench_rate : (r,) arrays
-        ``wrench + s wrench_rate`` acts on the platform about its point, world axes [N, N m].
-    share, share_rate : float
-        ``share + s share_rate`` of all preloads and of all forces on legs and platform acts.
+    ``wrench + s wrench_rate`` acts on the platform about its point, world axes [N, N m], and
+    ``share + s share_rate`` of all preloads and of all forces on legs and platform.
     """
 
-    wrench: np.ndarray
+    wrench: np.ndarray  # (r,)
     wrench_rate: np.ndarray
     share: float = 0.0
     share_rate: float = 1.0
@@ -59,40 +55,20 @@ class Linearised:
 
     Where rigid parts hold the platform, its matrices and what has to be carried are those among
     the motions left, and steps of the legs include what rigid parts carry.
-
-    Attributes
-    ----------
-    K : (r, r) array
-        Rate of what all legs carry by the twist of the platform.
-    K_total : (r, r) array
-        The same less that of the forces that act on the platform.
-    missing : (r,) array
-        What has to be carried more, all legs in closure and equilibrium.
-    by_factor : (r,) array
-        How that grows with the load factor.
-    steps, by_twist, factor_steps : tuple of arrays
-        Steps of the unknowns of the legs: by themselves (N, n), by the twist of the platform
-        (N, n, r), by the load factor (N, n).
-    leg_K : tuple of (N, r, r) arrays
-        What springs on the platform add to K is left out.
-    equations : tuple of LegEquations
-    held : HeldPlatform or None
-        What rigid parts hold of the platform, where they do.
-    regular : bool
-        Whether the coordinates of all legs follow from the pose of the platform.
     """
 
-    K: np.ndarray
-    K_total: np.ndarray
-    missing: np.ndarray
-    by_factor: np.ndarray
+    K: np.ndarray  # (r, r): rate of what all legs carry by the twist of the platform
+    K_total: np.ndarray  # (r, r): less that of the forces that act on the platform
+    missing: np.ndarray  # (r,): to be carried more, all legs in closure and equilibrium
+    by_factor: np.ndarray  # (r,): how that grows with the load factor
+    # of the unknowns of legs: by themselves (N, n), by the twist (N, n, r), by the factor (N, n)
     steps: tuple[np.ndarray, ...]
     by_twist: tuple[np.ndarray, ...]
     factor_steps: tuple[np.ndarray, ...]
-    leg_K: tuple[np.ndarray, ...]
+    leg_K: tuple[np.ndarray, ...]  # (N, r, r): without springs on the platform
     equations: tuple[LegEquations, ...]
-    held: HeldPlatform | None
-    regular: bool
+    held: HeldPlatform | None  # what rigid parts hold of the platform, where they do
+    regular: bool  # the coordinates of all legs follow from the pose of the platform
 
     @property
     def rigid(self) -> bool:
@@ -102,27 +78,14 @@ class Linearised:
 
 @dataclass(frozen=True)
 class EquilibriumProblem:
-    """A robot, unloaded at a posture, and the forces on its platform.
-
-    Attributes
-    ----------
-    groups : tuple of LegGroup
-    rows : tuple of int
-        Coordinates of the platform: six in space, three in the plane.
-    point : (3,) array
-        Of the platform, about which wrenches are [m].
-    length : float
-        Characteristic length [m].
-    arms, forces : (k, 3) arrays
-        Dead forces on the platform [N], from its point at the unloaded posture [m].
-    """
+    """A robot, unloaded at a posture, and the forces on its platform."""
 
     groups: tuple[LegGroup, ...]
-    rows: tuple[int, ...]
-    point: np.ndarray
-    length: float
-    arms: np.ndarray
-    forces: np.ndarray
+    rows: tuple[int, ...]  # coordinates of the platform: six in space, three in the plane
+    point: np.ndarray  # (3,): of the platform, about which wrenches are [m]
+    length: float  # characteristic [m]
+    arms: np.ndarray  # (k, 3): of dead forces, from that point at the unloaded posture [m]
+    forces: np.ndarray  # (k, 3): on the platform [N]
 
     @cached_property
     def family(self) -> ChainFamily:

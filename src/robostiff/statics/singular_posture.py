@@ -1,9 +1,9 @@
 """Singular postures of rigid linkages, where assembly modes meet: a parallelogram laid flat.
 
 On a smooth path of configurations the closure ``G dx = 0`` of the whole robot, platform included,
-keeps its rank. With its singular value decomposition ``G = U S V^T`` at one posture, the
-determinant of ``U^T G V`` at the next has the sign of that of S, unless a singular value has passed
-zero between: there another family of configurations crosses the path.
+keeps its rank. With U and V orthonormal bases of its rows and columns at one posture, the
+determinant of ``U^T G V`` at the next has the same sign, unless a singular value has passed zero
+between: there another family of configurations crosses the path.
 """
 
 from __future__ import annotations
@@ -14,29 +14,38 @@ import numpy as np
 
 from robostiff.statics.problem import EquilibriumProblem, Linearised
 
-# Of the largest singular value of a closure: a direction that is missing all along.
-_LOST = 1e-9
+# Of the largest singular value of a closure: a direction that is missing all along; of the largest
+# entry of a triangular factor: none is missing.
+_LOST, _INDEPENDENT = 1e-9, 1e-6
 
 
 @dataclass(frozen=True)
 class Regular:
-    """The closure of a robot at a posture: its singular vectors and values."""
+    """The closure of a robot at a posture: bases of its rows (c, k) and columns (n, k)."""
 
-    U: np.ndarray  # (c, k)
-    S: np.ndarray  # (k,)
-    V: np.ndarray  # (n, k)
+    U: np.ndarray
+    V: np.ndarray
+    sign: float  # of the determinant of U^T G V, and the logarithm of its size
+    log: float
 
     @staticmethod
     def of(problem: EquilibriumProblem, known: Linearised) -> Regular:
         """At a posture that is not singular."""
-        U, S, Vt = np.linalg.svd(_closure(problem, known), full_matrices=False)
-        k = int(np.count_nonzero(_LOST * np.max(S, initial=0.0) < S))
-        return Regular(U[:, :k], S[:k], Vt[:k].T)
+        G = _closure(problem, known)
+        V, R = np.linalg.qr(G.T)
+        size = np.abs(np.diagonal(R))
+        if len(size) == len(G) and np.all(size > _INDEPENDENT * np.max(size, initial=0.0)):
+            U = np.eye(len(G))
+        else:
+            U, S, Vt = np.linalg.svd(G, full_matrices=False)
+            k = int(np.count_nonzero(_LOST * np.max(S, initial=0.0) < S))
+            U, V = U[:, :k], Vt[:k].T
+        return Regular(U, V, *np.linalg.slogdet(U.T @ G @ V))
 
     def ratio(self, problem: EquilibriumProblem, known: Linearised) -> float:
         """Determinant of ``U^T G V`` at a posture near by: 1 here, 0 where it is singular."""
-        G = _closure(problem, known)
-        return float(np.linalg.det(self.U.T @ G @ self.V / self.S))
+        sign, log = np.linalg.slogdet(self.U.T @ _closure(problem, known) @ self.V)
+        return float(sign * self.sign * np.exp(log - self.log))
 
 
 def may_be_singular(problem: EquilibriumProblem) -> bool:

@@ -18,18 +18,10 @@ _BEAM, _OWN = "_beam", "_as_elements"
 
 @dataclass(frozen=True)
 class SpringElements:
-    """Elastic parts as elements; what has been worked out for one is used for all alike.
-
-    Attributes
-    ----------
-    space : Space
-    known : dict
-        By compliance, and in the plane by axes.
-    beams : dict
-        The uniform beam of each compliance; None where it is none.
-    """
+    """Elastic parts as elements; what has been worked out for one is used for all alike."""
 
     space: Space
+    # by compliance, and in the plane by axes; the uniform beam of each, None where it is none
     known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
     beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
 

@@ -26,22 +26,15 @@ _INDEPENDENT = 1e-6
 class Margin:
     """How far the energy is from losing its minimum.
 
-    Attributes
-    ----------
-    value : float
-        Least ratio of the curvature of the energy under load to that of the elastic energy without
-        load, over all motions that do not tear the robot apart: 1 without load, 0 at the critical
-        load, negative beyond it. Where nothing elastic resists some motion, the sign alone has a
-        meaning; 0 if nothing resists it under load, either.
-    form : (k, k) array
-        Its eigenvector of the least eigenvalue is that motion, in coordinates of its own.
-    basis : (n, k) array
-        Columns: motions that these are.
+    `value` is the least ratio of the curvature of the energy under load to that of the elastic
+    energy without load, over all motions that do not tear the robot apart: 1 without load, 0 at the
+    critical load, negative beyond it. Where nothing elastic resists some motion, the sign alone has
+    a meaning; 0 if nothing resists it under load, either.
     """
 
     value: float
-    form: np.ndarray
-    basis: np.ndarray
+    form: np.ndarray  # (k, k): that motion is its eigenvector of the least eigenvalue
+    basis: np.ndarray  # (n, k): columns are the motions of which form has the coordinates
 
     @property
     def mode(self) -> np.ndarray:

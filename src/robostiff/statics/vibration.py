@@ -18,24 +18,13 @@ _LOOSE = 1e-10
 
 @dataclass(frozen=True)
 class SmallMotions:
-    """Stiffness, masses and closure of all legs and of the platform at a state.
+    """Stiffness, masses and closure of all legs and of the platform at a state."""
 
-    Attributes
-    ----------
-    K : (n, n) array
-        Second variation of the energy, less the work of loads and wrenches.
-    B : (k, n) array
-        ``B^T B`` is the mass matrix: velocities of points times roots of their masses.
-    closure : (c, n) array
-        Zero for motions that keep the robot together.
-    size : (n,) array
-        Of a unit of energy, or of motion where there is none, in each coordinate.
-    """
-
-    K: np.ndarray
+    K: np.ndarray  # (n, n): second variation of the energy, less the work of loads and wrenches
+    # (k, n): B^T B is the mass matrix, of velocities of points times roots of their masses
     B: np.ndarray
-    closure: np.ndarray
-    size: np.ndarray
+    closure: np.ndarray  # (c, n): zero for motions that keep the robot together
+    size: np.ndarray  # (n,): of a unit of energy in each coordinate, or of motion without
 
     @staticmethod
     def of(

@@ -1,0 +1,149 @@
+"""Paths of equilibria along a growing load, and the critical points on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.statics.critical_point import (
+    CriticalPoint,
+    least_margin,
+    point_at,
+    refined,
+    singular,
+)
+from robostiff.statics.newton import (
+    SHARP,
+    TURNS,
+    FoundEquilibrium,
+    PathStep,
+    equilibrium_at,
+    step_along,
+)
+from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, solve_least
+from robostiff.statics.singular_posture import may_be_singular
+
+# Steps at most, and how far one of them shifts the platform, by the robot's length.
+_LONGEST, _FURTHEST = 250, 0.1
+# The first of them, and how far it does: each may be 1.6 times the one before, 2.5 times on a way
+# that is all but straight, so that none is long beside the way there, where a branch may be near.
+_FIRST, _NEAREST = 0.02, 1e-5
+# Steps of Newton's method after which the arc may be longer, by less after one less than these; of
+# a straight way.
+_EASILY, _STRAIGHT = 7, 3
+# Part of a step that is left of it at least.
+_LEAST = 0.02
+# Part of the load by which a stable path may turn back: rounding.
+_BACK = 1e-6
+
+
+@dataclass(frozen=True)
+class OnPath:
+    """An equilibrium on a path, and the critical points since the one before, least load first."""
+
+    found: FoundEquilibrium
+    is_stable: bool
+    critical: tuple[CriticalPoint, ...] = ()
+
+
+def path(
+    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, largest: float = 0.25
+) -> Iterator[OnPath]:
+    """Equilibria along a growing load from factor 0 on, through its turning points.
+
+    The arc is measured by the motion of the platform and by the load factor. A step is halved that
+    does not converge, turns far, or has leapt to another branch; the path ends where that does not
+    help. Up to the whole load, steps of the load factor are at most `largest`; beyond it they grow
+    with the load. `unloaded` is without any load.
+    """
+    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
+    if not here.converged:
+        return
+    least = least_margin(problem, here, unloaded)
+    at_once = () if least[1].value > 0 else (point_at(problem, loading, here, *least),)
+    is_stable, branches = least[1].value >= 0, may_be_singular(problem)
+    yield OnPath(here, is_stable, at_once)
+    unit = _unit(problem, here)
+    h = min(_FIRST, _NEAREST * problem.length / unit)
+    direction = _direction(problem, here, None, unit)
+    shortest, ahead = 1e-7 * h, None  # singular posture beyond a step
+    for _ in range(_LONGEST):
+        if h < shortest:
+            if ahead is not None:
+                yield OnPath(here, is_stable, (ahead,))
+            return
+        found = step_along(problem, loading, here, direction, h, unit)
+        following = _direction(problem, found, direction, unit) if found.converged else direction
+        if not found.converged or (h > SHARP and float(following @ direction) < TURNS):
+            h *= 0.5
+            continue
+        remains = least_margin(problem, found, unloaded)[1].value >= 0
+        step = PathStep(here, found, direction, h, unit)
+        point = refined(problem, loading, unloaded, step) if remains != is_stable else None
+        # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
+        leapt = isinstance(point, float | int)
+        if leapt or (is_stable and remains and following[-1] < -_BACK):
+            h = max(point, _LEAST * h) if leapt else 0.5 * h
+            continue
+        known, ahead = ahead, None
+        flat = known or (singular(problem, loading, step) if branches else None)
+        if flat is not None and known is None and (flat.factor - found.factor) * following[-1] > 0:
+            ahead, flat = flat, None
+        critical = sorted(filter(None, [flat, point]), key=lambda own: own.factor)
+        yield OnPath(found, remains, tuple(critical))
+        direction, here, is_stable = following, found, remains
+        if found.steps <= _EASILY:
+            of_load = largest * (1.0 + abs(found.factor)) / max(abs(float(direction[-1])), 1e-12)
+            shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
+            more = 2.5 if found.steps <= _STRAIGHT else 1.6 if found.steps < _EASILY - 1 else 1.2
+            h = min(of_load, _FURTHEST * problem.length / shift, more * h)
+
+
+def first_critical(
+    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, up_to: float
+) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
+    """The first critical point from factor 0 up to a factor; `unloaded` is without any load.
+
+    Returns the last stable equilibrium that was met, None where there is none from which to start;
+    the critical point, None where none was met; and the factor up to which equilibria were found to
+    be stable: `up_to`, unless the path ended before or a critical point was met.
+    """
+    here, furthest = None, 0.0
+    for own in path(problem, loading, unloaded):
+        if own.found.factor < 0:
+            break
+        furthest = max(furthest, own.found.factor)
+        if own.critical:
+            first = own.critical[0]
+            is_near = first.factor <= up_to
+            return here, first if is_near else None, first.factor if is_near else up_to
+        here = own.found
+        if here.factor >= up_to:
+            break
+    return here, None, min(up_to, furthest)
+
+
+def _unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
+    """Shift [m] that counts as much as the whole load: what the platform does under it."""
+    K, load = at.known.K_total, at.known.by_factor
+    twist = solve_least(K, load, problem.scale, problem.length)
+    shift = float(np.linalg.norm(twist * problem.scale))
+    return min(max(shift, 1e-9 * problem.length), problem.length)
+
+
+def _direction(
+    problem: EquilibriumProblem, at: FoundEquilibrium, before: np.ndarray | None, unit: float
+) -> np.ndarray:
+    """Unit direction (r + 1,) of the path in scaled twist and factor."""
+    known = at.known
+    r = problem.size
+    scaled = known.K_total / problem.scale[:, None] / problem.scale * unit
+    load = known.by_factor / problem.scale
+    system = np.column_stack([scaled, -load])
+    size = np.linalg.norm(system, axis=1)
+    v = np.linalg.svd(system / np.where(size > 0, size, 1.0)[:, None])[2][r]
+    if before is None:
+        return v if v[-1] >= 0 else -v
+    return v if float(v @ before) >= 0 else -v
