@@ -27,6 +27,7 @@ from robostiff.model import (
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import ROD, STEEL, random_transform
 from tests.generators.legs import random_leg
+from tests.generators.working_modes import with_elbows
 
 DRIVE = Actuated(1e4)
 MOVED = np.array([0.02, 0.01, -0.03, 0.05, 0.02, 0.1])
@@ -172,11 +173,11 @@ def test_any_choice_of_one_posture_for_each_leg_is_a_posture_of_the_robot():
     for leg, own in found.items():
         assert np.allclose(result.joint_coordinates[leg], own[0].coordinates)
     near = [own[i].coordinates for i, own in zip((1, 0, 1), found.values(), strict=True)]
-    elbows = {
-        leg: rs.Elbow.PLUS if own[i].mode.root > 0 else rs.Elbow.MINUS
-        for i, (leg, own) in zip((1, 0, 1), found.items(), strict=True)
-    }
-    named = rs.stiffness(robot.with_elbows(elbows), pose)
+    moved = robot
+    for i, (leg, own) in zip((1, 0, 1), found.items(), strict=True):
+        elbow = rs.Elbow.PLUS if own[i].mode.root > 0 else rs.Elbow.MINUS
+        moved = with_elbows(moved, elbow, leg)
+    named = rs.stiffness(moved, pose)
     for choice in (near, np.concatenate(near)):
         mixed = rs.stiffness(robot, pose, near=choice)
         assert np.allclose(mixed.K, named.K, rtol=1e-12)

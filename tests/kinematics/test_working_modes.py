@@ -1,10 +1,9 @@
 """Working modes of a whole robot."""
 
 import numpy as np
-import pytest
 
 import robostiff as rs
-from robostiff.errors import InputError
+from tests.generators.working_modes import with_elbows
 
 
 def puu() -> rs.Robot:
@@ -15,7 +14,7 @@ def puu() -> rs.Robot:
 
 def test_both_working_modes_reach_the_pose_with_different_stiffness():
     up = puu()
-    down = up.with_elbows(rs.Elbow.MINUS)
+    down = with_elbows(up, rs.Elbow.MINUS)
     pose = [0.05, 0.02, 0.3]
     high, low = rs.find_posture(up, pose), rs.find_posture(down, pose)
     assert high.reached.all()
@@ -27,13 +26,8 @@ def test_both_working_modes_reach_the_pose_with_different_stiffness():
 
 
 def test_one_leg_alone_can_change():
-    mixed = puu().with_elbows({"leg2": rs.Elbow.MINUS})
+    mixed = with_elbows(puu(), rs.Elbow.MINUS, "leg2")
     slides = [q[0, 0] for q in rs.find_posture(mixed, [0, 0, 0.3]).coordinates]
     assert slides[0] > 0.3
     assert slides[1] < 0.3
     assert slides[2] > 0.3
-
-
-def test_a_name_that_is_no_leg():
-    with pytest.raises(InputError, match="expected leg1, leg2, leg3"):
-        puu().with_elbows({"leg9": rs.Elbow.PLUS})

@@ -8,6 +8,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.model import Branch, Chain, Coordinate, Link, ParallelBlock, prismatic, revolute
+from tests.generators.working_modes import with_elbows
 from tests.project.shown_output import ROOT
 
 MACHINE = ROOT / "examples/tricept-with-head.yaml"
@@ -166,7 +167,7 @@ def test_machine_of_planar_modules_is_planar():
 
 
 def test_postures_of_modules_stay_those_of_their_legs():
-    robot = rs.load("3-rrr").with_elbows(rs.Elbow.MINUS)
+    robot = with_elbows(rs.load("3-rrr"), rs.Elbow.MINUS)
     machine = rs.hybrid_machine([rs.Module("base", robot)])
     assert apart(rs.stiffness(machine).K, rs.stiffness(robot).K) < 1e-9
 

@@ -270,25 +270,3 @@ class Robot(InNotebooks, Symbolic):
 
     def _repr_html_(self) -> str:
         return robot_html(self)
-
-    def with_elbows(self, elbows: Elbow | Mapping[str, Elbow]) -> Robot:
-        """The same robot in another working mode.
-
-        Parameters
-        ----------
-        elbows : Elbow, or mapping of leg names to Elbow
-            For all legs, or for those named.
-
-        Raises
-        ------
-        InputError
-            When a name is no leg's.
-        """
-        if isinstance(elbows, Elbow):
-            elbows = {leg.name: elbows for leg in self.legs}
-        names = [leg.name for leg in self.legs]
-        for name in elbows:
-            if name not in names:
-                raise InputError("leg of the working mode", got=name, expected=", ".join(names))
-        legs = tuple(replace(leg, elbow=elbows.get(leg.name, leg.elbow)) for leg in self.legs)
-        return replace(self, legs=legs)
