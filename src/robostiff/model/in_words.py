@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from robostiff.markup import Table, block_html, element, escaped
-from robostiff.model.coupled_joints import Coupling
 from robostiff.model.joint import Joint
 from robostiff.model.link import Telescope
 from robostiff.model.parallel_block import ParallelBlock
@@ -27,8 +26,8 @@ def elements_in_words(chain: Chain) -> list[str]:
     >>> elements_in_words(load("orthoglide").legs[0].chain)[1:3]
     ['carriage joint (passive)', 'parallelogram 2 x [near pin (passive), bar, far pin (passive)]']
     """
-    parts = [_element(part) for part in chain.elements]
-    return [*parts, *(_coupling(own) for own in chain.couplings)]
+    couplings = (f"{own.in_words} ({type(own.role).__name__.lower()})" for own in chain.couplings)
+    return [*map(_element, chain.elements), *couplings]
 
 
 def placed_in_words(leg: PlacedLeg) -> list[str]:
@@ -53,10 +52,6 @@ def _element(part: Element) -> str:
             return f"{part.name} ({type(part.role).__name__.lower()})"
         case _:
             return part.name
-
-
-def _coupling(own: Coupling) -> str:
-    return f"{own.in_words} ({type(own.role).__name__.lower()})"
 
 
 def _placed(part: PlacedElement, prefix: str) -> str:

@@ -274,7 +274,11 @@ def _add_chain(
     """A leg or a branch between two bodies, with one more body after every element but the last."""
     before, last = ends
     alone = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
-    elements = [(k, e) for k, e in enumerate(alone, start=1) if not _is_rigid(e)]
+    elements = [
+        (k, own)
+        for k, own in enumerate(alone, start=1)
+        if not isinstance(own, PlacedFreedom) or own.is_passive or own.stiffness is not None
+    ]
     joints: dict[str, JointElement] = {}
     bodies = [(0, before)]
     for i, (k, element) in enumerate(elements):
@@ -339,7 +343,3 @@ def _point_of(element: PlacedElement) -> np.ndarray:
     """A point of a body, for its node."""
     point = element.branches[0].end if isinstance(element, PlacedBlock) else element.point
     return np.asarray(point, dtype=float)
-
-
-def _is_rigid(own: PlacedElement) -> bool:
-    return isinstance(own, PlacedFreedom) and not own.is_passive and own.stiffness is None

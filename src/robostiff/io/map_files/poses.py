@@ -87,10 +87,7 @@ def read_poses(robot: Robot | Linkage | Snapshot, path: str | os.PathLike[str]) 
                 got=f"{len(fields)} fields",
                 expected=f"{len(columns)}, one for each name in line {lines[0][0]}",
             )
-        try:
-            row = [float(field) for field in fields]
-        except ValueError:
-            row = [math.nan]
+        row = [_number(field) for field in fields]
         if not all(abs(value) <= _LARGEST for value in row):
             raise _bad_field(name, number, fields, columns)
         values.extend(row)
@@ -152,7 +149,7 @@ def _factor(place: Location, name: str, unit: str, dimensions: dict[str, Dimensi
 
 
 def _bad_field(file: str, number: int, fields: list[str], columns: list[_Column]) -> FileError:
-    bad = next(k for k, field in enumerate(fields) if not _is_number(field))
+    bad = next(k for k, field in enumerate(fields) if not abs(_number(field)) <= _LARGEST)
     field = fields[bad]
     start = sum(len(before) + 1 for before in fields[:bad]) + len(field) - len(field.lstrip())
     return FileError(
@@ -163,11 +160,11 @@ def _bad_field(file: str, number: int, fields: list[str], columns: list[_Column]
     )
 
 
-def _is_number(field: str) -> bool:
+def _number(field: str) -> float:
     try:
-        return abs(float(field)) <= _LARGEST
+        return float(field)
     except ValueError:
-        return False
+        return math.nan
 
 
 def _pose_list(file: str, columns: list[_Column], rows: np.ndarray) -> PoseList:

@@ -49,11 +49,9 @@ class ElementNames:
         ]
         joints: set[str] = set()
         self.joints = [
-            _name(own, self._unnamed(model, i), joints) for i, own in enumerate(model.joints)
+            _name(own, f"joint of {self.bodies[int(model.jnt_bodyid[i])]}", joints)
+            for i, own in enumerate(model.joints)
         ]
-
-    def _unnamed(self, model: CompiledModel, joint: int) -> str:
-        return f"joint of {self.bodies[int(model.jnt_bodyid[joint])]}"
 
 
 def _name(own: str, otherwise: str, taken: set[str], ending: str = "") -> str:

@@ -260,12 +260,9 @@ def _turns(place: Place, turns: list) -> np.ndarray:
                 hint="write each turn as an entry of its own" if about else None,
             )
         angle = (place / i / about[0]).number(getattr(turn, about[0]), Dimension.ANGLE)
-        total = total @ turned_axes(_along(about[0], angle), exact=place.is_exact)
+        axis = np.array(_AXES[about[0]], dtype=int if is_formula(angle) else float)
+        total = total @ turned_axes(angle * axis, exact=place.is_exact)
     return total
-
-
-def _along(axis: str, angle: Any) -> np.ndarray:
-    return angle * np.array(_AXES[axis], dtype=int if is_formula(angle) else float)
 
 
 def _axes(place: Place, written: WrittenAxes) -> np.ndarray:

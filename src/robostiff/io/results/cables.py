@@ -73,7 +73,7 @@ def cable_stiffness_text(result: CableStiffness) -> str:
     if np.all(result.answered):
         lines += ["", f"K [{STIFFNESS_UNITS}]:"]
         lines += matrix_lines(result.K, result.space.wrench_order, result.space.twist_order)
-        lines += ["", _rank(result), *_motions(result)]
+        lines += ["", *_rank_and_motions(result)]
     lines += [f"advice: {advice}" for advice in result.advice]
     return text_of(lines)
 
@@ -98,7 +98,7 @@ def cable_response_text(result: CableResponse) -> str:
     if result.after is not None:
         lines += ["", f"K under the load, of the taut cables [{STIFFNESS_UNITS}]:"]
         lines += matrix_lines(result.after.K, space.wrench_order, space.twist_order)
-        lines += ["", _rank(result.after), *_motions(result.after)]
+        lines += ["", *_rank_and_motions(result.after)]
     lines += [f"advice: {advice}" for advice in result.advice]
     return text_of(lines)
 
@@ -135,13 +135,10 @@ def _shown(displacement: np.ndarray, result: CableStiffness) -> np.ndarray:
     return 1e6 * np.where(kept, displacement, 0.0)
 
 
-def _rank(result: CableStiffness) -> str:
-    return (
-        f"rank {int(result.rank)} of {result.space.size}, {int(result.held_rank)} by stretching of "
-        "cables"
-    )
-
-
-def _motions(result: CableStiffness) -> list[str]:
-    free = [f"free: {motion}" for motion in result.free_motions]
-    return free + [f"unstable: {motion}" for motion in result.unstable_motions]
+def _rank_and_motions(result: CableStiffness) -> list[str]:
+    rank = f"rank {int(result.rank)} of {result.space.size}"
+    return [
+        f"{rank}, {int(result.held_rank)} by stretching of cables",
+        *(f"free: {motion}" for motion in result.free_motions),
+        *(f"unstable: {motion}" for motion in result.unstable_motions),
+    ]
