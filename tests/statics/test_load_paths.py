@@ -204,3 +204,15 @@ def test_a_snap_into_another_stable_posture_is_seen():
         for own in map(rs.EquilibriumStatus, kernel.status_codes.tolist())
     ]
     assert np.array_equal(beyond, times > 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"), [("orthoglide", 0), ("orthoglide", 5), ("hexapod", 0), ("hexapod", 1)]
+)
+def test_critical_loads_do_not_depend_on_the_steps_of_the_path(name, seed):
+    """Beside them equations are nearly singular, and slender bars may leap to a bent shape."""
+    wrench = np.random.default_rng(seed).normal(size=6) * np.repeat([1e5, 1e4], 3)
+    robot = rs.load(name)
+    factor = rs.critical_load(robot, wrench=wrench).factor
+    found = rs.load_path(robot, wrench=wrench, factors=[0.0, 1.1 * factor])
+    assert abs(float(found.critical_factor[0]) - factor) < 5e-7 * factor

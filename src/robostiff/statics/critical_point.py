@@ -16,6 +16,11 @@ from robostiff.statics.stability import Margin, leg_margins, platform_margin
 # Of the margins around a critical point: where interpolation begins, and how many are tried before
 # the interval is halved, and then.
 _SMALL, _TRIALS, _HALVES = 1e-4, 30, 30
+# Margin up to which equilibria around a critical point are taken, where on the arc, and how many
+# are enough; how often the way there is corrected, and by what part of that margin they may be off
+# a smooth way; and the margin below which equations are nearly singular.
+_WIDE, _SECANTS, _SMOOTH, _BLURRED, _ENOUGH = 0.03, 2, 1e-5, 1.5e-3, 5
+_NODES = 0.5 - 0.5 * np.cos(np.pi * (2 * np.arange(8) + 1) / 16)
 # Of the interval: so far beside a point at which equations are singular.
 _ASIDE = 1e-3
 # Lateral parts of an arc, and of the length of the robot, by which equilibria are on one branch.
@@ -69,14 +74,18 @@ def refined(
 ) -> CriticalPoint | float:
     """Where the margin vanishes between a stable and an unstable equilibrium, in either order.
 
-    By regula falsi (Illinois) up to where equations are nearly singular; arc and load factor are
-    interpolated from there. A margin that leaps past zero, where a leg turns singular, is enclosed
-    by halves. Where equilibria leap to another branch, or there are none, an arc before that.
+    By polynomials on a smooth way; elsewhere by regula falsi (Illinois) up to where equations are
+    nearly singular, and the load factor is interpolated from there. A margin that leaps past zero,
+    where a leg turns singular, is enclosed by halves. Where equilibria leap to another branch, or
+    there are none, an arc before that.
     """
     left, right, at_ends = 0.0, step.arc, [step.here, step.found]
     found = step.found
     at_left = least_margin(problem, step.here, unloaded)[1].value
     at_right = least_margin(problem, found, unloaded)[1].value
+    smooth = _on_a_smooth_way(problem, loading, unloaded, step, at_left, at_right)
+    if smooth is not None:
+        return smooth
     smallest, best = min((abs(at_left), step.here), (abs(at_right), found), key=lambda own: own[0])
     small = _SMALL * min(1.0, max(abs(at_left), abs(at_right)))
     met = {at_left: step.here.factor, at_right: found.factor}
@@ -109,6 +118,64 @@ def refined(
         return point_at(problem, loading, found, *least_margin(problem, found, unloaded))
     point = point_at(problem, loading, best, *least_margin(problem, best, unloaded))
     return replace(point, factor=_at_zero(met))
+
+
+def _on_a_smooth_way(
+    problem: EquilibriumProblem,
+    loading: LoadCase,
+    unloaded: Linearised,
+    step: PathStep,
+    at_left: float,
+    at_right: float,
+) -> CriticalPoint | None:
+    """Where the margin vanishes, by polynomials through equilibria around it; None without them.
+
+    Nearer to it equations are nearly singular, and equilibria may be those of another branch.
+    """
+    left, right = (0.0, at_left), (step.arc, at_right)
+    h, beside = _secant(left, right)
+    for _ in range(_SECANTS):
+        if beside <= left[0]:
+            break
+        found = step.along(problem, loading, beside)
+        if not found.converged:
+            return None
+        left = beside, least_margin(problem, found, unloaded)[1].value
+        if left[1] * right[1] >= 0:
+            return None
+        h, beside = _secant(left, right)
+    low, high = beside, 2.0 * h - beside
+    arcs, every, least = [], [], []
+    for own in low + (high - low) * _NODES:
+        found = step.along(problem, loading, own)
+        margin = least_margin(problem, found, unloaded)
+        if found.converged and abs(margin[1].value) > _BLURRED:
+            arcs, every, least = [*arcs, own], [*every, found], [*least, margin]
+    values, most = np.array([own[1].value for own in least]), len(arcs) - 1
+    if len(arcs) < _ENOUGH or np.min(values) > 0 or np.max(values) < 0:
+        return None
+    line = Polynomial.fit(arcs, values, most - 1)
+    if np.max(np.abs(line(np.array(arcs)) - values)) > _SMOOTH * _WIDE:
+        return None
+    roots = Polynomial.fit(arcs, values, most).roots()
+    inside = [own.real for own in roots if own.imag == 0 and low <= own.real <= high]
+    if len(inside) != 1:
+        return None
+    factor = float(Polynomial.fit(arcs, [own.factor for own in every], most)(inside[0]))
+    best = int(np.argmin(np.abs(values)))
+    at, (leg, margin) = every[best], least[best]
+    # Where it is no singular point of the equations, as a turning point is none, it is met itself.
+    met = step.along(problem, loading, inside[0])
+    if met.converged and abs(met.factor - factor) < _SMOOTH * abs(factor):
+        at, (leg, margin) = met, least_margin(problem, met, unloaded)
+    return replace(point_at(problem, loading, at, leg, margin), factor=factor)
+
+
+def _secant(left: tuple[float, float], right: tuple[float, float]) -> tuple[float, float]:
+    """Arc at which a margin vanishes, and an arc beside it with a margin of some size."""
+    rate = (right[1] - left[1]) / (right[0] - left[0])
+    h = left[0] - left[1] / rate
+    return h, h - _WIDE / abs(rate)
 
 
 def singular(
