@@ -1,6 +1,7 @@
 """Records of robots on flexible platforms, against the network of all bodies."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -115,3 +116,25 @@ def test_compliances_of_conjugate_wrenches_are_no_singularities():
     found = rank_formula(rs.derive("docs/star-platform.yaml"))
     assert found.rank == 6
     assert sorted(map(str, found.exceptions)) == ["R", "h", "r"]
+
+
+def test_formulas_and_kernels_refuse_arms_that_do_not_exist(tmp_path):
+    text = Path("docs/star-platform.yaml").read_text()
+    text = text.replace("wall: 4 mm", "wall: wall").replace(
+        "\nsections:", "  wall: 4 mm\n\nsections:"
+    )
+    (tmp_path / "star.yaml").write_text(text)
+    robot = rs.load(tmp_path / "star.yaml", symbols=rs.ALL_PARAMETERS)
+    values = {"R": 0.5, "r": 0.3, "h": 0.8}
+    formula = rs.derive(robot)
+    usual = np.array(formula.substituted({**values, "wall": 0.004}), dtype=float)
+    expected = rs.stiffness(rs.load("docs/star-platform.yaml")).K
+    np.testing.assert_allclose(usual, expected, rtol=0, atol=1e-10 * expected.max())
+    words = "wall of the box of 'arm.' is less than half the"
+    with pytest.raises(rs.InputError, match=words):
+        formula.substituted({**values, "wall": 0.03})
+    with pytest.raises(rs.NoAnswerError, match=words):
+        formula.lambdify()(**values, wall=0.03)
+    kernel = rs.compile(robot, parameters=("wall",), backend=rs.Backend.ARRAYS)
+    with pytest.raises(rs.InputError, match="wall of the box of 'arm1'"):
+        kernel.evaluate(np.array([[0, 0, 0.8, 0, 0, 0.0]]), parameters={"wall": 0.03})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import combinations
@@ -46,7 +46,11 @@ def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Conditi
     """
     read = ClosedReading(placed.record, placed.symbols)
     legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
-    found = [x for leg in legs for x in _of_parts(leg.leg, read)]
+    found = [x for leg in legs for x in _exist(_bounds_of(leg.leg), read)]
+    platform = placed.entries.platform
+    if platform is not None and only is None:
+        bounds = [(part.name, own) for part in platform.parts for own in part.elasticity.bounds]
+        found += _exist(bounds, read)
     found = list({x.expression: x for x in found}.values())
     for leg in legs:
         for length in leg.lengths:
@@ -59,13 +63,16 @@ def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Conditi
     return (*found, *(_following(placed, read) if placed.following else ()))
 
 
-def _of_parts(leg: PlacedLeg, read: ClosedReading) -> list[Condition]:
-    """That its beams, springs and drives exist: a wall leaves a hollow, a stiffness is positive."""
-    found: list[Condition] = []
+def _bounds_of(leg: PlacedLeg) -> list[tuple[str, Bounds]]:
+    """Of its beams, springs and drives, by their names."""
     bounds = [(x.name, own) for x in leg.springs for own in x.elasticity.bounds]
-    bounds += [
-        (x.name, Bounds("stiffness", x.stiffness)) for x in leg.freedoms if x.stiffness is not None
-    ]
+    drives = ((x.name, x.stiffness) for x in leg.freedoms if x.stiffness is not None)
+    return [*bounds, *((name, Bounds("stiffness", k)) for name, k in drives)]
+
+
+def _exist(bounds: Iterable[tuple[str, Bounds]], read: ClosedReading) -> list[Condition]:
+    """That parts exist: a wall leaves a hollow, a stiffness is positive."""
+    found: list[Condition] = []
     for name, own in bounds:
         for words, difference in own.differences.items():
             expression: Any = sp.sympify(read(difference))
