@@ -110,9 +110,10 @@ class _Parsed(click.Command):
             first = list(error.possibilities or ())[:1]
             raise click.NoSuchOption(error.option_name, None, first, error.ctx) from None
         except click.UsageError as error:
-            if "extra argument" in error.message:
-                error.message += '; write what belongs together in quotes: --at "0 0 0.1"'
-            raise
+            if "extra argument" not in error.message:
+                raise
+            words = f'{error.message}; write what belongs together in quotes: --at "0 0 0.1"'
+            raise click.UsageError(words, error.ctx) from None
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Arguments before options."""

@@ -115,6 +115,7 @@ def test_every_name_in_the_text_is_defined_before_it_is_used(derivation):
 
 def test_stiffnesses_of_beams_stand_in_the_nomenclature_with_the_beams_that_share_them():
     derivation = rs.derive("t3r1")
+    assert derivation.named is not None
     EI = next(d for d in derivation.named.definitions if d.symbol.name == "EI_1")
     value = f"{float(EI.expression):.12g} N m^2"
     words = f"bending stiffness E I of inner link, outer link, {value}"
