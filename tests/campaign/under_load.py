@@ -268,9 +268,10 @@ class _Laws:
             fast = rs.compile_loaded(self.robot, backend=rs.Backend.ARRAYS, **self.more)
         except (rs.InputError, rs.NoAnswerError):  # with the reason
             return
-        pose: Any = find_posture(self.robot, self.pose).pose[:, self.robot.coordinate_places]
-        if isinstance(self.pose, rs.JointCoordinates):
-            pose = rs.JointCoordinates(np.atleast_2d(self.pose.values))
+        posture = find_posture(self.robot, self.pose)
+        pose: Any = posture.pose[:, self.robot.coordinate_places]
+        if self.robot.is_posed_by_joints:
+            pose = rs.JointCoordinates(posture.coordinates[0])
         answer = fast.evaluate(pose, self.wrench)
         size = self.scale * self.length
         way = "kernel, guarded" if answer.guarded[0] else "kernel"
