@@ -339,7 +339,9 @@ def _with_springs(rng: np.random.Generator, robot: Robot, snapshot: Any, force: 
     """With springs from the base to the platform, or from one of them to a body."""
     in_space = np.isin(np.arange(3), [row for row in robot.space.rows if row < 3])
     names = [f"{own.name}/{e.name}" for own in snapshot.legs for e in own.own_parts]
-    names = [name for name in names if " sum " not in name and "coupling" not in name]
+    # Couplings are no bodies, and springs know a telescope as one part.
+    hidden = " sum ", "coupling", ".beam"
+    names = [name for name in names if not any(own in name for own in hidden)]
     own = []
     for i in range(int(rng.integers(1, 3))):
         bodies = ["base", "platform"]
