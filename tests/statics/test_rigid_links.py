@@ -1,15 +1,26 @@
 """Elastic drives between rigid links: against the kinematics of points at fixed distances."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import root
+from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import (
+    Actuated,
+    Passive,
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
+from robostiff.network import JointElement, Network, Node
 from robostiff.spatial import Space
+from tests.cases.metric import distance
 from tests.statics.robots_under_load import joint, loaded
 from tests.statics.robots_under_load import root as root_of
 
@@ -171,3 +182,61 @@ def test_a_lever_is_a_pendulum():
     mode = rs.modes(robot, masses={"platform": 2.0}, wrench=[0, 60, 0])
     exact = np.sqrt((k + 0.5 * 60 * np.sin(q)) / (2.0 * 0.25)) / (2 * np.pi)
     assert np.isclose(mode.frequencies[0], exact, rtol=1e-9)
+
+
+def parallelogram(free: Sequence[str]) -> Network:
+    """Rigid bars on a motor carry a coupler in space, and an elastic wrist on it the tool.
+
+    Axes along z, and those that are given by ``joint/axis``: the loop closes with three more.
+    """
+    R = Rotation.from_rotvec([0.3, -0.5, 0.7]).as_matrix()
+    axes = dict(zip("xyz", R.T, strict=True))
+    places = {
+        "l0": ("ground", "left", [0, 0, 0]),
+        "l1": ("left", "coupler", [0.1, 0.5, 0]),
+        "r0": ("ground", "right", [0.4, 0, 0]),
+        "r1": ("right", "coupler", [0.5, 0.5, 0]),
+    }
+    joints = []
+    for name, (a, b, point) in places.items():
+        role = Actuated(2e4) if name == "l0" else Passive()
+        own = ["z", *(axis for joint, axis in (x.split("/") for x in free) if joint == name)]
+        freedoms = (PlacedFreedom(axes[x], R @ point, 0.0, f"{name}{x}", role) for x in own)
+        joints.append(JointElement(name, a, b, tuple(freedoms)))
+    tip = R @ [0.7, 0.6, 0.3]
+    wrist = tuple(
+        PlacedFreedom(axis, R @ [0.7, 0.6, 0.1], pitch, f"w{x}{pitch}", Actuated(k))
+        for pitch, k in ((None, 3e5), (0.0, 4e3))
+        for x, axis in axes.items()
+    )
+    joints.append(JointElement("wrist", "coupler", "tool", wrist))
+    nodes = ["ground", "left", "right", "coupler", "tool"]
+    points = [np.zeros(3)] * 4 + [tip]
+    return Network(
+        "parallelogram",
+        tuple(Node(name, at) for name, at in zip(nodes, points, strict=True)),
+        ("ground",),
+        "tool",
+        tip,
+        joints=tuple(joints),
+    )
+
+
+@pytest.mark.parametrize("load", [1e-3, 1.0, 30.0])
+def test_a_rigid_loop_that_is_closed_twice_holds_no_more(load: float):
+    """Of four parallel axes, or with three more so that no closure is there twice: it moves alike.
+
+    What holds the second closures is rounding, which is no direction that the platform lacks.
+    """
+    wrench = load * np.array([20.0, -30, 25, 2, -3, 4])
+    twice, once = (
+        loaded(parallelogram(free), wrench=wrench) for free in ((), ("r0/x", "r1/x", "r1/y"))
+    )
+    assert twice.status.has_stiffness
+    np.testing.assert_allclose(
+        twice.displacement, once.displacement, rtol=0, atol=1e-9 * np.abs(once.displacement).max()
+    )
+    assert distance(twice.K, once.K) < 1e-9
+    linear = rs.stiffness(parallelogram(()))
+    if load < 1:
+        assert distance(twice.K, linear.K) < 1e-5

@@ -131,7 +131,7 @@ class EquilibriumProblem:
         )
         if not any(np.any(own.deficits) for own in closures):
             return plain, None
-        return self._linearised(self.unloaded, loading, 0.0, 0, closures, None), closures
+        return self._linearised(self.unloaded, loading, 0.0, 2, closures, None), closures
 
     @property
     def missing(self) -> list[int]:
@@ -186,7 +186,9 @@ class EquilibriumProblem:
         missing, by_factor, K_total = missing + acting, by_factor + rate, K - turning
         held = None
         if lacking:
-            held = HeldPlatform.of([own.gaps for own in lacking.values()], self.scale, rank)
+            held = HeldPlatform.of(
+                [own.gaps for own in lacking.values()], self.scale, self.length, rank
+            )
             across = np.column_stack([missing, -K_total, by_factor]) / self.scale[:, None]
             z, at = held.inverse.T @ across, 0
             for g, own in lacking.items():

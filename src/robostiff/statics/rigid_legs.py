@@ -77,15 +77,19 @@ class HeldPlatform:
     inverse: np.ndarray
 
     @staticmethod
-    def of(gaps: Sequence[np.ndarray], scale: np.ndarray, rank: int | None) -> HeldPlatform:
+    def of(
+        gaps: Sequence[np.ndarray], scale: np.ndarray, length: float, rank: int | None
+    ) -> HeldPlatform:
         """From gaps (N, d, 1 + r + 1) of all legs: alone, by the twist, by the load factor.
 
-        `rank`: how many directions are held; found, at the unloaded posture, when None.
+        `length` is that of the robot [m]; `rank`: how many directions are held; found, at the
+        unloaded posture, when None.
         """
         every = np.concatenate([own.reshape(-1, own.shape[2]) for own in gaps])
         U, values, Vt = np.linalg.svd(every[:, 1:-1] / scale)
         if rank is None:
-            rank = int(np.sum((values > _LOST * np.max(values, initial=0.0)) & (values > 0)))
+            # Against motions of their own size: loops that are closed twice may hold nothing.
+            rank = int(np.sum(values * length > _LOST))
         inverse = (Vt[:rank].T / values[:rank]) @ U[:, :rank].T
         return HeldPlatform(Vt[rank:].T, -inverse @ every[:, 0], inverse)
 
