@@ -11,7 +11,7 @@ from robostiff.cables import TensionProblem, nearest_tensions
 from robostiff.errors import InputError
 from tests.cables.machines import cable_robot, random_robot
 
-STATUS = rs.CableStatus
+STATUS = rs.Status
 
 
 def random_problem(seed: int, poses: int = 200, size: int = 6, cables: int = 8) -> TensionProblem:
@@ -93,7 +93,7 @@ def test_closed_form_answers_within_limits_or_says_so():
     poses = [0, 0, 1, 0, 0, 0] + rng.uniform(-1, 1, (400, 6)) * [1.8, 1.3, 0.9, 0.1, 0.1, 0.1]
     closed = rs.cable_tensions(robot, poses, tensions=rs.ClosedFormTensions())
     nearest = rs.cable_tensions(robot, poses, tensions=rs.NearestTensions(0.5))
-    failed = (closed.status_codes & STATUS.RULE_FAILED) > 0
+    failed = (closed.status_codes & STATUS.FORM_DOES_NOT_HOLD) > 0
     assert (closed.feasible | failed).tolist() == nearest.feasible.tolist()
     assert closed.feasible.sum() > 50
     t = closed.values[closed.feasible]
@@ -142,10 +142,10 @@ def test_pose_without_tensions_is_a_status_and_its_numbers_an_exception():
     robot = cable_robot("cable-8")
     poses = [[0, 0, 1, 0, 0, 0], [0, 0, 3.0, 0, 0, 0], [1.94, 1.44, 2, 0, 0, 0]]
     result = rs.stiffness(robot, poses)
-    assert [str(rs.CableStatus(int(c))) for c in result.status_codes] == [
+    assert [str(rs.Status(int(c))) for c in result.status_codes] == [
         "ok",
         "infeasible",
-        "no-length",
+        "unreachable",
     ]
     assert result.answered.tolist() == [True, False, False]
     assert result.rank.tolist() == [6, -1, -1]

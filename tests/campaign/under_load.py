@@ -62,7 +62,7 @@ def loaded_robot(rng: np.random.Generator) -> list[Complaint]:
     if rng.uniform() < 0.3:
         robot = _with_springs(rng, robot, snapshot, force)
     found: Any = rs.equilibrium(robot, pose, wrench, **more)
-    bad = rs.EquilibriumStatus.FREE_MOTIONS | rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD
+    bad = rs.Status.FREE_MOTIONS | rs.Status.BEYOND_CRITICAL_LOAD
     if not found.has_answer or found.status & bad or not found.stable or found.margin < 0.1:
         return judge.complaints
     if max(float(np.max(np.abs(part.motion))) for part in found.parts) > _FAR:
@@ -94,7 +94,7 @@ class _Laws:
         self.judge, self.robot, self.pose, self.wrench = judge, robot, pose, wrench
         self.more, self.found, self.scale, self.length = more, found, scale, length
         self.ask: Any = partial(rs.equilibrium, robot, pose, **more)
-        rigid = bool(found.status & rs.EquilibriumStatus.RIGID_DIRECTION)
+        rigid = bool(found.status & rs.Status.RIGID_DIRECTION)
         self.K: Any = None if rigid else found.K
         self.K_total: Any = None if rigid else found.K_total
 
@@ -189,7 +189,7 @@ class _Laws:
         first = self.ask(0 * self.wrench)
         way = [self.ask(s * self.wrench) for s in factors]
         if not first.stable or any(
-            not own.has_answer or own.status & rs.EquilibriumStatus.FREE_MOTIONS for own in way
+            not own.has_answer or own.status & rs.Status.FREE_MOTIONS for own in way
         ):
             return
         F = self.wrench

@@ -12,7 +12,6 @@ from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result import in_short, points_given
 from robostiff.analysis.result_tables import cable_stiffness_html
 from robostiff.cables import (
-    CableStatus,
     TensionRule,
     axial_stiffness,
     elastic_stiffness,
@@ -22,9 +21,10 @@ from robostiff.cables import (
     weight_stiffness,
     weight_wrench,
 )
-from robostiff.cables.status import WITHOUT_STIFFNESS, Stability, stability
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
+from robostiff.cables.stability import Stability, stability
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.elastostatics.result import scaled_inverse
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose
@@ -124,7 +124,7 @@ class CableStiffness(CableAnswer):
         C = self.compliance
         if C is None:
             self._require_answer()
-            reason = CableStatus.FREE_MOTIONS.advice[0]
+            reason = Status.FREE_MOTIONS.advice[0]
             raise NoAnswerError(f"no compliance matrix of {self.name!r}: {reason}")
         return C
 
@@ -183,7 +183,7 @@ class CableStiffness(CableAnswer):
     def _require_answer(self) -> None:
         if np.all(self.answered):
             return
-        why = CableStatus(self.status & WITHOUT_STIFFNESS)
+        why = Status(self.status & WITHOUT_STIFFNESS)
         advice = " ".join(f"{line}." for line in why.advice)
         where = "at this pose"
         if self.batch_shape:
@@ -298,13 +298,13 @@ def judged(result: CableStiffness) -> CableStiffness:
         found = stability_of(one)
         held_rank[index], rank[index] = found.held, found.rank
         if found.rank < n:
-            status[index] |= CableStatus.FREE_MOTIONS
+            status[index] |= Status.FREE_MOTIONS
         if found.unstable.shape[-1]:
-            status[index] |= CableStatus.UNSTABLE
+            status[index] |= Status.UNSTABLE
         if found.doubtful:
-            status[index] |= CableStatus.ILL_CONDITIONED
+            status[index] |= Status.ILL_CONDITIONED
     loose = np.any((result.tensions <= 0) & (result.axial > 0), axis=-1)
-    status = np.where(loose & result.answered, status | np.uint16(CableStatus.UNTENSIONED), status)
+    status = np.where(loose & result.answered, status | np.uint16(Status.UNTENSIONED), status)
     return replace(result, status_codes=status, held_rank=held_rank, rank=rank)
 
 

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.cables.status import CableStatus
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
 
@@ -259,7 +259,7 @@ class GivenTensions:
             raise InputError("tensions", got=given.shape, expected=f"one row, or {poses} of them")
         tensions = np.array(np.broadcast_to(rows, (poses, cables)))
         status = np.zeros(poses, dtype=np.uint16)
-        status[~problem.balanced(tensions)] = CableStatus.UNBALANCED
+        status[~problem.balanced(tensions)] = Status.UNBALANCED
         return tensions, status
 
 
@@ -282,7 +282,7 @@ class NearestTensions:
     def choose(self, problem: TensionProblem) -> tuple[np.ndarray, np.ndarray]:
         """The tensions, and a status where none exist."""
         tensions, solved, impossible = nearest_tensions(problem)
-        status = np.where(impossible, int(CableStatus.INFEASIBLE), 0).astype(np.uint16)
+        status = np.where(impossible, int(Status.INFEASIBLE), 0).astype(np.uint16)
         for i in np.flatnonzero(~solved & ~impossible):
             status[i] = _failure(problem, int(i))
         return tensions, status
@@ -338,7 +338,7 @@ class ClosedFormTensions:
         return tensions, status
 
 
-def _failure(problem: TensionProblem, pose: int) -> CableStatus:
+def _failure(problem: TensionProblem, pose: int) -> Status:
     """The status of a pose at which a rule found no tensions."""
     possible = problem.has_solution(pose)
-    return CableStatus.RULE_FAILED if possible else CableStatus.INFEASIBLE
+    return Status.FORM_DOES_NOT_HOLD if possible else Status.INFEASIBLE

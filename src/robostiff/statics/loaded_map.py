@@ -11,16 +11,16 @@ import numpy as np
 from robostiff.analysis.maps import Batched, Compiled, Quantity
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, room_for
 from robostiff.analysis.maps.request import Method
-from robostiff.analysis.maps.variables import NO_RANK, Variable, map_variables, status_under_load
+from robostiff.analysis.maps.variables import NO_RANK, Variable, map_variables
 from robostiff.analysis.measures import stiffness_indices, symmetric_eigenvalues
 from robostiff.compiled import Backend
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot
 from robostiff.statics.kernels.compile import compile_loaded
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
 from robostiff.statics.kernels.weights import StandingLoads
 from robostiff.statics.result import Equilibria
-from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
 
 # Equilibria take some 20 ms each, a kernel some seconds to make.
 _WORTH_COMPILING = 2000
@@ -173,7 +173,7 @@ class LoadedEvaluator:
         codes = found.status_codes
         symmetric = 0.5 * (K + np.swapaxes(K, -1, -2))
         rank = _ranks(symmetric, space.rows, self.like.length)
-        out: dict[str, np.ndarray] = {"rank": rank, "status": status_under_load(codes)}
+        out: dict[str, np.ndarray] = {"rank": rank, "status": codes}
         if Quantity.STIFFNESS in quantities:
             out["K"] = K
         if Quantity.PRINCIPAL_STIFFNESS in quantities:
@@ -192,7 +192,7 @@ class LoadedEvaluator:
         return out
 
 
-_NO_COMPLIANCE = WITHOUT_STIFFNESS | EquilibriumStatus.FREE_MOTIONS
+_NO_COMPLIANCE = WITHOUT_STIFFNESS | Status.FREE_MOTIONS
 
 
 def _ranks(K: np.ndarray, rows: Any, length: float) -> np.ndarray:

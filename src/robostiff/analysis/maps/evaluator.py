@@ -167,7 +167,7 @@ class BatchedEvaluator:
         if self.wrench:
             F = np.array(self.wrench)
             twist, unbalanced = twists_under(result, F)
-            status = status | unbalanced * np.uint8(Status.UNBALANCED)
+            status = status | unbalanced * np.uint16(Status.UNBALANCED)
             d = self.robot.space.translations
             if Quantity.DEFLECTION in self.quantities:
                 found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}

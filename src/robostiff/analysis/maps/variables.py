@@ -18,9 +18,6 @@ from robostiff.model import Actuated, Robot
 EXCLUDED = 256
 NOT_COMPUTED = 512
 NO_RANK = -1
-# Flags of equilibria from 256 on, and by how many bits a map has them further on.
-_UNDER_LOAD = ("unstable", "no-equilibrium", "beyond-critical-load")
-_MOVED = 2
 
 
 @dataclass(frozen=True)
@@ -83,7 +80,7 @@ STATUS = Variable(
 
 
 def status_flags() -> dict[int, str]:
-    """Every flag of the variable ``status``: of `Status`, two of the map, those under load.
+    """Every flag of the variable ``status``: of `Status`, and two of the map.
 
     Examples
     --------
@@ -91,20 +88,7 @@ def status_flags() -> dict[int, str]:
     ('unreachable', 'excluded')
     """
     flags = {int(member): str(member) for member in Status if member}
-    flags |= {EXCLUDED: "excluded", NOT_COMPUTED: "not-computed"}
-    return flags | {256 << _MOVED + k: name for k, name in enumerate(_UNDER_LOAD)}
-
-
-def status_under_load(codes: np.ndarray) -> np.ndarray:
-    """Codes of equilibria as those of a map, whose own flags have the places of their next three.
-
-    Examples
-    --------
-    >>> [status_words(int(code)) for code in status_under_load(np.array([64, 256, 1024]))]
-    ['unreachable', 'unstable', 'beyond-critical-load']
-    """
-    own = codes.astype(np.uint16)
-    return (own & np.uint16(255)) | ((own & np.uint16(0x700)) << np.uint16(_MOVED))
+    return dict(sorted((flags | {EXCLUDED: "excluded", NOT_COMPUTED: "not-computed"}).items()))
 
 
 def status_words(code: int) -> str:
