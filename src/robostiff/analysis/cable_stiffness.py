@@ -32,6 +32,9 @@ from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, move_wrench
 
 
+_ROUNDING = 1e-12  # of squares, with room
+
+
 @dataclass(frozen=True, repr=False)
 class CableStiffness(CableAnswer):
     """Stiffness of a cable robot about a point, in world axes, with tensions and status.
@@ -177,7 +180,8 @@ class CableStiffness(CableAnswer):
         if not self.answered:
             return ()
         length = self.placed.characteristic_length
-        basis = getattr(stability_of(self), kind).T / scaling(length, self.space)
+        found = stability_of(self[None])
+        basis = found.motions[0][:, getattr(found, kind)[0]].T / scaling(length, self.space)
         return free_motions_in_words(basis, self.reference_point, float(length))
 
     def _require_answer(self) -> None:
@@ -207,14 +211,14 @@ def _of_forces(result: CableStiffness) -> np.ndarray:
 
 
 def stability_of(result: CableStiffness) -> Stability:
-    """Rank and stability of a single pose."""
+    """Rank and stability at N poses with an answer."""
     s = scaling(result.placed.characteristic_length, result.space)
-    scale = np.outer(s, s)
+    scale = s[:, :, None] * s[:, None, :]
     tension = steady_stiffness(result)
     # What the tensions could give, were none to cancel another.
-    size = float(np.sum(result.tensions / result.placed.lengths))
-    size = max(size, float(np.abs(tension / scale).max()))
-    W = structure_matrix(result.placed)[:, result.axial > 0] / s[:, None]
+    size = np.sum(result.tensions / result.placed.lengths, axis=-1)
+    size = np.maximum(size, np.abs(tension / scale).max(axis=(-1, -2)))
+    W = structure_matrix(result.placed) / s[:, :, None] * (result.axial > 0)[:, None, :]
     return stability(W, result.K / scale, size, result.tolerance)
 
 
@@ -289,20 +293,13 @@ def judged(result: CableStiffness) -> CableStiffness:
     held_rank, rank = np.full(batch, -1), np.full(batch, -1)
     plain = _plain(result)
     held_rank[plain], rank[plain] = n, n
-    for index in np.ndindex(batch):
-        if plain[index]:
-            continue
-        one = result[index]
-        if not one.answered:
-            continue
-        found = stability_of(one)
-        held_rank[index], rank[index] = found.held, found.rank
-        if found.rank < n:
-            status[index] |= Status.FREE_MOTIONS
-        if found.unstable.shape[-1]:
-            status[index] |= Status.UNSTABLE
-        if found.doubtful:
-            status[index] |= Status.ILL_CONDITIONED
+    rest = result.answered & ~plain
+    if np.any(rest):
+        found = stability_of(result[rest])
+        held_rank[rest], rank[rest] = found.held, found.rank
+        status[rest] |= (found.rank < n) * np.uint16(Status.FREE_MOTIONS)
+        status[rest] |= found.unstable.any(axis=-1) * np.uint16(Status.UNSTABLE)
+        status[rest] |= found.doubtful * np.uint16(Status.ILL_CONDITIONED)
     loose = np.any((result.tensions <= 0) & (result.axial > 0), axis=-1)
     status = np.where(loose & result.answered, status | np.uint16(Status.UNTENSIONED), status)
     return replace(result, status_codes=status, held_rank=held_rank, rank=rank)
@@ -315,7 +312,8 @@ def _plain(result: CableStiffness) -> np.ndarray:
     W = structure_matrix(result.placed) / s[..., :, None] * (result.axial > 0)[..., None, :]
     if W.shape[-1] < W.shape[-2]:
         return np.zeros(result.batch_shape, dtype=bool)
-    geometry = np.linalg.svd(W, compute_uv=False)[..., -1] > tolerance.near_independence
+    squares = np.linalg.eigvalsh(W @ np.swapaxes(W, -1, -2))
+    geometry = squares[..., 0] > max(tolerance.near_independence**2, _ROUNDING * W.shape[-1])
     K = elastic_stiffness(result.placed, result.axial) + steady_stiffness(result)
     values = np.linalg.eigvalsh(K / (s[..., :, None] * s[..., None, :]))
     return result.answered & geometry & (values[..., 0] > tolerance.near_rigidity * values[..., -1])

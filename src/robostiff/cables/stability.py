@@ -13,31 +13,32 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Stability:
-    """Rank and stability at one pose; columns are displacements in scaled coordinates.
+    """Rank and stability at N poses.
 
     Attributes
     ----------
-    held : int
+    held : (N,) array of int
         Directions in which cables stretch: the rank of the structure matrix.
-    rank : int
+    rank : (N,) array of int
         Of the stiffness matrix.
-    free : (n, f) array
-        Motions without stiffness.
-    unstable : (n, u) array
-        Motions that grow by themselves.
-    doubtful : bool
+    motions : (N, n, n) array
+        Columns are displacements in scaled coordinates that do not work on each other's forces.
+    free, unstable : (N, n) arrays of bool
+        Which of the motions meet no stiffness, and which grow by themselves.
+    doubtful : (N,) array of bool
         Whether a decision was close.
     """
 
-    held: int
-    rank: int
+    held: np.ndarray
+    rank: np.ndarray
+    motions: np.ndarray
     free: np.ndarray
     unstable: np.ndarray
-    doubtful: bool
+    doubtful: np.ndarray
 
 
-def stability(W: np.ndarray, K: np.ndarray, size: float, tolerance: Tolerance) -> Stability:
-    """Rank and stability of K at one pose.
+def stability(W: np.ndarray, K: np.ndarray, size: np.ndarray, tolerance: Tolerance) -> Stability:
+    """Rank and stability of K at N poses.
 
     Tension is a thousandth or less of what stretching resists, so a single scale would take its
     part for rounding. The displacements are split: those in which cables stretch are decided by the
@@ -46,46 +47,47 @@ def stability(W: np.ndarray, K: np.ndarray, size: float, tolerance: Tolerance) -
 
     Parameters
     ----------
-    W : (n, m) array
-        Structure matrix of the cables that count, moments divided by a characteristic length.
-    K : (n, n) array
+    W : (N, n, m) array
+        Structure matrix, moments divided by a characteristic length; zero for slack cables.
+    K : (N, n, n) array
         Stiffness matrix, scaled alike [N/m].
-    size : float
+    size : (N,) array
         Of the stiffness that tension and weight give [N/m].
     tolerance : Tolerance
 
     Examples
     --------
-    >>> pendulum = stability(np.array([[0.0], [1.0]]), np.diag([50.0, 1e6]), 50.0, Tolerance())
+    >>> W, K = np.array([[[0.0], [1.0]]]), np.diag([50.0, 1e6])[None]
+    >>> pendulum = stability(W, K, np.array([50.0]), Tolerance())
     >>> pendulum.held, pendulum.rank
-    (1, 2)
+    (array([1]), array([2]))
     """
-    n = len(K)
     U, values, _ = np.linalg.svd(W)
-    r = int(np.count_nonzero(values > tolerance.independence))
-    doubtful = bool(np.any(tolerance.leaves_in_doubt(values)))
-    H, N = U[:, :r], U[:, r:]
-    held, directions = np.linalg.eigh(H.T @ K @ H)
-    largest = np.abs(held).max(initial=0.0)
-    doubtful |= bool(np.any(np.abs(held) <= tolerance.near_rigidity * largest))
-    unstable = [H @ directions[:, held < -_ROUNDING * largest]]
-    if r == n:
-        return Stability(r, n, np.zeros((n, 0)), unstable[0], doubtful)
-    follow = np.zeros((r, n - r))
-    if r and not np.any(held == 0):
-        follow = -directions @ ((directions.T @ (H.T @ K @ N)) / held[:, None])
-    left = N.T @ K @ (N + H @ follow)
-    own, turned = np.linalg.eigh(0.5 * (left + left.T))
-    motions = (N + H @ follow) @ turned
-    # Rounding of the large elastic entries reaches the small ones.
-    floor = max(tolerance.independence * size, 1e-15 * largest)
-    lost = np.abs(own) <= floor
-    unstable.append(motions[:, (own < 0) & ~lost])
-    near = ~lost & (np.abs(own) <= max(tolerance.near_independence * size, 1e-13 * largest))
-    return Stability(
-        held=r,
-        rank=n - int(np.count_nonzero(lost)),
-        free=motions[:, lost],
-        unstable=np.concatenate(unstable, axis=-1),
-        doubtful=bool(doubtful or near.any()),
-    )
+    held = np.count_nonzero(values > tolerance.independence, axis=-1)
+    doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
+    free, unstable = np.zeros((2, *K.shape[:-1]), dtype=bool)
+    motions = np.empty_like(K)
+    for r in np.unique(held):
+        rows = held == r
+        H, N, K_r = U[rows, :, :r], U[rows, :, r:], K[rows]
+        H_T = np.swapaxes(H, -1, -2)
+        own, directions = np.linalg.eigh(H_T @ K_r @ H)
+        largest = np.abs(own).max(axis=-1, initial=0.0)[:, None]
+        doubtful[rows] |= np.any(np.abs(own) <= tolerance.near_rigidity * largest, axis=-1)
+        H = H @ directions
+        motions[rows, :, :r], unstable[rows, :r] = H, own < -_ROUNDING * largest
+        regular = np.all(own != 0, axis=-1)[:, None]
+        pushed = np.swapaxes(H, -1, -2) @ K_r @ N
+        divisor = np.where(regular, own, 1.0)[:, :, None]
+        M = N - H @ np.where(regular[:, :, None], pushed / divisor, 0.0)
+        left = np.swapaxes(N, -1, -2) @ K_r @ M
+        own, turned = np.linalg.eigh(0.5 * (left + np.swapaxes(left, -1, -2)))
+        # Rounding of the large elastic entries reaches the small ones.
+        near = np.maximum(tolerance.near_independence * size[rows, None], 1e-13 * largest)
+        floor = np.maximum(tolerance.independence * size[rows, None], 1e-15 * largest)
+        lost = np.abs(own) <= floor
+        motions[rows, :, r:] = M @ turned
+        free[rows, r:], unstable[rows, r:] = lost, (own < 0) & ~lost
+        doubtful[rows] |= np.any(~lost & (np.abs(own) <= near), axis=-1)
+    rank = K.shape[-1] - np.count_nonzero(free, axis=-1)
+    return Stability(held, rank, motions, free, unstable, doubtful)
