@@ -145,7 +145,7 @@ def test_cables_command_with_rules():
         (("stiffness", "cable-8", "--joints", "1"), "cables have no joints"),
         (("stiffness", "cable-8", "--method", "block"), "forms of K_C are of legs"),
         (("deflection", "cable-8", "--wrench", "1 0 0 0 0 0"), "cable_response"),
-        (("map", "cable-8", "--x", "0 1 3", "-o", "map.nc"), "many poses of a cable robot"),
+        (("map", "cable-8", "--joint", "q 0 1 3", "-o", "-"), "joints pose serial arms"),
         (("derive", "cable-8"), "cable robots have numbers alone"),
         (("verify", "cable-8"), "one method for cables"),
         (("cables", "cable-8", "--rule", "best", "--tensions", "1 2"), "nearest or closed-form"),

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from scipy.optimize import minimize, nnls
 
 import robostiff as rs
-from robostiff.cables import TensionProblem, nearest_tensions
+from robostiff.cables import TensionProblem, nearest_tensions, structure_matrix, weight_wrench
 from robostiff.errors import InputError
 from tests.cables.machines import cable_robot, random_robot
 
@@ -178,3 +178,31 @@ def test_levels_need_greatest_tensions():
         rs.cable_tensions(replace(robot, cables=cables), tensions=rs.NearestTensions(0.5))
     with pytest.raises(InputError, match="greatest tension"):
         replace(robot, cables=cables, tension_level=0.5)
+
+
+@pytest.mark.parametrize("seed", [5, 52, 76])
+def test_closed_form_takes_no_rounding_at_a_limit_for_a_violation(seed):
+    """Without a load tensions of zero lie at their limits, in a batch as at each pose."""
+    robot = random_robot(seed, 9, weight=False)
+    loose = tuple(replace(own, least_tension=0.0) for own in robot.cables)
+    robot = replace(robot, cables=loose)
+    poses = np.random.default_rng(seed).uniform(-0.5, 0.5, (40, 6))
+    rule = rs.ClosedFormTensions(0.5)
+    whole = rs.cable_tensions(robot, poses, tensions=rule)
+    for pose, code in zip(poses, whole.status_codes, strict=True):
+        assert int(rs.cable_tensions(robot, pose, tensions=rule).status) == code
+
+
+@pytest.mark.parametrize("cables", [5, 7, 9])
+def test_cables_without_a_greatest_tension_have_tensions_where_nnls_has(cables):
+    robot = random_robot(cables, cables)
+    endless = (replace(own, least_tension=0.0, greatest_tension=np.inf) for own in robot.cables)
+    robot = replace(robot, cables=tuple(endless))
+    poses = np.random.default_rng(cables).uniform(-0.8, 0.8, (60, 6))
+    found = rs.cable_tensions(robot, poses)
+    for i, feasible in enumerate(found.feasible):
+        placed = found.placed[i]
+        W = structure_matrix(placed)
+        F = weight_wrench(placed)
+        missing = nnls(W, -F)[1]
+        assert feasible == (missing < 1e-6 * np.abs(F).max())

@@ -216,11 +216,9 @@ def _after(
 ) -> CableStiffness:
     pulls = state.pulls
     tensions = state.tensions
-    least, greatest = robot.tension_limits
     taut = pulls > 0
-    beyond = np.any(taut & ((tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9))))
     status = np.uint16(before.status & Status.UNBALANCED)
-    if beyond:
+    if are_beyond_limits(robot, np.where(taut, tensions, np.nan)):
         status |= np.uint16(Status.BEYOND_LIMITS)
     R = state.R @ matrix_of_rotation(before.pose[3:])
     origin = before.pose[:3] - before.reference_point
@@ -238,3 +236,9 @@ def _after(
             rule="locked winches",
         )
     )
+
+
+def are_beyond_limits(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
+    """Whether some of the tensions (..., m) are beyond their limits (...); NaN are not."""
+    least, greatest = robot.tension_limits
+    return np.any((tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9)), axis=-1)

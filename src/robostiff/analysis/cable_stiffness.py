@@ -31,7 +31,6 @@ from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, move_wrench
 
-
 _ROUNDING = 1e-12  # of squares, with room
 
 
@@ -86,7 +85,13 @@ class CableStiffness(CableAnswer):
         NoAnswerError
             When a pose has none.
         """
-        return self.elastic + self.geometric + self.of_forces
+        self._require_answer()
+        return self.matrix
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """K, meaningful where `answered` (..., n, n)."""
+        return elastic_stiffness(self.placed, self.axial) + steady_stiffness(self)
 
     @property
     def elastic(self) -> np.ndarray:
@@ -314,6 +319,5 @@ def _plain(result: CableStiffness) -> np.ndarray:
         return np.zeros(result.batch_shape, dtype=bool)
     squares = np.linalg.eigvalsh(W @ np.swapaxes(W, -1, -2))
     geometry = squares[..., 0] > max(tolerance.near_independence**2, _ROUNDING * W.shape[-1])
-    K = elastic_stiffness(result.placed, result.axial) + steady_stiffness(result)
-    values = np.linalg.eigvalsh(K / (s[..., :, None] * s[..., None, :]))
+    values = np.linalg.eigvalsh(result.matrix / (s[..., :, None] * s[..., None, :]))
     return result.answered & geometry & (values[..., 0] > tolerance.near_rigidity * values[..., -1])

@@ -59,9 +59,12 @@ class TensionProblem:
 
     def within(self, tensions: np.ndarray) -> np.ndarray:
         """Whether all tensions are within their limits (N,), to rounding."""
-        slack = _BALANCED * (1.0 + np.abs(tensions))
-        inside = (tensions >= self.least - slack) & (tensions <= self.greatest + slack)
-        return np.asarray(inside.all(axis=-1))
+        return np.asarray((self.beyond(tensions) == 0).all(axis=-1))
+
+    def beyond(self, tensions: np.ndarray) -> np.ndarray:
+        """By how much tensions are beyond their limits (N, m) [N]; 0 within rounding."""
+        beyond = np.maximum(self.least - tensions, tensions - self.greatest)
+        return np.where(beyond > _BALANCED * (1.0 + np.abs(tensions)), beyond, 0.0)
 
     def has_solution(self, pose: int) -> bool:
         """Whether any tensions within the limits balance the wrench at a pose, by a linear program.
@@ -97,6 +100,8 @@ class TensionProblem:
 _STEPS = 100
 _CHUNK = 4096  # poses worked on at once
 _REGULAR = 1e-12
+_NO_WORK = 1e-11  # of the most that a step works on a cable
+_PROVEN = 1e-6
 
 
 def nearest_tensions(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -208,7 +213,14 @@ def _best_length(
     fall = slope_start - slope(probe[:, None])[:, 0]
     ends = fall > 1e-14 * np.abs(slope_start)
     length = start + (probe - start) * slope_start / np.where(ends, fall, 1.0)
-    forever = ~ends & (slope_start > 0)
+    # No tensions work more on the step than those at the limits on its side: less than is needed
+    # is a proof, with room for cables without a limit on which it works by rounding alone.
+    most = np.abs(d).max(axis=-1)
+    limits = np.where(d > 0, high, low)
+    nothing = (np.abs(d) <= _NO_WORK * most[:, None]) & ~np.isfinite(limits)
+    available = np.sum(d * np.where(nothing, 0.0, limits), axis=-1)
+    size = np.abs(F).max(axis=-1) + np.abs(low).max()
+    forever = (~ends & (slope_start > 0)) | (own - available > _PROVEN * most * size)
     return np.where(forever, start + unit, np.maximum(length, 0.0)), forever
 
 
@@ -317,8 +329,7 @@ class ClosedFormTensions:
                 "nij,nj->ni", np.linalg.pinv(problem.W * open_[:, None, :], rcond=1e-9), missing
             )
             trial = tensions - np.where(open_, change, 0.0)
-            beyond = np.maximum(least - trial, trial - greatest)
-            beyond = np.where(open_ & (beyond > 0), beyond, 0.0)
+            beyond = np.where(open_, problem.beyond(trial), 0.0)
             furthest = beyond.argmax(axis=-1)
             violated = beyond[np.arange(poses), furthest] > 0
             done = ~violated

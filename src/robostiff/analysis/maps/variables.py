@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.maps.pose_columns import joint_columns
+from robostiff.analysis.maps.pose_columns import Mapped, joint_columns
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.linkage import Linkage
-from robostiff.model import Actuated, Robot
+from robostiff.model import Actuated
+from robostiff.model.cable import CableRobot
 
 EXCLUDED = 256
 NOT_COMPUTED = 512
@@ -120,6 +121,8 @@ class Quantity(Enum):
         Displacement and rotation under a wrench.
     ``ACTUATOR_FORCES``
         Loads on the actuators under a wrench.
+    ``TENSIONS``
+        Of the cables of a cable robot, by its rule, and the least and greatest of them.
     """
 
     STIFFNESS = "stiffness"
@@ -128,6 +131,7 @@ class Quantity(Enum):
     INDICES = "indices"
     DEFLECTION = "deflection"
     ACTUATOR_FORCES = "actuator-forces"
+    TENSIONS = "tensions"
 
     @property
     def needs_wrench(self) -> bool:
@@ -135,7 +139,7 @@ class Quantity(Enum):
         return self in {Quantity.DEFLECTION, Quantity.ACTUATOR_FORCES}
 
 
-def map_variables(robot: Robot | Linkage, quantities: Iterable[Quantity]) -> tuple[Variable, ...]:
+def map_variables(robot: Mapped, quantities: Iterable[Quantity]) -> tuple[Variable, ...]:
     """The arrays of a map of a robot, rank and status last.
 
     Examples
@@ -151,9 +155,11 @@ def map_variables(robot: Robot | Linkage, quantities: Iterable[Quantity]) -> tup
     return (*found, RANK, STATUS)
 
 
-def actuator_labels(robot: Robot | Linkage) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def actuator_labels(robot: Mapped) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """``leg/joint`` of every actuated freedom, and the unit of its load."""
     names, units = [], []
+    if isinstance(robot, CableRobot):
+        return tuple(robot.cable_names), ("N",) * len(robot.cables)
     if isinstance(robot, Linkage):
         raise InputError(
             f"quantity of a map of linkage {robot.name!r}",
@@ -172,7 +178,7 @@ def actuator_labels(robot: Robot | Linkage) -> tuple[tuple[str, ...], tuple[str,
     return tuple(names), tuple(units)
 
 
-def _of(quantity: Quantity, robot: Robot | Linkage) -> Iterator[Variable]:
+def _of(quantity: Quantity, robot: Mapped) -> Iterator[Variable]:
     space = robot.space
     d, n = space.translations, space.size
     twist = space.twist_order
@@ -261,3 +267,16 @@ def _of(quantity: Quantity, robot: Robot | Linkage) -> Iterator[Variable]:
                 labels=(names,),
                 note="the drive holds the opposite",
             )
+        case Quantity.TENSIONS:
+            if not isinstance(robot, CableRobot):
+                raise InputError(
+                    f"quantity of a map of {robot.name!r}",
+                    got=quantity.value,
+                    expected="another one: it has no cables",
+                )
+            names = tuple(robot.cable_names)
+            which = "that balance weight and load before winches are locked"
+            words = f"tensions of the cables {which}"
+            yield Variable("tension", ("cable",), (len(names),), "N", words, labels=(names,))
+            for end in ("least", "greatest"):
+                yield Variable(f"{end}_tension", (), (), "N", f"{end} of the tensions {which}")
