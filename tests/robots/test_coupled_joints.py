@@ -1,6 +1,7 @@
 """Gears and differentials: against networks, least energy, 40 digits and closed forms."""
 
 import json
+from dataclasses import replace
 from itertools import permutations
 
 import mpmath
@@ -272,11 +273,18 @@ def test_a_posture_that_the_gear_forbids_is_refused():
         ((coupling("a", follows="c", ratio=2),), "no passive joint"),
         ((GEAR, coupling("b", follows="c", ratio=2)), "a relation that follows from the others"),
         ((coupling("b", follows="a", ratio=2), BELT), "a relation that follows from the others"),
+        ((coupling("b", follows="a", ratio=2, name="c"),), "each name once"),
     ],
 )
 def test_couplings_that_cannot_be(couplings, words: str):
     with pytest.raises(InputError, match=words):
         arm(couplings)
+
+
+def test_two_motors_without_names_are_refused():
+    motors = tuple(replace(own, name="") for own in MOTORS)
+    with pytest.raises(InputError, match="'coupling of a and b', expected each name once"):
+        arm(motors, *CASES["two motors"][1:])
 
 
 def test_couplings_have_no_order(tmp_path):

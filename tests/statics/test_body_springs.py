@@ -10,7 +10,15 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.errors import InputError
-from robostiff.model import PlacedBodySpring, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import (
+    Actuated,
+    PlacedBlock,
+    PlacedBodySpring,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
 from robostiff.spatial import Space
 from tests.cases.metric import distance
 from tests.statics.robots_under_load import joint, loaded, number, root
@@ -267,6 +275,52 @@ def test_spring_on_the_platform_in_its_modes():
     spring = held("platform", "base", points=(tip, [1.0, 0, 0]), k=500.0, length=0.8)
     found = rs.modes(replace(robot, springs=(spring,)), masses={"platform": 2.0})
     assert np.isclose(found.frequencies[0], np.sqrt(800 / 2.0) / (2 * np.pi), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("carrier", "body"), [("slide", "base"), ("lock", "platform")])
+def test_drives_that_are_rigid_hold_springs_and_loads_before_and_behind_blocks(
+    carrier: str, body: str
+):
+    """They move with what they are fixed to: the base, and the platform."""
+    tip = np.array([0.0, 0.4, 0.0])
+
+    def rigid(name: str, point: np.ndarray) -> PlacedFreedom:
+        return PlacedFreedom(np.array([1.0, 0, 0]), point, None, name, Actuated(None))
+
+    branches = tuple(
+        PlacedLeg(
+            f"branch{i}",
+            (
+                joint(f"foot{i}", [x, 0, 0], [0, 0, 1]),
+                joint(f"rod{i}", [x, 0, 0], [-x, 0.4, 0], "P", 2e4),
+                joint(f"head{i}", np.add(tip, [x / 2, 0, 0]), [0, 0, 1], "R", 30.0),
+            ),
+            tip,
+        )
+        for i, x in enumerate((-0.3, 0.2))
+    )
+    elements = (
+        rigid("slide", np.zeros(3)),
+        PlacedBlock("block", branches),
+        rigid("lock", tip),
+    )
+    robot = Snapshot("A frame", (PlacedLeg("leg", elements, tip),), tip, Space.PLANAR)
+    wrench = [100.0, -300, 5]
+    other = "platform" if body == "base" else "base"
+    answers = [
+        loaded(
+            replace(robot, springs=(held(*ends, points=([0.1, 0.1, 0], tip), k=4e3),)),
+            wrench=wrench,
+            **({} if own == "base" else {"loads": {own: rs.DeadForce([20.0, 10, 0], tip)}}),
+        )
+        for own in (f"leg/{carrier}", body)
+        for ends in [(own, other) if body == "base" else (other, own)]
+    ]
+    assert answers[0].stable
+    assert distance(answers[0].K, answers[1].K) < 1e-12
+    np.testing.assert_allclose(answers[0].displacement, answers[1].displacement, atol=1e-14)
+    without = loaded(robot, wrench=wrench)
+    assert distance(answers[0].K, without.K) > 1e-3
 
 
 def test_what_cannot_be_is_refused():

@@ -29,6 +29,7 @@ class Connecting(Protocol):
 
 
 Edge = TypeVar("Edge", bound=Connecting)
+Node = TypeVar("Node")
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def spanning_tree(base: str, connections: Iterable[Edge]) -> SpanningTree[Edge]:
     at: dict[str, list[Edge]] = {base: []}
     cuts = []
     for connection in connections:
-        a, b = _root(group, connection.a), _root(group, connection.b)
+        a, b = representative(group, connection.a), representative(group, connection.b)
         if a == b:
             cuts.append(connection)
             continue
@@ -100,9 +101,19 @@ def spanning_tree(base: str, connections: Iterable[Edge]) -> SpanningTree[Edge]:
     return SpanningTree(ways, tuple(cut for cut in cuts if cut.a in ways))
 
 
-def _root(group: dict[str, str], body: str) -> str:
-    """The body that stands for all that are connected with this one."""
-    while group.get(body, body) != body:
-        group[body] = group.get(group[body], group[body])
-        body = group[body]
-    return body
+def representative(group: dict[Node, Node], node: Node) -> Node:
+    """The node that stands for all that are connected with this one.
+
+    Parameters
+    ----------
+    group : dict
+        A connected node of each that does not stand for itself; ways through it are shortened.
+
+    Examples
+    --------
+    >>> representative({"B": "A", "C": "B"}, "C")
+    'A'
+    """
+    while (nearer := group.get(node, node)) != node:
+        group[node] = node = group.get(nearer, nearer)
+    return node

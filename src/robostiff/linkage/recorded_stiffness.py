@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -93,10 +94,11 @@ def record_linkage(
 def _near_softness(K: dict[tuple[int, int], Any], length: float, count: int) -> list[Any]:
     """By how much K is nearer to a free motion than at the samples, where it is near there."""
     factors = factors_of(K, 6)
-    upper = at_samples([K[i, j] for i, j in _upper(6)], count)
+    places = list(combinations_with_replacement(range(6), 2))
+    upper = at_samples([K[place] for place in places], count)
     unit = np.zeros((count, 6, 6))
-    for place, (i, j) in enumerate(_upper(6)):
-        unit[:, i, j] = unit[:, j, i] = upper[:, place]
+    for number, (i, j) in enumerate(places):
+        unit[:, i, j] = unit[:, j, i] = upper[:, number]
     scale = scaling(np.array(length), Space.SPATIAL)
     unit /= np.outer(scale, scale)
     size = np.sqrt(np.einsum("sii->si", unit))
@@ -165,7 +167,3 @@ class _Chains:
             for e in elements
         ]
         return PlacedLeg(chain[0].name, tuple(simple), self.recorder.reference)
-
-
-def _upper(size: int) -> Iterator[tuple[int, int]]:
-    return ((i, j) for i in range(size) for j in range(i, size))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model.checks import coordinate_array
+from robostiff.model.checks import check_distinct, coordinate_array
 from robostiff.model.coupled_joints import Coupling, Transmission, transmission
 from robostiff.model.joint import Joint, Locked, Role
 from robostiff.model.link import Link, Rigid, Telescope
@@ -64,6 +64,9 @@ class Chain:
         object.__setattr__(self, "elements", _numbered(tuple(self.elements), coupled))
         if self.couplings:
             _ = self.home
+            joints = [element.name for element in self.elements if isinstance(element, Joint)]
+            names = [own.name for own in self.couplings]
+            check_distinct("names of couplings and joints", [*names, *dict.fromkeys(joints)])
 
     @cached_property
     def _parts(self) -> tuple[_Movable, ...]:

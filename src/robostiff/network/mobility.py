@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 import numpy as np
 
 from robostiff.elastostatics import Tolerance
+from robostiff.kinematics.spanning_tree import representative
 from robostiff.network.equations import Equations, Motion
 
 if TYPE_CHECKING:
@@ -347,17 +348,12 @@ def independent_parts(
 
 def connected_parts(pairs: list[tuple[int, int]], size: int) -> np.ndarray:
     """The number of its part (size,) for each node of a graph with these edges."""
-    first = list(range(size))  # a node of the same part, none after it
-
-    def top(node: int) -> int:
-        while first[node] != node:
-            first[node] = node = first[first[node]]
-        return node
-
+    group: dict[int, int] = {}
     for pair in pairs:
-        low, high = sorted(map(top, pair))
-        first[high] = low
-    return np.unique([top(node) for node in range(size)], return_inverse=True)[1]
+        low, high = sorted(representative(group, node) for node in pair)
+        group[high] = low
+    firsts = [representative(group, node) for node in range(size)]
+    return np.unique(firsts, return_inverse=True)[1]
 
 
 def _mechanism(

@@ -8,8 +8,9 @@ the energy of what is left.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -181,17 +182,18 @@ class Circulation:
         m, rows = len(ways), self.recorder.space.rows
         n = len(rows)
         energy: list[list[Any]] = [[0] * m for _ in range(m)]
+        upper = list(combinations_with_replacement(range(m), 2))
         for flow, start in zip(flows, starts, strict=False):
             shares = [way[n + start : n + start + len(flow.wrenches)] for way in ways]
             given = [times(flow.carried.energy, share) for share in shares]
-            for i, j in _upper(m):
+            for i, j in upper:
                 energy[i][j] = energy[i][j] + dot(given[i], shares[j])
         for name, local in inner.items():
             sums = [[dot(way[n:], row) for row in zip(*over[name], strict=True)] for way in ways]
             own = energy_of(local, sums, rows)
-            for i, j in _upper(m):
+            for i, j in upper:
                 energy[i][j] = energy[i][j] + own[i][j]
-        for i, j in _upper(m):
+        for i, j in upper:
             energy[j][i] = energy[i][j]
         return energy
 
@@ -215,7 +217,3 @@ def _without_rounding(way: Column, scale: Sequence[float], n: int) -> Column:
         0 if most_size(x) <= _ROUNDING * size * s else x
         for x, s in zip(way[:n], scale[:n], strict=True)
     ]
-
-
-def _upper(size: int) -> Iterator[tuple[int, int]]:
-    return ((i, j) for i in range(size) for j in range(i, size))

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robostiff.errors import InputError
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula
-from robostiff.model import PlacedLeg, PlacedSpring, PlatformPart, Robot
+from robostiff.model import FlexiblePlatform, PlacedLeg, PlacedSpring, PlatformPart, Robot
 from robostiff.recorded.circulation import BodyChain, Circulation
 from robostiff.recorded.leg import LegRecorder, RecordedLeg
 from robostiff.recorded.working_frame import LocalLeg, WorkingFrame, local_leg
@@ -18,6 +17,7 @@ _BASE = "base"
 
 def legs_on_platform(
     robot: Robot,
+    platform: FlexiblePlatform,
     recorder: LegRecorder,
     pose: FormulaPose,
     placed: Sequence[PlacedFormula],
@@ -33,9 +33,6 @@ def legs_on_platform(
     InputError
         When a transmitted wrench meets no compliance.
     """
-    platform = robot.platform
-    if platform is None:
-        raise InputError(f"platform of {robot.name!r}", got="rigid", expected="a flexible one")
     parts = (
         BodyChain(f"part {part.name}", _node(part.a), _node(part.b), _local(part, recorder))
         for part in platform.parts

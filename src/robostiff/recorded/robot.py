@@ -271,7 +271,7 @@ def assembled(
     if robot.platform is None:
         legs = _each_leg(robot, recorder, placed)
     else:
-        legs = [legs_on_platform(robot, recorder, pose, placed)]
+        legs = [legs_on_platform(robot, robot.platform, recorder, pose, placed)]
     gaps = [_CLOSED - gap for own in placed for gap in own.gap]
     softest = [e.stiffness for own in placed for e in own.leg.freedoms if e.coordinate is not None]
     positive = (*softest, *(x for own in placed for x in own.lengths))

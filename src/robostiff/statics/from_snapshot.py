@@ -149,6 +149,7 @@ def walks_of(snapshot: Snapshot, beams: Beams) -> list[LegWalk]:
     for leg in snapshot.legs:
         walk = LegWalk(springs, beams, f"{leg.name}/")
         walk.along(leg, None, None)
+        walk.name_fixed()
         found.append(walk)
     return found
 
@@ -165,6 +166,8 @@ class LegWalk:
     named: dict[str, _Part] = field(default_factory=dict)
     loads: dict[int, list[BodyLoad]] = field(default_factory=dict)
     weights: list[tuple[PlacedMass, _Behind]] = field(default_factory=list)
+    # parts that do not move where no other does, between blocks and before or behind all of them
+    fixed: list[tuple[PlacedFreedom | PlacedSpring, _Behind]] = field(default_factory=list)
     couplings: list[FiniteCoupling] = field(default_factory=list)
 
     def along(self, leg: PlacedLeg, start: int | None, end: int | None) -> None:
@@ -182,7 +185,7 @@ class LegWalk:
                 behind += self.chain(run, start, body)
                 start = body
             else:
-                behind += [behind[-1]] * len(run)
+                behind += self.fix(replace(leg, elements=tuple(run)), behind[-1])
             run = []
             goes_on = any(moves(later) for later in elements[i + 1 :])
             target = self.body(element.branches[0].end) if goes_on else end
@@ -190,7 +193,7 @@ class LegWalk:
                 self.along(branch, start, target)
             behind.append(_Behind(target, is_end=True))
             if not goes_on:
-                behind += [behind[-1]] * (len(elements) - i - 1)
+                behind += self.fix(replace(leg, elements=tuple(elements[i + 1 :])), behind[-1])
                 break
             start = target
         else:
@@ -199,6 +202,35 @@ class LegWalk:
         for element in leg.elements:
             if isinstance(element, CoupledFreedom) and len(element.sum) > 1:
                 self.couple(element)
+
+    def fix(self, run: PlacedLeg, behind: _Behind) -> list[_Behind]:
+        """Elements that do not move: the body behind each is the one before them."""
+        self.fixed += [(part, behind) for part in run.parts]
+        return [behind] * len(run.elements)
+
+    def name_fixed(self) -> None:
+        """Name the parts that do not move, when all chains are there."""
+        for element, behind in self.fixed:
+            self.name(element, _Part(*self.place(behind), np.asarray(element.point, float), None))
+
+    def name(self, element: PlacedFreedom | PlacedSpring, part: _Part) -> None:
+        """A part by its name, and the last freedom of a joint, behind which its body is, by both.
+
+        Raises
+        ------
+        InputError
+            When another part of the leg has the name.
+        """
+        if self.prefix + element.name in self.named:
+            raise InputError(
+                "parts of a snapshot under load",
+                got=f"{self.prefix + element.name}, twice",
+                expected="each name once in a leg: loads and masses are known by it",
+            )
+        self.named[self.prefix + element.name] = part
+        whole = element.name.partition("[")[0]
+        if whole != element.name:
+            self.named[self.prefix + whole] = replace(part, drive=None)
 
     def couple(self, own: CoupledFreedom) -> None:
         """Couple joints that have been met; one that a rigid drive holds does not move."""
@@ -268,17 +300,7 @@ class LegWalk:
                 own.append(finite_joint(element))
             point = np.asarray(element.point, float)
             behind.append(_Behind(end, len(self.chains), len(own), point))
-            part = _Part(len(self.chains), len(own), point, drive)
-            if self.prefix + element.name in self.named:
-                raise InputError(
-                    "parts of a snapshot under load",
-                    got=f"{self.prefix + element.name}, twice",
-                    expected="each name once in a leg: loads and masses are known by it",
-                )
-            self.named[self.prefix + element.name] = part
-            whole = element.name.partition("[")[0]
-            if whole != element.name:  # the last freedom of a joint has its body behind it
-                self.named[self.prefix + whole] = replace(part, drive=None)
+            self.name(element, _Part(len(self.chains), len(own), point, drive))
         self.chains.append((start, end, own))
         return behind
 
