@@ -60,7 +60,7 @@ def equilibria() -> None:
         answer = rs.equilibrium(robot, wrench=wrench)
         if (
             not isinstance(answer, rs.Equilibria)
-            and rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD in answer.status
+            and rs.Status.BEYOND_CRITICAL_LOAD in answer.status
         ):
             # Its load has to be followed to the critical one, which is no single equilibrium.
             wrench = wrench / 100

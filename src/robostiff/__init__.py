@@ -48,7 +48,7 @@ _HOMES = {
         "Threads",
         "stiffness_map",
     ),
-    "robostiff.cables": ("CableStatus", "ClosedFormTensions", "GivenTensions", "NearestTensions"),
+    "robostiff.cables": ("ClosedFormTensions", "GivenTensions", "NearestTensions"),
     "robostiff.compiled": (
         "Backend",
         "ComplianceMatrix",
@@ -160,7 +160,6 @@ _HOMES = {
         "DeadForce",
         "Equilibria",
         "Equilibrium",
-        "EquilibriumStatus",
         "Linear",
         "LoadedAnswer",
         "Mode",

@@ -39,7 +39,6 @@ from robostiff.analytic import RobotDerivation as RobotDerivation
 from robostiff.analytic import Steps as Steps
 from robostiff.analytic import UnitQuaternion as UnitQuaternion
 from robostiff.analytic import roll_pitch_yaw as roll_pitch_yaw
-from robostiff.cables import CableStatus as CableStatus
 from robostiff.cables import ClosedFormTensions as ClosedFormTensions
 from robostiff.cables import GivenTensions as GivenTensions
 from robostiff.cables import NearestTensions as NearestTensions
@@ -138,7 +137,6 @@ from robostiff.statics import CriticalLoad as CriticalLoad
 from robostiff.statics import DeadForce as DeadForce
 from robostiff.statics import Equilibria as Equilibria
 from robostiff.statics import Equilibrium as Equilibrium
-from robostiff.statics import EquilibriumStatus as EquilibriumStatus
 from robostiff.statics import Linear as Linear
 from robostiff.statics import LoadedAnswer as LoadedAnswer
 from robostiff.statics import Mode as Mode

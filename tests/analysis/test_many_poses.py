@@ -272,7 +272,7 @@ def test_a_wrong_record_is_an_error(recorded_at_once, monkeypatch):
 
     def other_status(self: Any, pose: Any, **options: Any) -> Any:
         answer = evaluate(self, pose, **options)
-        codes = answer.status_codes | np.uint8(rs.Status.REDUNDANT_JOINTS)
+        codes = answer.status_codes | np.uint16(rs.Status.REDUNDANT_JOINTS)
         return replace(answer, status_codes=codes)
 
     monkeypatch.setattr(compiled_robot.CompiledRobot, "evaluate", other_status)

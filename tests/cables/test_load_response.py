@@ -9,7 +9,7 @@ import robostiff as rs
 from robostiff.cables import structure_matrix, weight_wrench
 from tests.cables.machines import answered, cable_robot, random_robot, slack_event
 
-STATUS = rs.CableStatus
+STATUS = rs.Status
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from robostiff.spatial import Space, move_stiffness
 from tests.cables.exact_energy import hessian
 from tests.cables.machines import cable_robot, random_robot
 
-STATUS = rs.CableStatus
+STATUS = rs.Status
 NAMES = rs.shipped_cable_robots()
 
 

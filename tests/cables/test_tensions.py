@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from scipy.optimize import minimize, nnls
 
 import robostiff as rs
-from robostiff.cables import TensionProblem, nearest_tensions
+from robostiff.cables import TensionProblem, nearest_tensions, structure_matrix, weight_wrench
 from robostiff.errors import InputError
 from tests.cables.machines import cable_robot, random_robot
 
-STATUS = rs.CableStatus
+STATUS = rs.Status
 
 
 def random_problem(seed: int, poses: int = 200, size: int = 6, cables: int = 8) -> TensionProblem:
@@ -93,7 +93,7 @@ def test_closed_form_answers_within_limits_or_says_so():
     poses = [0, 0, 1, 0, 0, 0] + rng.uniform(-1, 1, (400, 6)) * [1.8, 1.3, 0.9, 0.1, 0.1, 0.1]
     closed = rs.cable_tensions(robot, poses, tensions=rs.ClosedFormTensions())
     nearest = rs.cable_tensions(robot, poses, tensions=rs.NearestTensions(0.5))
-    failed = (closed.status_codes & STATUS.RULE_FAILED) > 0
+    failed = (closed.status_codes & STATUS.FORM_DOES_NOT_HOLD) > 0
     assert (closed.feasible | failed).tolist() == nearest.feasible.tolist()
     assert closed.feasible.sum() > 50
     t = closed.values[closed.feasible]
@@ -142,10 +142,10 @@ def test_pose_without_tensions_is_a_status_and_its_numbers_an_exception():
     robot = cable_robot("cable-8")
     poses = [[0, 0, 1, 0, 0, 0], [0, 0, 3.0, 0, 0, 0], [1.94, 1.44, 2, 0, 0, 0]]
     result = rs.stiffness(robot, poses)
-    assert [str(rs.CableStatus(int(c))) for c in result.status_codes] == [
+    assert [str(rs.Status(int(c))) for c in result.status_codes] == [
         "ok",
         "infeasible",
-        "no-length",
+        "unreachable",
     ]
     assert result.answered.tolist() == [True, False, False]
     assert result.rank.tolist() == [6, -1, -1]
@@ -178,3 +178,31 @@ def test_levels_need_greatest_tensions():
         rs.cable_tensions(replace(robot, cables=cables), tensions=rs.NearestTensions(0.5))
     with pytest.raises(InputError, match="greatest tension"):
         replace(robot, cables=cables, tension_level=0.5)
+
+
+@pytest.mark.parametrize("seed", [5, 52, 76])
+def test_closed_form_takes_no_rounding_at_a_limit_for_a_violation(seed):
+    """Without a load tensions of zero lie at their limits, in a batch as at each pose."""
+    robot = random_robot(seed, 9, weight=False)
+    loose = tuple(replace(own, least_tension=0.0) for own in robot.cables)
+    robot = replace(robot, cables=loose)
+    poses = np.random.default_rng(seed).uniform(-0.5, 0.5, (40, 6))
+    rule = rs.ClosedFormTensions(0.5)
+    whole = rs.cable_tensions(robot, poses, tensions=rule)
+    for pose, code in zip(poses, whole.status_codes, strict=True):
+        assert int(rs.cable_tensions(robot, pose, tensions=rule).status) == code
+
+
+@pytest.mark.parametrize("cables", [5, 7, 9])
+def test_cables_without_a_greatest_tension_have_tensions_where_nnls_has(cables):
+    robot = random_robot(cables, cables)
+    endless = (replace(own, least_tension=0.0, greatest_tension=np.inf) for own in robot.cables)
+    robot = replace(robot, cables=tuple(endless))
+    poses = np.random.default_rng(cables).uniform(-0.8, 0.8, (60, 6))
+    found = rs.cable_tensions(robot, poses)
+    for i, feasible in enumerate(found.feasible):
+        placed = found.placed[i]
+        W = structure_matrix(placed)
+        F = weight_wrench(placed)
+        missing = nnls(W, -F)[1]
+        assert feasible == (missing < 1e-6 * np.abs(F).max())

@@ -64,7 +64,7 @@ def loaded_robot(rng: np.random.Generator) -> list[Complaint]:
     if rng.uniform() < 0.3:
         robot = _with_springs(rng, robot, snapshot, force)
     found: Any = rs.equilibrium(robot, pose, wrench, **more)
-    bad = rs.EquilibriumStatus.FREE_MOTIONS | rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD
+    bad = rs.Status.FREE_MOTIONS | rs.Status.BEYOND_CRITICAL_LOAD
     if not found.has_answer or found.status & bad or not found.stable or found.margin < 0.1:
         return judge.complaints
     if max(float(np.max(np.abs(part.motion))) for part in found.parts) > _FAR:
@@ -96,7 +96,7 @@ class _Laws:
         self.judge, self.robot, self.pose, self.wrench = judge, robot, pose, wrench
         self.more, self.found, self.scale, self.length = more, found, scale, length
         self.ask: Any = partial(rs.equilibrium, robot, pose, **more)
-        rigid = bool(found.status & rs.EquilibriumStatus.RIGID_DIRECTION)
+        rigid = bool(found.status & rs.Status.RIGID_DIRECTION)
         self.K: Any = None if rigid else found.K
         self.K_total: Any = None if rigid else found.K_total
 
@@ -196,9 +196,7 @@ class _Laws:
             factors = np.concatenate([(_NODES + 1 + 2 * k) / (2 * parts) for k in range(parts)])
             way = [self.ask(s * F) for s in factors]
             if any(
-                not own.has_answer
-                or own.status & rs.EquilibriumStatus.FREE_MOTIONS
-                or own.margin < 0.02
+                not own.has_answer or own.status & rs.Status.FREE_MOTIONS or own.margin < 0.02
                 for own in way
             ):
                 return
@@ -235,7 +233,7 @@ class _Laws:
         if not robot.springs and "gravity" not in self.more:
             frozen = rs.equilibrium(snapshot, None, self.wrench, **self.more)
             # A snapshot does not have limits of joints.
-            passed = self.found.status & rs.EquilibriumStatus.BEYOND_LIMITS
+            passed = self.found.status & rs.Status.BEYOND_LIMITS
             self._same("snapshot", replace(frozen, status=frozen.status | passed))
         self._about_another_point(rng.uniform(-1, 1, 3) * self.length)
         if rng.uniform() < _KERNELS:

@@ -76,7 +76,7 @@ def test_curve_has_a_status_for_every_factor():
     ]
     assert found["factors"] == [0, 1, 2]
     assert found["status"][:2] == [0, 0]
-    assert found["status"][2] & int(rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD)
+    assert found["status"][2] & int(rs.Status.BEYOND_CRITICAL_LOAD)
     text = run("gough-stewart-b", "--wrench", "0 0 -5e7 0 0 0", "--factors", "0 2 3").stdout
     assert "beyond-critical-load" in text
 

@@ -170,7 +170,7 @@ def test_a_strut_is_stable_where_the_axis_of_a_joint_meets_its_spring():
     robot = replace(rs.load("hexapod"), springs=(pull,))
     pose = rs.find_posture(robot).pose[0] + [0.01, -0.02, 0.01, 0.05, -0.03, 0.02]
     answer: Any = rs.equilibrium(robot, pose)
-    assert answer.status == rs.EquilibriumStatus.OK
+    assert answer.status == rs.Status.OK
     group, equations = next(
         own
         for own in zip(answer.problem.groups, answer.found.known.equations, strict=True)

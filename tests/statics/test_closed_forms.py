@@ -26,7 +26,7 @@ def test_column_under_more_than_its_critical_load_says_so():
     k, L = 40.0, 0.3
     robot = column(k, 1e6, L, STIFF)
     below = loaded(robot, wrench=[0, -0.9 * 2 * k / L, 0])
-    assert below.status == rs.EquilibriumStatus.OK
+    assert below.status == rs.Status.OK
     assert np.isclose(below.margin, 0.1, atol=2e-3)
     above = loaded(robot, wrench=[0, -1.2 * 2 * k / L, 0])
     assert not above.stable
@@ -61,7 +61,7 @@ def test_column_bent_by_its_knee_on_its_way(part: float):
     k, L, m = 40.0, 0.3, 0.5
     P = part * 2 * k / L
     answer = loaded(column(k, 1e7, L, 1e7), wrench=[0, -P, 0], preload={"links/knee": m})
-    assert answer.status == rs.EquilibriumStatus.OK
+    assert answer.status == rs.Status.OK
     a = root(lambda a: 2 * k * a - m - P * L * np.sin(a), 1e-6, np.pi)
     knee = next(part for part in answer.parts if part.part == "knee")
     assert np.isclose(knee.motion[0], 2 * a, rtol=2e-3)
@@ -195,7 +195,7 @@ def test_three_links_bent_to_a_u(part: float):
     P = part * k / L
     preload = {"links/elbow1": m, "links/elbow2": m}
     answer = loaded(three_links(k, L, 1e7), wrench=[0, -P, 0], preload=preload)
-    assert answer.status == rs.EquilibriumStatus.OK
+    assert answer.status == rs.Status.OK
     a = root(lambda a: k * a - m - P * L * np.sin(a), 1e-6, np.pi)
     elbows = [part for part in answer.parts if part.part.startswith("elbow")]
     for elbow in elbows:

@@ -118,7 +118,7 @@ def test_a_chain_that_stiffens_is_followed_to_its_load():
     found = rs.critical_load(bars, wrench=[1.0, 0, 0, 0, 0, 0], up_to=5e3)
     assert not found.is_found
     assert found.searched_to == 5e3
-    assert not found.status & rs.EquilibriumStatus.NO_EQUILIBRIUM
+    assert not found.status & rs.Status.NO_EQUILIBRIUM
 
 
 def parallelogram(turn: float, k: list[float], point: str) -> Network:
@@ -151,11 +151,11 @@ def test_a_parallelogram_that_is_laid_flat_branches_there(turn: float, point: st
     assert isinstance(beyond, rs.Equilibrium)
     assert before.critical_factor is None
     assert np.isclose(beyond.critical_factor or 0.0, 1 / 1.1, rtol=1e-7, atol=0)
-    assert rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD & beyond.status
+    assert rs.Status.BEYOND_CRITICAL_LOAD & beyond.status
     curve = rs.load_path(robot, wrench=DOWN, factors=[0.9 * exact, 1.1 * exact])
     assert np.allclose(curve.critical_factor, [exact], rtol=1e-7, atol=0)
     assert "singular posture" in str(curve.critical_mode.values[0])
-    passed = curve.path_status_code.values & rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD > 0
+    passed = curve.path_status_code.values & rs.Status.BEYOND_CRITICAL_LOAD > 0
     assert np.array_equal(passed, curve.path_factor.values > exact)
     assert curve.path_stable.values.all()
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.elastostatics import Status
 from robostiff.model import ForceLaw
 from robostiff.statics import Equilibrium, equilibrium
 from robostiff.statics.problem import EquilibriumProblem, solve_least
-from robostiff.statics.status import EquilibriumStatus
 
 
 def test_what_has_no_stiffness_moves_along_the_pull_whatever_its_basis():
@@ -29,7 +29,7 @@ def test_a_load_at_a_singular_home_comes_to_rest_in_few_steps(name, along):
     wrench = np.zeros(6)
     wrench[along] = 100.0
     found = equilibrium(robot, wrench=wrench)
-    assert found.status is EquilibriumStatus.OK
+    assert found.status is Status.OK
     assert isinstance(found, Equilibrium)
     assert found.found is not None
     assert found.found.steps <= 10
@@ -45,7 +45,7 @@ def test_a_load_at_a_singular_home_comes_to_rest_in_few_steps(name, along):
 def test_what_nothing_holds_has_no_critical_load(pull):
     """Neither in tension nor in compression: without any load it is not stable, either."""
     found = rs.critical_load(rs.load("planar-link"), wrench=[pull, 0, 0])
-    assert found.status is EquilibriumStatus.FREE_MOTIONS
+    assert found.status is Status.FREE_MOTIONS
     assert not found.is_found
     with pytest.raises(rs.NoAnswerError, match="move without meeting stiffness"):
         found.factor  # noqa: B018
@@ -58,8 +58,8 @@ def test_what_spins_for_ever_is_seen_early(monkeypatch):
         EquilibriumProblem, "stepped", lambda *given: steps.append(1) or stepped(*given)
     )
     found = equilibrium(rs.load("planar-link"), wrench=[0, 0, 1.0])
-    assert EquilibriumStatus.NO_EQUILIBRIUM in found.status
-    assert EquilibriumStatus.FREE_MOTIONS in found.status
+    assert Status.NO_EQUILIBRIUM in found.status
+    assert Status.FREE_MOTIONS in found.status
     assert len(steps) <= 6
 
 
@@ -74,7 +74,7 @@ def test_what_spins_up_to_a_stop_is_followed():
     )
     stop = ForceLaw([[-3, -1e3], [-2, 0], [0, 0], [2, 0], [3, 1e3]])
     found = equilibrium(link, wrench=[0, 0, 1.0], laws={joint: stop})
-    assert found.status is EquilibriumStatus.OK
+    assert found.status is Status.OK
     assert 2.0 < found.displacement[2] < 2.1
 
 

@@ -260,7 +260,7 @@ def test_batches_have_a_status_for_each():
     poses = np.array([rs.stiffness(known).pose, [0, 0, -9, 0, 0, 0]])
     answers = rs.equilibrium(known, poses, [0, 0, -1e4, 0, 0, 0])
     assert isinstance(answers, rs.Equilibria)
-    assert answers.status_codes.tolist() == [0, int(rs.EquilibriumStatus.UNREACHABLE)]
+    assert answers.status_codes.tolist() == [0, int(rs.Status.UNREACHABLE)]
     assert np.ma.getmaskarray(answers.K)[1].all()
     with pytest.raises(rs.NoAnswerError, match="unreachable"):
         _ = answers[1].K

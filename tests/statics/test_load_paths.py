@@ -79,8 +79,8 @@ def test_curve_is_that_of_equilibria():
             assert np.array_equal(alone.displacement, curve.displacement[i])
             assert np.array_equal(alone.K_total, curve.K_total[i])
             assert np.isclose(alone.energy, curve.energy[i])
-    assert [str(rs.EquilibriumStatus(int(c))) for c in curve.status_code.values[:4]] == ["ok"] * 4
-    assert rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD & int(curve.status_code[4])
+    assert [str(rs.Status(int(c))) for c in curve.status_code.values[:4]] == ["ok"] * 4
+    assert rs.Status.BEYOND_CRITICAL_LOAD & int(curve.status_code[4])
     h = B + curve.displacement.sel(twist="dy").values[:4]
     assert np.allclose(push(h), factors[:4] * LIMIT, atol=1e-6 * LIMIT)
 
@@ -101,7 +101,7 @@ def test_bad_calls():
     with pytest.raises(rs.InputError, match="a load that grows"):
         rs.load_path(robot, None, np.zeros(6), [1.0])
     far = rs.load_path(rs.load("3-puu"), [1, 0, 0.3], [0, 0, -1, 0, 0, 0], [1.0])
-    assert str(rs.EquilibriumStatus(int(far.status_code[0]))) == "unreachable"
+    assert str(rs.Status(int(far.status_code[0]))) == "unreachable"
     assert far.sizes["step"] == 0
 
 
@@ -192,7 +192,7 @@ def test_a_snap_into_another_stable_posture_is_seen():
         answer = loaded(robot, wrench=one * critical * F)
         assert (answer.critical_factor is None) == (one < 1)
         if one > 1:
-            assert rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD in answer.status
+            assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
             assert answer.critical_factor == pytest.approx(1 / one, rel=1e-6)
         if answer.has_answer:
             assert share(answer.displacement[2]) == pytest.approx(one * critical, rel=1e-6)
@@ -200,8 +200,8 @@ def test_a_snap_into_another_stable_posture_is_seen():
     kernel = fast.evaluate(np.tile([*home, 0], (8, 1)), times[:, None] * critical * F)
     assert not kernel.guarded[:2].any()
     beyond = [
-        rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD in own
-        for own in map(rs.EquilibriumStatus, kernel.status_codes.tolist())
+        rs.Status.BEYOND_CRITICAL_LOAD in own
+        for own in map(rs.Status, kernel.status_codes.tolist())
     ]
     assert np.array_equal(beyond, times > 1)
 

@@ -170,7 +170,7 @@ def test_beyond_the_critical_load_the_energy_has_no_minimum(seed: int):
         laws=drawn.laws,
         beams=rs.Bowing(1),
     )
-    assert rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD in answer.status
+    assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
     critical = answer.critical_factor
     assert critical is not None
     rest = at_rest(drawn.jets, drawn.wrench, 1, 1e-3 * critical).least

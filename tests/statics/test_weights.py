@@ -74,7 +74,7 @@ def test_column_buckles_under_its_own_weight():
     errors = []
     for elements in (1, 2, 4):
         answer = loaded(arm(upright, gravity="-z"), beams=rs.Bowing(elements))
-        assert rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD in answer.status
+        assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
         # the least disturbance decides which way it leaves, the factor does not
         errors.append(abs(number(answer.critical_factor) * factor - 1))
     assert errors[1] < 5e-3

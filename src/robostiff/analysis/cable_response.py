@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness, judged
 from robostiff.analysis.result import given_wrenches, require_one_pose
 from robostiff.analysis.result_tables import cable_load_html
-from robostiff.cables import CableStatus, TensionRule
+from robostiff.cables import TensionRule
 from robostiff.cables.equilibrium import Hanging, first_slack, load_path
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import NoAnswerError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
@@ -46,7 +46,7 @@ class CableResponse:
         About the reference point, which it follows; it keeps its direction [N, N m].
     before : CableStiffness
         Without the load.
-    status : CableStatus
+    status : Status
     carried : float
         Part of the load up to which there is a stable rest; 1 for all of it.
     displacement : (n,) array or None
@@ -61,7 +61,7 @@ class CableResponse:
 
     load: np.ndarray
     before: CableStiffness
-    status: CableStatus
+    status: Status
     carried: float
     displacement: np.ndarray | None = None
     after: CableStiffness | None = None
@@ -164,22 +164,22 @@ def cable_response(
     hint = "loop over the poses"
     require_one_pose("a loaded cable robot", before.batch_shape, hint)
     F = given_wrenches(load, robot.space, subject="load", hint="write load=[...]")
-    barred = CableStatus.FREE_MOTIONS | CableStatus.UNSTABLE
+    barred = Status.FREE_MOTIONS | Status.UNSTABLE
     if not before.answered:
         return CableResponse(F, before, before.status, 0.0)
     if before.status & barred:
-        return CableResponse(F, before, before.status | CableStatus.NO_EQUILIBRIUM, 0.0)
+        return CableResponse(F, before, before.status | Status.NO_EQUILIBRIUM, 0.0)
     rest = Hanging.at_rest(before.placed, before.axial, before.tensions)
     event, state, carried = _followed(rest, F)
     names = before.cable_names
     slack = None if event is None else SlackEvent(event[0], names[event[1]])
     if state is None:
-        status = before.status | CableStatus.NO_EQUILIBRIUM
+        status = before.status | Status.NO_EQUILIBRIUM
         return CableResponse(F, before, status, carried, first_slack=slack)
     after = _after(before, robot, state, F)
     status = after.status
     if np.any(after.axial == 0):
-        status |= CableStatus.SLACK
+        status |= Status.SLACK
     moved = np.concatenate([state.shift, vector_of_rotation(state.R)])[list(robot.space.rows)]
     return CableResponse(F, before, status, 1.0, moved, after, slack)
 
@@ -216,12 +216,10 @@ def _after(
 ) -> CableStiffness:
     pulls = state.pulls
     tensions = state.tensions
-    least, greatest = robot.tension_limits
     taut = pulls > 0
-    beyond = np.any(taut & ((tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9))))
-    status = np.uint16(before.status & CableStatus.UNBALANCED)
-    if beyond:
-        status |= np.uint16(CableStatus.BEYOND_LIMITS)
+    status = np.uint16(before.status & Status.UNBALANCED)
+    if are_beyond_limits(robot, np.where(taut, tensions, np.nan)):
+        status |= np.uint16(Status.BEYOND_LIMITS)
     R = state.R @ matrix_of_rotation(before.pose[3:])
     origin = before.pose[:3] - before.reference_point
     position = before.reference_point + state.shift + state.R @ origin
@@ -238,3 +236,9 @@ def _after(
             rule="locked winches",
         )
     )
+
+
+def are_beyond_limits(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
+    """Whether some of the tensions (..., m) are beyond their limits (...); NaN are not."""
+    least, greatest = robot.tension_limits
+    return np.any((tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9)), axis=-1)

@@ -12,7 +12,6 @@ from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result import in_short, points_given
 from robostiff.analysis.result_tables import cable_stiffness_html
 from robostiff.cables import (
-    CableStatus,
     TensionRule,
     axial_stiffness,
     elastic_stiffness,
@@ -22,14 +21,17 @@ from robostiff.cables import (
     weight_stiffness,
     weight_wrench,
 )
-from robostiff.cables.status import WITHOUT_STIFFNESS, Stability, stability
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
+from robostiff.cables.stability import Stability, stability
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.elastostatics.result import scaled_inverse
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, move_wrench
+
+_ROUNDING = 1e-12  # of squares, with room
 
 
 @dataclass(frozen=True, repr=False)
@@ -83,7 +85,13 @@ class CableStiffness(CableAnswer):
         NoAnswerError
             When a pose has none.
         """
-        return self.elastic + self.geometric + self.of_forces
+        self._require_answer()
+        return self.matrix
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """K, meaningful where `answered` (..., n, n)."""
+        return elastic_stiffness(self.placed, self.axial) + steady_stiffness(self)
 
     @property
     def elastic(self) -> np.ndarray:
@@ -124,7 +132,7 @@ class CableStiffness(CableAnswer):
         C = self.compliance
         if C is None:
             self._require_answer()
-            reason = CableStatus.FREE_MOTIONS.advice[0]
+            reason = Status.FREE_MOTIONS.advice[0]
             raise NoAnswerError(f"no compliance matrix of {self.name!r}: {reason}")
         return C
 
@@ -177,13 +185,14 @@ class CableStiffness(CableAnswer):
         if not self.answered:
             return ()
         length = self.placed.characteristic_length
-        basis = getattr(stability_of(self), kind).T / scaling(length, self.space)
+        found = stability_of(self[None])
+        basis = found.motions[0][:, getattr(found, kind)[0]].T / scaling(length, self.space)
         return free_motions_in_words(basis, self.reference_point, float(length))
 
     def _require_answer(self) -> None:
         if np.all(self.answered):
             return
-        why = CableStatus(self.status & WITHOUT_STIFFNESS)
+        why = Status(self.status & WITHOUT_STIFFNESS)
         advice = " ".join(f"{line}." for line in why.advice)
         where = "at this pose"
         if self.batch_shape:
@@ -207,14 +216,14 @@ def _of_forces(result: CableStiffness) -> np.ndarray:
 
 
 def stability_of(result: CableStiffness) -> Stability:
-    """Rank and stability of a single pose."""
+    """Rank and stability at N poses with an answer."""
     s = scaling(result.placed.characteristic_length, result.space)
-    scale = np.outer(s, s)
+    scale = s[:, :, None] * s[:, None, :]
     tension = steady_stiffness(result)
     # What the tensions could give, were none to cancel another.
-    size = float(np.sum(result.tensions / result.placed.lengths))
-    size = max(size, float(np.abs(tension / scale).max()))
-    W = structure_matrix(result.placed)[:, result.axial > 0] / s[:, None]
+    size = np.sum(result.tensions / result.placed.lengths, axis=-1)
+    size = np.maximum(size, np.abs(tension / scale).max(axis=(-1, -2)))
+    W = structure_matrix(result.placed) / s[:, :, None] * (result.axial > 0)[:, None, :]
     return stability(W, result.K / scale, size, result.tolerance)
 
 
@@ -289,22 +298,15 @@ def judged(result: CableStiffness) -> CableStiffness:
     held_rank, rank = np.full(batch, -1), np.full(batch, -1)
     plain = _plain(result)
     held_rank[plain], rank[plain] = n, n
-    for index in np.ndindex(batch):
-        if plain[index]:
-            continue
-        one = result[index]
-        if not one.answered:
-            continue
-        found = stability_of(one)
-        held_rank[index], rank[index] = found.held, found.rank
-        if found.rank < n:
-            status[index] |= CableStatus.FREE_MOTIONS
-        if found.unstable.shape[-1]:
-            status[index] |= CableStatus.UNSTABLE
-        if found.doubtful:
-            status[index] |= CableStatus.ILL_CONDITIONED
+    rest = result.answered & ~plain
+    if np.any(rest):
+        found = stability_of(result[rest])
+        held_rank[rest], rank[rest] = found.held, found.rank
+        status[rest] |= (found.rank < n) * np.uint16(Status.FREE_MOTIONS)
+        status[rest] |= found.unstable.any(axis=-1) * np.uint16(Status.UNSTABLE)
+        status[rest] |= found.doubtful * np.uint16(Status.ILL_CONDITIONED)
     loose = np.any((result.tensions <= 0) & (result.axial > 0), axis=-1)
-    status = np.where(loose & result.answered, status | np.uint16(CableStatus.UNTENSIONED), status)
+    status = np.where(loose & result.answered, status | np.uint16(Status.UNTENSIONED), status)
     return replace(result, status_codes=status, held_rank=held_rank, rank=rank)
 
 
@@ -315,7 +317,7 @@ def _plain(result: CableStiffness) -> np.ndarray:
     W = structure_matrix(result.placed) / s[..., :, None] * (result.axial > 0)[..., None, :]
     if W.shape[-1] < W.shape[-2]:
         return np.zeros(result.batch_shape, dtype=bool)
-    geometry = np.linalg.svd(W, compute_uv=False)[..., -1] > tolerance.near_independence
-    K = elastic_stiffness(result.placed, result.axial) + steady_stiffness(result)
-    values = np.linalg.eigvalsh(K / (s[..., :, None] * s[..., None, :]))
+    squares = np.linalg.eigvalsh(W @ np.swapaxes(W, -1, -2))
+    geometry = squares[..., 0] > max(tolerance.near_independence**2, _ROUNDING * W.shape[-1])
+    values = np.linalg.eigvalsh(result.matrix / (s[..., :, None] * s[..., None, :]))
     return result.answered & geometry & (values[..., 0] > tolerance.near_rigidity * values[..., -1])

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.result import given_wrenches
 from robostiff.cables import (
-    CableStatus,
     GivenTensions,
     NearestTensions,
     PlacedCables,
@@ -20,6 +19,7 @@ from robostiff.cables import (
     structure_matrix,
     weight_wrench,
 )
+from robostiff.elastostatics import Status
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose
@@ -47,9 +47,9 @@ class CableAnswer:
         return self.status_codes.shape
 
     @property
-    def status(self) -> CableStatus:
+    def status(self) -> Status:
         """Status of a single pose; of a batch, all flags that hold at any pose."""
-        return CableStatus(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
 
     @property
     def advice(self) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ class CableTensions(CableAnswer):
     values : (..., m) array
         Tensions [N]; zero where there is no answer.
     status_codes : (...) array of uint16
-        `CableStatus` of every pose.
+        `Status` of every pose.
     rule : str
         How they were chosen.
     """
@@ -107,7 +107,7 @@ class CableTensions(CableAnswer):
     @property
     def feasible(self) -> np.ndarray:
         """Where there are tensions (...)."""
-        without = CableStatus.INFEASIBLE | CableStatus.NO_LENGTH | CableStatus.RULE_FAILED
+        without = Status.INFEASIBLE | Status.UNREACHABLE | Status.FORM_DOES_NOT_HOLD
         return (self.status_codes & int(without)) == 0
 
     def __repr__(self) -> str:
@@ -176,10 +176,10 @@ def cable_tensions(
     )
     values, status = rule.choose(problem)
     no_length = (placed.lengths <= _NO_LENGTH * length[:, None]).any(axis=-1)
-    status = np.where(no_length, np.uint16(CableStatus.NO_LENGTH), status)
-    missing = CableStatus.INFEASIBLE | CableStatus.NO_LENGTH | CableStatus.RULE_FAILED
+    status = np.where(no_length, np.uint16(Status.UNREACHABLE), status)
+    missing = Status.INFEASIBLE | Status.UNREACHABLE | Status.FORM_DOES_NOT_HOLD
     feasible = (status & int(missing)) == 0
-    status = status | (feasible & ~problem.within(values)) * np.uint16(CableStatus.BEYOND_LIMITS)
+    status = status | (feasible & ~problem.within(values)) * np.uint16(Status.BEYOND_LIMITS)
     batch, cables = request.batch, len(robot.cables)
     return CableTensions(
         name=robot.name,

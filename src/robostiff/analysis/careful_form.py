@@ -340,11 +340,11 @@ def _with_reach(solved: SnapshotStiffness, posture: Posture) -> SnapshotStiffnes
     """Status of poses out of reach, and of actuators beyond their limits."""
     whole = solved.whole
     reached = posture.reached
-    status = np.where(reached, whole.status_codes, np.uint8(Status.UNREACHABLE))
+    status = np.where(reached, whole.status_codes, np.uint16(Status.UNREACHABLE))
     beyond = reached & ~posture.within_limits
-    status = status | beyond * np.uint8(Status.BEYOND_LIMITS)
-    status = status | (reached & posture.undetermined) * np.uint8(Status.ILL_CONDITIONED)
-    return replace(solved, whole=whole.with_status(np.asarray(status, dtype=np.uint8)))
+    status = status | beyond * np.uint16(Status.BEYOND_LIMITS)
+    status = status | (reached & posture.undetermined) * np.uint16(Status.ILL_CONDITIONED)
+    return replace(solved, whole=whole.with_status(np.asarray(status, dtype=np.uint16)))
 
 
 def _joined(

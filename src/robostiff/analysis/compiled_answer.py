@@ -50,7 +50,7 @@ class CheckedResults:
     # dict of names to (rows, N): those of each output, not a number where the status says that
     # there is no answer; views of the results
     rows: dict[str, np.ndarray]
-    status_codes: np.ndarray  # (N,) of uint8
+    status_codes: np.ndarray  # (N,) of uint16
     rank: np.ndarray  # (N,) of int8
     guarded: np.ndarray  # (N,) of bool: where nothing of this is to be used
 
@@ -82,12 +82,12 @@ def checked_results(
         rows[output.name] = results[start:stop]
         start = stop
     checks = _checks(kernel, results)
-    status = np.full(results.shape[1], int(general.status), dtype=np.uint8)
+    status = np.full(results.shape[1], int(general.status), dtype=np.uint16)
     rank = np.full(results.shape[1], general.rank, dtype=np.int8)
     if "limits" in checks:
         beyond = checks["limits"] < 0
         if beyond.any():
-            status[beyond] |= np.uint8(Status.BEYOND_LIMITS)
+            status[beyond] |= np.uint16(Status.BEYOND_LIMITS)
     closed = closes(kernel, results)
     guarded = _unsafe(checks, results.shape[1], general) | loose | ~closed
     where = np.flatnonzero(~guarded & ~(checks["rank"] < _SAFE)) if "rank" in checks else ()
@@ -96,7 +96,7 @@ def checked_results(
         if general.ranks is not None and inputs is not None:
             rank[where], clear = general.ranks.decided(inputs[:, where], results[:start, where])
             guarded[where] = ~clear
-            free = np.uint8(Status.FREE_MOTIONS)
+            free = np.uint16(Status.FREE_MOTIONS)
             status[where] = (status[where] & ~free) | (rank[where] < kernel.space.size) * free
     out_of_reach = missed
     if "reach" in checks:
@@ -109,7 +109,7 @@ def checked_results(
     if "gap" in checks:  # eigenvalues have no derivatives where two of them meet
         meet = ~(checks["gap"] > _APART) & ~out_of_reach
         if meet.any():
-            status[meet] |= np.uint8(Status.ILL_CONDITIONED)
+            status[meet] |= np.uint16(Status.ILL_CONDITIONED)
             for output in kernel.outputs:
                 if isinstance(output, Derivative):
                     rows[output.name][:, meet] = np.nan
@@ -152,7 +152,7 @@ class CompiledAnswer:
     ----------
     values : dict of names to (N, ...) arrays
         One array an output; not a number where the status says that there is no answer.
-    status_codes : (N,) array of uint8
+    status_codes : (N,) array of uint16
         See `Status`.
     rank : (N,) array of int8
         -1 where out of reach.
@@ -186,7 +186,7 @@ def attempted(
             output.name: empty_batch((count,), output.shape(kernel.space))
             for output in kernel.outputs
         },
-        status_codes=np.empty(count, dtype=np.uint8),
+        status_codes=np.empty(count, dtype=np.uint16),
         rank=np.empty(count, dtype=np.int8),
         guarded=np.empty(count, dtype=bool),
     )
@@ -236,13 +236,13 @@ def put_careful(
         if isinstance(output, Derivative):
             # Derivatives are not recomputed: the loss of digits is reported instead. Where
             # the rank is another, K jumps.
-            answer.status_codes[rows] |= np.uint8(Status.ILL_CONDITIONED)
+            answer.status_codes[rows] |= np.uint16(Status.ILL_CONDITIONED)
             jumps = ~result.answered | (result.rank != rank)
             answer.values[output.name][rows[jumps]] = np.nan
             continue
         values, unbalanced = values_of(output, result)
         answer.values[output.name][rows] = values
-        answer.status_codes[rows] |= unbalanced * np.uint8(Status.UNBALANCED)
+        answer.status_codes[rows] |= unbalanced * np.uint16(Status.UNBALANCED)
 
 
 def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:

@@ -238,7 +238,7 @@ def linkage_stiffness(
     part, found = driven.part, driven.at(rows)
     networks = [network_of(part, one) for one in found]
     solved: list[RobotStiffness | None] = []
-    reasons, lost = [], np.zeros(len(found), dtype=np.uint8)
+    reasons, lost = [], np.zeros(len(found), dtype=np.uint16)
     for i, (one, network) in enumerate(zip(found, networks, strict=True)):
         own = None
         lost[i] = int(Status.UNREACHABLE)
@@ -301,7 +301,7 @@ def _without_answer(
     """The place of a configuration that has none, a batch of one."""
     return CartesianStiffness(
         matrix=np.zeros((1, 6, 6)),
-        status_codes=np.array([status], dtype=np.uint8),
+        status_codes=np.array([status], dtype=np.uint16),
         rank=np.zeros(1, dtype=int),
         held=np.zeros((1, 6, 0)),
         redundant=np.zeros((1, freedoms), dtype=bool),

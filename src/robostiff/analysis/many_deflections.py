@@ -56,13 +56,13 @@ class DeflectionsOfPoses:
                 known[rows] = False
                 continue
             balanced = np.asarray(loads.balanced)
-            codes[rows] |= np.where(balanced, np.uint8(0), np.uint8(Status.UNBALANCED))
+            codes[rows] |= np.where(balanced, np.uint16(0), np.uint16(Status.UNBALANCED))
             held = balanced[..., None]
             twist[rows] = np.where(held, loads.twist, np.nan)
             for own, wrench in zip(of_legs, loads.wrenches, strict=True):
                 own[rows] = np.where(held, wrench, np.nan)
         lost = ~known & answer.answered
-        codes[lost] |= np.uint8(Status.ILL_CONDITIONED)
+        codes[lost] |= np.uint16(Status.ILL_CONDITIONED)
         return codes, twist, of_legs
 
     def _alike(self, known: np.ndarray) -> Iterator[np.ndarray]:
@@ -82,7 +82,7 @@ class DeflectionsOfPoses:
 
     @property
     def status_codes(self) -> np.ndarray:
-        """Status of every pose (...) as uint8; ``UNBALANCED`` where a load drives a free motion."""
+        """Status of every pose (...); ``UNBALANCED`` where a load drives a free motion."""
         return self._loads[0]
 
     @property

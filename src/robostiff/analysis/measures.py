@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from robostiff.analysis.cable_stiffness import CableStiffness
 from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import (
@@ -23,6 +24,7 @@ from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.spatial.batch import empty_batch
 
 _SWEEPS = 12
+_ROUNDING = 1e-9  # of the largest eigenvalue, where the rank is decided
 _DONE = 1e-30  # of squares: rounding
 # Of the size of an entry: by what equal matrices may differ.
 _AGREEMENT = 1e-9
@@ -91,7 +93,7 @@ def _ascending(values: np.ndarray) -> np.ndarray:
     return values
 
 
-def principal_stiffnesses(K: np.ndarray) -> dict[str, np.ndarray]:
+def principal_stiffnesses(K: np.ndarray, *, definite: bool = True) -> dict[str, np.ndarray]:
     """Eigenvalues of the two diagonal blocks of K (N, n, n) [N/m], [N m/rad], ascending.
 
     Those of rotation depend on the reference point, none on the axes; neither mixes units.
@@ -108,8 +110,8 @@ def principal_stiffnesses(K: np.ndarray) -> dict[str, np.ndarray]:
         ("translational_stiffness", K[:, :d, :d]),
         ("rotational_stiffness", K[:, d:, d:]),
     ):
-        # K is positive semidefinite by construction; what is below zero is rounding.
-        found[name] = np.maximum(symmetric_eigenvalues(block), 0.0)
+        # Of a semidefinite K, what is below zero is rounding.
+        found[name] = np.maximum(symmetric_eigenvalues(block), 0.0 if definite else -np.inf)
     return found
 
 
@@ -160,7 +162,8 @@ def stiffness_indices(K: np.ndarray, rank: np.ndarray, length: float) -> dict[st
         eigenvalues[known] = np.linalg.eigvalsh(scaled[known])
     smallest, largest = eigenvalues[:, 0], eigenvalues[:, -1]
     singular = known & (rank < space.size)
-    smallest = np.where(singular, 0.0, smallest)
+    rounding = smallest > -_ROUNDING * largest  # below, K is not semidefinite
+    smallest = np.where(singular & rounding, 0.0, smallest)
     positive = known & (smallest > 0)
     logarithms = np.log10(
         eigenvalues, where=positive[:, None], out=np.full(scaled.shape[:2], np.nan)
@@ -175,7 +178,7 @@ def stiffness_indices(K: np.ndarray, rank: np.ndarray, length: float) -> dict[st
     }
 
 
-def stiffness_where_answered(result: RobotStiffness) -> np.ndarray:
+def stiffness_where_answered(result: RobotStiffness | CableStiffness) -> np.ndarray:
     """Stiffness matrices (N, n, n); NaN where there is none."""
     K, where = result.matrix, result.answered
     return K if np.all(where) else np.where(where[:, None, None], K, np.nan)

@@ -180,7 +180,7 @@ class PosedStiffness(RobotStiffness):
 
     @property
     def status_codes(self) -> np.ndarray:
-        """Status of every pose (...) as uint8."""
+        """Status of every pose (...) as uint16."""
         return super().status_codes if self._recorded is None else self._recorded.status_codes
 
     @property

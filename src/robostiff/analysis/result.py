@@ -184,7 +184,7 @@ class RobotStiffness(InNotebooks):
 
     @property
     def status_codes(self) -> np.ndarray:
-        """Status of every pose (...) as uint8."""
+        """Status of every pose (...) as uint16."""
         return self.about_reference.status_codes
 
     @property

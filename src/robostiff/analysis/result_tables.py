@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from robostiff.analysis.deflection_under_load import Deflection, PartShare
     from robostiff.analysis.result import RobotStiffness
     from robostiff.analysis.verification import Verification
-    from robostiff.cables import CableStatus
     from robostiff.spatial import Space
 
 
@@ -245,7 +244,7 @@ def blocks_html(blocks: Sequence[Block | None]) -> str:
     return "".join(block_html(block) for block in blocks if block is not None)
 
 
-def head_html(result: RobotStiffness | CableStiffness, status: Status | CableStatus) -> str:
+def head_html(result: RobotStiffness | CableStiffness, status: Status) -> str:
     """Name, pose, reference point and status."""
     place = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is not None:

@@ -37,7 +37,7 @@ class RecordedAnswer:
     """Stiffness matrices about the reference point, status and rank at poses."""
 
     K: np.ndarray  # (..., n, n): meaningful where the status says that there is one
-    status_codes: np.ndarray  # (...) of uint8
+    status_codes: np.ndarray  # (...) of uint16
     rank: np.ndarray  # (...) of int8
 
     @classmethod

@@ -314,10 +314,10 @@ def _solved(leg: LegMatrices, method: Form, tolerance: Tolerance) -> CartesianSt
     redundant = leg.reported(solved.redundant)
     status = (
         solved.status_codes
-        | np.any(redundant, axis=-1) * np.uint8(Status.REDUNDANT_JOINTS)
-        | leg.doubtful * np.uint8(Status.ILL_CONDITIONED)
+        | np.any(redundant, axis=-1) * np.uint16(Status.REDUNDANT_JOINTS)
+        | leg.doubtful * np.uint16(Status.ILL_CONDITIONED)
     )
-    return replace(solved, redundant=redundant, status_codes=np.asarray(status, dtype=np.uint8))
+    return replace(solved, redundant=redundant, status_codes=np.asarray(status, dtype=np.uint16))
 
 
 def _origin(snapshot: Snapshot, length: np.ndarray) -> np.ndarray:

@@ -1,6 +1,5 @@
 """Cables that only pull: tensions, their limits, and stiffness with its geometric part."""
 
-from robostiff.cables.status import CableStatus
 from robostiff.cables.stiffness_matrix import (
     PlacedCables,
     axial_stiffness,
@@ -23,7 +22,6 @@ from robostiff.cables.tension_rules import (
 )
 
 __all__ = [
-    "CableStatus",
     "ClosedFormTensions",
     "GivenTensions",
     "NearestTensions",

@@ -245,19 +245,16 @@ def geometric_stiffness(placed: PlacedCables, tensions: np.ndarray) -> np.ndarra
     >>> np.diag(geometric_stiffness(placed, np.array([100.0]))).tolist()
     [50.0, 50.0, 0.0, 0.0, 0.0, 0.0]
     """
-    directions, arms = placed.directions, placed.arms
+    e, b = placed.directions, placed.arms
     per_length = tensions / np.where(placed.lengths > 0, placed.lengths, 1.0)
     K = np.zeros((*tensions.shape[:-1], 6, 6))
-    for i in range(tensions.shape[-1]):  # cable by cable, for the memory of long batches
-        e, b = directions[..., i, :], arms[..., i, :]
-        across = np.eye(3) - e[..., :, None] * e[..., None, :]
-        P, B = per_length[..., i, None, None] * across, skew(b)
-        PB = P @ B
-        K[..., :3, :3] += P
-        K[..., :3, 3:] -= PB
-        K[..., 3:, :3] -= np.swapaxes(PB, -1, -2)
-        K[..., 3:, 3:] += tensions[..., i, None, None] * second_order_arm(e, b) - B @ PB
-    return _in_space(K, placed.space)
+    # P = I/l - e e^T/l: of the second part, columns [e; b x e] of the structure matrix.
+    K[..., :3, :3] = per_length.sum(axis=-1)[..., None, None] * np.eye(3)
+    K[..., 3:, :3] = skew(np.einsum("...m,...mi->...i", per_length, b))
+    K[..., :3, 3:] = -K[..., 3:, :3]
+    K[..., 3:, 3:] = second_order_arm(tensions[..., None] * e - per_length[..., None] * b, b)
+    W = structure_matrix(placed)
+    return _in_space(K, placed.space) - (W * per_length[..., None, :]) @ np.swapaxes(W, -1, -2)
 
 
 def weight_stiffness(placed: PlacedCables) -> np.ndarray:
@@ -289,7 +286,7 @@ def force_stiffness(force: np.ndarray, arm: np.ndarray, space: Space) -> np.ndar
     np.float64(50.0)
     """
     K = np.zeros((*arm.shape[:-1], 6, 6))
-    K[..., 3:, 3:] = -second_order_arm(force, arm)
+    K[..., 3:, 3:] = -second_order_arm(force[..., None, :], arm[..., None, :])
     return _in_space(K, space)
 
 
@@ -312,16 +309,20 @@ def wrench_derivative(K: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     return derivative
 
 
-def second_order_arm(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """S(f, b) = (f b^T + b f^T)/2 - (f . b) I (..., 3, 3): work of f on r x (r x b)/2.
+def second_order_arm(forces: np.ndarray, arms: np.ndarray) -> np.ndarray:
+    """Sum over m of S(f, b) = (f b^T + b f^T)/2 - (f . b) I (..., 3, 3): work on r x (r x b)/2.
+
+    Parameters
+    ----------
+    forces, arms : (..., m, 3) arrays
 
     Examples
     --------
-    >>> second_order_arm(np.array([0, 0, 2.0]), np.array([0, 0, 3.0])).diagonal().tolist()
+    >>> second_order_arm(np.array([[0, 0, 2.0]]), np.array([[0, 0, 3.0]])).diagonal().tolist()
     [-6.0, -6.0, 0.0]
     """
-    outer = force[..., :, None] * arm[..., None, :]
-    trace = np.einsum("...i,...i->...", force, arm)
+    outer = np.swapaxes(forces, -1, -2) @ arms
+    trace = np.einsum("...ii->...", outer)
     return 0.5 * (outer + np.swapaxes(outer, -1, -2)) - trace[..., None, None] * np.eye(3)
 
 

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.cables.status import CableStatus
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
 
@@ -59,9 +59,12 @@ class TensionProblem:
 
     def within(self, tensions: np.ndarray) -> np.ndarray:
         """Whether all tensions are within their limits (N,), to rounding."""
-        slack = _BALANCED * (1.0 + np.abs(tensions))
-        inside = (tensions >= self.least - slack) & (tensions <= self.greatest + slack)
-        return np.asarray(inside.all(axis=-1))
+        return np.asarray((self.beyond(tensions) == 0).all(axis=-1))
+
+    def beyond(self, tensions: np.ndarray) -> np.ndarray:
+        """By how much tensions are beyond their limits (N, m) [N]; 0 within rounding."""
+        beyond = np.maximum(self.least - tensions, tensions - self.greatest)
+        return np.where(beyond > _BALANCED * (1.0 + np.abs(tensions)), beyond, 0.0)
 
     def has_solution(self, pose: int) -> bool:
         """Whether any tensions within the limits balance the wrench at a pose, by a linear program.
@@ -97,6 +100,8 @@ class TensionProblem:
 _STEPS = 100
 _CHUNK = 4096  # poses worked on at once
 _REGULAR = 1e-12
+_NO_WORK = 1e-11  # of the most that a step works on a cable
+_PROVEN = 1e-6
 
 
 def nearest_tensions(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -208,7 +213,14 @@ def _best_length(
     fall = slope_start - slope(probe[:, None])[:, 0]
     ends = fall > 1e-14 * np.abs(slope_start)
     length = start + (probe - start) * slope_start / np.where(ends, fall, 1.0)
-    forever = ~ends & (slope_start > 0)
+    # No tensions work more on the step than those at the limits on its side: less than is needed
+    # is a proof, with room for cables without a limit on which it works by rounding alone.
+    most = np.abs(d).max(axis=-1)
+    limits = np.where(d > 0, high, low)
+    nothing = (np.abs(d) <= _NO_WORK * most[:, None]) & ~np.isfinite(limits)
+    available = np.sum(d * np.where(nothing, 0.0, limits), axis=-1)
+    size = np.abs(F).max(axis=-1) + np.abs(low).max()
+    forever = (~ends & (slope_start > 0)) | (own - available > _PROVEN * most * size)
     return np.where(forever, start + unit, np.maximum(length, 0.0)), forever
 
 
@@ -259,7 +271,7 @@ class GivenTensions:
             raise InputError("tensions", got=given.shape, expected=f"one row, or {poses} of them")
         tensions = np.array(np.broadcast_to(rows, (poses, cables)))
         status = np.zeros(poses, dtype=np.uint16)
-        status[~problem.balanced(tensions)] = CableStatus.UNBALANCED
+        status[~problem.balanced(tensions)] = Status.UNBALANCED
         return tensions, status
 
 
@@ -282,7 +294,7 @@ class NearestTensions:
     def choose(self, problem: TensionProblem) -> tuple[np.ndarray, np.ndarray]:
         """The tensions, and a status where none exist."""
         tensions, solved, impossible = nearest_tensions(problem)
-        status = np.where(impossible, int(CableStatus.INFEASIBLE), 0).astype(np.uint16)
+        status = np.where(impossible, int(Status.INFEASIBLE), 0).astype(np.uint16)
         for i in np.flatnonzero(~solved & ~impossible):
             status[i] = _failure(problem, int(i))
         return tensions, status
@@ -317,8 +329,7 @@ class ClosedFormTensions:
                 "nij,nj->ni", np.linalg.pinv(problem.W * open_[:, None, :], rcond=1e-9), missing
             )
             trial = tensions - np.where(open_, change, 0.0)
-            beyond = np.maximum(least - trial, trial - greatest)
-            beyond = np.where(open_ & (beyond > 0), beyond, 0.0)
+            beyond = np.where(open_, problem.beyond(trial), 0.0)
             furthest = beyond.argmax(axis=-1)
             violated = beyond[np.arange(poses), furthest] > 0
             done = ~violated
@@ -338,7 +349,7 @@ class ClosedFormTensions:
         return tensions, status
 
 
-def _failure(problem: TensionProblem, pose: int) -> CableStatus:
+def _failure(problem: TensionProblem, pose: int) -> Status:
     """The status of a pose at which a rule found no tensions."""
     possible = problem.has_solution(pose)
-    return CableStatus.RULE_FAILED if possible else CableStatus.INFEASIBLE
+    return Status.FORM_DOES_NOT_HOLD if possible else Status.INFEASIBLE

@@ -118,15 +118,15 @@ def _options(robot: Posed, place: Posing, written: WrittenLoads) -> dict[str, An
 
 
 def _curve_text(curve: Any) -> str:
+    from robostiff.elastostatics import Status
     from robostiff.markup import row
-    from robostiff.statics import EquilibriumStatus
 
     lines = [f"{'factor':>10}  displacement ({' '.join(map(str, curve.twist.values))}) [m, rad]"]
     rows = zip(
         curve.factor.values, curve.displacement.values, curve.status_code.values, strict=True
     )
     for factor, moved, code in rows:
-        status = EquilibriumStatus(int(code))
+        status = Status(int(code))
         words = "none" if np.isnan(moved).any() else row(moved)
         lines.append(f"{factor:10.5g}  {words}" + (f"  {status}" if status else ""))
     return "\n".join(lines)

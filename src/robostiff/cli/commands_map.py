@@ -32,7 +32,7 @@ from robostiff.analysis.maps import (
     stiffness_map,
 )
 from robostiff.analysis.maps import Progress as Done
-from robostiff.analysis.maps.pose_columns import FACTOR, SIX, PoseSource, coordinate_units
+from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, PoseSource, coordinate_units
 from robostiff.analysis.maps.store import already_there
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
 from robostiff.cli.options import Answer, Length, Model, Posing, Replacing
@@ -55,10 +55,8 @@ from robostiff.io.map_files import (
     write_map_netcdf,
 )
 from robostiff.io.units import Dimension, parse_quantities
-from robostiff.linkage import Linkage
 from robostiff.markup import text_of
 from robostiff.model import Robot
-from robostiff.model.cable import CableRobot
 
 if TYPE_CHECKING:
     import xarray
@@ -66,9 +64,7 @@ if TYPE_CHECKING:
     from robostiff.statics.loaded_map import UnderLoad
 
 
-def read_asked_poses(
-    robot: Robot | Linkage, asked: MapPoses, load: MapLoad = NO_LOAD
-) -> PoseSource:
+def read_asked_poses(robot: Mapped, asked: MapPoses, load: MapLoad = NO_LOAD) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
         if asked.axes or asked.joints or asked.random is not None or load.factors:
@@ -114,10 +110,10 @@ def _numbers(text: str, dimension: Dimension, words: Sequence[str], subject: str
     return parse_quantities(text, dimensions, words, subject)
 
 
-def _joint(robot: Robot | Linkage, text: str) -> tuple[str, Dimension, str]:
+def _joint(robot: Mapped, text: str) -> tuple[str, Dimension, str]:
     """Name of a joint, what it measures, and the rest of the text."""
     joints = coordinate_units(robot)
-    if isinstance(robot, Robot) and not robot.is_serial:
+    if not joints:
         raise InputError("--joint", got=text, expected="--x and the like: joints pose serial arms")
     # The longest name first: 'joint 1' before 'joint'.
     for name in sorted(joints, key=len, reverse=True):
@@ -201,11 +197,7 @@ def make_map(
     output = _checked_output(run, replacing)
     picture = picture_beside(run.plot, replacing)
     robot, source = loaded(model, by_joints=bool(asked.joints)), model.source
-    if isinstance(robot, CableRobot):
-        hint = "in Python rs.stiffness(robot, poses) takes many poses of a cable robot at once"
-        got, expected = f"cable robot {source!r}", "a robot with legs"
-        raise InputError("robot of a map", got=got, expected=expected, hint=hint)
-    if not isinstance(robot, Robot | Linkage):
+    if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"
         expected = "a model or a linkage, which has a pose for every point of a map"
         raise InputError("robot of a map", got=source, expected=expected, hint=hint)

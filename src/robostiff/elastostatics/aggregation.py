@@ -89,8 +89,8 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
         rank[~full] = np.count_nonzero(values > tolerance.independence, axis=-1)
         doubtful[~full] = np.any(tolerance.leaves_in_doubt(values), axis=-1)
     status = np.bitwise_or.reduce([leg.status_codes for leg in legs])
-    status = status & ~np.uint8(Status.FREE_MOTIONS)
-    status = status | (rank < n) * np.uint8(Status.FREE_MOTIONS)
+    status = status & ~np.uint16(Status.FREE_MOTIONS)
+    status = status | (rank < n) * np.uint16(Status.FREE_MOTIONS)
     K = np.sum([leg.matrix for leg in legs], axis=0)
     rigid = _beside([leg.rigid for leg in legs])
     if len(legs) > 1 and np.any(rigid):
@@ -101,10 +101,10 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
     smallest = smallest_held_stiffness(K / (s[..., :, None] * s[..., None, :]), rank)
     answered = (status & int(WITHOUT_STIFFNESS)) == 0
     doubtful = doubtful | (answered & (smallest <= tolerance.near_rigidity))
-    status = status | doubtful * np.uint8(Status.ILL_CONDITIONED)
+    status = status | doubtful * np.uint16(Status.ILL_CONDITIONED)
     return CartesianStiffness(
         matrix=K,
-        status_codes=np.asarray(status, dtype=np.uint8),
+        status_codes=np.asarray(status, dtype=np.uint16),
         rank=rank,
         held=held,
         redundant=np.concatenate([leg.redundant for leg in legs], axis=-1),

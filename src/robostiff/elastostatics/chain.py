@@ -118,7 +118,7 @@ def solve_chain(
         status = status | (answer.doubtful & kept) * int(Status.ILL_CONDITIONED)
     return CartesianStiffness(
         matrix=np.broadcast_to(K, C.shape),
-        status_codes=np.asarray(status, dtype=np.uint8),
+        status_codes=np.asarray(status, dtype=np.uint16),
         rank=np.asarray(transmitted),
         held=W,
         redundant=redundant,

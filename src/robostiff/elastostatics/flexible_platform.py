@@ -98,17 +98,17 @@ def couple_legs(
     s = scaling(first.length, first.space)
     scale = s[..., :, None] * s[..., None, :]
     status = np.bitwise_or.reduce([leg.status_codes for leg in legs])
-    status = status & ~np.uint8(Status.FREE_MOTIONS | Status.RIGID_DIRECTION)
+    status = status & ~np.uint16(Status.FREE_MOTIONS | Status.RIGID_DIRECTION)
     status = (
         status
-        | answer.rigid * np.uint8(Status.RIGID_DIRECTION)
-        | (doubtful | answer.doubtful) * np.uint8(Status.ILL_CONDITIONED)
-        | np.any(lost, axis=-1) * np.uint8(Status.REDUNDANT_JOINTS)
+        | answer.rigid * np.uint16(Status.RIGID_DIRECTION)
+        | (doubtful | answer.doubtful) * np.uint16(Status.ILL_CONDITIONED)
+        | np.any(lost, axis=-1) * np.uint16(Status.REDUNDANT_JOINTS)
     )
     K = HZ @ answer.load
     together = CartesianStiffness(
         matrix=0.5 * (K + np.swapaxes(K, -1, -2)) * scale,
-        status_codes=np.asarray(status, dtype=np.uint8),
+        status_codes=np.asarray(status, dtype=np.uint16),
         rank=first.rank,
         held=HZ,
         redundant=np.concatenate([*(leg.redundant for leg in legs), lost], axis=-1),

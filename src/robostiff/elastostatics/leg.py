@@ -104,7 +104,7 @@ def solved_leg(leg: LegWrenches, length: np.ndarray, tolerance: Tolerance) -> Ca
     )
     return CartesianStiffness(
         matrix=K * (s[..., :, None] * s[..., None, :]),
-        status_codes=np.asarray(np.broadcast_to(status, K.shape[:-2]), dtype=np.uint8),
+        status_codes=np.asarray(np.broadcast_to(status, K.shape[:-2]), dtype=np.uint16),
         rank=np.broadcast_to(transmitted, K.shape[:-2]),
         held=leg.W,
         redundant=redundant,

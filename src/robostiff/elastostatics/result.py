@@ -41,7 +41,7 @@ class CartesianStiffness:
     ----------
     matrix : (..., n, n) array
         K_C, meaningful where `answered`; `K` is the safe way to it.
-    status_codes : (...) array of uint8
+    status_codes : (...) array of uint16
         `Status` of each pose.
     rank : (...) array of int
         Rank of K_C: how many independent wrenches the platform is held by.

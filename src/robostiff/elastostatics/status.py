@@ -8,10 +8,10 @@ from enum import IntFlag
 class Status(IntFlag):
     """Status of a pose; several flags may hold at once, and 0 means that nothing is to be reported.
 
-    ``FREE_MOTIONS`` and ``REDUNDANT_JOINTS`` accompany a right answer. The others are bad: there is
-    no stiffness matrix (``RIGID_DIRECTION``, ``FORM_DOES_NOT_HOLD``, ``UNREACHABLE``), or there is
-    one to be used with care (``ILL_CONDITIONED``, ``BEYOND_LIMITS``). ``UNBALANCED`` is said of
-    a load.
+    ``FREE_MOTIONS``, ``REDUNDANT_JOINTS`` and ``SLACK`` accompany a right answer. The others are
+    bad: there is no stiffness matrix, or there is one to be used with care. From ``UNSTABLE`` on
+    they are said of equilibria under loads and of cable robots. Maps have flags of their own at
+    256 and 512.
 
     Examples
     --------
@@ -29,11 +29,17 @@ class Status(IntFlag):
     FORM_DOES_NOT_HOLD = 32
     UNREACHABLE = 64
     UNBALANCED = 128
+    UNSTABLE = 1024
+    NO_EQUILIBRIUM = 2048
+    BEYOND_CRITICAL_LOAD = 4096
+    UNTENSIONED = 8192
+    INFEASIBLE = 16384
+    SLACK = 32768
 
     @property
     def is_bad(self) -> bool:
         """Whether the result is missing or to be used with care."""
-        return bool(self & BAD)
+        return bool(self & ~_HARMLESS)
 
     @property
     def has_stiffness(self) -> bool:
@@ -46,23 +52,18 @@ class Status(IntFlag):
         return tuple(_ADVICE[member] for member in type(self) if member & self)
 
     def __str__(self) -> str:
-        return words_of(self)
+        names = (str(member.name) for member in Status if member & self)
+        return "+".join(name.lower().replace("_", "-") for name in names) or "ok"
 
 
-def words_of(status: IntFlag) -> str:
-    """Names of the flags, joined by ``+``; ``ok`` without flags.
-
-    Examples
-    --------
-    >>> words_of(Status.OK), words_of(Status.RIGID_DIRECTION)
-    ('ok', 'rigid-direction')
-    """
-    names = (str(member.name) for member in type(status) if member & status)
-    return "+".join(name.lower().replace("_", "-") for name in names) or "ok"
-
-
-WITHOUT_STIFFNESS = Status.RIGID_DIRECTION | Status.FORM_DOES_NOT_HOLD | Status.UNREACHABLE
-BAD = WITHOUT_STIFFNESS | Status.ILL_CONDITIONED | Status.BEYOND_LIMITS | Status.UNBALANCED
+_HARMLESS = Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS | Status.SLACK
+WITHOUT_STIFFNESS = (
+    Status.RIGID_DIRECTION
+    | Status.FORM_DOES_NOT_HOLD
+    | Status.UNREACHABLE
+    | Status.NO_EQUILIBRIUM
+    | Status.INFEASIBLE
+)
 
 _ADVICE = {
     Status.FREE_MOTIONS: (
@@ -75,25 +76,52 @@ _ADVICE = {
         "posture at hand"
     ),
     Status.ILL_CONDITIONED: (
-        "near a singular pose, a joint that is almost redundant, or springs of too different size: "
-        "few digits of the matrix hold; move away from the pose, align the joint exactly, or give "
-        "the very stiff parts as rigid"
+        "near a singular pose or the loss of stability, a joint that is almost redundant, or "
+        "springs of too different size: few digits of the matrix hold; move away from the pose, "
+        "align the joint exactly, or give the very stiff parts as rigid"
     ),
-    Status.BEYOND_LIMITS: "an actuator is beyond its limits: the machine cannot stand at this pose",
+    Status.BEYOND_LIMITS: (
+        "an actuator, or the tension of a cable, is beyond its limits: the machine cannot stand at "
+        "this pose"
+    ),
     Status.RIGID_DIRECTION: (
         "a wrench is carried without meeting any compliance, so the stiffness is infinite and no "
         "matrix exists: give a link or an actuator on that path its elasticity, or move an arm "
         "with rigid links out of its singular posture"
     ),
     Status.FORM_DOES_NOT_HOLD: (
-        "the form asked for does not hold here: use the wrench basis form, which always does"
+        "the form asked for does not hold here: use the wrench basis form, which always does; "
+        "for tensions of cables NearestTensions, which finds them where they exist"
     ),
     Status.UNREACHABLE: (
         "a leg cannot reach the pose, or only in another assembly mode than at home: move the "
-        "pose, or check the leg's dimensions"
+        "pose, or check the leg's dimensions; or a cable has no length there"
     ),
     Status.UNBALANCED: (
         "the load does work on a free motion, so the platform runs away instead of deflecting: "
-        "apply a load that the free motions do not feel, or hold them"
+        "apply a load that the free motions do not feel, or hold them; or given tensions of cables "
+        "do not balance weight and wrench: missing_wrench is what is lacking"
     ),
+    Status.UNSTABLE: (
+        "the robot does not stay in this equilibrium: the least disturbance moves it away; lower "
+        "the load or the tensions, stiffen what moves in the mode of critical_load or in "
+        "unstable_motions, or guide the platform"
+    ),
+    Status.NO_EQUILIBRIUM: (
+        "no equilibrium was found from the unloaded posture: the load is too large, or drives a "
+        "motion that nothing resists; apply it in smaller parts, or hold the platform"
+    ),
+    Status.BEYOND_CRITICAL_LOAD: (
+        "on the way to the full load the robot buckles, snaps through or meets a singular posture, "
+        "at the factor critical_factor of the load: what is found beyond need not be where it ends"
+    ),
+    Status.UNTENSIONED: (
+        "a cable has no tension: the matrix counts it, which is right only for motions that pull "
+        "it; taut_stiffness leaves it out"
+    ),
+    Status.INFEASIBLE: (
+        "no tensions within their limits balance weight and wrench at this pose: cables only pull, "
+        "so move the pose into the workspace, lower the least tensions, or raise the greatest"
+    ),
+    Status.SLACK: "a cable is slack under the load: it carries no force until taut again",
 }

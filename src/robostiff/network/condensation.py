@@ -104,7 +104,7 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
         status |= Status.ILL_CONDITIONED
     whole = CartesianStiffness(
         matrix=K * np.outer(scale, scale) * equations.stiffness,
-        status_codes=np.array(int(status), dtype=np.uint8),
+        status_codes=np.array(int(status), dtype=np.uint16),
         rank=np.array(rank),
         held=held,
         redundant=redundant,

@@ -23,7 +23,6 @@ from robostiff.analysis import (
 from robostiff.analysis.indices import StiffnessIndices, indices
 from robostiff.analysis.result import require_one_pose
 from robostiff.analytic import AtHome, FormulaTooLargeError, RobotDerivation, Steps
-from robostiff.cables import CableStatus
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
@@ -153,7 +152,7 @@ class ReportContents:
     given: tuple[str, ...] = ()
 
     @property
-    def status(self) -> Status | CableStatus:
+    def status(self) -> Status:
         """Status of the stiffness and, under a load, of the deflection."""
         own: Any = self.stiffness.status
         return own if self.deflection is None else own | self.deflection.status

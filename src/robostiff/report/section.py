@@ -13,7 +13,6 @@ import numpy as np
 
 from robostiff.analysis import CableStiffness
 from robostiff.analytic import RobotDerivation
-from robostiff.cables import CableStatus
 from robostiff.elastostatics import Status
 from robostiff.markup import Block, Table, row
 from robostiff.model import Robot
@@ -194,7 +193,7 @@ class Verdict:
     """
 
     place: str
-    status: Status | CableStatus
+    status: Status
     kind: str
     rank: str
     advice: tuple[str, ...]

@@ -10,7 +10,6 @@ from robostiff.statics.loaded_parts import BodyPlaces, LoadedPart
 from robostiff.statics.modes import Mode, Modes, modes
 from robostiff.statics.result import Equilibria, Equilibrium
 from robostiff.statics.small_loads import deflection
-from robostiff.statics.status import EquilibriumStatus
 
 __all__ = [
     "BodyPlace",
@@ -21,7 +20,6 @@ __all__ = [
     "DeadForce",
     "Equilibria",
     "Equilibrium",
-    "EquilibriumStatus",
     "Linear",
     "LoadedAnswer",
     "LoadedPart",

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage
@@ -23,7 +24,6 @@ from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_posture import one_loaded_posture
 from robostiff.statics.problem import LoadCase
 from robostiff.statics.stability import meets_stiffness
-from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
 
@@ -37,7 +37,7 @@ class CriticalLoad:
     name : str
     wrench : (r,) array
         At factor 1 [N, N m].
-    status : EquilibriumStatus
+    status : Status
         Bad where the path of equilibria could not be followed. With free motions, there may be no
         stable equilibrium to start from.
     searched_to : float
@@ -48,7 +48,7 @@ class CriticalLoad:
 
     name: str
     wrench: np.ndarray
-    status: EquilibriumStatus
+    status: Status
     searched_to: float
     point: CriticalPoint | None
 
@@ -164,18 +164,18 @@ def critical_load(
     loaded = loaded.under(laws)
     problem, status = loaded.problem, loaded.status
     nothing = np.zeros(problem.size)
-    if status & EquilibriumStatus.UNREACHABLE:
+    if status & Status.UNREACHABLE:
         return CriticalLoad(loaded.name, F, status, 0.0, None)
     unloaded = problem.at_rest
     if unloaded.rigid:
-        status |= EquilibriumStatus.RIGID_DIRECTION
+        status |= Status.RIGID_DIRECTION
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     _, point, searched_to = first_critical(problem, loading, unloaded, up_to)
     is_free = not meets_stiffness(problem, unloaded)
     if is_free:
-        status |= EquilibriumStatus.FREE_MOTIONS
+        status |= Status.FREE_MOTIONS
     if is_free and point is not None and point.factor <= 0:
         point = None  # what nothing holds is not stable without the load, either
     elif point is None and searched_to < up_to:
-        status |= EquilibriumStatus.NO_EQUILIBRIUM
+        status |= Status.NO_EQUILIBRIUM
     return CriticalLoad(loaded.name, F, status, searched_to, point)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import Near
 from robostiff.kinematics.turn import turn_by_vector
@@ -26,7 +27,6 @@ from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.result import Equilibria, Equilibrium
 from robostiff.statics.singular_posture import Regular, may_be_singular
 from robostiff.statics.stability import leg_margins, meets_stiffness, platform_margin
-from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
 # A margin above which Newton's method has not passed a critical load, if its steps were direct.
@@ -145,13 +145,13 @@ def solved(
 ) -> Equilibrium:
     """The equilibrium of one robot at one posture."""
     problem, status = loaded.problem, loaded.status
-    if status & EquilibriumStatus.UNREACHABLE:
+    if status & Status.UNREACHABLE:
         return Equilibrium(loaded.name, loaded.space, status)
     nothing = np.zeros(problem.size)
     loading = LoadCase(nothing, nothing if wrench is None else wrench)
     unloaded = problem.at_rest
     if unloaded.rigid:
-        status |= EquilibriumStatus.RIGID_DIRECTION
+        status |= Status.RIGID_DIRECTION
     target = FREE if displacement is None else _target(problem, displacement)
     first = None
     if problem.loads_platform_alone and not unloaded.rigid:
@@ -168,14 +168,14 @@ def solved(
     held = found.known.held
     if displacement is not None and held and np.linalg.norm(held.gap) > _OPEN * problem.length:
         # legs stay open at the pose of the platform
-        status |= EquilibriumStatus.NO_EQUILIBRIUM
+        status |= Status.NO_EQUILIBRIUM
         return Equilibrium(loaded.name, loaded.space, status, held=True)
     if critical is not None:
-        status |= EquilibriumStatus.BEYOND_CRITICAL_LOAD
+        status |= Status.BEYOND_CRITICAL_LOAD
     if not found.converged:
-        status |= EquilibriumStatus.NO_EQUILIBRIUM
+        status |= Status.NO_EQUILIBRIUM
         if displacement is None and not meets_stiffness(problem, unloaded):
-            status |= EquilibriumStatus.FREE_MOTIONS
+            status |= Status.FREE_MOTIONS
         return Equilibrium(loaded.name, loaded.space, status, critical)
     return _answer(loaded, loading, margins, found, status, critical, displacement is not None)
 
@@ -217,15 +217,15 @@ def _answer(
     loading: LoadCase,
     margins: dict[str, float],
     found: FoundEquilibrium,
-    status: EquilibriumStatus,
+    status: Status,
     critical: CriticalPoint | None,
     held: bool,
 ) -> Equilibrium:
     problem, known = loaded.problem, found.known
     if not held and not meets_stiffness(problem, known):
-        status |= EquilibriumStatus.FREE_MOTIONS
+        status |= Status.FREE_MOTIONS
     if not known.regular:
-        status |= EquilibriumStatus.REDUNDANT_JOINTS
+        status |= Status.REDUNDANT_JOINTS
     answer = Equilibrium(
         name=loaded.name,
         space=loaded.space,
@@ -241,7 +241,7 @@ def _answer(
     )
     if answer.stable:
         return answer
-    return replace(answer, status=status | EquilibriumStatus.UNSTABLE)
+    return replace(answer, status=status | Status.UNSTABLE)
 
 
 def _target(problem: EquilibriumProblem, displacement: np.ndarray) -> Target:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError, needs_extra
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage
@@ -24,7 +25,6 @@ from robostiff.statics.loaded_posture import LoadedPosture, one_loaded_posture
 from robostiff.statics.newton import equilibrium_at
 from robostiff.statics.problem import LoadCase
 from robostiff.statics.result import Equilibria
-from robostiff.statics.status import EquilibriumStatus
 
 if TYPE_CHECKING:
     import xarray
@@ -104,7 +104,7 @@ def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> list[OnPath]
     Between a stable and an unstable one stands the critical point, which counts as stable.
     """
     problem, nothing = loaded.problem, np.zeros(loaded.problem.size)
-    if furthest <= 0 or loaded.status & EquilibriumStatus.UNREACHABLE:
+    if furthest <= 0 or loaded.status & Status.UNREACHABLE:
         return []
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     found: list[OnPath] = []
@@ -139,8 +139,8 @@ def _dataset(
     critical = [point for own in along for point in own.critical]
     beyond = np.logical_or.accumulate([bool(own.critical) for own in along])
     stable = np.array([own.is_stable for own in along], dtype=bool)
-    codes = np.where(stable, 0, EquilibriumStatus.UNSTABLE)
-    codes |= np.where(beyond, EquilibriumStatus.BEYOND_CRITICAL_LOAD, 0)
+    codes = np.where(stable, 0, Status.UNSTABLE)
+    codes |= np.where(beyond, Status.BEYOND_CRITICAL_LOAD, 0)
     whole = {"long_name": "from the unloaded posture", "units": "m, rad"}
     variables: dict[str, Any] = {
         "displacement": (("factor", "twist"), found.displacement.filled(np.nan), whole),

@@ -9,18 +9,19 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.maps import Batched, Compiled, Quantity
-from robostiff.analysis.maps.evaluator import BatchedEvaluator, room_for
+from robostiff.analysis.maps.cables import CableEvaluator
+from robostiff.analysis.maps.evaluator import BatchedEvaluator, Evaluator, room_for
 from robostiff.analysis.maps.request import Method
-from robostiff.analysis.maps.variables import NO_RANK, Variable, map_variables, status_under_load
-from robostiff.analysis.measures import stiffness_indices, symmetric_eigenvalues
+from robostiff.analysis.maps.variables import NO_RANK, Variable, map_variables
+from robostiff.analysis.measures import principal_stiffnesses, stiffness_indices
 from robostiff.compiled import Backend
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot
 from robostiff.statics.kernels.compile import compile_loaded
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
 from robostiff.statics.kernels.weights import StandingLoads
 from robostiff.statics.result import Equilibria
-from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
 
 # Equilibria take some 20 ms each, a kernel some seconds to make.
 _WORTH_COMPILING = 2000
@@ -63,7 +64,7 @@ class UnderLoad(StandingLoads):
 
     by: Method | None = None
 
-    def evaluator(self, like: BatchedEvaluator, count: int) -> LoadedEvaluator:
+    def evaluator(self, like: BatchedEvaluator, count: int) -> Evaluator:
         """What computes a map of so many poses; `like` has its robot, columns and quantities.
 
         Raises
@@ -80,7 +81,16 @@ class UnderLoad(StandingLoads):
             )
         if self.by is not None and not isinstance(self.by, Compiled | Batched):
             raise InputError("by of UnderLoad", got=self.by, expected="Compiled() or Batched()")
-        return LoadedEvaluator(like, self, self._kernel(like, count))
+        if not isinstance(like, CableEvaluator):
+            return LoadedEvaluator(like, self, self._kernel(like, count))
+        standing = [name for name in ("loads", "gravity", "preload", "by") if getattr(self, name)]
+        if standing or like.of_wrench:
+            raise InputError(
+                f"map of cable robot {like.robot.name!r} under load",
+                got=", ".join([*standing, *(quantity.value for quantity in like.of_wrench)]),
+                expected="UnderLoad() alone, whose wrench the tensions balance",
+            )
+        return like
 
     def _kernel(self, like: BatchedEvaluator, count: int) -> CompiledLoading | None:
         required = isinstance(self.by, Compiled)
@@ -151,9 +161,7 @@ class LoadedEvaluator:
         out = room_for(self.variables, len(poses)) if out is None else out
         columns = self.like.columns
         pose = columns.as_pose(poses)
-        # each component of the wrench, then the factor
-        own = poses[:, -columns.loads :]
-        F = own[:, :-1] * own[:, -1:]
+        F = columns.wrenches(poses)
         found: LoadedAnswer | Equilibria
         if self.kernel is None:
             found = self.load.equilibria(self.like.robot, pose, F)
@@ -173,12 +181,11 @@ class LoadedEvaluator:
         codes = found.status_codes
         symmetric = 0.5 * (K + np.swapaxes(K, -1, -2))
         rank = _ranks(symmetric, space.rows, self.like.length)
-        out: dict[str, np.ndarray] = {"rank": rank, "status": status_under_load(codes)}
+        out: dict[str, np.ndarray] = {"rank": rank, "status": codes}
         if Quantity.STIFFNESS in quantities:
             out["K"] = K
         if Quantity.PRINCIPAL_STIFFNESS in quantities:
-            out["translational_stiffness"] = symmetric_eigenvalues(symmetric[:, :d, :d])
-            out["rotational_stiffness"] = symmetric_eigenvalues(symmetric[:, d:, d:])
+            out |= principal_stiffnesses(symmetric, definite=False)
         if Quantity.INDICES in quantities:
             out |= stiffness_indices(symmetric, rank, self.like.length)
         if Quantity.WORST_DEFLECTION in quantities:
@@ -192,7 +199,7 @@ class LoadedEvaluator:
         return out
 
 
-_NO_COMPLIANCE = WITHOUT_STIFFNESS | EquilibriumStatus.FREE_MOTIONS
+_NO_COMPLIANCE = WITHOUT_STIFFNESS | Status.FREE_MOTIONS
 
 
 def _ranks(K: np.ndarray, rows: Any, length: float) -> np.ndarray:

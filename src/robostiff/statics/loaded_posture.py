@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.result import require_one_pose
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
@@ -30,7 +31,6 @@ from robostiff.statics.given_loads import (
 )
 from robostiff.statics.joint_laws import Laws, check_own_laws, with_laws
 from robostiff.statics.problem import EquilibriumProblem
-from robostiff.statics.status import EquilibriumStatus
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class LoadedPosture:
     space : Space
     frame : tuple of (3, 3) and (3,) arrays
         Axes and origin of the platform frame at the unloaded posture [m].
-    status : EquilibriumStatus
+    status : Status
         What is to be said of the posture.
     posed : Snapshot or Network
         The robot at that posture.
@@ -56,7 +56,7 @@ class LoadedPosture:
     problem: EquilibriumProblem
     space: Space
     frame: tuple[np.ndarray, np.ndarray]
-    status: EquilibriumStatus
+    status: Status
     posed: Snapshot | Network
     laws: Laws = field(default_factory=dict)
 
@@ -163,26 +163,26 @@ class Postures:
 
     def _posed(
         self, i: int, masses: bool
-    ) -> tuple[Snapshot | Network, tuple[np.ndarray, np.ndarray], EquilibriumStatus]:
+    ) -> tuple[Snapshot | Network, tuple[np.ndarray, np.ndarray], Status]:
         """The robot in its posture i, the frame of its platform, and what is to be said of it."""
         own = self.posture
         if own is None or isinstance(self.robot, Network):
             if isinstance(self.robot, Robot):
                 raise TypeError("a robot has a posture")
             point = np.asarray(self.robot.reference_point, dtype=float)
-            return self.robot, (np.eye(3), point), EquilibriumStatus.OK
+            return self.robot, (np.eye(3), point), Status.OK
         k = i if self.batch else 0
         placed = with_masses(own) if masses else own.snapshot
         if own.robot.springs:
             placed = replace(placed, springs=with_body_springs(own).springs)
         snapshot = placed.one(k)
-        status = EquilibriumStatus.OK
+        status = Status.OK
         if not own.reached[k]:
-            status |= EquilibriumStatus.UNREACHABLE
+            status |= Status.UNREACHABLE
         elif not own.within_limits[k]:
-            status |= EquilibriumStatus.BEYOND_LIMITS
+            status |= Status.BEYOND_LIMITS
         if own.undetermined[k]:
-            status |= EquilibriumStatus.ILL_CONDITIONED
+            status |= Status.ILL_CONDITIONED
         return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis import PartShare
 from robostiff.analysis.free_motion import free_motions_in_words
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
@@ -26,7 +27,6 @@ from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loaded_posture import LoadedPosture, one_wrench, places_of, postures_of
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.result_tables import modes_html
-from robostiff.statics.status import EquilibriumStatus
 from robostiff.statics.vibration import SmallMotions
 
 _BOWING = Bowing()
@@ -85,7 +85,7 @@ class Modes(InNotebooks):
     ----------
     name : str
     space : Space
-    status : EquilibriumStatus
+    status : Status
         Of the equilibrium about which it vibrates.
     each : tuple of Mode
         As many as motions have mass; empty where there is no equilibrium.
@@ -95,7 +95,7 @@ class Modes(InNotebooks):
 
     name: str
     space: Space
-    status: EquilibriumStatus
+    status: Status
     each: tuple[Mode, ...] = ()
     snapshot: Snapshot | None = None
 
@@ -188,7 +188,7 @@ def modes(
         )
     given = one_wrench(postures, wrench)
     loaded = postures.loaded(0, at, loads, preload, beams, gravity, masses=own).under(laws)
-    if loaded.status & EquilibriumStatus.UNREACHABLE:
+    if loaded.status & Status.UNREACHABLE:
         return Modes(loaded.name, loaded.space, loaded.status)
     problem, known, state, status = _about(loaded, given)
     if known is None or state is None:
@@ -201,7 +201,7 @@ def modes(
 
 def _about(
     loaded: LoadedPosture, wrench: np.ndarray
-) -> tuple[EquilibriumProblem, Linearised | None, State | None, EquilibriumStatus]:
+) -> tuple[EquilibriumProblem, Linearised | None, State | None, Status]:
     """The equilibrium about which a robot vibrates; a direction may be rigid without load."""
     problem = loaded.problem
     if problem.loads_platform_alone and not len(problem.forces) and not np.any(wrench):

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.analysis import PartShare
+from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
@@ -28,7 +29,6 @@ from robostiff.statics.loaded_parts import (
 from robostiff.statics.newton import FoundEquilibrium
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.result_tables import equilibrium_html, without_rounding
-from robostiff.statics.status import EquilibriumStatus
 
 _NOT_FREE = (
     "rigid parts do not let the platform move so: give a displacement along the motions that they "
@@ -47,7 +47,7 @@ class Equilibrium(InNotebooks):
     ----------
     name : str
     space : Space
-    status : EquilibriumStatus
+    status : Status
     critical : CriticalPoint or None
         Where stability is lost on the way to the full load.
     margins : mapping of str to float
@@ -61,7 +61,7 @@ class Equilibrium(InNotebooks):
 
     name: str
     space: Space
-    status: EquilibriumStatus
+    status: Status
     critical: CriticalPoint | None = None
     margins: Mapping[str, float] = field(default_factory=dict)
     held: bool = False
@@ -80,7 +80,7 @@ class Equilibrium(InNotebooks):
     def advice(self) -> tuple[str, ...]:
         """What to know about this answer, a sentence each."""
         if self.held and not self.has_answer:
-            return (_NOT_FREE, *EquilibriumStatus.RIGID_DIRECTION.advice)
+            return (_NOT_FREE, *Status.RIGID_DIRECTION.advice)
         if self.critical is None:
             return self.status.advice
         return (
@@ -163,7 +163,7 @@ class Equilibrium(InNotebooks):
             Where nothing resists some motion.
         """
         problem, found = self._require()
-        if self.status & EquilibriumStatus.FREE_MOTIONS:
+        if self.status & Status.FREE_MOTIONS:
             raise NoAnswerError(
                 f"no compliance of {self.name!r} under load ({self.status}): a load along a free "
                 "motion meets no stiffness"
@@ -320,9 +320,9 @@ class Equilibria:
         return np.array([int(one.status) for one in self.each], dtype=np.uint16)
 
     @property
-    def status(self) -> EquilibriumStatus:
+    def status(self) -> Status:
         """Everything that happened to any of them."""
-        return EquilibriumStatus(int(np.bitwise_or.reduce(self.status_codes, initial=0)))
+        return Status(int(np.bitwise_or.reduce(self.status_codes, initial=0)))
 
     @property
     def answered(self) -> np.ndarray:

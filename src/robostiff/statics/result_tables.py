@@ -11,6 +11,7 @@ from robostiff.analysis.result_tables import (
     load_table,
     without_rounding,
 )
+from robostiff.elastostatics import Status
 from robostiff.markup import (
     COMPLIANCE_UNITS,
     STIFFNESS_UNITS,
@@ -25,7 +26,6 @@ from robostiff.markup import (
     element,
     escaped,
 )
-from robostiff.statics.status import EquilibriumStatus
 
 if TYPE_CHECKING:
     from robostiff.statics.modes import Modes
@@ -61,7 +61,7 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
     F, t = result.space.wrench_order, result.space.twist_order
     if result.status.has_stiffness:
         return LabelledMatrix("K under load", result.K, F, t, STIFFNESS_UNITS)
-    if result.status & EquilibriumStatus.FREE_MOTIONS:
+    if result.status & Status.FREE_MOTIONS:
         return None
     return LabelledMatrix("C under load", result.compliance, t, F, COMPLIANCE_UNITS)
 

@@ -39,7 +39,8 @@ def evaluated(name, coordinate, spread, count=12):
     poses[0] = columns.home
     wrench = tuple([0.0] * (robot.space.translations - 1) + [100.0])
     wrench += tuple([0.0] * (robot.space.size - len(wrench)))
-    quantities = [q for q in Quantity if name != "planar-link" or q is not Quantity.ACTUATOR_FORCES]
+    without = {Quantity.TENSIONS} | ({Quantity.ACTUATOR_FORCES} if name == "planar-link" else set())
+    quantities = [q for q in Quantity if q not in without]
     evaluator = BatchedEvaluator(robot, columns, tuple(quantities), wrench, 0.5)
     return robot, columns, poses, np.array(wrench), evaluator.evaluate(poses)
 

@@ -168,7 +168,7 @@ class IndicesOfPoses:
 
     @property
     def status_codes(self) -> np.ndarray:
-        """Status of every pose (...) as uint8."""
+        """Status of every pose (...) as uint16."""
         return self.result.status_codes
 
     @property

@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.analysis.maps.job import MapJob, MapSummary
-from robostiff.analysis.maps.pose_columns import FACTOR
+from robostiff.analysis.maps.pose_columns import FACTOR, Mapped
 from robostiff.analysis.maps.stored import IDENTITY, CheckedChunks, damaged, read_store
 from robostiff.analysis.maps.variables import Variable, status_flags, status_words
 from robostiff.errors import InputError, needs_extra
-from robostiff.linkage import Linkage
-from robostiff.model import Robot
 from robostiff.version import __version__
 
 if TYPE_CHECKING:
@@ -100,7 +98,7 @@ def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
 
 
 def map_attributes(
-    robot: Robot | Linkage, job: MapJob, wrench: tuple[float, ...], length: float
+    robot: Mapped, job: MapJob, wrench: tuple[float, ...], length: float
 ) -> dict[str, Any]:
     """Attributes that are known before the first pose is computed."""
     attributes: dict[str, Any] = {

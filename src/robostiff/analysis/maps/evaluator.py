@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
 from robostiff.analysis.deflection_under_load import carried_by
 from robostiff.analysis.leg_loads import leg_loads
-from robostiff.analysis.maps.pose_columns import PoseColumns
+from robostiff.analysis.maps.pose_columns import Mapped, PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (
     compliance_where_answered,
@@ -116,7 +116,7 @@ class BatchedEvaluator:
         Joint coordinates of all legs that choose the posture [m, rad]; empty for home's.
     """
 
-    robot: Robot | Linkage
+    robot: Mapped
     columns: PoseColumns
     quantities: tuple[Quantity, ...]
     wrench: tuple[float, ...] = ()
@@ -152,7 +152,7 @@ class BatchedEvaluator:
 
     def _chunk(self, poses: np.ndarray) -> dict[str, np.ndarray]:
         pose = self.columns.as_pose(poses)
-        result = careful_stiffness(self.robot, pose, near=self._near)
+        result = careful_stiffness(cast(Any, self.robot), pose, near=self._near)
         status, rank = result.status_codes, result.rank
         K = stiffness_where_answered(result) if _OF_K & set(self.quantities) else np.empty(0)
         found: dict[str, np.ndarray] = {"rank": rank}
@@ -167,7 +167,7 @@ class BatchedEvaluator:
         if self.wrench:
             F = np.array(self.wrench)
             twist, unbalanced = twists_under(result, F)
-            status = status | unbalanced * np.uint8(Status.UNBALANCED)
+            status = status | unbalanced * np.uint16(Status.UNBALANCED)
             d = self.robot.space.translations
             if Quantity.DEFLECTION in self.quantities:
                 found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
@@ -225,7 +225,7 @@ class CompiledEvaluator:
     @classmethod
     def of(cls, batched: BatchedEvaluator, backend: Backend) -> CompiledEvaluator:
         """The kernel for the quantities of a batched evaluator."""
-        robot, columns = batched.robot, batched.columns
+        robot, columns = cast("Robot | Linkage", batched.robot), batched.columns
         subject = f"map of {robot.name!r} by a kernel"
         if Quantity.ACTUATOR_FORCES in batched.quantities:
             raise InputError(

@@ -39,8 +39,9 @@ class MapSummary:
 
     @property
     def reachable(self) -> int:
-        """Poses asked for that all legs reach."""
-        out = sum(n for code, n in self.statuses.items() if code & int(Status.UNREACHABLE))
+        """Poses asked for that all legs reach, or at which tensions of cables are found."""
+        without = int(Status.UNREACHABLE | Status.INFEASIBLE)
+        out = sum(n for code, n in self.statuses.items() if code & without)
         return self.computed - out
 
     @staticmethod

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.dataset import MapArrays, open_map
 from robostiff.analysis.maps.job import MapSummary, Selection
-from robostiff.analysis.maps.pose_columns import PoseSource
+from robostiff.analysis.maps.pose_columns import Mapped, PoseSource
 from robostiff.analysis.maps.request import (
     LoadedMethod,
     MapRequest,
@@ -41,8 +41,7 @@ from robostiff.analysis.maps.stored import read_store
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.errors import InputError, needs_extra
 from robostiff.kinematics import Near
-from robostiff.linkage import Linkage
-from robostiff.model import Robot, Snapshot
+from robostiff.model import Snapshot
 
 if TYPE_CHECKING:
     import xarray
@@ -54,7 +53,7 @@ _DEFAULT_QUANTITIES = (Quantity.PRINCIPAL_STIFFNESS,)
 
 
 def stiffness_map(
-    robot: Robot | Linkage | Snapshot,
+    robot: Mapped | Snapshot,
     poses: PoseSource,
     quantities: Iterable[Quantity] = _DEFAULT_QUANTITIES,
     *,
@@ -73,7 +72,7 @@ def stiffness_map(
 
     Parameters
     ----------
-    robot : Robot or Linkage
+    robot : Robot, Linkage or CableRobot
         A snapshot is refused: it cannot move.
     poses : Grid, PoseList or RandomPoses
         Of a linkage coordinates of joints, which keep them; the others follow.
@@ -90,7 +89,8 @@ def stiffness_map(
         ``Compiled()`` records the robot once as a kernel and runs that at all poses, millions a
         second; ``Batched()`` computes everything as `stiffness` does. By default,
         large maps are compiled where a kernel has what they ask for. ``UnderLoad()`` computes the
-        equilibrium under the wrench at each pose, and everything there.
+        equilibrium under the wrench at each pose, and everything there; of a cable robot the
+        tensions balance the wrench.
     near : joint coordinates, optional
         Of all legs, in a row or leg by leg [m, rad]: the posture nearest to them is chosen at each
         pose, by the batched form. When left out, it is the assembly mode of home.

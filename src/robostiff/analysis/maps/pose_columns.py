@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 
@@ -14,9 +14,12 @@ from robostiff.kinematics.pose import home_coordinates, joint_units
 from robostiff.linkage import DrivenLinkage, Linkage
 from robostiff.linkage.driven import coordinate_names
 from robostiff.model import ALL_COORDINATES, Joint, Leg, Robot
+from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, as_floats, holds_quantities
 
 SIX = tuple(coordinate.value for coordinate in ALL_COORDINATES)
+#: What has maps.
+Mapped = Robot | Linkage | CableRobot
 #: By which the wrench of a map under load is multiplied.
 FACTOR = "factor"
 #: SI unit of each pose coordinate.
@@ -124,12 +127,17 @@ class PoseColumns:
             }
         return JointCoordinates(poses) if self.of_joints else poses
 
+    def wrenches(self, poses: np.ndarray) -> np.ndarray:
+        """Of a map under load the wrench at each pose times its factor (N, n) [N, N m]."""
+        own = poses[:, len(self.names) - self.loads :]
+        return own[:, :-1] * own[:, -1:]
+
     def unit_of(self, name: str) -> str:
         """Unit of one of them."""
         return self.units[self.names.index(name)]
 
 
-def pose_columns(robot: Robot | Linkage, used: Sequence[str]) -> PoseColumns:
+def pose_columns(robot: Mapped, used: Sequence[str]) -> PoseColumns:
     """The columns of poses given by the coordinates `used`; the others stay at home.
 
     Free coordinates of the robot alone leave the rest to its legs; any other pose coordinate makes
@@ -148,10 +156,11 @@ def pose_columns(robot: Robot | Linkage, used: Sequence[str]) -> PoseColumns:
         return _of_drives(robot, used)
     free = tuple(coordinate.value for coordinate in robot.coordinates)
     six = SIX if robot.space is Space.SPATIAL else tuple(SIX[k] for k in robot.space.rows)
-    joints = joint_columns(robot.legs[0]) if robot.is_serial else None
+    joints = joint_columns(robot.legs[0]) if isinstance(robot, Robot) and robot.is_serial else None
     wanted = set(used)
     if joints is not None and wanted and wanted <= set(joints.names):
-        if robot.is_posed_by_joints or not (both := wanted & set(six)):
+        by_joints = isinstance(robot, Robot) and robot.is_posed_by_joints
+        if by_joints or not (both := wanted & set(six)):
             return joints
         raise InputError(
             f"coordinate of {robot.name!r}",
@@ -199,7 +208,7 @@ def _of_drives(linkage: Linkage, used: Sequence[str]) -> PoseColumns:
     return PoseColumns(driven.inputs, driven.units, home, of_joints=True, drives=sizes)
 
 
-def coordinate_units(robot: Robot | Linkage) -> dict[str, str]:
+def coordinate_units(robot: Mapped) -> dict[str, str]:
     """Units of the joint coordinates by which a robot can be posed; none of legs."""
     if isinstance(robot, Linkage):
         return {
@@ -208,13 +217,15 @@ def coordinate_units(robot: Robot | Linkage) -> dict[str, str]:
             if isinstance(c.element, Joint)
             for name, screw in zip(coordinate_names(c), c.element.freedoms, strict=True)
         }
-    if not robot.is_serial:
+    if isinstance(robot, CableRobot) or not robot.is_serial:
         return {}
     joints = joint_columns(robot.legs[0])
     return dict(zip(joints.names, joints.units, strict=True))
 
 
-def columns_under_load(robot: Robot, used: Sequence[str], wrench: Sequence[float]) -> PoseColumns:
+def columns_under_load(
+    robot: Robot | CableRobot, used: Sequence[str], wrench: Sequence[float]
+) -> PoseColumns:
     """The same, followed by the components of the wrench and its factor.
 
     Examples
@@ -227,7 +238,7 @@ def columns_under_load(robot: Robot, used: Sequence[str], wrench: Sequence[float
     own = [name for name in used if name not in loads]
     if own or not used:
         columns = pose_columns(robot, own)
-    elif robot.is_posed_by_joints:
+    elif isinstance(robot, Robot) and robot.is_posed_by_joints:
         columns = joint_columns(robot.legs[0])
     else:
         columns = _of_platform(robot, tuple(c.value for c in robot.coordinates))
@@ -247,9 +258,9 @@ def joint_columns(leg: Leg) -> PoseColumns:
     return PoseColumns(chain.coordinate_names, units, tuple(map(float, chain.home)), of_joints=True)
 
 
-def _of_platform(robot: Robot, names: tuple[str, ...]) -> PoseColumns:
+def _of_platform(robot: Robot | CableRobot, names: tuple[str, ...]) -> PoseColumns:
     places = [SIX.index(name) for name in names]
-    home = home_coordinates(robot)
+    home = home_coordinates(cast(Any, robot))
     return PoseColumns(
         names,
         tuple(POSE_UNITS[name] for name in names),

@@ -15,11 +15,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from robostiff.analysis.cable_tensions import cable_tensions
 from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.maps.cables import CableEvaluator
 from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, CompiledEvaluator, Evaluator
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.pose_columns import (
+    Mapped,
     PoseSource,
     check_units,
     columns_under_load,
@@ -128,7 +131,7 @@ class MapRequest:
 
     job: MapJob
     attributes: Mapping[str, Any]  # of the map
-    robot: Robot | Linkage
+    robot: Mapped
     settings: Mapping[str, Any]  # quantities, wrench and characteristic length
 
     def identity(self) -> dict[str, str]:
@@ -145,7 +148,7 @@ class MapRequest:
 
 
 def checked_request(
-    robot: Robot | Snapshot | Linkage,
+    robot: Mapped | Snapshot,
     poses: PoseSource,
     quantities: Iterable[Quantity],
     wrench: ArrayLike | None,
@@ -156,18 +159,11 @@ def checked_request(
     near: Near = None,
 ) -> MapRequest:
     """The checked request for a map; it chooses the method."""
-    if isinstance(robot, CableRobot):
-        raise InputError(
-            "robot of a map",
-            got=f"cable robot {robot.name!r}",
-            expected="a Robot with legs",
-            hint="stiffness(robot, poses) takes many poses of a cable robot at once",
-        )
-    if not isinstance(robot, Robot | Linkage):
+    if not isinstance(robot, Mapped):
         raise InputError(
             "robot of a map",
             got=robot,
-            expected="a Robot or a Linkage, which can move",
+            expected="a Robot, a Linkage or a CableRobot, which can move",
             hint='write load("hexapod"), load_linkage("four-bar.xml"); a snapshot is frozen at its '
             "own pose",
         )
@@ -198,7 +194,7 @@ def checked_request(
     length = _length(robot, characteristic_length)
     if loaded is None:
         columns = pose_columns(robot, poses.names)
-    elif isinstance(robot, Robot):
+    elif not isinstance(robot, Linkage):
         columns = columns_under_load(robot, poses.names, F)
     else:
         raise InputError(
@@ -213,7 +209,8 @@ def checked_request(
         raise InputError("near of a map under load", got=near, expected="none: postures are home's")
     if own:
         unloaded = Batched()  # a kernel has the posture of home
-    batched = BatchedEvaluator(robot, columns, wanted, F, length, own)
+    made = CableEvaluator if isinstance(robot, CableRobot) else BatchedEvaluator
+    batched = made(robot, columns, wanted, F, length, own)
     check_room(MapJob(batched, columns, poses, where))  # before a kernel is made
     count = math.prod(poses.shape)
     evaluator = (
@@ -261,6 +258,10 @@ def _by_load(
 
 def _evaluator(batched: BatchedEvaluator, method: Method | None, count: int) -> Evaluator:
     """The kernel where it exists and saves time, unless a method is given."""
+    if isinstance(batched, CableEvaluator):
+        if isinstance(method, Compiled):
+            raise InputError("method of a map of cables", got=method, expected="Batched(), or none")
+        return batched
     if isinstance(method, Compiled):
         return CompiledEvaluator.of(batched, method.backend)
     pays = _LINKAGE_PAYS if isinstance(batched.robot, Linkage) else _WORTH_COMPILING
@@ -285,7 +286,7 @@ def _quantities(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
 
 
 def _wrench(
-    robot: Robot | Linkage,
+    robot: Mapped,
     quantities: tuple[Quantity, ...],
     wrench: ArrayLike | None,
     acts: bool,
@@ -305,13 +306,13 @@ def _wrench(
     return tuple(map(float, given_wrenches(wrench, robot.space, subject=subject)))
 
 
-def _near(robot: Robot | Linkage, near: Near, method: Method | None) -> tuple[float, ...]:
+def _near(robot: Mapped, near: Near, method: Method | None) -> tuple[float, ...]:
     """Joint coordinates of all legs in a row; empty where home chooses the posture."""
     if near is None:
         return ()
-    if isinstance(robot, Linkage):
+    if not isinstance(robot, Robot):
         raise InputError(
-            f"near of linkage {robot.name!r}", got=near, expected="none: it is moved from its home"
+            f"near of {robot.name!r}", got=near, expected="none: only robots of legs have postures"
         )
     given = near_coordinates(robot, near)
     if given is None:
@@ -331,8 +332,10 @@ def _near(robot: Robot | Linkage, near: Near, method: Method | None) -> tuple[fl
     return tuple(float(x) for x in np.concatenate(given))
 
 
-def _length(robot: Robot | Linkage, given: float | None) -> float:
+def _length(robot: Mapped, given: float | None) -> float:
     if given is None:
+        if isinstance(robot, CableRobot):
+            return float(cable_tensions(robot).placed.characteristic_length)
         return float(careful_stiffness(robot).about_reference.length)
     length = as_float("characteristic_length", given, "a length above 0 [m]", "m")
     if not length > 0:

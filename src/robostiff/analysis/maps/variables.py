@@ -9,18 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.maps.pose_columns import joint_columns
+from robostiff.analysis.maps.pose_columns import Mapped, joint_columns
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.linkage import Linkage
-from robostiff.model import Actuated, Robot
+from robostiff.model import Actuated
+from robostiff.model.cable import CableRobot
 
 EXCLUDED = 256
 NOT_COMPUTED = 512
 NO_RANK = -1
-# Flags of equilibria from 256 on, and by how many bits a map has them further on.
-_UNDER_LOAD = ("unstable", "no-equilibrium", "beyond-critical-load")
-_MOVED = 2
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ STATUS = Variable(
 
 
 def status_flags() -> dict[int, str]:
-    """Every flag of the variable ``status``: of `Status`, two of the map, those under load.
+    """Every flag of the variable ``status``: of `Status`, and two of the map.
 
     Examples
     --------
@@ -91,20 +89,7 @@ def status_flags() -> dict[int, str]:
     ('unreachable', 'excluded')
     """
     flags = {int(member): str(member) for member in Status if member}
-    flags |= {EXCLUDED: "excluded", NOT_COMPUTED: "not-computed"}
-    return flags | {256 << _MOVED + k: name for k, name in enumerate(_UNDER_LOAD)}
-
-
-def status_under_load(codes: np.ndarray) -> np.ndarray:
-    """Codes of equilibria as those of a map, whose own flags have the places of their next three.
-
-    Examples
-    --------
-    >>> [status_words(int(code)) for code in status_under_load(np.array([64, 256, 1024]))]
-    ['unreachable', 'unstable', 'beyond-critical-load']
-    """
-    own = codes.astype(np.uint16)
-    return (own & np.uint16(255)) | ((own & np.uint16(0x700)) << np.uint16(_MOVED))
+    return dict(sorted((flags | {EXCLUDED: "excluded", NOT_COMPUTED: "not-computed"}).items()))
 
 
 def status_words(code: int) -> str:
@@ -136,6 +121,8 @@ class Quantity(Enum):
         Displacement and rotation under a wrench.
     ``ACTUATOR_FORCES``
         Loads on the actuators under a wrench.
+    ``TENSIONS``
+        Of the cables of a cable robot, by its rule, and the least and greatest of them.
     """
 
     STIFFNESS = "stiffness"
@@ -144,6 +131,7 @@ class Quantity(Enum):
     INDICES = "indices"
     DEFLECTION = "deflection"
     ACTUATOR_FORCES = "actuator-forces"
+    TENSIONS = "tensions"
 
     @property
     def needs_wrench(self) -> bool:
@@ -151,7 +139,7 @@ class Quantity(Enum):
         return self in {Quantity.DEFLECTION, Quantity.ACTUATOR_FORCES}
 
 
-def map_variables(robot: Robot | Linkage, quantities: Iterable[Quantity]) -> tuple[Variable, ...]:
+def map_variables(robot: Mapped, quantities: Iterable[Quantity]) -> tuple[Variable, ...]:
     """The arrays of a map of a robot, rank and status last.
 
     Examples
@@ -167,9 +155,11 @@ def map_variables(robot: Robot | Linkage, quantities: Iterable[Quantity]) -> tup
     return (*found, RANK, STATUS)
 
 
-def actuator_labels(robot: Robot | Linkage) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def actuator_labels(robot: Mapped) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """``leg/joint`` of every actuated freedom, and the unit of its load."""
     names, units = [], []
+    if isinstance(robot, CableRobot):
+        return tuple(robot.cable_names), ("N",) * len(robot.cables)
     if isinstance(robot, Linkage):
         raise InputError(
             f"quantity of a map of linkage {robot.name!r}",
@@ -188,7 +178,7 @@ def actuator_labels(robot: Robot | Linkage) -> tuple[tuple[str, ...], tuple[str,
     return tuple(names), tuple(units)
 
 
-def _of(quantity: Quantity, robot: Robot | Linkage) -> Iterator[Variable]:
+def _of(quantity: Quantity, robot: Mapped) -> Iterator[Variable]:
     space = robot.space
     d, n = space.translations, space.size
     twist = space.twist_order
@@ -277,3 +267,16 @@ def _of(quantity: Quantity, robot: Robot | Linkage) -> Iterator[Variable]:
                 labels=(names,),
                 note="the drive holds the opposite",
             )
+        case Quantity.TENSIONS:
+            if not isinstance(robot, CableRobot):
+                raise InputError(
+                    f"quantity of a map of {robot.name!r}",
+                    got=quantity.value,
+                    expected="another one: it has no cables",
+                )
+            names = tuple(robot.cable_names)
+            which = "that balance weight and load before winches are locked"
+            words = f"tensions of the cables {which}"
+            yield Variable("tension", ("cable",), (len(names),), "N", words, labels=(names,))
+            for end in ("least", "greatest"):
+                yield Variable(f"{end}_tension", (), (), "N", f"{end} of the tensions {which}")

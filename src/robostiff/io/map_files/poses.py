@@ -12,18 +12,17 @@ from typing import NamedTuple
 import numpy as np
 
 from robostiff.analysis.maps import PoseList
-from robostiff.analysis.maps.pose_columns import SIX, coordinate_units
+from robostiff.analysis.maps.pose_columns import SIX, Mapped, coordinate_units
 from robostiff.errors import FileError, InputError, Location
 from robostiff.io.units import Dimension, parse_quantity, to_si
-from robostiff.linkage import Linkage
-from robostiff.model import Robot, Snapshot
+from robostiff.model import Snapshot
 
 _HEADING = re.compile(r"\s*(?P<name>[^\[\(]+?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?\s*\Z")
 _LARGEST = 1e30
 _SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
 
 
-def read_poses(robot: Robot | Linkage | Snapshot, path: str | os.PathLike[str]) -> PoseList:
+def read_poses(robot: Mapped | Snapshot, path: str | os.PathLike[str]) -> PoseList:
     r"""Poses of a robot from a CSV file, one a line.
 
     The first line names the columns, with units in brackets or SI: ``x [mm], y [mm], rz [deg]``.
@@ -33,7 +32,7 @@ def read_poses(robot: Robot | Linkage | Snapshot, path: str | os.PathLike[str]) 
 
     Parameters
     ----------
-    robot : Robot or Linkage
+    robot : Robot, Linkage or CableRobot
         The robot, which determines names and units of coordinates.
     path : path
 
@@ -56,8 +55,8 @@ def read_poses(robot: Robot | Linkage | Snapshot, path: str | os.PathLike[str]) 
     ...     read_poses(rs.load("hexapod"), path)
     <PoseList of 2 poses: x rz>
     """
-    if not isinstance(robot, Robot | Linkage):
-        expected = "a Robot or a Linkage, which has poses"
+    if not isinstance(robot, Mapped):
+        expected = "a Robot, a Linkage or a CableRobot, which has poses"
         raise InputError("robot of poses", got=robot, expected=expected)
     name = str(path)
     try:
@@ -103,7 +102,7 @@ class _Column(NamedTuple):
 
 
 def _pose_columns(
-    robot: Robot | Linkage, file: str, number: int, header: str, separator: str
+    robot: Mapped, file: str, number: int, header: str, separator: str
 ) -> list[_Column]:
     columns: list[_Column] = []
     dimensions = _dimensions(robot)
@@ -124,7 +123,7 @@ def _pose_columns(
     return columns
 
 
-def _dimensions(robot: Robot | Linkage) -> dict[str, Dimension]:
+def _dimensions(robot: Mapped) -> dict[str, Dimension]:
     """Dimension of each column of poses."""
     found = {name: Dimension.LENGTH if k < 3 else Dimension.ANGLE for k, name in enumerate(SIX)}
     for name, unit in coordinate_units(robot).items():

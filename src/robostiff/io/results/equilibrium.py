@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.analysis.deflection_under_load import part_name
+from robostiff.elastostatics import Status
 from robostiff.io.results.stiffness import (
     head,
     load_line,
@@ -19,7 +20,7 @@ from robostiff.io.results.stiffness import (
 )
 from robostiff.markup import number, row, text_of
 from robostiff.network import Network, NetworkResponse
-from robostiff.statics import CriticalLoad, Equilibrium, EquilibriumStatus, Modes
+from robostiff.statics import CriticalLoad, Equilibrium, Modes
 from robostiff.statics.result_tables import matrix_under_load
 from robostiff.version import __version__
 
@@ -105,7 +106,7 @@ def equilibrium_data(
     }
     names = ("wrench", "displacement", "pose", "point", "energy", "margin")
     data |= {n: plain(getattr(result, n)) if known else None for n in names}
-    has_K, has_C = result.status.has_stiffness, not result.status & EquilibriumStatus.FREE_MOTIONS
+    has_K, has_C = result.status.has_stiffness, not result.status & Status.FREE_MOTIONS
     data |= {n: plain(getattr(result, n)) if has_K else None for n in ("K", "K_sym", "K_total")}
     data["compliance"] = plain(result.compliance) if known and has_C else None
     data["margins"] = dict(result.margins)

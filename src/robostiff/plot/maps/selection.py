@@ -24,6 +24,7 @@ _INSTEAD = (
     "not-computed",
     "excluded",
     "unreachable",
+    "infeasible",
     "rigid-direction",
     "form-does-not-hold",
     "unbalanced",

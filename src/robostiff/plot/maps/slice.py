@@ -112,6 +112,7 @@ OVERVIEW: Mapping[str, Mapping[str, int]] = {
     "worst_deflection": {},
     "translational_stiffness": {"principal_translation": 0},
     "rotational_stiffness": {"principal_rotation": 0},
+    "greatest_tension": {},
 }
 """Quantities that are shown first, and which of their values: the smallest."""
 

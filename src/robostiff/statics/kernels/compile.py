@@ -12,6 +12,7 @@ from robostiff.analysis.kernel_inputs import ParameterValues, with_parameters
 from robostiff.compiled import ArrayCode, Backend, Kernel, MachineCode, StiffnessMatrix
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
+from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
 from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
 from robostiff.model import ALL_COORDINATES, Robot
@@ -26,7 +27,6 @@ from robostiff.statics.kernels.springs import has_symbols
 from robostiff.statics.kernels.weights import StandingLoads
 from robostiff.statics.loaded_posture import LoadedPosture, postures_of
 from robostiff.statics.problem import EquilibriumProblem
-from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
 # Operations of a step beyond which compiling takes longer than NumPy needs for many poses.
@@ -164,9 +164,7 @@ def compile_loaded(
             ClosedCode.of(recorded.closure, joints, code),
         )
     general = AtGeneralPoses(loading.rank, loading.status, verified=True)
-    found = CompiledLoading(
-        robot, kernel, closure, general, EquilibriumStatus.OK, standing, loading.has_arms
-    )
+    found = CompiledLoading(robot, kernel, closure, general, Status.OK, standing, loading.has_arms)
     return _confirmed(found, finder, force)
 
 
@@ -242,7 +240,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     parameter_rows = ParameterValues(
         robot, np.reshape(list(values.values()), (len(values), len(given)))
     )
-    status = EquilibriumStatus.OK
+    status = Status.OK
     for other, own in parameter_rows.groups(~answer.guarded):
         part = JointCoordinates(given[own]) if by_joints else given[own]
         sure = found.standing.equilibria(other, part, F[own])
@@ -254,5 +252,5 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
             off = float(np.max(np.abs(answer.K[k] - one.K) / np.outer(size, size)))
             if not off <= _AGREES:
                 raise DisagreementError(_SUBJECT, off, where)
-            status = one.status & ~EquilibriumStatus.BEYOND_LIMITS
+            status = one.status & ~Status.BEYOND_LIMITS
     return replace(found, status=status)

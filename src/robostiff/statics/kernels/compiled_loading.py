@@ -14,7 +14,7 @@ from robostiff.compiled import Kernel, unpack
 from robostiff.compiled.arrays import chunks_of, in_shares
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import whole_threads
-from robostiff.elastostatics import Status
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, Pose
 from robostiff.model import Robot
@@ -22,7 +22,6 @@ from robostiff.recorded import CLOSED
 from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.kernels.weights import StandingLoads
 from robostiff.statics.loaded_posture import wrenches_of
-from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
 
 
 @dataclass(frozen=True, repr=False)
@@ -38,7 +37,7 @@ class LoadedAnswer:
         Of the reference point and rotation vector, from the unloaded posture [m, rad].
     stable : (N,) array of bool
     status_codes : (N,) array of uint16
-        See `EquilibriumStatus`.
+        See `Status`.
     guarded : (N,) array of bool
         What was computed again by `equilibrium`.
     wrench : (N, r) array
@@ -82,9 +81,9 @@ class LoadedAnswer:
         return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
 
     @property
-    def status(self) -> EquilibriumStatus:
+    def status(self) -> Status:
         """Everything that happened to any of them."""
-        return EquilibriumStatus(int(np.bitwise_or.reduce(self.status_codes, initial=0)))
+        return Status(int(np.bitwise_or.reduce(self.status_codes, initial=0)))
 
     @property
     def guarded_share(self) -> float:
@@ -112,7 +111,7 @@ class CompiledLoading:
         From pose coordinates to those of the legs, where the kernel takes these.
     general : AtGeneralPoses
         Without load.
-    status : EquilibriumStatus
+    status : Status
         At a general pose.
     standing : StandingLoads
         What acts beside the wrench.
@@ -124,7 +123,7 @@ class CompiledLoading:
     kernel: Kernel
     closure: Kernel | None
     general: AtGeneralPoses
-    status: EquilibriumStatus
+    status: Status
     standing: StandingLoads
     has_arms: bool
 
@@ -214,7 +213,7 @@ class CompiledLoading:
             except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
                 answer.K_sym[rows], answer.displacement[rows] = np.nan, np.nan
                 answer.stable[rows] = False
-                answer.status_codes[rows] = int(EquilibriumStatus.UNREACHABLE)
+                answer.status_codes[rows] = int(Status.UNREACHABLE)
         return answer
 
     def _fill(

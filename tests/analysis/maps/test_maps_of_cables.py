@@ -1,0 +1,318 @@
+"""Maps of cable robots: pose by pose the answers of single poses, and of independent methods."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import robostiff as rs
+from robostiff import Quantity, Status
+from robostiff.cables import structure_matrix
+from robostiff.model.cable import Cable, CableRobot, Weight
+from robostiff.spatial import Frame, Space
+from robostiff.spatial.rotation import matrix_of_rotation
+from tests.cables.machines import cable_robot, random_robot
+from tests.cli.running import Running
+
+GRIDS = {
+    "cable-4-planar": rs.Grid(
+        x=rs.Axis(0.05, 1.95, 5), y=rs.Axis(0, 1.5, 5), rz=rs.Axis(0, 0.2, 2)
+    ),
+    "cable-8": rs.Grid(x=rs.Axis(-1.94, 1.94, 4), y=rs.Axis(-1.44, 1.44, 3), z=rs.Axis(0, 2.1, 4)),
+    "cable-3-suspended": rs.Grid(x=rs.Axis(-0.2, 0.2, 3), z=rs.Axis(-3, -1, 4)),
+    "cable-8-suspended": rs.Grid(x=rs.Axis(-6, 6, 5), z=rs.Axis(0, 6, 4)),
+}
+
+
+def planar_robot(seed: int, cables: int) -> CableRobot:
+    """Cables from a circle to a small platform in the plane."""
+    rng = np.random.default_rng(seed)
+    turns = rng.uniform(0, 2 * np.pi, cables)
+    return CableRobot(
+        "planar",
+        tuple(
+            Cable(
+                f"cable{i}",
+                [2 * np.cos(a), 2 * np.sin(a), 0],
+                [*rng.uniform(-0.3, 0.3, 2), 0],
+                EA=rng.uniform(0.5e5, 2e5),
+                least_tension=rng.uniform(0, 20),
+                greatest_tension=rng.uniform(500, 900),
+            )
+            for i, a in enumerate(turns)
+        ),
+        home=Frame.identity(),
+        weight=Weight([0, -80.0, 0], [*rng.uniform(-0.2, 0.2, 2), 0]),
+        reference_point=[*rng.uniform(-0.2, 0.2, 2), 0],
+        space=Space.PLANAR,
+    )
+
+
+def random_machines() -> list[CableRobot]:
+    """More cables than freedoms need, as many, and fewer; given tensions; a singular plane."""
+    spatial = [random_robot(seed, cables) for seed, cables in ((1, 12), (2, 8), (3, 7), (4, 6))]
+    hung = [random_robot(seed, cables) for seed, cables in ((5, 3), (6, 1))]
+    loose = [replace(c, least_tension=0.0, greatest_tension=np.inf) for c in spatial[0].cables]
+    given = [replace(c, tension=60.0) for c in spatial[1].cables]
+    flat = [
+        replace(c, exit_point=[*c.exit_point[:2], 0], attachment=[*c.attachment[:2], 0])
+        for c in random_robot(7, 8, weight=False).cables
+    ]
+    return [
+        *spatial,
+        *hung,
+        replace(spatial[0], cables=tuple(loose)),
+        replace(spatial[1], cables=tuple(given)),
+        replace(random_robot(7, 8, weight=False), cables=tuple(flat)),
+        *(planar_robot(seed, cables) for seed, cables in enumerate((2, 3, 4, 5, 7), 11)),
+    ]
+
+
+def poses_of(robot: CableRobot, count: int = 12, seed: int = 0) -> rs.RandomPoses:
+    names = [own.value for own in robot.coordinates]
+    return rs.RandomPoses(count, dict.fromkeys(names, (-0.6, 0.6)), seed)
+
+
+def rows_of(found, robot: CableRobot):
+    """Poses of a map and its part at each."""
+    names = [own.value for own in robot.coordinates]
+    flat = found.stack(at=found["status"].dims, create_index=False)
+    values = {n: np.broadcast_to(flat[n].values, flat.sizes["at"]) for n in names if n in flat}
+    values |= {n: np.zeros(flat.sizes["at"]) for n in names if n not in flat}
+    home = np.concatenate([robot.home.p, np.zeros(3)])
+    for k, n in enumerate(["x", "y", "z", "rx", "ry", "rz"]):
+        if n in names and n not in flat.coords:
+            values[n] = values[n] + home[k]
+    for i in range(flat.sizes["at"]):
+        yield np.array([values[n][i] for n in names]), flat.isel(at=i)
+
+
+def assert_same(robot: CableRobot, found, wrench: np.ndarray) -> None:
+    length = found.attrs["characteristic_length"]
+    n, d = robot.space.size, robot.space.translations
+    scale = np.array([1.0] * d + [length] * (n - d))
+    for pose, here in rows_of(found, robot):
+        one = rs.stiffness(robot, pose)
+        plain = Status(int(here.status)) & ~(Status.SLACK | Status.BEYOND_LIMITS)
+        assert plain == one.status & ~Status.BEYOND_LIMITS
+        assert int(here["rank"]) == one.rank
+        if not one.answered:
+            assert int(here.status) == int(one.status)
+            assert np.isnan(here.K).all()
+            assert np.isnan(here.tension).all()
+            assert np.isnan(here.displacement).all()
+            continue
+        np.testing.assert_allclose(here.K, one.K, rtol=1e-11, atol=1e-12 * np.abs(one.K).max())
+        np.testing.assert_allclose(here.tension, one.tensions, rtol=1e-6)
+        assert float(here.least_tension) == pytest.approx(one.tensions.min(), rel=1e-6)
+        assert float(here.greatest_tension) == pytest.approx(one.tensions.max(), rel=1e-6)
+        values = np.linalg.eigvalsh(one.K[:d, :d])
+        close = {"rtol": 1e-6, "atol": 1e-7 * np.abs(values).max()}
+        np.testing.assert_allclose(here.translational_stiffness, values, **close)
+        values = np.linalg.eigvalsh(one.K[d:, d:])
+        close = {"rtol": 1e-6, "atol": 1e-7 * np.abs(values).max()}
+        np.testing.assert_allclose(here.rotational_stiffness, values, **close)
+        values = np.linalg.eigvalsh(one.K / np.outer(scale, scale))
+        assert float(here.largest_eigenvalue) == pytest.approx(values[-1], rel=1e-6)
+        least = float(here.smallest_eigenvalue)
+        assert least == pytest.approx(values[0], rel=1e-6, abs=1e-9 * values[-1])
+        if one.rank < n or Status.UNSTABLE in one.status:
+            assert np.isnan(here.worst_deflection)
+            assert np.isnan(here.displacement).all()
+            continue
+        C = np.linalg.inv(one.K)
+        if Status.ILL_CONDITIONED not in one.status:
+            worst = np.linalg.eigvalsh(C[:d, :d])[-1]
+            assert float(here.worst_deflection) == pytest.approx(worst, rel=1e-5)
+        x = C @ wrench
+        # Unstrained lengths stay; each cable is a spring.
+        under = one.tensions - one.axial * (structure_matrix(one.placed).T @ x)
+        assert (Status.SLACK in Status(int(here.status))) == bool(np.any(under < -1e-9))
+        if np.any(under < -1e-9):
+            assert np.isnan(here.displacement).all()
+            continue
+        moved = np.concatenate([here.displacement, here.rotation])
+        close = {"rtol": 1e-5, "atol": 1e-6 * np.abs(x).max()}
+        np.testing.assert_allclose(moved, x, **close)
+        np.testing.assert_allclose(here.actuator_force, under, rtol=1e-5, atol=1e-3)
+
+
+def small_wrench(robot: CableRobot) -> np.ndarray:
+    return np.array([0.3, -0.5, 0.2, 0.02, 0.01, -0.03])[list(robot.space.rows)]
+
+
+@pytest.mark.parametrize("name", GRIDS)
+def test_each_pose_is_that_of_the_single_pose(name):
+    robot = cable_robot(name)
+    F = small_wrench(robot)
+    assert_same(robot, rs.stiffness_map(robot, GRIDS[name], Quantity, wrench=F), F)
+
+
+@pytest.mark.parametrize("i", range(14))
+def test_each_pose_of_random_robots_is_that_of_the_single_pose(i):
+    robot = random_machines()[i]
+    F = small_wrench(robot)
+    assert_same(robot, rs.stiffness_map(robot, poses_of(robot), Quantity, wrench=F), F)
+
+
+@pytest.mark.parametrize("i", range(14))
+def test_feasible_poses_are_those_of_a_linear_program(i):
+    """Built here from exit points and attachments alone, with the wrench in the balance."""
+    robot = random_machines()[i]
+    if robot.given_tensions is not None:
+        return
+    F = 300 * small_wrench(robot)
+    poses = poses_of(robot, 40, seed=i)
+    found = rs.stiffness_map(robot, poses, [Quantity.TENSIONS], wrench=F, method=rs.UnderLoad())
+    six = np.zeros((40, 6))
+    for name, column in zip(("x", "y", "z", "rx", "ry", "rz"), six.T, strict=True):
+        if name in found:
+            column[:] = found[name].values
+    least, greatest = robot.tension_limits
+    for k, pose in enumerate(six):
+        R, p = matrix_of_rotation(pose[3:]), pose[:3]
+        point = p + R @ robot.reference_point
+        rows, load = [], np.concatenate([np.zeros(6)])
+        load[list(robot.space.rows)] += F
+        for cable in robot.cables:
+            b = p + R @ cable.attachment
+            u = (cable.exit_point - b) / np.linalg.norm(cable.exit_point - b)
+            rows.append([*u, *np.cross(b - point, u)])
+        if robot.weight is not None:
+            f = np.asarray(robot.weight.force)
+            load += [*f, *np.cross(p + R @ robot.weight.point - point, f)]
+        A = np.array(rows).T[list(robot.space.rows)]
+        load = load[list(robot.space.rows)]
+        bounds = [(a, b if np.isfinite(b) else None) for a, b in zip(least, greatest, strict=True)]
+        lp = linprog(np.zeros(len(bounds)), A_eq=A, b_eq=-load, bounds=bounds)
+        status = Status(int(found.status[k]))
+        assert (Status.INFEASIBLE in status) == (lp.status == 2)
+        if lp.status == 0:
+            t = found.tension[k].values.astype(float)
+            np.testing.assert_allclose(A @ t, -load, atol=1e-4 * np.abs(t).max())
+            assert np.all((t >= least * (1 - 1e-6)) & (t <= greatest * (1 + 1e-6)))
+            level = least + robot.tension_level * (np.where(greatest < np.inf, greatest, 0) - least)
+            aim = least if robot.tension_level == 0 else level
+            # Nearest to the aim: no tensions between it and another solution are nearer.
+            other = np.asarray(lp.x)
+            assert (other - t) @ (t - aim) >= -1e-4 * np.abs(t).max() ** 2
+
+
+@pytest.mark.parametrize("name", GRIDS)
+def test_deflection_is_that_of_finite_displacements_under_a_small_load(name):
+    robot = cable_robot(name)
+    F = 1e-3 * small_wrench(robot)
+    grid = rs.Grid(x=rs.Axis(*([float(robot.home.p[0])] * 2), 1))
+    found = rs.stiffness_map(robot, grid, [Quantity.DEFLECTION], wrench=F)
+    F_big = F * 100
+    bent = rs.cable_response(robot, load=F)
+    if bent.slack:  # cables without tension, as of the suspended robot
+        return
+    moved = np.concatenate([found.displacement[0], found.rotation[0]])
+    np.testing.assert_allclose(moved, bent.displacement, rtol=2e-3, atol=1e-12)
+    assert rs.cable_response(robot, load=F_big).carried == 1.0
+
+
+def test_a_load_that_makes_a_cable_slack_is_said_to():
+    robot = cable_robot("cable-8")
+    grid = rs.Grid(x=rs.Axis(0, 0.5, 3))
+    F = [0, 0, -400.0, 0, 0, 0]
+    quantities = [Quantity.DEFLECTION, Quantity.ACTUATOR_FORCES]
+    found = rs.stiffness_map(robot, grid, quantities, wrench=F)
+    for x, here in zip(grid.axis_values()["x"], found.status.values, strict=True):
+        assert rs.cable_response(robot, [x, 0, 1, 0, 0, 0], F).slack
+        status = Status(int(here))
+        assert Status.SLACK in status
+        assert "slack under the load" in status.advice[-1]
+    assert found.displacement.isnull().all()
+    assert found.actuator_force.isnull().all()
+
+
+def test_the_share_of_the_workspace_and_loads_as_coordinates():
+    robot = cable_robot("cable-8")
+    grid = rs.Grid(z=rs.Axis(0.5, 1.5, 3), factor=rs.Axis(0, 200, 3), Fx=rs.Axis(0, 50, 2))
+    found = rs.stiffness_map(robot, grid, [Quantity.TENSIONS], method=rs.UnderLoad())
+    assert found.status.dims == ("z", "factor", "Fx")
+    count = 0
+    for z in found.z.values:
+        for factor in found.factor.values:
+            for force in found.Fx.values:
+                one = rs.cable_tensions(robot, [0, 0, z, 0, 0, 0], [factor * force, 0, 0, 0, 0, 0])
+                here = found.sel(z=z, factor=factor, Fx=force)
+                assert int(here.status) == int(one.status)
+                count += bool(one.feasible)
+                if one.feasible:
+                    np.testing.assert_allclose(here.tension, one.tensions, rtol=1e-6)
+    assert found.attrs["poses_reachable"] == count
+    assert 0 < count < 18
+    assert sum(json.loads(found.attrs["statuses"]).values()) == 18
+
+
+def test_an_unstable_pose_without_full_rank_has_its_negative_eigenvalue():
+    """A bar whose cables cross: unstable in rotation, free sideways by the ratio of its lengths."""
+    ends = {"left": ([-1, 0, 0], [0.2, 0, 0]), "right": ([1, 0, 0], [-0.2, 0, 0])}
+    cables = tuple(Cable(n, *points, EA=1e5, least_tension=100) for n, points in ends.items())
+    robot = CableRobot("bar", cables, Frame.identity(), space=Space.PLANAR)
+    found = rs.stiffness_map(robot, rs.Grid(y=rs.Axis(0, 0, 1)), Quantity, wrench=[0, 0, 0])
+    assert Status.UNSTABLE in Status(int(found.status[0]))
+    assert float(found.rotational_stiffness[0, 0]) < 0
+    assert float(found.smallest_eigenvalue[0]) < 0
+    assert np.isnan(found.worst_deflection).all()
+
+
+def test_stores_are_continued_and_files_are_those_of_memory(tmp_path):
+    robot = cable_robot("cable-4-planar")
+    grid = rs.Grid(x=rs.Axis(0.05, 1.95, 100), y=rs.Axis(0, 1.5, 90))
+    quantities = [Quantity.TENSIONS, Quantity.STIFFNESS]
+    memory = rs.stiffness_map(robot, grid, quantities)
+
+    class Stop(Exception):
+        pass
+
+    def stop(progress):
+        if progress.done < progress.total:
+            raise Stop
+
+    path = tmp_path / "map.zarr"
+    with pytest.raises(Stop):
+        rs.stiffness_map(robot, grid, quantities, store=path, progress=stop)
+    again = rs.stiffness_map(robot, grid, quantities, store=path, resume=True)
+    for name in memory.data_vars:
+        np.testing.assert_array_equal(memory[name].values, again[name].values)
+    other = replace(robot, tension_level=0.5)
+    with pytest.raises(rs.InputError):
+        rs.stiffness_map(other, grid, quantities, store=path, resume=True)
+
+
+def test_the_command_makes_a_map_and_draws_it(tmp_path):
+    axes = ["--x", "0.1 1.9 5", "--y", "0.1 1.4 4"]
+    picture = tmp_path / "map.svg"
+    words = ["cable-4-planar", *axes, "--quantity", "tensions", "-o", tmp_path / "map.csv"]
+    result = Running("map")(
+        *map(str, words), "--quantity", "principal-stiffness", "--plot", str(picture)
+    )
+    assert result.exit_code == 0, result.output
+    assert "least_tension: 20 to 20 N" in result.output
+    assert picture.stat().st_size > 1000
+    assert "tension_cable1 [N]" in (tmp_path / "map.csv").read_text().splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"method": rs.Compiled()}, "method of a map of cables"),
+        ({"near": [1.0]}, "only robots of legs have postures"),
+        ({"wrench": [0, 0, 1], "method": rs.UnderLoad(gravity="-z")}, "gravity"),
+    ],
+)
+def test_what_does_not_fit_is_refused(arguments, message):
+    robot, grid = cable_robot("cable-4-planar"), rs.Grid(x=rs.Axis(0, 1, 2))
+    with pytest.raises(rs.InputError, match=message):
+        rs.stiffness_map(robot, grid, [Quantity.STIFFNESS], **arguments)
+
+
+def test_tensions_of_other_robots_are_refused():
+    with pytest.raises(rs.InputError, match="no cables"):
+        rs.stiffness_map(rs.load("3-rpr"), rs.Grid(x=rs.Axis(0, 0.1, 2)), [Quantity.TENSIONS])
