@@ -50,7 +50,7 @@ class ExactField:
 
     Parameters
     ----------
-    expressions : iterable of SymPy expressions
+    of : iterable of SymPy expressions, or their Atoms
         Everything that shall be written in the field: sums, products, quotients, integer powers,
         square roots, sines, cosines and tangents. Floats are taken as the decimal number they
         print as.
@@ -68,9 +68,8 @@ class ExactField:
     True
     """
 
-    def __init__(self, expressions: Iterable[Any] | Atoms) -> None:
-        is_read = isinstance(expressions, Atoms)
-        atoms = expressions if is_read else atoms_of(map(prepare, expressions))
+    def __init__(self, of: Iterable[Any] | Atoms) -> None:
+        atoms = of if isinstance(of, Atoms) else atoms_of(map(prepare, of))
         roots = Roots(atoms.roots, _taken_apart)
         self._angles = Angles.of(atoms.angles)
         angles = self._angles.independent
