@@ -79,7 +79,8 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
     K0 = derivation.K0
     n, count = K0.rows, len(columns)
     entries = [*K0.flat(), *(x for J in columns.values() for x in J)]
-    for values, numbers in islice(random_values(entries, _SEED), _SETS):
+    # Formulas that differ do so at almost all values: the first at which the block form decides.
+    for values, numbers in random_values(entries, _SEED):
         K = numbers[: n * n].reshape(n, n)
         J = numbers[n * n :].reshape(count, n).T
         expected = _block_form(K, J)
@@ -91,14 +92,15 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
         if derivation.exact is None:
             steps, whole = derivation.definitions, derivation.K + K0 * sp.Rational(1, 1000)
             check_value(whole, steps, values, expected, AGREED, where, length_of(K))
-            continue
+            return
         found = _exact_value(derivation.exact, values) + _FLOOR * K
         distance = matrix_distance(found, expected, length_of(K))
-        if distance > AGREED:
-            at = ", ".join(f"{symbol} = {value:.6g}" for symbol, value in values.items())
-            raise DisagreementError(
-                "the closed form and the block form of K", distance, f"{where}, at {at}"
-            )
+        if distance <= AGREED:
+            return
+        at = ", ".join(f"{symbol} = {value:.6g}" for symbol, value in values.items())
+        raise DisagreementError(
+            "the closed form and the block form of K", distance, f"{where}, at {at}"
+        )
 
 
 def _block_form(K: np.ndarray, J: np.ndarray) -> np.ndarray | None:

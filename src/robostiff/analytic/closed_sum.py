@@ -13,7 +13,7 @@ from robostiff.analytic.closed import canonical, eliminate_exactly
 from robostiff.analytic.element import Element
 from robostiff.analytic.exact_matrix import ExactMatrix, common_denominator, over
 from robostiff.analytic.factors import factored
-from robostiff.analytic.field import ExactField
+from robostiff.analytic.field import ExactField, shared_field
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness
@@ -262,7 +262,7 @@ def factored_fraction(expression: Any) -> Any:
         for x in parts
     ):
         return expression  # a product of powers
-    field = ExactField([expression])
+    field = shared_field(expression)
     return fraction_in_factors(field, field.element(expression))
 
 

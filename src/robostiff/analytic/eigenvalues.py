@@ -100,11 +100,6 @@ class Eigenvalues:
     definitions: tuple[Definition, ...] = ()
 
     @property
-    def is_complete(self) -> bool:
-        """Whether all eigenvalues have a closed form."""
-        return not self.unsolved
-
-    @property
     def answer(self) -> str:
         """A sentence: the number of closed forms, and the factors without one."""
         found = sum(value.multiplicity for value in self.values)

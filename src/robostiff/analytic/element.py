@@ -10,6 +10,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
+from sympy.core.cache import cacheit
 
 if TYPE_CHECKING:
     from robostiff.analytic.field import ExactField
@@ -113,14 +114,6 @@ class PolynomialWriter:
     they may merge with each other and with what they are roots of.
 
     `generators`: symbols, sines, cosines and roots.
-
-    Examples
-    --------
-    >>> import flint
-    >>> ring = flint.fmpq_mpoly_ctx.get(["x", "y"], flint.Ordering.lex)
-    >>> x, y = ring.gens()
-    >>> PolynomialWriter(sp.symbols("x y")).expressions([3 * x**2 * y - y / 2 + 1])
-    [3*x**2*y - y/2 + 1]
     """
 
     def __init__(self, generators: Sequence[Any]) -> None:
@@ -129,8 +122,8 @@ class PolynomialWriter:
         self._some_merge = any(self._merges)
         # The parts of products: generators to a power, and coefficients.
         self._parts: dict[Any, Any] = {_A_PRODUCT: _PRODUCT}
-        self._ordered: list[Any] = [_PRODUCT]
-        self._ranks: dict[Any, int] = {_A_PRODUCT: 0}
+        # Parts in order and their ranks, set at once: a budget may end between two statements.
+        self._ranked: tuple[list[Any], dict[Any, int]] = [_PRODUCT], {_A_PRODUCT: 0}
 
     def expressions(self, polynomials: Sequence[Any]) -> list[Any]:
         """Several of them as canonical sums of products; their factors are ranked together."""
@@ -146,7 +139,7 @@ class PolynomialWriter:
         return [self._sum(*own) for own in read]
 
     def _sum(self, numbers: list[Any], rows: list[tuple[int, ...]], degrees: list[int]) -> Any:
-        parts, ranks = self._parts, self._ranks
+        parts, ranks = self._parts, self._ranked[1]
         if self._some_merge and any(compress(self._merges, degrees)):
             return sp.Add(
                 *(
@@ -174,7 +167,7 @@ class PolynomialWriter:
         if not keys:
             # A number leads its sum.
             return (-1,), self._parts[c]
-        ranks, ordered = self._ranks, self._ordered
+        ordered, ranks = self._ranked
         if c != _ONE:
             keys.insert(0, ranks[c])
         if len(keys) == 1:
@@ -185,12 +178,13 @@ class PolynomialWriter:
     def _write(self, needed: set[Any]) -> None:
         """Write and rank the parts that are needed."""
         parts = self._parts
-        missing = [part for part in needed if part not in self._ranks]
+        known = self._ranked[1]
+        missing = [part for part in needed if part not in known]
         if missing:
             parts |= {part: self._written(part) for part in missing}
-            ordered = sorted((*self._ranks, *missing), key=self._order)
-            self._ordered = [parts[part] for part in ordered]
-            self._ranks = {part: rank for rank, part in enumerate(ordered)}
+            ordered = sorted((*known, *missing), key=self._order)
+            ranks = {part: rank for rank, part in enumerate(ordered)}
+            self._ranked = [parts[part] for part in ordered], ranks
 
     def _order(self, part: Any) -> Any:
         """Where a part stands among others: as SymPy compares them, or a short cut to the same."""
@@ -224,24 +218,41 @@ def quotient_of(above: Any, below: Any) -> Any:
 
     SymPy first tests whether any term is infinite, which takes longer than all the rest.
     """
+    inverse = _inverse_of(below)
+    return above / below if inverse is None else product_of(above, inverse)
+
+
+@cacheit
+def _inverse_of(below: Any) -> Any:
     bottom = _plain_factors(below)
     if bottom is None or bottom[0] is not sp.S.One:
-        return above / below
+        return None
     powers = [(x.base, -x.exp) if x.is_Pow else (x, sp.S.NegativeOne) for x in bottom[1]]
-    inverses = [sp.Pow(base, power, evaluate=False) for base, power in powers]
-    return product_of(above, product_in_order(sp.S.One, inverses))
+    return product_in_order(sp.S.One, [sp.Pow(*own, evaluate=False) for own in powers])
 
 
-def product_of(a: Any, b: Any) -> Any:
+def product_of(*parts: Any) -> Any:
     """A product as SymPy would write it, at once where nothing merges."""
-    one, other = _plain_factors(a), _plain_factors(b)
-    if one is None or other is None:
-        return a * b
-    number, factors = one[0] * other[0], [*one[1], *other[1]]
+    number, factors = sp.S.One, []
+    for part in parts:
+        own = _plain_factors(part)
+        if own is None:
+            return sp.Mul(*parts)
+        number *= own[0]
+        factors += own[1]
     bases = {x.base if x.is_Pow else x for x in factors}
     if len(bases) < len(factors) or (len(factors) == 1 and factors[0].is_Add):
-        return a * b
+        return sp.Mul(*parts)
     return product_in_order(number, factors)
+
+
+def made_of(expression: Any, parts: Sequence[Any]) -> Any:
+    """An expression with other parts, as SymPy would write it."""
+    if expression.is_Mul:
+        return product_of(*parts)
+    if expression.is_Pow and parts[1] is sp.S.Half:
+        return root_of(parts[0])
+    return expression.func(*parts)
 
 
 def sum_of(a: Any, b: Any) -> Any:
@@ -257,11 +268,15 @@ def _plain_factors(product: Any) -> tuple[Any, list[Any]] | None:
     """The number and the other factors of a product; None where SymPy might merge some of them."""
     factors = list(product.args) if product.is_Mul else [product]
     number = factors.pop(0) if factors[0].is_Rational else sp.S.One
-    is_plain = all(
-        x.is_Symbol or x.is_Add or (x.is_Pow and x.base.is_Symbol and x.exp.is_Integer)
-        for x in factors
-    )
+    is_plain = all(x.is_Symbol or x.is_Add or (x.is_Pow and _is_plain(x)) for x in factors)
     return (number, factors) if is_plain and number else None
+
+
+def _is_plain(power: Any) -> bool:
+    base, exponent = power.args
+    if exponent.is_Integer:
+        return base.is_Symbol or base.is_Add
+    return exponent is sp.S.Half and base.is_Mul and all(map(_has_no_sign, base.args))
 
 
 def product_in_order(number: Any, factors: Sequence[Any]) -> Any:
@@ -282,8 +297,13 @@ def root_of(radicand: Any) -> Any:
 
 def _has_no_sign(factor: Any) -> bool:
     """Whether SymPy knows no sign of a factor, a sum of terms with both; it has none of -1."""
-    signs = {x.could_extract_minus_sign() for x in factor.args if not x.is_Add}
-    return factor is sp.S.NegativeOne or (factor.is_Add and len(signs) == 2)
+    if not factor.is_Add:
+        return factor is sp.S.NegativeOne
+    if any(
+        x.is_Symbol and x.is_nonnegative is None and x.is_nonpositive is None for x in factor.args
+    ):
+        return True
+    return len({x.could_extract_minus_sign() for x in factor.args if not x.is_Add}) == 2
 
 
 def _rows(polynomial: Any) -> tuple[list[Any], list[tuple[int, ...]], list[int]]:

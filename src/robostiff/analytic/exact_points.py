@@ -135,14 +135,18 @@ class ExactPoints:
             return (self.number(a),) * self.count
         arguments = self.record.arguments(step)
         if operation in (Operation.LEAST, Operation.GREATER):
-            # The branch of the samples, as where formulas are written.
-            own, other = (self.record.sample(argument) for argument in arguments)
-            is_greater = bool(np.mean(own - other) > 0)
+            is_greater = chooses_greater(self.record, step)
             if operation is Operation.GREATER:
                 return (flint.arb(int(is_greater)),) * self.count
             return self._known[arguments[1] if is_greater else arguments[0]]
         balls = zip(*(self._known[argument] for argument in arguments), strict=True)
         return tuple(_FUNCTIONS[operation](*own) for own in balls)
+
+
+def chooses_greater(record: Record, step: int) -> bool:
+    """The branch of a formula: that of the samples, which lie around the nominal values."""
+    a, b = map(record.sample, record.arguments(step))
+    return bool(np.mean(a - b) > 0)
 
 
 def _number(values: tuple[Any, ...]) -> Any:

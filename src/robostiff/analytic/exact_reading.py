@@ -9,10 +9,10 @@ import sympy as sp
 
 from robostiff.analytic.closed_sum import fraction_in_factors, no_longer_than
 from robostiff.analytic.element import Element
-from robostiff.analytic.exact_points import ExactPoints, exact
+from robostiff.analytic.exact_points import ExactPoints, chooses_greater, exact
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.products import FormulaTooLargeError
-from robostiff.analytic.record_reading import ClosedReading, chooses_greater
+from robostiff.analytic.record_reading import ClosedReading
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
 # Steps whose values are generators of a field: symbols, roots, sines and cosines.

@@ -13,6 +13,7 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.atoms import (
     Angles,
+    Atoms,
     Radicand,
     Roots,
     atoms_of,
@@ -49,7 +50,7 @@ class ExactField:
 
     Parameters
     ----------
-    expressions : iterable of SymPy expressions
+    of : iterable of SymPy expressions, or their Atoms
         Everything that shall be written in the field: sums, products, quotients, integer powers,
         square roots, sines, cosines and tangents. Floats are taken as the decimal number they
         print as.
@@ -67,8 +68,8 @@ class ExactField:
     True
     """
 
-    def __init__(self, expressions: Iterable[Any]) -> None:
-        atoms = atoms_of([prepare(expression) for expression in expressions])
+    def __init__(self, of: Iterable[Any] | Atoms) -> None:
+        atoms = of if isinstance(of, Atoms) else atoms_of(map(prepare, of))
         roots = Roots(atoms.roots, _taken_apart)
         self._angles = Angles.of(atoms.angles)
         angles = self._angles.independent
@@ -292,10 +293,18 @@ class ExactField:
         )
 
 
+_field_of = cacheit(ExactField)
+
+
+def shared_field(*expressions: Any) -> ExactField:
+    """One and the same field for the same symbols, angles and roots: it keeps what it reads."""
+    return _field_of(atoms_of(map(prepare, expressions)))
+
+
 @cacheit
 def _taken_apart(root: Any) -> Radicand:
     """Numerator times denominator of a radicand, factored if it contains no roots."""
-    field = ExactField([root**2])
+    field = shared_field(root**2)
     written = field.polynomial_expression
     under = field.element(root**2)
     below = field.polynomial_expression(under.den)

@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Definition
+from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 
 
@@ -51,47 +51,30 @@ def shared_out(
     >>> [[str(d.symbol) for d in own] for own in shared_out(definitions, [[b], [c], [a]])]
     [['b'], ['c'], []]
     """
-    by_symbol: dict[sp.Basic, Definition] = {d.symbol: d for d in definitions}
-    left = dict(by_symbol)
-    shared = []
+    shared: list[tuple[Definition, ...]] = []
     for results in parts:
-        needed: set[sp.Basic] = set()
-        waiting = {s for result in results for s in result.free_symbols}
-        while waiting:
-            symbol = waiting.pop()
-            if symbol in by_symbol and symbol not in needed:
-                needed.add(symbol)
-                waiting |= by_symbol[symbol].expression.free_symbols
-        own = tuple(d for symbol, d in left.items() if symbol in needed)
-        for definition in own:
-            del left[definition.symbol]
-        shared.append(own)
+        before = {d.symbol for own in shared for d in own}
+        own = used_definitions(definitions, results)
+        shared.append(tuple(d for d in own if d.symbol not in before))
     return shared
 
 
 def facts_of(placed: PlacedLeg, redundant: Sequence[bool]) -> dict[str, Any]:
     """Names of a leg, its passive freedoms, which of them are redundant, and its elastic parts."""
-    names = passive_freedoms(placed)
-    lost = zip(names, redundant, strict=True)
-    return {
-        "name": placed.name,
-        "joints": names,
-        "redundant": tuple(name for name, is_lost in lost if is_lost),
-        "elastic": elastic_parts(placed),
-    }
+    return _facts(placed.name, passive_freedoms(placed), redundant, elastic_parts(placed))
 
 
 def facts_of_all(
     name: str, legs: Sequence[PlacedLeg], redundant: Sequence[bool], further: Sequence[str]
 ) -> dict[str, Any]:
     """The same of several legs as one, with names of further elastic parts."""
-    each = [facts_of(leg, [False] * len(passive_freedoms(leg))) for leg in legs]
-    joints = tuple(f"{own['name']}/{joint}" for own in each for joint in own["joints"])
-    elastic = tuple(f"{own['name']}/{part}" for own in each for part in own["elastic"])
-    lost = zip(joints, redundant, strict=True)
-    return {
-        "name": name,
-        "joints": joints,
-        "redundant": tuple(joint for joint, is_lost in lost if is_lost),
-        "elastic": (*elastic, *further),
-    }
+    joints = tuple(f"{leg.name}/{joint}" for leg in legs for joint in passive_freedoms(leg))
+    elastic = (f"{leg.name}/{part}" for leg in legs for part in elastic_parts(leg))
+    return _facts(name, joints, redundant, (*elastic, *further))
+
+
+def _facts(
+    name: str, joints: tuple[str, ...], redundant: Sequence[bool], elastic: tuple[str, ...]
+) -> dict[str, Any]:
+    lost = tuple(joint for joint, own in zip(joints, redundant, strict=True) if own)
+    return {"name": name, "joints": joints, "redundant": lost, "elastic": elastic}

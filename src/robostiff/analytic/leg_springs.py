@@ -112,10 +112,15 @@ class LegReader:
             return summed(self.contributions.of(leg, units[i], units[j]))
 
         shifts, met, compliances = self._conjugate(basis.compliance, shared)
-        factors = [[self._factor(x) for x in row] for row in _inverse(shifts)]
         held = [
-            HeldWrench(_parts(factors[i], units), compliances[i], met[:, i])
-            for i in range(len(units))
+            HeldWrench(
+                tuple(
+                    (self._factor(x), w) for x, w in zip(row, units, strict=True) if not is_zero(x)
+                ),
+                compliances[i],
+                met[:, i],
+            )
+            for i, row in enumerate(_inverse(shifts))
         ]
         return tuple(sorted(held, key=lambda w: not w.is_force))
 
@@ -313,12 +318,6 @@ def _inverse(shifts: list[list[Any]]) -> list[list[Any]]:
             for k in range(j + 1):
                 inverse[i][k] = inverse[i][k] - _times(shifts[i][j], inverse[j][k])
     return inverse
-
-
-def _parts(
-    factors: Sequence[Any], units: Sequence[UnitWrench]
-) -> tuple[tuple[Any, UnitWrench], ...]:
-    return tuple((f, w) for f, w in zip(factors, units, strict=True) if not is_zero(f))
 
 
 def _less(

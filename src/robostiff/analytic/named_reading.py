@@ -14,7 +14,7 @@ from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.element import root_of
 from robostiff.analytic.factors import bound_of_terms, by_powers, completed_squares, factored
-from robostiff.analytic.field import ExactField
+from robostiff.analytic.field import ExactField, shared_field
 from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.operation_count import count_of, parts_of, symbols_in
 from robostiff.analytic.products import FormulaTooLargeError
@@ -295,7 +295,7 @@ def _fraction(expression: Any) -> Any:
 
 def _without_powers(fraction: Any, symbol: Any, square: Any) -> Any:
     """A fraction with a square in place of the even powers of a symbol above the fraction bar."""
-    field = ExactField([fraction, square])
+    field = shared_field(fraction, square)
     element, by = field.element(fraction), field.element(square)
     if symbol not in field.generators:
         return fraction
@@ -321,7 +321,7 @@ def _in_sines(product: Any) -> Any:
 
 def _in_squares(radicand: Any) -> Any:
     """A quadratic form as a sum of squares where that is shorter: (R - r)^2 + h^2."""
-    field = ExactField([radicand])
+    field = shared_field(radicand)
     element = field.element(radicand)
     if element.den != field.one.den:
         return radicand

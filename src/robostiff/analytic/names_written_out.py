@@ -14,7 +14,7 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.element import root_of
+from robostiff.analytic.element import made_of
 from robostiff.analytic.operation_count import count_of, operations_in, parts_of, symbols_in
 
 LINES = 10  # lines that are read at a glance
@@ -150,8 +150,7 @@ def _by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> A
         return expression
     parts = tuple(_by_difference(part, difference, a, b) for part in expression.args)
     if parts != expression.args:
-        is_root = expression.is_Pow and parts[1] is sp.S.Half
-        expression = root_of(parts[0]) if is_root else expression.func(*parts)
+        expression = made_of(expression, parts)
     if not (expression.is_Add and {a, b} <= symbols_in(expression)):
         return expression
     if count_of(expression) > _LONGEST_SUM:
@@ -196,7 +195,7 @@ def with_shared_sums(written: Written) -> Written:
 def _with_sum(expression: Any, terms: frozenset[Any], name: Any) -> Any:
     parts = tuple(_with_sum(part, terms, name) for part in expression.args)
     if parts != expression.args:
-        expression = expression.func(*parts)
+        expression = made_of(expression, parts)
     if expression.is_Add and terms <= {*expression.args}:
         return name + sp.Add(*(x for x in expression.args if x not in terms))
     return expression
@@ -230,7 +229,15 @@ def _without(
 
 @cacheit
 def _written_out(formula: Any, symbol: Any, expression: Any) -> Any:
-    return formula.xreplace({symbol: expression})
+    if symbol not in symbols_in(formula):
+        return formula
+    if formula == symbol:
+        return expression
+    if formula.is_Pow and formula.base == symbol and expression.is_Pow:
+        power = formula.exp * expression.exp
+        if power.is_Integer:
+            return expression.base**power
+    return made_of(formula, [_written_out(x, symbol, expression) for x in formula.args])
 
 
 def _by_ratios(written: Written, definition: Definition) -> Iterator[Written]:

@@ -112,15 +112,11 @@ def _orbit(wrenches: np.ndarray, first: int, ways: list[Image], left: set[int]) 
     for way in ways:
         image = way.of(wrenches[:, first])
         for i in sorted(left - found.keys()):
-            sign = next((s for s in (1, -1) if _alike(wrenches[:, i], s * image)), None)
-            if sign is not None:
-                found[i] = replace(way, sign=sign)
+            apart = {s: np.max(np.abs(wrenches[:, i] - s * image)) for s in (1, -1)}
+            if min(apart.values()) < _SAME:
+                found[i] = replace(way, sign=min(apart, key=lambda s: apart[s]))
                 break
     return found
-
-
-def _alike(a: np.ndarray, b: np.ndarray) -> bool:
-    return bool(np.max(np.abs(a - b)) < _SAME)
 
 
 #: Signs of the entries of a wrench: moments are turned the other way about by a mirror.

@@ -13,8 +13,8 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.element import product_of, sum_of
-from robostiff.analytic.exact_points import ExactPoints, Same, exact
-from robostiff.analytic.field import ExactField
+from robostiff.analytic.exact_points import ExactPoints, Same, chooses_greater, exact
+from robostiff.analytic.field import shared_field
 from robostiff.analytic.operation_count import count_of, is_shorter_negated
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
@@ -297,17 +297,11 @@ class _Products:
         return None
 
 
-def chooses_greater(record: Record, step: int) -> bool:
-    """The branch of a formula: that of the samples, which lie around the nominal values."""
-    a, b = map(record.sample, record.arguments(step))
-    return bool(np.mean(a - b) > 0)
-
-
 def _shorter(radicand: sp.Expr) -> sp.Expr:
     """A radicand, multiplied out where that is not longer."""
     if count_of(radicand) > _MULTIPLIED_OUT or radicand.has(sp.sin, sp.cos):
         return radicand
-    field = ExactField([radicand])
+    field = shared_field(radicand)
     plain = field.expression(field.element(radicand))
     return plain if count_of(plain) <= count_of(radicand) else radicand
 

@@ -17,7 +17,7 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.element import root_of
+from robostiff.analytic.element import made_of, root_of
 from robostiff.analytic.names_written_out import (
     Written,
     changed,
@@ -33,6 +33,7 @@ from robostiff.analytic.operation_count import operations_in, symbols_in
 
 _NAMES = 6  # that are given at most
 _A_LINE = 3  # operations that a line for a component costs: its name says what it is
+_NO_LENGTHS = ("c_", "k", "K", "E", "G", "e_", "theta")  # how their names begin
 _WORTH = 0.95  # of the length before, for which names are exchanged
 
 
@@ -172,7 +173,7 @@ def _divided(expression: Any, ratio: Definition) -> Any:
     """An expression with powers of a ratio in its products, where these become no longer."""
     if not expression.args or not symbols_in(ratio.expression) <= symbols_in(expression):
         return expression
-    expression = expression.func(*(_divided(part, ratio) for part in expression.args))
+    expression = made_of(expression, [_divided(part, ratio) for part in expression.args])
     if not isinstance(expression, sp.Mul):
         return expression
     part = tuple(_powers(ratio.expression).items())
@@ -238,7 +239,8 @@ _Part = tuple[tuple[Any, int], ...]  # two factors with their powers
 
 def _parts_of(powers: _Powers, components: set[Any]) -> Iterator[_Part]:
     """Ratios of two lengths, one of them with a name, and levers times components."""
-    bases = sorted((b for b in powers if b.is_Symbol and _may_be_a_length(b)), key=str)
+    symbols = (b for b in powers if b.is_Symbol and not b.name.startswith(_NO_LENGTHS))
+    bases = sorted(symbols, key=str)
     for a, b in combinations(bases, 2):
         is_named = any(x.name.startswith(("L_", "d_")) for x in (a, b))
         are_components = sum(x in components for x in (a, b))
@@ -269,10 +271,6 @@ def _taken_out(powers: _Powers, part: _Part) -> _Powers:
 
 def _cost(powers: _Powers) -> int:
     return sum(1 if power in (1, -1) else 2 for power in powers.values())
-
-
-def _may_be_a_length(symbol: Any) -> bool:
-    return not symbol.name.startswith(("c_", "k", "K", "E", "G", "e_", "theta"))
 
 
 def _name_of(

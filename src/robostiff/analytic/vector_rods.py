@@ -119,7 +119,8 @@ def _carried(
     drive = next(at_zero.freedoms)
     e = sampled(drive.axis, count)
     joint, now = (next(f for f in leg.freedoms if f.is_passive).axis for leg in (at_zero, own))
-    kept = joint if _alike(sampled(joint, count), sampled(now, count)) else None
+    apart = np.max(np.abs(sampled(joint, count) - sampled(now, count)))
+    kept = joint if apart < _SAME else None
     if drive.turns:
         carrier, base = Carrier.CRANK, np.asarray(drive.point, dtype=object)
         arm = start - sampled(base, count)
@@ -274,7 +275,3 @@ def _distance(a: np.ndarray, b: np.ndarray, placed: PlacedRobot) -> Any:
 def varies(values: np.ndarray) -> bool:
     """Whether a scalar is no whole number at all samples, which needs no name."""
     return bool(np.max(np.abs(values - np.rint(values))) > _SAME)
-
-
-def _alike(a: np.ndarray, b: np.ndarray) -> bool:
-    return bool(np.max(np.abs(a - b)) < _SAME)

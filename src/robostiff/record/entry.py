@@ -134,7 +134,7 @@ class Entry:
         if not _combines(other):
             return NotImplemented
         if not isinstance(other, Entry):
-            return self._times(reciprocal_of(other))
+            return self._times(1 / other)
         if other.step == self.step:
             return 1
         return self * other.reciprocal()
@@ -218,11 +218,6 @@ def step_of(record: Record, value: Any) -> int:
     if isinstance(value, Entry):
         return value.step
     return record.number(value if is_exact(value) else float(value))
-
-
-def reciprocal_of(number: Number) -> Number:
-    """1 / number, exact for an exact one."""
-    return 1 / number
 
 
 def _combines(other: Any) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.record.entry import Entry, is_exact, is_zero, reciprocal_of, step_of
+from robostiff.record.entry import Entry, is_exact, is_zero, step_of
 from robostiff.record.record import OPERATORS, Operation, Record
 
 _LONGEST = 40  # characters of an exact root
@@ -83,7 +83,7 @@ def hyperbolic_tangent(x: Any) -> Any:
 @_entry_by_entry
 def reciprocal(x: Any) -> Any:
     """1 / x."""
-    return x.reciprocal() if isinstance(x, Entry) else reciprocal_of(x)
+    return x.reciprocal() if isinstance(x, Entry) else 1 / x
 
 
 def arc_tangent(sine_: Any, cosine_: Any) -> Any:
