@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analysis import stiffness
 from robostiff.analytic.closed_posture import gap_of
 from robostiff.analytic.derivation import Condition
 from robostiff.analytic.record_reading import ClosedReading
@@ -19,9 +20,9 @@ from robostiff.analytic.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.robot_pose import platform_pose
 from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.elasticity.bounds import Bounds
-from robostiff.kinematics import FormulaPose, place_leg
+from robostiff.kinematics import FormulaPose, place_leg, posture_finder
 from robostiff.kinematics.closure.body import tidied
-from robostiff.kinematics.formula import place_leg_at_joints
+from robostiff.kinematics.formula import PlacedFormula, other_modes, place_leg_at_joints
 from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, with_entries
 from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded import entry_reader
@@ -60,7 +61,68 @@ def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Conditi
         if not placed.following:
             found += _closing(leg.leg.name, leg.gap, read)
         found += _stretched(leg.leg, read)
+    found += _nearest_to_home(placed, legs, read)
     return (*found, *(_following(placed, read) if placed.following else ()))
+
+
+def _nearest_to_home(
+    placed: PlacedRobot, legs: Iterable[PlacedFormula], read: ClosedReading
+) -> Iterator[Condition]:
+    """That numbers choose the assembly modes of the formula: at home, by home coordinates.
+
+    Modes count that have another stiffness at values nearby.
+    """
+    if not placed.symbols or not any(x.closed_form for x in placed.solvers):
+        return
+    names = {str(x) for x in placed.robot.symbols}
+    values = {x: float(placed.record.input(x).sample[0]) for x in names}
+    robot = placed.robot.substituted(values)
+    finder = posture_finder(robot)
+    home = FormulaPose(*home_frame(placed.entries))
+    wanted = {leg.leg.name for leg in legs}
+    every = list(zip(placed.entries.legs, placed.solvers, finder.solvers, strict=True))
+    for i, (leg, solver, near) in enumerate(every):
+        if solver.closed_form is None or leg.name not in wanted:
+            continue
+        own = solver.closed_form.mode
+        q = dict(zip(*near.that_close(finder.home_pose), strict=True))
+        at = [x.home for x in finder.solvers]
+        K = {x: stiffness(robot, near=[*at[:i], y, *at[i + 1 :]]).K for x, y in q.items()}
+        others = [
+            x
+            for x in K
+            if x in solver.modes and np.abs(K[x] - K[own]).max() > _SAME * np.abs(K[own]).max()
+        ]
+        words = (
+            f"leg {leg.name!r} at home is nearer to its home coordinates than in another posture"
+        )
+        found: dict[Any, None] = {}
+        for other in other_modes(leg, home, solver, others):
+            ways = other.nearer, other.inside, other.other_inside
+            nearer, inside, outside = ([sp.sympify(read(x)) for x in own] for own in ways)
+            outside = [-x for x in outside]
+            if other.inside:  # within its limits, or both without: then the nearer one
+                within = _all_of(inside)
+                nearer = [_any_of((x, _all_of((_any_of(outside), within)))) for x in nearer]
+                nearer.append(_any_of((*outside, within)))
+            found |= dict.fromkeys(nearer)
+        yield from (Condition(words, x) for x in found if not x.is_positive)
+
+
+def _any_of(values: Iterable[Any]) -> Any:
+    """What is positive where one of them is."""
+    values = list(values)
+    positive = next((x for x in values if x.is_positive), None)
+    return reduce(_larger, values) if positive is None else positive
+
+
+def _all_of(values: Iterable[Any]) -> Any:
+    """What is positive where all of them are."""
+    return -_any_of([-x for x in values])
+
+
+def _larger(a: Any, b: Any) -> Any:
+    return (a + b + sp.Abs(a - b)) / 2
 
 
 def _bounds_of(leg: PlacedLeg) -> list[tuple[str, Bounds]]:
