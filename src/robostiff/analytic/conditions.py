@@ -19,11 +19,11 @@ from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.robot_pose import platform_pose
 from robostiff.analytic.trigonometry import shortest_trigonometry
-from robostiff.elasticity.bounds import Bounds
 from robostiff.kinematics import FormulaPose, place_leg, posture_finder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import PlacedFormula, other_modes, place_leg_at_joints
-from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, with_entries
+from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, Robot, with_entries
+from robostiff.model.entries import bounds_of
 from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded import entry_reader
 from robostiff.recorded.leg import at_samples, lower_bound
@@ -34,6 +34,7 @@ _CLOSED = sp.Rational(
 )  # square of the largest gap of a closed leg, relative to the length, or rad
 _STRETCHED = sp.Rational(1, 10**14)  # square of a sine
 _SAME = 1e-9
+_ROUNDING = sp.Rational(1, 10**12)  # of what may be at a bound
 _AWAY = 0.05
 _SEED = 5
 
@@ -47,12 +48,8 @@ def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Conditi
     """
     read = ClosedReading(placed.record, placed.symbols)
     legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
-    found = [x for leg in legs for x in _exist(_bounds_of(leg.leg), read)]
-    platform = placed.entries.platform
-    if platform is not None and only is None:
-        bounds = [(part.name, own) for part in platform.parts for own in part.elasticity.bounds]
-        found += _exist(bounds, read)
-    found = list({x.expression: x for x in found}.values())
+    part = placed.robot if only is None else next(x for x in placed.robot.legs if x.name == only)
+    found = list(_existing(part))
     for leg in legs:
         for length in leg.lengths:
             if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
@@ -125,22 +122,15 @@ def _larger(a: Any, b: Any) -> Any:
     return (a + b + sp.Abs(a - b)) / 2
 
 
-def _bounds_of(leg: PlacedLeg) -> list[tuple[str, Bounds]]:
-    """Of its beams, springs and drives, by their names."""
-    bounds = [(x.name, own) for x in leg.springs for own in x.elasticity.bounds]
-    drives = ((x.name, x.stiffness) for x in leg.freedoms if x.stiffness is not None)
-    return [*bounds, *((name, Bounds("stiffness", k)) for name, k in drives)]
-
-
-def _exist(bounds: Iterable[tuple[str, Bounds]], read: ClosedReading) -> list[Condition]:
-    """That parts exist: a wall leaves a hollow, a stiffness is positive."""
-    found: list[Condition] = []
-    for name, own in bounds:
-        for words, difference in own.differences.items():
-            expression: Any = sp.sympify(read(difference))
-            if not expression.is_positive:
-                found.append(Condition(f"{own.subject} of {name!r} is {words}", expression))
-    return found
+def _existing(part: Robot | Leg) -> Iterator[Condition]:
+    """That parts exist: a wall leaves a hollow, a stiffness is positive. Once of legs alike."""
+    known: set[Any] = set()
+    for name, own in bounds_of(part, part.name):
+        for words, difference in own.differences.items() if own.is_open else ():
+            expression: Any = difference + _ROUNDING if own.or_at else difference
+            if not expression.is_positive and expression not in known:
+                known.add(expression)
+                yield Condition(f"{own.subject} of {name!r} is {words}", expression)
 
 
 def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[Condition]:
