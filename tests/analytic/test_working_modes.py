@@ -1,5 +1,7 @@
 """Formulas hold for the assembly mode that numbers choose, by home coordinates and limits."""
 
+import html
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +9,17 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
-from robostiff.analytic.export import c_function, julia_function, matlab_function, python_function
+from robostiff.analytic.export import (
+    c_function,
+    derivation_html,
+    derivation_latex,
+    derivation_markdown,
+    derivation_text,
+    derivation_typst,
+    julia_function,
+    matlab_function,
+    python_function,
+)
 from robostiff.robots import robot_file
 from tests.analytic.export.small_readers import julia, matlab
 from tests.analytic.export.test_c_code import COMPILER, called, compiled
@@ -86,3 +98,20 @@ def test_a_formula_holds_where_numbers_choose_its_posture(variant, tmp_path):
             assert holds == same[-1], value
     assert any(same)
     assert not all(same)
+
+
+def test_texts_say_where_the_formula_holds():
+    formula = rs.derive("hexaglide", symbols=("l", "r", "k"))
+    words = "'leg1' at home is nearer to its home coordinates than in another posture"
+    for write, delta in (
+        (derivation_text, "Delta_1 = l/2 - "),
+        (derivation_latex, r"\Delta_{1}"),
+        (derivation_markdown, r"\Delta_{1}"),
+        (derivation_typst, "Delta_(1)"),
+        (derivation_html, "Δ"),
+    ):
+        text = " ".join(html.unescape(write(formula)).split())
+        assert "these differences are positive" in text, write
+        assert delta in text, write
+        plain = re.sub(r"['’\\]", "", text)
+        assert words.replace("'", "") in plain, write
