@@ -19,6 +19,7 @@ from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.robot_pose import platform_pose
 from robostiff.analytic.trigonometry import shortest_trigonometry
+from robostiff.errors import NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import FormulaPose, place_leg, posture_finder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import PlacedFormula, other_modes, place_leg_at_joints
@@ -74,7 +75,11 @@ def _nearest_to_home(
     names = {str(x) for x in placed.robot.symbols}
     values = {x: float(placed.record.input(x).sample[0]) for x in names}
     robot = placed.robot.substituted(values)
-    finder = posture_finder(robot)
+    try:
+        finder = posture_finder(robot)
+        at = [x.home for x in finder.solvers]
+    except OpenAtHomeError:  # there is no home near the nominal values, where numbers begin
+        return
     home = FormulaPose(*home_frame(placed.entries))
     wanted = {leg.leg.name for leg in legs}
     every = list(zip(placed.entries.legs, placed.solvers, finder.solvers, strict=True))
@@ -83,13 +88,11 @@ def _nearest_to_home(
             continue
         own = solver.closed_form.mode
         q = dict(zip(*near.that_close(finder.home_pose), strict=True))
-        at = [x.home for x in finder.solvers]
-        K = {x: stiffness(robot, near=[*at[:i], y, *at[i + 1 :]]).K for x, y in q.items()}
-        others = [
-            x
-            for x in K
-            if x in solver.modes and np.abs(K[x] - K[own]).max() > _SAME * np.abs(K[own]).max()
-        ]
+        K = {x: _stiffness(robot, [*at[:i], q[x], *at[i + 1 :]]) for x in solver.modes if x in q}
+        if own not in K:
+            continue
+        scale = _SAME * np.abs(K[own]).max()
+        others = [x for x in K if not np.abs(K[x] - K[own]).max() <= scale]
         words = (
             f"leg {leg.name!r} at home is nearer to its home coordinates than in another posture"
         )
@@ -104,6 +107,14 @@ def _nearest_to_home(
                 nearer.append(_any_of((*outside, within)))
             found |= dict.fromkeys(nearer)
         yield from (Condition(words, x) for x in found if not x.is_positive)
+
+
+def _stiffness(robot: Robot, near: list[np.ndarray]) -> np.ndarray:
+    """At home, in the posture near given coordinates; no numbers where it has none."""
+    try:
+        return stiffness(robot, near=near).K
+    except NoAnswerError:
+        return np.full((robot.space.size,) * 2, np.nan)
 
 
 def _any_of(values: Iterable[Any]) -> Any:
