@@ -1,6 +1,7 @@
 """Robots at vector level: one generic leg, the table of what differs, and the sum."""
 
 import copy
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -307,3 +308,13 @@ def test_home_of_a_gantry_tau_is_short():
     equations = [line for line in text.splitlines() if " = " in line]
     assert len(equations) <= 15
     assert "K_C_11" not in text
+
+
+@pytest.mark.parametrize("name", ["hexaglide", "hexa", "gough-stewart-b"])
+def test_every_name_of_the_generic_leg_is_in_the_nomenclature(name):
+    derivation = rs.derive(name, pose=rs.AtSymbols())
+    text = derivation_text(derivation)
+    listed = text.split("Nomenclature")[-1]
+    for equation in derivation.vectors.leg:
+        if equation.name[0] not in "wc":
+            assert re.search(rf"\b{equation.name}\b.*:", listed), equation.name

@@ -130,7 +130,7 @@ def test_formulas_and_kernels_refuse_arms_that_do_not_exist(tmp_path):
     usual = np.array(formula.substituted({**values, "wall": 0.004}), dtype=float)
     expected = rs.stiffness(rs.load("docs/star-platform.yaml")).K
     np.testing.assert_allclose(usual, expected, rtol=0, atol=1e-10 * expected.max())
-    words = "wall of the box of 'arm.' is less than half the"
+    words = "wall of the box of 'arm1' is less than half the"
     with pytest.raises(rs.InputError, match=words):
         formula.substituted({**values, "wall": 0.03})
     with pytest.raises(rs.NoAnswerError, match=words):

@@ -12,17 +12,19 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analysis import stiffness
 from robostiff.analytic.closed_posture import gap_of
 from robostiff.analytic.derivation import Condition
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.robot_pose import platform_pose
 from robostiff.analytic.trigonometry import shortest_trigonometry
-from robostiff.elasticity.bounds import Bounds
-from robostiff.kinematics import FormulaPose, place_leg
+from robostiff.errors import NoAnswerError, OpenAtHomeError
+from robostiff.kinematics import FormulaPose, place_leg, posture_finder
 from robostiff.kinematics.closure.body import tidied
-from robostiff.kinematics.formula import place_leg_at_joints
-from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, with_entries
+from robostiff.kinematics.formula import PlacedFormula, other_modes, place_leg_at_joints
+from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, Robot, with_entries
+from robostiff.model.entries import bounds_of
 from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded import entry_reader
 from robostiff.recorded.leg import at_samples, lower_bound
@@ -33,6 +35,7 @@ _CLOSED = sp.Rational(
 )  # square of the largest gap of a closed leg, relative to the length, or rad
 _STRETCHED = sp.Rational(1, 10**14)  # square of a sine
 _SAME = 1e-9
+_ROUNDING = sp.Rational(1, 10**12)  # of what may be at a bound
 _AWAY = 0.05
 _SEED = 5
 
@@ -46,12 +49,8 @@ def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Conditi
     """
     read = ClosedReading(placed.record, placed.symbols)
     legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
-    found = [x for leg in legs for x in _exist(_bounds_of(leg.leg), read)]
-    platform = placed.entries.platform
-    if platform is not None and only is None:
-        bounds = [(part.name, own) for part in platform.parts for own in part.elasticity.bounds]
-        found += _exist(bounds, read)
-    found = list({x.expression: x for x in found}.values())
+    part = placed.robot if only is None else next(x for x in placed.robot.legs if x.name == only)
+    found = list(_existing(part))
     for leg in legs:
         for length in leg.lengths:
             if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
@@ -60,25 +59,89 @@ def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Conditi
         if not placed.following:
             found += _closing(leg.leg.name, leg.gap, read)
         found += _stretched(leg.leg, read)
+    found += _nearest_to_home(placed, legs, read)
     return (*found, *(_following(placed, read) if placed.following else ()))
 
 
-def _bounds_of(leg: PlacedLeg) -> list[tuple[str, Bounds]]:
-    """Of its beams, springs and drives, by their names."""
-    bounds = [(x.name, own) for x in leg.springs for own in x.elasticity.bounds]
-    drives = ((x.name, x.stiffness) for x in leg.freedoms if x.stiffness is not None)
-    return [*bounds, *((name, Bounds("stiffness", k)) for name, k in drives)]
+def _nearest_to_home(
+    placed: PlacedRobot, legs: Iterable[PlacedFormula], read: ClosedReading
+) -> Iterator[Condition]:
+    """That numbers choose the assembly modes of the formula: at home, by home coordinates.
+
+    Modes count that have another stiffness at values nearby.
+    """
+    if not placed.symbols or not any(x.closed_form for x in placed.solvers):
+        return
+    names = {str(x) for x in placed.robot.symbols}
+    values = {x: float(placed.record.input(x).sample[0]) for x in names}
+    robot = placed.robot.substituted(values)
+    try:
+        finder = posture_finder(robot)
+        at = [x.home for x in finder.solvers]
+    except OpenAtHomeError:  # there is no home near the nominal values, where numbers begin
+        return
+    home = FormulaPose(*home_frame(placed.entries))
+    wanted = {leg.leg.name for leg in legs}
+    every = list(zip(placed.entries.legs, placed.solvers, finder.solvers, strict=True))
+    for i, (leg, solver, near) in enumerate(every):
+        if solver.closed_form is None or leg.name not in wanted:
+            continue
+        own = solver.closed_form.mode
+        q = dict(zip(*near.that_close(finder.home_pose), strict=True))
+        K = {x: _stiffness(robot, [*at[:i], q[x], *at[i + 1 :]]) for x in solver.modes if x in q}
+        if own not in K:
+            continue
+        scale = _SAME * np.abs(K[own]).max()
+        others = [x for x in K if not np.abs(K[x] - K[own]).max() <= scale]
+        words = (
+            f"leg {leg.name!r} at home is nearer to its home coordinates than in another posture"
+        )
+        found: dict[Any, None] = {}
+        for other in other_modes(leg, home, solver, others):
+            ways = other.nearer, other.inside, other.other_inside
+            nearer, inside, outside = ([sp.sympify(read(x)) for x in own] for own in ways)
+            outside = [-x for x in outside]
+            if other.inside:  # within its limits, or both without: then the nearer one
+                within = _all_of(inside)
+                nearer = [_any_of((x, _all_of((_any_of(outside), within)))) for x in nearer]
+                nearer.append(_any_of((*outside, within)))
+            found |= dict.fromkeys(nearer)
+        yield from (Condition(words, x) for x in found if not x.is_positive)
 
 
-def _exist(bounds: Iterable[tuple[str, Bounds]], read: ClosedReading) -> list[Condition]:
-    """That parts exist: a wall leaves a hollow, a stiffness is positive."""
-    found: list[Condition] = []
-    for name, own in bounds:
-        for words, difference in own.differences.items():
-            expression: Any = sp.sympify(read(difference))
-            if not expression.is_positive:
-                found.append(Condition(f"{own.subject} of {name!r} is {words}", expression))
-    return found
+def _stiffness(robot: Robot, near: list[np.ndarray]) -> np.ndarray:
+    """At home, in the posture near given coordinates; no numbers where it has none."""
+    try:
+        return stiffness(robot, near=near).K
+    except NoAnswerError:
+        return np.full((robot.space.size,) * 2, np.nan)
+
+
+def _any_of(values: Iterable[Any]) -> Any:
+    """What is positive where one of them is."""
+    values = list(values)
+    positive = next((x for x in values if x.is_positive), None)
+    return reduce(_larger, values) if positive is None else positive
+
+
+def _all_of(values: Iterable[Any]) -> Any:
+    """What is positive where all of them are."""
+    return -_any_of([-x for x in values])
+
+
+def _larger(a: Any, b: Any) -> Any:
+    return (a + b + sp.Abs(a - b)) / 2
+
+
+def _existing(part: Robot | Leg) -> Iterator[Condition]:
+    """That parts exist: a wall leaves a hollow, a stiffness is positive. Once of legs alike."""
+    known: set[Any] = set()
+    for name, own in bounds_of(part, part.name):
+        for words, difference in own.differences.items() if own.is_open else ():
+            expression: Any = difference + _ROUNDING if own.or_at else difference
+            if not expression.is_positive and expression not in known:
+                known.add(expression)
+                yield Condition(f"{own.subject} of {name!r} is {words}", expression)
 
 
 def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[Condition]:

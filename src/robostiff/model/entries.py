@@ -187,11 +187,11 @@ def free_symbols(robot: Any) -> tuple[Any, ...]:
     return tuple(sorted(found, key=str))
 
 
-def _bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
+def bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
     """Inequalities of all parts, each with the name of its part."""
     if isinstance(part, tuple):
         for member in part:
-            yield from _bounds_of(member, name)
+            yield from bounds_of(member, name)
     elif isinstance(part, Actuated | Locked):
         if is_formula(part.stiffness):
             yield name, Bounds("stiffness", part.stiffness)
@@ -201,7 +201,7 @@ def _bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
         yield from ((name, x) for x in bounds or ())
         for member in _names_of(type(part)):
             if member != "bounds":
-                yield from _bounds_of(getattr(part, member), own)
+                yield from bounds_of(getattr(part, member), own)
 
 
 class Symbolic:
@@ -226,7 +226,7 @@ class Symbolic:
         own = [(self.name, Bounds(f"parameter {x}", x)) for x in self.symbols if x.is_positive]
         found: dict[Any, tuple[str, Bounds]] = {}
         own += [(self.name, x) for x in self._lengths()]
-        own += [(name, x) for name, x in _bounds_of(self, self.name) if x.is_open]
+        own += [(name, x) for name, x in bounds_of(self, self.name) if x.is_open]
         for name, x in own:
             key = x.low, x.value, x.high, x.or_at  # legs alike have the same
             found.setdefault(key, (name, x))

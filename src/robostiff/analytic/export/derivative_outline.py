@@ -44,6 +44,7 @@ from robostiff.analytic.export.vector_outline import (
     vector_blocks,
     vector_meanings,
 )
+from robostiff.analytic.export.where_it_holds import with_conditions
 from robostiff.analytic.leg_elimination import LegElimination
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
@@ -343,7 +344,7 @@ def outline_of(
         blocks = loaded_outline(derivation)
     else:
         blocks = outline(derivation)
-    return with_stiffnesses_of_beams(blocks)
+    return with_conditions(with_stiffnesses_of_beams(blocks), derivation.conditions)
 
 
 def refuse_derivative(derivation: Derivation) -> None:

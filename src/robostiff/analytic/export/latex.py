@@ -186,7 +186,10 @@ def _table(table: FormulaTable) -> str:
     body = " \\\\\n".join([f"{names} \\\\\n\\hline", *lines])
     body = body.replace("\\hline \\\\", "\\hline")
     columns = "l" * (len(table.head) + 1)
-    return f"{{\\tabcolsep=3pt\n\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}}}"
+    stretch = "\\renewcommand{\\arraystretch}{1.4}"  # fractions do not meet
+    return (
+        f"{{\\tabcolsep=3pt{stretch}\n\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}}}"
+    )
 
 
 def _display(formula: Display) -> str:

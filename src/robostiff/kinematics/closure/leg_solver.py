@@ -110,6 +110,14 @@ class LegSolver:
             q[left[kept]] = found.coordinates[0][kept]
         return on_turn_of_home(self.leg.chain, q, near)
 
+    @property
+    def modes(self) -> tuple[RootSigns, ...]:
+        """Assembly modes of the closed form that the elbow of the leg allows; none without one."""
+        if self.closed_form is None:
+            return ()
+        wanted = {Elbow.PLUS: (1,), Elbow.MINUS: (-1,)}.get(self.leg.elbow, (1, -1))
+        return tuple(mode for mode in all_modes(self.closed_form.signs) if mode.root in wanted)
+
     def in_all_modes(
         self, pose: np.ndarray, R_platform: np.ndarray
     ) -> tuple[tuple[RootSigns, ...], np.ndarray]:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.kinematics.closure.assembly import all_modes, in_one, on_turn_of_home
+from robostiff.kinematics.closure.assembly import in_one, on_turn_of_home
 from robostiff.kinematics.closure.leg_equations import gaps
 from robostiff.kinematics.closure.leg_solver import (
     CLOSED,
@@ -18,7 +18,7 @@ from robostiff.kinematics.closure.leg_solver import (
 )
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Elbow, Leg, PlacedLeg
+from robostiff.model import Leg, PlacedLeg
 from robostiff.model.entries import are_equal
 from robostiff.spatial.batch import poses_side_by_side, product, transposed
 
@@ -55,8 +55,7 @@ class LegsAlike:
         form, chain = first.closed_form, first.leg.chain
         if form is None:
             return [(own, False) for own in self.solvers]
-        wanted = {Elbow.PLUS: (1,), Elbow.MINUS: (-1,)}.get(first.leg.elbow, (1, -1))
-        modes = tuple(mode for mode in all_modes(form.signs) if mode.root in wanted)
+        modes = first.modes
         pose = np.tile(first.home_pose, (len(modes), 1))
         R, p = turn_by_vector(pose[:, 3:]), pose[:, :3]
         each = np.split(self._in_form(form.in_mode(in_one(number * modes, 1)), R, p), number)

@@ -64,12 +64,12 @@ def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
             expected="a strut, a rod on a slide or a crank, or a post with one joint",
             hint="close it by its solver and write place_leg_at_joints(leg, q)",
         )
-    site = _Site.of(leg, pose, solver)
+    site = Site.of(leg, pose, solver)
     return site.placed(site.own_form(form).closed(site.base, site.platform))
 
 
 @dataclass(frozen=True)
-class _Site:
+class Site:
     """A leg to be placed between its base and the platform."""
 
     # The one to be recorded, and the same in floats
@@ -85,7 +85,8 @@ class _Site:
     length: float  # characteristic length [m]
 
     @classmethod
-    def of(cls, leg: Leg, pose: FormulaPose, solver: LegSolver) -> _Site:
+    def of(cls, leg: Leg, pose: FormulaPose, solver: LegSolver) -> Site:
+        """A leg at a pose, its solver of the same leg in floats."""
         whole, path = _at_zero(leg.chain), leg.chain.main_path
         zero = whole if path is leg.chain else _at_zero(path)
         identity = np.eye(3, dtype=int), np.zeros(3, dtype=int)
@@ -97,6 +98,11 @@ class _Site:
         platform = LegBody(rest, tidied(pose.R), tidied_point(pose.p))
         copies = solver.copies.tolist()
         return cls(leg, solver.leg, copies, whole, zero, base, platform, pose, solver.length)
+
+    @property
+    def home(self) -> np.ndarray:
+        """Home coordinates of the main path, as they are recorded."""
+        return np.array(self.leg.chain.main_path.home, dtype=object)
 
     def own_form(self, form: ClosedForm) -> ClosedForm:
         """A closed form recognised in floats, with the entries of the leg to be recorded."""

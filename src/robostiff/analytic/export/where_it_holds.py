@@ -1,0 +1,55 @@
+"""The conditions of a formula, as its last section and in its nomenclature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.derivation import Condition
+from robostiff.analytic.export.outline import (
+    Block,
+    Nomenclature,
+    OutlineHeading,
+    OutlineText,
+    ScalarEquations,
+)
+
+_LONG = 60  # operations: such a condition is in words, and only programs have it in full
+_LETTER = "Delta"
+
+
+def with_conditions(blocks: Sequence[Block], conditions: Sequence[Condition]) -> tuple[Block, ...]:
+    """The blocks of a derivation and, before its nomenclature, where the formula holds."""
+    *before, last = blocks
+    beside = [c for c in conditions if not c.equations and c.expression.free_symbols]
+    if not beside or not isinstance(last, Nomenclature):
+        return tuple(blocks)
+    taken = {str(name) for names, _ in last.rows for name in names}
+    letter = _LETTER
+    while any(name.startswith(letter) for name in taken):
+        letter += "'"
+    groups: dict[Any, list[Condition]] = {}  # of legs alike one
+    for c in beside:
+        groups.setdefault(sp.expand(c.expression), []).append(c)
+    alike = list(groups.values())
+    short = [own for own in alike if _operations(own[0].expression) <= _LONG]
+    named = [(f"{letter}_{i}", own) for i, own in enumerate(short, start=1)]
+    section: list[Block] = [OutlineHeading("Where the formula holds")]
+    if named:
+        section.append(OutlineText("It holds where these differences are positive."))
+        section.append(ScalarEquations(tuple((x, own[0].expression) for x, own in named)))
+    rest = [c for own in alike if own not in short for c in own]
+    if rest:
+        section.append(OutlineText(f"It holds only where {_words(rest)}."))
+    rows = (((name,), f"positive where {_words(own)}") for name, own in named)
+    return (*before, *section, Nomenclature((*last.rows, *rows)))
+
+
+def _words(conditions: Sequence[Condition]) -> str:
+    return "; ".join(dict.fromkeys(c.words for c in conditions))
+
+
+def _operations(expression: Any) -> int:
+    return int(expression.count_ops())

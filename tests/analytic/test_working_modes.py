@@ -1,0 +1,117 @@
+"""Formulas hold for the assembly mode that numbers choose, by home coordinates and limits."""
+
+import html
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+import robostiff as rs
+from robostiff.analytic.export import (
+    c_function,
+    derivation_html,
+    derivation_latex,
+    derivation_markdown,
+    derivation_text,
+    derivation_typst,
+    julia_function,
+    matlab_function,
+    python_function,
+)
+from robostiff.robots import robot_file
+from tests.analytic.export.small_readers import julia, matlab
+from tests.analytic.export.test_c_code import COMPILER, called, compiled
+
+AT = {"x": 1e-3, "y": -2e-3, "z": -0.6, "alpha_P": 3e-3, "beta": -2e-3, "gamma": 4e-3}
+TURN = Rotation.from_euler("xyz", [AT["alpha_P"], AT["beta"], AT["gamma"]])
+POSE = RigidTransform.from_components([AT["x"], AT["y"], AT["z"]], TURN)
+
+
+@pytest.mark.parametrize("pose", [rs.AtHome(), rs.AtSymbols()])
+def test_another_posture_is_refused(pose, tmp_path):
+    """Beyond r cos(alpha) = l/2 the home coordinate of a drive is nearer to the other posture."""
+    robot = rs.load("hexaglide", symbols=rs.ALL_PARAMETERS)
+    formula = rs.derive(robot, pose=pose)
+    conditions = {str(x.expression) for x in formula.conditions}
+    assert "l/2 - r*cos(alpha)" in conditions
+    of_python: dict = {}
+    exec(python_function(formula), of_python)  # noqa: S102
+    calls = [lambda at: of_python["stiffness"](**at), lambda at: formula.lambdify()(**at)]
+    for read, written in ((julia, julia_function), (matlab, matlab_function)):
+        other = read(written(formula, name="K_of_robot"))
+        calls.append(lambda at, other=other: other(*at.values()))
+    of_c = compiled(c_function(formula), tmp_path) if COMPILER else None
+    for r, holds in ((0.3, True), (0.517, True), (0.5185, False), (0.6, False)):
+        all_values = {**robot.nominal, **AT, "r": r}
+        values = {x.name: all_values[x.name] for x in formula.symbols}
+        own = rs.load("hexaglide", {"r": r})
+        K = rs.stiffness(own).K if pose == rs.AtHome() else rs.stiffness(own, POSE).K
+        if holds:
+            for call in calls:
+                np.testing.assert_allclose(call(values), K, atol=1e-9 * K.max())
+        elif of_c is not None:
+            assert np.isnan(called(of_c, values.values(), 6)).all()
+        if not holds:
+            for call in calls:
+                with pytest.raises((ValueError, rs.NoAnswerError), match="does not hold"):
+                    call(values)
+
+
+MOTOR = "role: actuated, stiffness: k"
+MOTOR, PIN = "role: actuated, stiffness: k", "axis: z, role: passive"
+PLUS, FREE = "elbow: plus", {"  elbow: minus": "  #"}
+VARIANTS = {
+    "crank": ("hexa", {**FREE, "limits: [-60 deg, 100 deg]": "home: -60 deg"}, "R"),
+    "limits of a crank": ("3-rrr", {PLUS: "", MOTOR: f"{MOTOR}, limits: [-20 deg, 50 deg]"}, "l1"),
+    "two coordinates": (
+        "3-rrr",
+        {PLUS: "", MOTOR: f"{MOTOR}, home: 30 deg", PIN: f"{PIN}, home: 30 deg"},
+        "l2",
+    ),
+    "limits of a slide": ("3-prs", {**FREE, "[0, 250 mm]": "[150 mm, 1 m]"}, "l"),
+}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_formula_holds_where_numbers_choose_its_posture(variant, tmp_path):
+    name, changes, parameter = VARIANTS[variant]
+    text = robot_file(name).read_text()
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "robot.yaml"
+    path.write_text(text)
+    robot = rs.load(path, symbols=(parameter,))
+    formula = rs.derive(robot)
+    free, conditioned = replace(formula, conditions=()).lambdify(), formula.lambdify()
+    same = []
+    for value in robot.nominal[parameter] * np.linspace(0.605, 1.8, 25):
+        try:
+            K = rs.stiffness(robot.substituted({parameter: value})).K
+        except rs.RobostiffError:
+            continue
+        if free.holds(value):
+            same.append(bool(np.abs(free(value) - K).max() < 1e-7 * np.abs(K).max()))
+            holds = bool(conditioned.holds(value))
+            assert holds == same[-1], value
+    assert any(same)
+    assert not all(same)
+
+
+def test_texts_say_where_the_formula_holds():
+    formula = rs.derive("hexaglide", symbols=("l", "r", "k"))
+    words = "'leg1' at home is nearer to its home coordinates than in another posture"
+    for write, delta in (
+        (derivation_text, "Delta_1 = l/2 - "),
+        (derivation_latex, r"\Delta_{1}"),
+        (derivation_markdown, r"\Delta_{1}"),
+        (derivation_typst, "Delta_(1)"),
+        (derivation_html, "Δ"),
+    ):
+        text = " ".join(html.unescape(write(formula)).split())
+        assert "these differences are positive" in text, write
+        assert delta in text, write
+        plain = re.sub(r"['’\\]", "", text)
+        assert words.replace("'", "") in plain, write
