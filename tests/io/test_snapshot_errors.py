@@ -285,7 +285,7 @@ WRONG = {
     "graph": (
         '"legs"',
         '"graph"',
-        "3:2: graph: a graph, and not legs; read it with load or read_network",
+        "3:2: graph: a graph, and not legs; read it with load",
     ),
     "graph and legs": (
         '"legs"',

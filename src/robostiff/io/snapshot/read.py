@@ -147,7 +147,7 @@ def snapshot_from_document(document: Document) -> Snapshot:
         raise FileError(
             document.key_location(["graph"]),
             "a graph, and not legs",
-            hint="read it with load or read_network",
+            hint="read it with load",
         )
     file = validate(SnapshotFile, document)
     place = DocumentPlace(document)
