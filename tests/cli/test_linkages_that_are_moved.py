@@ -8,7 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.errors import NoAnswerError
 from robostiff.plot.posed_robot import picture_of_robot
-from robostiff.report import report_contents, report_html
+from robostiff.report import report_contents
 from robostiff.view import machine_of
 from tests.cli.running import Running
 
@@ -58,7 +58,15 @@ def test_a_report_has_the_coordinates_of_all_joints(tmp_path, low):
     assert "Under finite load" in html
     contents = report_contents(rs.load_linkage(PANTOGRAPH), {"screw": -0.05})
     np.testing.assert_allclose(contents.stiffness.K, rs.stiffness(low).K)
-    assert "linkage at home" in report_html(report_contents(rs.load_linkage(PANTOGRAPH)))
+
+
+def test_a_report_on_a_linkage_at_home_has_its_source_and_coordinates(tmp_path):
+    path = tmp_path / "home.html"
+    assert run("report", PANTOGRAPH, "-o", str(path)).exit_code == 0
+    html = path.read_text(encoding="utf-8")
+    assert "At home: status" in html
+    assert "Source: Bars and drive of Shaker and Klimchik" in html
+    assert html.count("left knee</th>") == 2  # its coordinate, and the joint
 
 
 def test_the_sliders_of_a_view_begin_there():

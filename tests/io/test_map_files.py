@@ -178,3 +178,8 @@ def test_what_hdf5_does_not_end_with_is_stopped(found, tmp_path, monkeypatch):
     endless.write_text("import os; os.abort()")
     with pytest.raises(InputError, match="contents that HDF5 cannot read"):
         read_map(path)
+
+
+def test_headings_are_single_fields_and_no_formulas():
+    assert map_files._field("=1+1 [m]") == "'=1+1 [m]"
+    assert map_files._field('the "slide", long') == '"the ""slide""; long"'

@@ -185,7 +185,8 @@ def test_override_that_makes_the_robot_impossible_points_to_the_file():
         ("matrix: [[1, 0, 0], [0, 1, 0], [0, 0.1, 1]]",
          "11:51: legs.base.matrix: rotation (in leg1): got [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], "
          "[0.0, 0.1, 1.0]], expected orthonormal columns (R^T R differs from the identity by 0.1); "
-         "the columns are the turned axes, of unit length and perpendicular"),
+         "the columns are the turned axes, of unit length and perpendicular; "
+         "write six decimals or more"),
         ("matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]",
          "11:51: legs.base.matrix: rotation (in leg1): got [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], "
          "[0.0, 0.0, -1.0]], expected a right-handed frame (determinant +1, not -1); a mirror "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from robostiff.elasticity import (
     elasticity_from_stiffness,
 )
 from robostiff.elastostatics import chain_stiffness
-from robostiff.errors import FileError, InputError
+from robostiff.errors import FileError, InputError, PlausibilityWarning
 from robostiff.io.document import parse_document
 from robostiff.io.snapshot import (
     is_snapshot,
@@ -34,6 +35,7 @@ from robostiff.io.snapshot import (
     snapshot_schema,
     snapshot_to_data,
 )
+from robostiff.kinematics import find_posture
 from robostiff.model import (
     Actuated,
     Locked,
@@ -44,6 +46,8 @@ from robostiff.model import (
     Snapshot,
     beam_axes,
 )
+from robostiff.model.checks import rotation_matrix
+from robostiff.robots import load
 from robostiff.spatial import Space
 
 ROOT = Path(__file__).parents[2]
@@ -421,3 +425,33 @@ def test_every_key_is_documented():
     models = [schema, *schema["$defs"].values()]
     keys = {key for model in models for key in model["properties"]}
     assert [key for key in sorted(keys) if f"`{key}`" not in text] == []
+
+
+def test_rounded_coordinates_leave_a_rank_in_doubt():
+    """Case A has three free rotations; at a turned pose one is left. Rounding leaves none."""
+    robot = load("gough-stewart-a")
+    snapshot = find_posture(robot, [0.1, 0.2, 1.9, 0.2, -0.1, 0.3]).snapshot.one(0)
+    exact = snapshot_to_data(snapshot)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert stiffness(read(exact)).rank == 5
+    rounded = json.loads(json.dumps(exact), parse_float=lambda text: round(float(text), 4))
+    with pytest.warns(PlausibilityWarning, match="the platform is almost singular.* rank 6 is in"):
+        assert stiffness(read(rounded)).rank == 6
+
+
+def test_rounded_coordinates_leave_a_redundant_joint_in_doubt():
+    """Two hinges of one axis, of which one is lost; apart by rounding they are two freedoms."""
+    hinge = {"type": "passive", "kind": "R", "point": [0, 0, 0], "axis": [0, 0, 1]}
+    other = hinge | {"point": [0, 0, 0.1], "axis": [1e-4, 0, 1]}
+    data = {"name": "arm", "reference_point": [0.5, 0, 0]}
+    leg = {"name": "arm", "end": [0.5, 0, 0]}
+    with pytest.warns(PlausibilityWarning, match="leg 'arm' is almost singular.* rank 4 is in"):
+        assert stiffness(read(data | {"legs": [leg | {"chain": [hinge, other, beam()]}]})).rank == 4
+
+
+def test_rotations_are_written_with_six_decimals():
+    R = np.round(Rotation.from_rotvec([0.3, -0.5, 0.9]).as_matrix(), 6)
+    assert np.allclose(rotation_matrix("rotation", R), R, atol=2e-6)
+    with pytest.raises(InputError, match="write six decimals or more"):
+        rotation_matrix("rotation", np.round(R, 4))

@@ -234,7 +234,7 @@ WRONG = {
         "[[1, 0.5, 0], [0, 1, 0]",
         "9:58: legs[0].chain[3].rotation: rotation: got [[1, 0.5, 0], [0, 1, 0], [0, "
         "0, 1]], expected orthonormal columns (R^T R differs from the identity by 0.5); the "
-        "columns are the turned axes, of unit length and perpendicular",
+        "columns are the turned axes, of unit length and perpendicular; write six decimals or more",
     ),
     "left-handed axes": (
         "[[1, 0, 0], [0, 1, 0]",
@@ -285,7 +285,7 @@ WRONG = {
     "graph": (
         '"legs"',
         '"graph"',
-        "3:2: graph: a graph, and not legs; read it with load or read_network",
+        "3:2: graph: a graph, and not legs; read it with load",
     ),
     "graph and legs": (
         '"legs"',

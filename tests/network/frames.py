@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from robostiff import load
 from robostiff.elasticity import CrossSection, Elasticity, material
-from robostiff.io.snapshot import read_network
 from robostiff.model import Actuated, Passive, PlacedFreedom
 from robostiff.network import (
     BeamElement,
@@ -31,7 +31,9 @@ GRAPH_NAMES = sorted(path.stem for path in GRAPHS.glob("*.json"))
 def graph(name: str) -> tuple[Network, dict[str, Any]]:
     """A graph case and its oracle."""
     path = GRAPHS / f"{name}.json"
-    return read_network(path), json.loads(path.read_text())["oracle"]
+    network = load(path)
+    assert isinstance(network, Network)
+    return network, json.loads(path.read_text())["oracle"]
 
 
 def nodes(**points: Any) -> list[Node]:

@@ -18,7 +18,6 @@ from robostiff.io.snapshot import (
     network_from_document,
     network_schema,
     network_to_data,
-    read_network,
     snapshot_to_data,
 )
 from robostiff.model import Robot
@@ -172,7 +171,8 @@ def test_parameters_of_a_graph_are_refused():
 def test_the_cases_fit_the_schema(name):
     data = json.loads((GRAPHS / f"{name}.json").read_text())
     Draft202012Validator(network_schema()).validate(data)
-    network = read_network(GRAPHS / f"{name}.json")
+    network = load(GRAPHS / f"{name}.json")
+    assert isinstance(network, Network)
     assert len(network.beams) == len(data["graph"]["beams"])
     np.testing.assert_array_equal(network.reference_point, data["reference_point"])
 

@@ -20,8 +20,8 @@ import numpy as np
 from robostiff.io.opensees import opensees_commands
 from robostiff.network import Network
 
-# Springs for rigid joints, in units of the network's stiffness; each a tenth of the one before.
-STIFFEST = 1e5
+# Springs for rigid joints, in units of the stiffest part; each a tenth of the one before.
+STIFFEST = 1e3
 LEVELS = 4
 
 

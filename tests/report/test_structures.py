@@ -8,10 +8,10 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis import CableStiffness
-from robostiff.markup import Number, Table
+from robostiff.markup import LabelledMatrix, Number, Table
 from robostiff.plot.picture import Scene
 from robostiff.report import described_by, report_contents, report_pdf
-from robostiff.report.section import Folded
+from robostiff.report.section import Folded, SideBySide, verdict_of
 from robostiff.report.sections import report_sections
 
 STAR = Path(__file__).parents[2] / "docs" / "star-platform.yaml"
@@ -51,6 +51,25 @@ def test_turns_of_cables_that_are_rounding_are_zero():
     found = 1e6 * displacement
     assert np.abs(found[3:]).max() < 1e-9
     assert values == [0, 0, pytest.approx(found[2]), 0, 0, 0]
+
+
+def test_a_drive_without_load_does_not_move_and_matrices_say_of_which_design():
+    robot = rs.load("orthoglide")
+    _, sections = sections_of(robot, [100, 0, -200, 0, 0, 0], other=rs.load("3-puu"))
+    drives = next(p for p in sections["load"].parts if isinstance(p, SideBySide)).blocks[1]
+    assert isinstance(drives, Table)
+    (idle,) = (row for row in drives.rows if row[0] == "leg-y/drive")
+    assert [own.value for own in idle if isinstance(own, Number)] == [0, 0]
+    (matrix,) = next(p for p in sections["comparison"].parts if isinstance(p, SideBySide)).blocks
+    assert isinstance(matrix, LabelledMatrix)
+    assert matrix.symbol == "K of 3-puu"
+
+
+def test_tensions_below_their_limit_under_the_load_alone_are_said_so():
+    robot = rs.load("cable-8")
+    assert verdict_of(report_contents(robot)).advice == ()
+    (advice,) = verdict_of(report_contents(robot, wrench=[10, 0, -20, 0, 0, 0])).advice
+    assert advice.startswith("under the load: a cable carries less or more")
 
 
 @pytest.mark.parametrize("name", ["docs/star-platform.yaml", "examples/portal.json"])

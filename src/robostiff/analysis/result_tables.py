@@ -169,7 +169,7 @@ def actuator_table(result: Deflection) -> Table | None:
         [
             a.name,
             Number(float(load), a.unit),
-            Number(1e6 * a.travel, "µrad" if a.unit == "N m" else "µm"),
+            Number(1e6 * a.travel if load else 0.0, "µrad" if a.unit == "N m" else "µm"),
         ]
         for a, load in zip(result.actuators, shown_loads(result), strict=True)
     ]

@@ -6,7 +6,7 @@ import json
 import re
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -86,13 +86,12 @@ def print_schema(wanted: WantedSchema, replacing: Replacing, answer: Answer) -> 
 
 
 def _schemas(form: str) -> dict[str, Any]:
+    from robostiff.cli.written_arguments import chosen
     from robostiff.io.model_file.schema import model_file_schema
     from robostiff.io.snapshot import network_schema, snapshot_schema
 
     schemas = {"model": model_file_schema, "snapshot": snapshot_schema, "graph": network_schema}
-    if form not in schemas:
-        raise _unknown("schema", form, tuple(schemas), "a file format:")
-    return schemas[form]()
+    return chosen("schema", form, schemas)()
 
 
 def templates() -> tuple[str, ...]:
@@ -126,29 +125,31 @@ def _text_of(template: str) -> str:
     shipped = (*shipped_robots(), *shipped_cable_robots())
     if template in shipped:
         return robot_file(template).read_text(encoding="utf-8")
-    raise _unknown(
-        "--template", template, (*templates(), *shipped), "a template or a shipped robot:"
-    )
+    allowed = (*templates(), *shipped)
+    expected = f"a template or a shipped robot: {listing(nearest_first(template, allowed))}"
+    hint = did_you_mean(template, allowed)
+    raise InputError("--template", got=template, expected=expected, hint=hint)
 
 
 def convert(
     model: Model, wanted: Converted, place: Posing, replacing: Replacing, answer: Answer
 ) -> int:
     """Write a robot at a pose in another form, or its results there as a file for MATLAB."""
+    from robostiff.cli.written_arguments import chosen
+
     form, source = wanted.form, model.source
     output = None if wanted.output == "-" else wanted.output
-    if form not in _SUFFIXES:
-        raise _unknown("--to", form, tuple(_SUFFIXES), "one of")
+    suffixes = chosen("--to", form, _SUFFIXES)
     if output is None and (form == "matlab" or answer.as_json):
         option = "--to matlab" if form == "matlab" else "--json"
         raise InputError(option, expected="a file beside it", hint="write -o FILE")
     path = None if output is None else new_file("--output", output, replacing.overwrite)
-    if path is not None and path.suffix.lower() not in _SUFFIXES[form]:
+    if path is not None and path.suffix.lower() not in suffixes:
         others = [f"--to {x} for {' or '.join(y)}" for x, y in _SUFFIXES.items() if x != form]
         raise InputError(
             "--output",
             got=str(path),
-            expected=f"a name that ends in {' or '.join(_SUFFIXES[form])}",
+            expected=f"a name that ends in {' or '.join(suffixes)}",
             hint=f"or write {', '.join(others)}",
         )
     robot = model.load()
@@ -251,12 +252,3 @@ def _text_of_frozen(frozen: Any, path: Path | None) -> str:
     if path is not None and path.suffix.lower() in _YAML:
         return yaml_of(data)
     return json.dumps(data, indent=1, allow_nan=False) + "\n"
-
-
-def _unknown(subject: str, got: str, allowed: Sequence[str], words: str) -> InputError:
-    return InputError(
-        subject,
-        got=got,
-        expected=f"{words} {listing(nearest_first(got, allowed))}",
-        hint=did_you_mean(got, allowed),
-    )

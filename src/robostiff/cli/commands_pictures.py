@@ -159,7 +159,7 @@ def make_report(
         paths.append(report_path(paths[0].with_suffix(".pdf")))
     for path in paths:
         new_file("--output", path, replacing.overwrite)
-    robot, source = loaded(model, place), model.source
+    robot, source = loaded(model), model.source
     contents = report_contents(
         robot,
         pose_from(robot, place),

@@ -22,8 +22,8 @@ from robostiff.network.elements import section_compliance
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import held_coordinates
 
-#: Stiffness of springs in place of rigid joints, in units of the stiffness of the network.
-STIFF = 1e7
+#: Stiffness of springs in place of rigid joints, in units of that of the stiffest part.
+STIFF = 1e5
 _ROUNDING = 1e-12
 
 
@@ -84,8 +84,8 @@ def opensees_script(network: Network, *, in_python: bool = False, stiff: float =
     in_python : bool
         For the package openseespy, in place of Tcl.
     stiff : float
-        Stiffness of springs in place of rigid joints, in units of the mean stiffness of the
-        network. Larger ones yield less and cost digits.
+        Stiffness of springs in place of rigid joints, in units of that of the stiffest part.
+        Larger ones yield less and cost digits.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def _heading(network: Network, stiff: float) -> list[str]:
     return [
         f"# {name}: a column of the compliance matrix a line, about the reference point "
         "(m, rad for N, N m)",
-        f"# Rigid joints are springs, {stiff:g} times as stiff as the network.",
+        f"# Rigid joints are springs, {stiff:g} times as stiff as the stiffest part.",
     ]
 
 
@@ -126,7 +126,7 @@ def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCo
     """Commands that build a network and load its platform, see `opensees_script`."""
     network.check_has_no_couplings("OpenSees script")
     equations = equations_of(network, DEFAULT_TOLERANCE)
-    k = stiff * equations.stiffness
+    k = stiff * _of_stiffest_part(equations)
     model = _Model(network, (k, k * equations.length**2), equations.points)
     model.add("model", "basic", "-ndm", 3, "-ndf", 6)
     for node in network.nodes:
@@ -140,6 +140,12 @@ def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCo
         _add_joint(model, joint)
     _load_platform(model)
     return model.commands
+
+
+def _of_stiffest_part(equations: Equations) -> float:
+    """Largest stiffness of beams and springs in a direction that is not rigid [N/m]."""
+    soft = [c.S[np.ix_(~c.rigid, ~c.rigid)] for c in equations.connections if not c.rigid.all()]
+    return equations.stiffness / min((np.linalg.eigvalsh(S)[0] for S in soft), default=1.0)
 
 
 @dataclass

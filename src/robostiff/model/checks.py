@@ -93,7 +93,7 @@ def are_parallel(first: np.ndarray, second: np.ndarray) -> bool:
 
 
 def rotation_matrix(subject: str, value: Entries) -> np.ndarray:
-    """A rotation matrix, columns the turned axes; orthonormal and right-handed to 1e-6.
+    """A rotation matrix, columns the turned axes; orthonormal and right-handed to six decimals.
 
     Formulas are kept as they are. Exact numbers are kept where they make a rotation.
 
@@ -110,12 +110,13 @@ def rotation_matrix(subject: str, value: Entries) -> np.ndarray:
     if R.shape != (3, 3) or not np.isfinite(R).all():
         raise InputError(subject, got=value, expected="a 3 x 3 matrix of finite numbers")
     error = np.abs(R.T @ R - np.eye(3)).max()
-    if error > 1e-6:
+    if error > 2e-6:
         raise InputError(
             subject,
             got=value,
             expected=f"orthonormal columns (R^T R differs from the identity by {error:.2g})",
-            hint="the columns are the turned axes, of unit length and perpendicular",
+            hint="the columns are the turned axes, of unit length and perpendicular; "
+            "write six decimals or more",
         )
     if np.linalg.det(R) < 0:
         raise InputError(

@@ -133,6 +133,8 @@ class ReportContents:
         Coordinates of the joints of a linkage.
     given : tuple of str
         Those that were given, in words.
+    source : str
+        Where the numbers of the robot come from.
     """
 
     robot: Reported
@@ -150,6 +152,7 @@ class ReportContents:
     compared: OtherDesign | None = None
     joints: Mapping[str, Number] = field(default_factory=dict)
     given: tuple[str, ...] = ()
+    source: str = ""
 
     @property
     def status(self) -> Status:
@@ -206,6 +209,8 @@ def report_contents(
     """
     own: dict[str, Any] = {"title_block": title_block, "described_by": described_by}
     place: Any = pose
+    if isinstance(robot, Robot | Linkage | CableRobot):
+        own["source"] = robot.source
     if isinstance(robot, Linkage):
         part, closed = robot.closed_at(place)
         own |= {"joints": _coordinates(part, closed), "given": joints_in_words(robot, place)}

@@ -210,15 +210,13 @@ def verdict_of(contents: ReportContents) -> Verdict:
     """Status of the stiffness and, under a load, of the deflection, with all advice."""
     result, bent = contents.stiffness, contents.deflection
     status = contents.status
-    advice = [*result.advice, *(() if bent is None else bent.advice)]
+    of_load = () if bent is None else (own for own in bent.advice if own not in result.advice)
     is_placed = isinstance(result, CableStiffness) or Status.UNREACHABLE not in result.status
     reached = is_placed and int(result.rank) >= 0
     kind = "network" if isinstance(contents.robot, Network) else "snapshot"
-    if contents.joints:
-        kind = "linkage at home"
     place = (
-        f"At {', '.join(contents.given)}"
-        if contents.given
+        f"At {', '.join(contents.given) or 'home'}"
+        if contents.joints
         else f"At the pose of the {kind}"
         if result.pose is None
         else f"At the pose [{row(result.pose)}] (m, rad)"
@@ -228,5 +226,5 @@ def verdict_of(contents: ReportContents) -> Verdict:
         status=status,
         kind="bad" if status.is_bad else "note" if status else "ok",
         rank=f", rank {int(result.rank)} of {result.space.size}" if reached else "",
-        advice=tuple(dict.fromkeys(advice)),
+        advice=(*result.advice, *(f"under the load: {own}" for own in of_load)),
     )

@@ -272,13 +272,7 @@ def _columns(
 
 
 def _field(heading: str) -> str:
-    """A heading as a single field that spreadsheets do not interpret as a formula.
-
-    Examples
-    --------
-    >>> _field("=1+1 [m]"), _field('the "slide", long')
-    ("'=1+1 [m]", '"the ""slide""; long"')
-    """
+    """A heading as a single field that spreadsheets do not interpret as a formula."""
     shown = printable(heading).replace(",", ";")
     if heading[:1] in tuple("=+-@\t\r"):
         shown = f"'{shown}"

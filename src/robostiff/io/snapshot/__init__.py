@@ -8,7 +8,7 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from robostiff.io.snapshot.format import FileHead, NetworkFile, SnapshotFile
 from robostiff.io.snapshot.read import is_graph, is_snapshot, read_snapshot, snapshot_from_document
-from robostiff.io.snapshot.read_graph import network_from_document, read_network
+from robostiff.io.snapshot.read_graph import network_from_document
 from robostiff.io.snapshot.write import network_to_data, snapshot_to_data
 
 __all__ = [
@@ -17,7 +17,6 @@ __all__ = [
     "network_from_document",
     "network_schema",
     "network_to_data",
-    "read_network",
     "read_snapshot",
     "snapshot_from_document",
     "snapshot_schema",
@@ -49,7 +48,7 @@ def snapshot_schema() -> dict[str, Any]:
 def network_schema() -> dict[str, Any]:
     """JSON schema (draft 2020-12) of the snapshot file in its graph form.
 
-    It checks keys, types and shapes; `read_network` also checks values and names.
+    It checks keys, types and shapes; `robostiff.load` also checks values and names.
 
     Examples
     --------

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError
+from robostiff.elastostatics import Status, Tolerance
+from robostiff.errors import FileError, InputError, warn_of_slip
 from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import beam_masses, placed, placed_masses, question_joints
 from robostiff.io.snapshot.format import (
@@ -45,6 +46,8 @@ _OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
 # Part of its size by which an axis may lean, or a part may bend, out of the plane: rounding, not
 # a slip.
 _TOLERANCE = 1e-9
+# Part of its size by which coordinates from CAD programs, rounded to three digits or more, are off.
+_ROUNDED = 1e-3
 
 
 def check_planar(snapshot: Snapshot, legs: DocumentPlace) -> None:
@@ -144,7 +147,7 @@ def snapshot_from_document(document: Document) -> Snapshot:
         raise FileError(
             document.key_location(["graph"]),
             "a graph, and not legs",
-            hint="read it with load or read_network",
+            hint="read it with load",
         )
     file = validate(SnapshotFile, document)
     place = DocumentPlace(document)
@@ -168,7 +171,25 @@ def snapshot_from_document(document: Document) -> Snapshot:
     )
     if file.planar:
         check_planar(snapshot, place.at("legs"))
+    _question_alignment(snapshot, place)
     return snapshot
+
+
+def _question_alignment(snapshot: Snapshot, place: DocumentPlace) -> None:
+    """Warn where rounding of the coordinates may decide a rank or whether a joint is redundant."""
+    from robostiff.analysis.stiffness_at_pose import stiffness
+
+    found = stiffness(snapshot, tolerance=Tolerance(near_independence=_ROUNDED))
+    if Status.ILL_CONDITIONED not in found.status:
+        return
+    legs = zip(snapshot.legs, found.legs, strict=True)
+    names = [f"leg {leg.name!r}" for leg, K in legs if Status.ILL_CONDITIONED in K.status]
+    who = ", ".join(names) or "the platform"
+    warn_of_slip(
+        f"{place.document.location(['legs'])}: {who} is almost singular, "
+        f"{found.decision}; if coordinates are rounded, rank {found.rank} is in doubt: "
+        "write ten digits, and the same numbers where points coincide or axes are parallel"
+    )
 
 
 def is_snapshot(document: Document) -> bool:

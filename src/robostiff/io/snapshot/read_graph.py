@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from robostiff.io.document import Document, DocumentPlace, read_document
+from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.snapshot.elements import (
     beam_masses,
     placed_beam,
@@ -32,26 +31,6 @@ from robostiff.network import BeamElement, JointElement, Network, Node, SpringEl
 from robostiff.network.elements import CouplingElement
 from robostiff.network.equations import check_fits
 from robostiff.spatial import Space
-
-
-def read_network(source: Path | str) -> Network:
-    """Read a snapshot file in its graph form, JSON or YAML.
-
-    Parameters
-    ----------
-    source : path or str
-        The file; ``-`` for standard input.
-
-    Returns
-    -------
-    Network
-
-    Raises
-    ------
-    FileError
-        When the file cannot be used; it names line, column and path.
-    """
-    return network_from_document(read_document(source))
 
 
 def network_from_document(document: Document) -> Network:

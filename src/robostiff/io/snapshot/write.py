@@ -261,7 +261,7 @@ def distinct(names: Iterable[str]) -> list[str]:
 
 
 def network_to_data(network: Network) -> dict[str, Any]:
-    """Plain data that `read_network` reads back, once written as JSON.
+    """Plain data that `robostiff.load` reads back, once written as JSON.
 
     Every beam and spring becomes a spring with its stiffness, or with its compliance if that is
     singular.

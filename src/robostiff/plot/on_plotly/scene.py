@@ -37,9 +37,9 @@ _SCENE, _BELOW = 500, 16  # pixels; nothing is written below a scene but its leg
 _MARGIN = 0.04  # of the longest side of the box
 _THIN = 0.25  # of a box as long as wide: axes that are shorter have few numbers
 _TOWARDS_EYE = np.array([0.58, -0.735, 0.354])
-# Of half the diagonal of the box, about: numbers and names on its axes, and where the camera
-# looks below its middle, as these stand below and the front is nearer.
-_TEXT, _BELOW_MIDDLE = 0.15, 0.2
+# Of half the diagonal of the box, about: numbers and names on its axes, those of joints at its top,
+# and where the camera looks below its middle, as the former stand below and the front is nearer.
+_TEXT, _ABOVE, _BELOW_MIDDLE = 0.15, 0.06, 0.12
 _HALF_VIEW = {"up": 0.42, "right": 0.5}  # tangents
 
 
@@ -94,8 +94,9 @@ def _distance(ratio: list[float]) -> float:
     right /= np.linalg.norm(right)
     up = np.cross(_TOWARDS_EYE, right)
     corners = np.array(list(product((-0.5, 0.5), repeat=3))) * ratio
+    above = corners @ up + _BELOW_MIDDLE
     across = np.maximum(
-        (np.abs(corners @ up + _BELOW_MIDDLE - _TEXT) + _TEXT) / _HALF_VIEW["up"],
+        np.maximum(above + _ABOVE, 2 * _TEXT - above) / _HALF_VIEW["up"],
         (np.abs(corners @ right) + _TEXT) / _HALF_VIEW["right"],
     )
     return float(np.max(across + corners @ _TOWARDS_EYE))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -141,19 +142,19 @@ def comparison_section(contents: ReportContents) -> Section | None:
         return None
     first, second = contents.stiffness, other.stiffness
     title = f"Beside {other.name}"
+    names = (contents.robot.name, other.name)
+    if names[0] == names[1]:
+        names = (f"{names[0]}, first", f"{names[1]}, second")
     rows: list[list[Cell]] = [
         ["status", str(contents.status), str(other.status)],
         ["rank", str(int(first.rank)), str(int(second.rank))],
     ]
-    parts: list[Part | None] = [Table(["", contents.robot.name, other.name], rows)]
+    parts: list[Part | None] = [Table(["", *names], rows)]
     parts.append(Bullets(other.advice, Tone.WARNING) if other.advice else None)
     if not (np.all(first.answered) and np.all(second.answered)):
         parts.append(Paragraph("One of the two has no stiffness matrix to be compared."))
         return section("comparison", title, parts)
-    names = (contents.robot.name, other.name)
-    if names[0] == names[1]:
-        names = (f"{names[0]}, first", f"{names[1]}, second")
-    parts.append(SideBySide((stiffness_matrix(second),)))
+    parts.append(SideBySide((replace(stiffness_matrix(second), symbol=f"K of {names[1]}"),)))
     try:
         picture = comparison_picture(first, second, names=names)
         for i, panel in enumerate(picture.panels):  # beside each other

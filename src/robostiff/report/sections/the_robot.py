@@ -34,9 +34,9 @@ def robot_section(contents: ReportContents) -> Section:
     """Source, legs or cables, and a picture of the robot at the pose."""
     robot, posed = contents.robot, contents.posed
     parts: list[Part | None] = []
+    if contents.source:
+        parts.append(Paragraph(f"Source: {contents.source}"))
     if isinstance(robot, Robot | CableRobot):
-        if robot.source:
-            parts.append(Paragraph(f"Source: {robot.source}"))
         free = ", ".join(coordinate.value for coordinate in robot.coordinates)
         if free:
             parts.append(Paragraph(f"Free coordinates of the platform: {free}."))
