@@ -315,6 +315,7 @@ def test_every_name_of_the_generic_leg_is_in_the_nomenclature(name):
     derivation = rs.derive(name, pose=rs.AtSymbols())
     text = derivation_text(derivation)
     listed = text.split("Nomenclature")[-1]
+    assert derivation.vectors is not None
     for equation in derivation.vectors.leg:
         if equation.name[0] not in "wc":
             assert re.search(rf"\b{equation.name}\b.*:", listed), equation.name

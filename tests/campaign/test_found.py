@@ -46,9 +46,10 @@ ROBOTS = {
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_ways_agree_with_the_reference(name):
-    snapshot, asked = rs.load(FOUND / f"{name}.json"), frozenset(ROBOTS[name])
+    asked = frozenset(ROBOTS[name])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
+        snapshot = rs.load(FOUND / f"{name}.json")
         judge, taken = ways.judged(snapshot, [0], asked)
     assert not judge.complaints, [str(complaint) for complaint in judge.complaints]
     assert asked <= set(taken)

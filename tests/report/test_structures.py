@@ -69,7 +69,9 @@ def test_tensions_below_their_limit_under_the_load_alone_are_said_so():
     robot = rs.load("cable-8")
     assert verdict_of(report_contents(robot)).advice == ()
     (advice,) = verdict_of(report_contents(robot, wrench=[10, 0, -20, 0, 0, 0])).advice
-    assert advice.startswith("under the load: a cable carries less or more")
+    assert advice.startswith(
+        "under the load: an actuator, or the tension of a cable, is beyond its limits"
+    )
 
 
 @pytest.mark.parametrize("name", ["docs/star-platform.yaml", "examples/portal.json"])

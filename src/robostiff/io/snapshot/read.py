@@ -180,14 +180,15 @@ def _question_alignment(snapshot: Snapshot, place: DocumentPlace) -> None:
     from robostiff.analysis.stiffness_at_pose import stiffness
 
     found = stiffness(snapshot, tolerance=Tolerance(near_independence=_ROUNDED))
-    if Status.ILL_CONDITIONED not in found.status:
+    doubtful = Status.ILL_CONDITIONED
+    if doubtful not in found.status or doubtful in stiffness(snapshot).status:
         return
     legs = zip(snapshot.legs, found.legs, strict=True)
-    names = [f"leg {leg.name!r}" for leg, K in legs if Status.ILL_CONDITIONED in K.status]
+    names = [f"leg {leg.name!r}" for leg, K in legs if doubtful in K.status]
     who = ", ".join(names) or "the platform"
     warn_of_slip(
-        f"{place.document.location(['legs'])}: {who} is almost singular, "
-        f"{found.decision}; if coordinates are rounded, rank {found.rank} is in doubt: "
+        f"{place.document.location(['legs'])}: rank {found.rank} is decided by differences of "
+        f"coordinates below {_ROUNDED:g} of the size, in {who}; if coordinates are rounded, "
         "write ten digits, and the same numbers where points coincide or axes are parallel"
     )
 
