@@ -74,8 +74,8 @@ class MapQuantities:
     quantities: tuple[str, ...] = repeatable(
         "--quantity",
         "NAME",
-        "stiffness, principal-stiffness (when left out), worst-deflection, indices, deflection "
-        "or actuator-forces, always with rank and status",
+        "stiffness, principal-stiffness (when left out), worst-deflection, indices, deflection, "
+        "actuator-forces, or tensions of cables; always with rank and status",
     )
     wrench: str | None = wrench_option(
         "Load about the reference point, for deflection and actuator-forces, and for --under-load"
