@@ -331,7 +331,7 @@ def test_a_derivative_in_names_has_no_false_pole_and_is_short(symbol):
     after, before = (rs.stiffness(robot.substituted(at)).K for at in ends)
     assert distance(dK, (after - before) / (2 * step)) < 1e-8
     assert distance(found.lambdify()(**values_for(found, values))[1], dK) < 1e-13
-    assert len(derivation_text(found).splitlines()) < 45
+    assert len(derivation_text(found).split("Where the formula holds")[0].splitlines()) < 32
 
 
 @pytest.mark.parametrize("form", [Closed(), Steps()], ids=["closed", "steps"])

@@ -77,17 +77,19 @@ def read_asked_poses(robot: Mapped, asked: MapPoses, load: MapLoad = NO_LOAD) ->
     random = asked.random is not None
     words = ["start", "stop"] if random else ["start", "stop", "count"]
     found: dict[str, list[float]] = {}
-    for name, text in asked.axes.items():
-        if isinstance(robot, Robot) and (asked.joints or name in coordinate_units(robot)):
-            expected = "--joint alone" if asked.joints else f"--joint, as a joint is called {name}"
-            raise InputError(f"--{name}", got=text, expected=expected)
-        dimension = Dimension.LENGTH if SIX.index(name) < 3 else Dimension.ANGLE
-        found[name] = _numbers(text, dimension, words, f"--{name}")
     for text in asked.joints:
         name, dimension, rest = _joint(robot, text)
         if name in found:
             raise InputError("--joint", got=text, expected=f"one range for {name}")
         found[name] = _numbers(rest, dimension, words, f"--joint {name}")
+    for name, text in asked.axes.items():
+        if isinstance(robot, Robot) and (asked.joints or name in coordinate_units(robot)):
+            expected = "--joint alone" if asked.joints else f"--joint, as a joint is called {name}"
+            raise InputError(f"--{name}", got=text, expected=expected)
+        if name in found:
+            raise InputError(f"--{name}", got=text, expected=f"one range for {name}")
+        dimension = Dimension.LENGTH if SIX.index(name) < 3 else Dimension.ANGLE
+        found[name] = _numbers(text, dimension, words, f"--{name}")
     if load.factors is not None:
         found[FACTOR] = _numbers(load.factors, Dimension.NUMBER, words, "--factor")
     if not found:
