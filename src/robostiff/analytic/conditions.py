@@ -14,7 +14,9 @@ import sympy as sp
 
 from robostiff.analysis import stiffness
 from robostiff.analytic.closed_posture import gap_of
+from robostiff.analytic.closed_sum import factored_fraction
 from robostiff.analytic.derivation import Condition
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.robot_pose import platform_pose
@@ -30,10 +32,10 @@ from robostiff.recorded import entry_reader
 from robostiff.recorded.leg import at_samples, lower_bound
 from robostiff.spatial import cross, exact_number
 
-_CLOSED = sp.Rational(
-    1, 10**14
-)  # square of the largest gap of a closed leg, relative to the length, or rad
+# Square of the largest gap of a closed leg, relative to the length, or rad
+_CLOSED = sp.Rational(1, 10**14)
 _STRETCHED = sp.Rational(1, 10**14)  # square of a sine
+_SHORT = 80  # operations that are worth to be multiplied out
 _SAME = 1e-9
 _ROUNDING = sp.Rational(1, 10**12)  # of what may be at a bound
 _AWAY = 0.05
@@ -55,7 +57,8 @@ def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Conditi
         for length in leg.lengths:
             if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
                 words = f"a beam of a telescope of leg {leg.leg.name!r} has a positive length"
-                found.append(Condition(words, read(length)))
+                expression = _in_short_roots(sp.sympify(read(length)))
+                found.append(Condition(words, expression, leg=leg.leg.name))
         if not placed.following:
             found += _closing(leg.leg.name, leg.gap, read)
         found += _stretched(leg.leg, read)
@@ -106,7 +109,8 @@ def _nearest_to_home(
                 nearer = [_any_of((x, _all_of((_any_of(outside), within)))) for x in nearer]
                 nearer.append(_any_of((*outside, within)))
             found |= dict.fromkeys(nearer)
-        yield from (Condition(words, x) for x in found if not x.is_positive)
+        open_ones = [x for x in found if not x.is_positive]
+        yield from (Condition(words, _decisive(x), leg=leg.name) for x in open_ones)
 
 
 def _stiffness(robot: Robot, near: list[np.ndarray]) -> np.ndarray:
@@ -141,7 +145,7 @@ def _existing(part: Robot | Leg) -> Iterator[Condition]:
             expression: Any = difference + _ROUNDING if own.or_at else difference
             if not expression.is_positive and expression not in known:
                 known.add(expression)
-                yield Condition(f"{own.subject} of {name!r} is {words}", expression)
+                yield Condition(f"{own.subject} of {name!r} is {words}", _decisive(expression))
 
 
 def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[Condition]:
@@ -165,7 +169,36 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[Condition]:
         if len(some) == 3 and all(x.turns for x in some):
             words = f"leg {leg.name!r} is not stretched"
         square = aa * bb - ((aa + bb - ab) / 2) ** 2
-        yield Condition(words, square - _STRETCHED * aa * bb)
+        short = not square.atoms(sp.sin, sp.cos) and count_of(square) <= _SHORT
+        product = factored_fraction(square) if short else square
+        factors = [x for x in sp.Mul.make_args(product) if x.free_symbols]
+        # A difference of squares may be more than nothing by its rounding; its factors are not.
+        found = square - _STRETCHED * aa * bb if len(factors) == 1 else _decisive(product)
+        yield Condition(words, found, leg=leg.name)
+
+
+def _in_short_roots(expression: Any) -> Any:
+    """The expression with squares of lengths multiplied out where that is shorter."""
+    short = {}
+    for root in expression.atoms(sp.Pow):
+        if root.exp == sp.S.Half and count_of(root.base) <= _SHORT:
+            found = shortest_trigonometry(factored_fraction(root.base))
+            short[root] = min(root, sp.sqrt(found), key=count_of)
+    return expression.xreplace(short)
+
+
+def _decisive(expression: Any) -> Any:
+    """The factors of an expression that decide whether it is positive; of a root its square."""
+    number, rest = expression.as_independent(*expression.free_symbols, as_Add=False)
+    sign = -1 if number.is_negative else 1 if number.is_positive else number
+    unknown: list[Any] = [x for x in sp.Mul.make_args(rest) if not x.is_positive]
+    roots = [x for x in unknown if x.is_Pow and abs(x.exp) == sp.S.Half]
+    above = [x.base for x in roots if x.exp.is_positive]
+    if len(roots) == len(unknown) and len(above) == 1 and sign == 1:
+        below = [x.base for x in roots if x.exp.is_negative]
+        if all((x - above[0]).is_nonnegative for x in below):
+            return above[0]
+    return sign * sp.Mul(*unknown).primitive()[1]
 
 
 def _in_a_plane(three: Sequence[PlacedFreedom]) -> tuple[Any, Any, Any] | None:

@@ -157,11 +157,14 @@ class Condition:
         In given symbols; positive where it holds.
     equations : tuple of sympy.Expr
         Differences that vanish there, of legs in their joint coordinates.
+    leg : str
+        The leg of which the words speak; empty where they speak of none.
     """
 
     words: str
     expression: sp.Expr
     equations: tuple[sp.Expr, ...] = ()
+    leg: str = ""
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,9 @@ from robostiff.analytic.export.outline import (
     ScalarEquations,
 )
 
-_LONG = 60  # operations: such a condition is in words, and only programs have it in full
+_LONG = 20  # operations: such a condition is in words, and only programs have it in full
 _LETTER = "Delta"
+_LEGS = "{legs}"
 
 
 def with_conditions(blocks: Sequence[Block], conditions: Sequence[Condition]) -> tuple[Block, ...]:
@@ -48,7 +49,16 @@ def with_conditions(blocks: Sequence[Block], conditions: Sequence[Condition]) ->
 
 
 def _words(conditions: Sequence[Condition]) -> str:
-    return "; ".join(dict.fromkeys(c.words for c in conditions))
+    """Of conditions, those of several legs together."""
+    groups: dict[str, list[str]] = {}
+    for c in conditions:
+        own = groups.setdefault(c.words.replace(f"leg {c.leg!r}", _LEGS), [])
+        own += [repr(c.leg)] * (repr(c.leg) not in own)
+    each = {
+        words: f"leg {legs[0]}" if len(legs) == 1 else f"each of {', '.join(legs)}"
+        for words, legs in groups.items()
+    }
+    return "; ".join(words.replace(_LEGS, legs) for words, legs in each.items())
 
 
 def _operations(expression: Any) -> int:
