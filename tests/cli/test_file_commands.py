@@ -12,7 +12,7 @@ import robostiff as rs
 from robostiff.cli.commands_files import templates
 from robostiff.io.document import parse_document, read_document
 from robostiff.io.model_file.schema import _MEANINGS, model_file_schema
-from robostiff.io.snapshot import network_schema, snapshot_schema
+from robostiff.io.snapshot import network_schema, network_to_data, snapshot_schema
 from robostiff.robots import robot_file
 from tests.cli.running import Running
 
@@ -148,6 +148,18 @@ def test_the_same_data_as_yaml(form):
     assert Path("hexapod.yaml").read_text().startswith("name: hexapod\n")
     found = read_document(Path("hexapod.yaml")).data
     assert found == json.loads(Path("hexapod.json").read_text())
+
+
+def test_rows_of_a_file_stand_in_a_line_each():
+    graph = json.loads((ROOT / "examples/portal.json").read_text())
+    text = json.dumps(graph).replace("left foot", "left,  [1,\\n 2] foot")
+    Path("portal.json").write_text(text)
+    run("convert", "portal.json", "--to", "graph", "-o", "graph.json")
+    written = Path("graph.json").read_text()
+    assert '"reference_point": [1.0, 0.0, 0.8],\n' in written
+    assert json.loads(written) == network_to_data(rs.load("portal.json"))
+    run("convert", "hexapod", "-o", "hexapod.json")
+    assert len(Path("hexapod.json").read_text().splitlines()) < 900  # 2380, a number in a line
 
 
 def test_arm_of_a_table_to_snapshot_to_graph():

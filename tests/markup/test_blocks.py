@@ -122,5 +122,15 @@ def test_typst_shows_what_it_is_given():
     assert "$1.5 dot 10^(7)$" in block_typst(K)
 
 
+def test_words_between_numbers_stand_at_the_right_as_these_do():
+    table = Table(
+        ["cable", "tension", "note"], [["1", Number(12.0, "N"), "a"], ["2", "slack", "b"]]
+    )
+    html, typst = block_html(table), block_typst(table)
+    assert '<th scope="col" class="number">tension</th><th scope="col">note</th>' in html
+    assert '<td class="number">slack</td><td>b</td>' in html
+    assert typst.startswith("#rows(3, (left, right, left,), ")
+
+
 def test_zero_has_no_sign():
     assert number_html(-0.0) == "0"

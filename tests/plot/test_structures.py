@@ -9,7 +9,8 @@ import robostiff as rs
 from robostiff.kinematics import freedom_twist
 from robostiff.network import network_of_snapshot
 from robostiff.plot.energy_bars import energy_picture
-from robostiff.plot.geometry.displacement import motion_under, network_motion
+from robostiff.plot.geometry.displacement import finite_motion, motion_under, network_motion
+from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
 from robostiff.plot.posed_robot import robot_picture
 from robostiff.plot.structures import cable_scene, network_scene
@@ -116,6 +117,29 @@ def test_a_flexible_platform_bends_and_keeps_the_legs_together():
     (arm,) = (one for one in paths if one.about.startswith("platform/arm1"))
     assert len(arm.points) > 2
     assert picture.notes == ("displacements × 1000",)
+
+
+def test_nodes_of_a_flexible_platform_rest_where_small_loads_move_them():
+    star, load = rs.load(STAR), [0.5, 0, -1, 0, 0, 0.02]
+    rest = rs.equilibrium(star, wrench=load)
+    snapshot = rs.find_posture(star).snapshot.one(0)
+    small = motion_under(snapshot, rs.deflection(star, None, load))
+    finite = finite_motion(snapshot, rest.places)
+    placed = snapshot.platform
+    assert placed is not None
+    for node in placed.platform.nodes:
+        point = placed.in_world(placed.platform.point_of(node.name))
+        moved = small.nodes[node.name].displacement(point)
+        np.testing.assert_allclose(
+            finite.nodes[node.name].displacement(point), moved, rtol=0, atol=2e-3 * abs(moved).max()
+        )
+    for leg, own, node in zip(snapshot.legs, finite.legs, placed.holds, strict=True):
+        end = finite.nodes[node].displacement(leg.end)
+        np.testing.assert_allclose(own.bodies[-1].displacement(leg.end), end, rtol=0, atol=1e-12)
+    bent = [one for one in equilibrium_picture(rest).items if isinstance(one, Path)]
+    assert any(one.about.startswith("platform/arm1") and len(one.points) > 2 for one in bent)
+    heavy = rs.modes(star, masses={"platform": 5.0})
+    assert mode_picture(heavy).items
 
 
 def test_a_loaded_cable_robot_is_drawn_where_it_rests():

@@ -40,6 +40,12 @@ def test_a_cable_robot():
     np.testing.assert_array_equal(found.stiffness.K, rs.stiffness(rs.load("cable-8")).K)
 
 
+def test_cable_robots_are_not_compared():
+    hint = "got 'cable-8-suspended', expected none; write a report of each robot"
+    with pytest.raises(rs.InputError, match=hint):
+        report_contents(rs.load("cable-8"), other=rs.load("cable-8-suspended"))
+
+
 def test_turns_of_cables_that_are_rounding_are_zero():
     """Pulled down, a platform that is symmetric does not turn."""
     robot, pull = rs.load("cable-8"), [0, 0, -200, 0, 0, 0]

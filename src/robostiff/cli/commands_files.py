@@ -251,4 +251,10 @@ def _text_of_frozen(frozen: Any, path: Path | None) -> str:
     data = network_to_data(frozen) if is_network else snapshot_to_data(frozen)
     if path is not None and path.suffix.lower() in _YAML:
         return yaml_of(data)
-    return json.dumps(data, indent=1, allow_nan=False) + "\n"
+    text = json.dumps(data, indent=1, allow_nan=False) + "\n"
+    # rows of numbers and of names stand in a line each, as people write them
+    return re.sub(r"\[\n *[^][{}]+?\n *\]", _in_a_line, text)
+
+
+def _in_a_line(row: re.Match[str]) -> str:
+    return re.sub(r"\n *", " ", row[0]).replace("[ ", "[", 1).removesuffix(" ]") + "]"

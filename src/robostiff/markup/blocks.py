@@ -75,6 +75,13 @@ class Table:
     header: Sequence[str]
     rows: Sequence[Sequence[Cell]]
 
+    @property
+    def of_numbers(self) -> tuple[bool, ...]:
+        """Which columns have numbers: they stand at the right, with words between them."""
+        columns = zip(*self.rows, strict=True)
+        found = tuple(any(isinstance(cell, Number) for cell in column) for column in columns)
+        return found or (False,) * len(self.header)
+
 
 @dataclass(frozen=True)
 class BlockUnits:

@@ -113,17 +113,16 @@ def _in_tone(html: str, tone: Tone) -> str:
 
 
 def _table(block: Table) -> str:
-    head = "".join(element("th", escaped(name), scope="col") for name in block.header)
-    rows = "".join(
-        element("tr", element("th", _cell(first), scope="row") + "".join(map(_data_cell, cells)))
-        for first, *cells in block.rows
-    )
+    kinds = [{"class_": "number"} if own else {} for own in block.of_numbers]
+    names = zip(block.header, kinds, strict=True)
+    head = "".join(element("th", escaped(name), scope="col", **kind) for name, kind in names)
+    rows = ""
+    for first, *cells in block.rows:
+        row = element("th", _cell(first), scope="row")
+        for cell, kind in zip(cells, kinds[1:], strict=True):
+            row += element("td", _cell(cell), **kind)
+        rows += element("tr", row)
     return element("table", element("thead", element("tr", head)) + element("tbody", rows))
-
-
-def _data_cell(cell: Cell) -> str:
-    kind = {"class_": "number"} if isinstance(cell, Number) else {}
-    return element("td", _cell(cell), **kind)
 
 
 def _cell(cell: Cell) -> str:

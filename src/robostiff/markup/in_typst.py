@@ -27,8 +27,8 @@ TYPST_BLOCKS = """\
 #let advice(body) = block(
   width: 100%, fill: rgb("#fff4e0"), stroke: (left: 3pt + rgb("#8a4b00")), inset: 8pt, body,
 )
-#let rows(columns, ..cells) = block(above: 1em, below: 1em, table(
-  columns: columns, stroke: none, inset: (x: 5pt, y: 2.2pt), align: left,
+#let rows(columns, sides, ..cells) = block(above: 1em, below: 1em, table(
+  columns: columns, stroke: none, inset: (x: 5pt, y: 2.2pt), align: sides,
   table.hline(y: 1, stroke: 0.5pt), ..cells,
 ))
 #let entries(symbol, units, size, second, ..cells) = block(breakable: false, above: 1.2em, {
@@ -74,7 +74,7 @@ def block_typst(block: Block) -> str:
     Examples
     --------
     >>> print(block_typst(Table(["part", "share"], [["rod", Number(12.0, "%")]])))
-    #rows(2, table.header([part], [share]),
+    #rows(2, (left, right,), table.header([part], [share]),
       [rod], [$12$ %],
     )
     """
@@ -110,8 +110,9 @@ def _in_tone(text: str, tone: Tone) -> str:
 def _table(block: Table) -> str:
     head = ", ".join(f"[{typst_text(name)}]" for name in block.header)
     lines = ["  " + ", ".join(f"[{_cell(cell)}]" for cell in row) + "," for row in block.rows]
-    columns = _columns(block)
-    return "\n".join([f"#rows({columns}, table.header({head}),", *lines, ")"])
+    sides = ", ".join("right" if own else "left" for own in block.of_numbers)
+    start = f"#rows({_columns(block)}, ({sides},), table.header({head}),"
+    return "\n".join([start, *lines, ")"])
 
 
 def _columns(block: Table) -> str:

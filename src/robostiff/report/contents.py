@@ -282,14 +282,17 @@ def _of_cables(
 ) -> ReportContents:
     """Tensions and stiffness of a cable robot, and its rest under the load."""
     refused = {**given, "at": at if wrench is not None else None}
+    hints = {
+        "at": "the load of a cable robot acts at its reference point",
+        "other": "write a report of each robot",
+    }
     for name, value in refused.items():
         if value is not None and value is not False:
-            hint = "the load of a cable robot acts at its reference point" if name == "at" else None
             raise InputError(
                 f"{name} in a report on cable robot {robot.name!r}",
-                got=value,
+                got=getattr(value, "name", value),
                 expected="none",
-                hint=hint,
+                hint=hints.get(name),
             )
     result = cable_stiffness(robot, pose)
     require_one_pose("a report", result.batch_shape, "write one pose")

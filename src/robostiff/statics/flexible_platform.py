@@ -58,6 +58,7 @@ def on_flexible_platform(
         chains=tuple(chains),
         points=(*legs.points, *(point[None] for point in points)),
         owners=(*owners, *(number,) * (len(chains) - len(legs.chains))),
+        nodes={name: numbers[own] for name, own in body.items()},
     )
 
 

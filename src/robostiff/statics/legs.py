@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -40,6 +40,8 @@ class LegGroup:
         Of legs that share springs, the leg of each chain; empty elsewhere.
     couplings : tuple of FiniteCoupling
         Of joints of a leg.
+    nodes : mapping of str to int or None
+        Of a flexible platform, the body of each node: its place in `points`, None for the platform.
     """
 
     indices: tuple[int, ...]
@@ -51,6 +53,7 @@ class LegGroup:
     springs: tuple[FiniteBodySpring, ...] = ()
     owners: tuple[int, ...] = ()
     couplings: tuple[FiniteCoupling, ...] = ()
+    nodes: Mapping[str, int | None] = field(default_factory=dict)
 
     @staticmethod
     def stacked(legs: Sequence[LegGroup]) -> LegGroup:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -217,22 +217,27 @@ class BodyPlaces:
         By ``leg/part``: the body behind that joint or elastic part. Rigid joints are not listed:
         the body behind them is that before.
     platform : BodyPlace
+    nodes : mapping of str to BodyPlace
+        Of a flexible platform.
     """
 
     behind: Mapping[str, BodyPlace]
     platform: BodyPlace
+    nodes: Mapping[str, BodyPlace] = field(default_factory=dict)
 
     def since(self, other: BodyPlaces, times: float = 1.0) -> BodyPlaces:
         """How far all bodies have moved since another state, so many times, beside no motion."""
         return BodyPlaces(
             {name: _since(own, other.behind[name], times) for name, own in self.behind.items()},
             _since(self.platform, other.platform, times),
+            {name: _since(own, other.nodes[name], times) for name, own in self.nodes.items()},
         )
 
 
 def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
     """The bodies of a robot at a state, by the parts before them."""
-    found = {}
+    found, nodes = {}, {}
+    platform = BodyPlace(state.R, state.p - state.R @ problem.point)
     for group, own in zip(problem.groups, state.legs, strict=True):
         for c, (chain, moved) in enumerate(zip(group.chains, group.moved(own), strict=True)):
             for element, place in zip(chain.elements, moved.placements[1:], strict=True):
@@ -244,7 +249,12 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
             for row, _, leg in group.rows_of(c):
                 joint = group.chains[c].elements[k].names[row]
                 found[f"{leg}/{coupling.drive.names[row]}"] = found[f"{leg}/{joint}"]
-    return BodyPlaces(found, BodyPlace(state.R, state.p - state.R @ problem.point))
+        for node, i in group.nodes.items():
+            nodes[node] = platform
+            if i is not None:
+                R = own.bodies[i].R[0]
+                nodes[node] = BodyPlace(R, own.bodies[i].p[0] - R @ group.points[i][0])
+    return BodyPlaces(found, platform, nodes)
 
 
 def _since(own: BodyPlace, other: BodyPlace, times: float) -> BodyPlace:

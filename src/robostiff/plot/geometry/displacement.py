@@ -297,14 +297,16 @@ def finite_motion(snapshot: Snapshot, places: BodyPlaces) -> RobotMotion:
     platform = FiniteMotion.of(places.platform)
     still = FiniteMotion.of(BodyPlace(np.eye(3), np.zeros(3)))
     known = {name: FiniteMotion.of(own) for name, own in places.behind.items()}
-    legs = []
-    for leg in snapshot.legs:
+    nodes = {name: FiniteMotion.of(own) for name, own in places.nodes.items()}
+    placed, legs = snapshot.platform, []
+    for i, leg in enumerate(snapshot.legs):
+        end = platform if placed is None else nodes[placed.holds[i]]
         walk = _along(leg, f"{leg.name}/", still, known)
         # nothing moves behind the last part that does
         last = _last_moving(leg, f"{leg.name}/", known)
-        bodies = tuple(body if i <= last else platform for i, body in enumerate(walk.bodies))
+        bodies = tuple(body if k <= last else end for k, body in enumerate(walk.bodies))
         legs.append(LegMotion(bodies, walk.branches))
-    return RobotMotion(platform, tuple(legs))
+    return RobotMotion(platform, tuple(legs), nodes)
 
 
 def _along(
