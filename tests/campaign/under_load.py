@@ -289,7 +289,9 @@ class _Laws:
             passed = self.found.status & rs.Status.BEYOND_LIMITS
             self._same("snapshot", replace(frozen, status=frozen.status | passed))
         self._about_another_point(rng.uniform(-1, 1, 3) * self.length)
-        if isinstance(self.robot, Robot) and rng.uniform() < _KERNELS:
+        # A kernel takes a minute to record where legs have dozens of parts.
+        share = _KERNELS * min(1.0, 20 / len(self.found.parts))
+        if isinstance(self.robot, Robot) and rng.uniform() < share:
             self._by_kernel(self.robot)
 
     def _about_another_point(self, v: np.ndarray) -> None:
@@ -382,7 +384,7 @@ def _hybrid(rng: np.random.Generator) -> Robot:
     """Robots of several legs and of one in series; some modules are such machines themselves."""
     modules: list[rs.Module] = []
     machine: Any = None
-    while len(modules) < 2 or (len(modules) < 4 and rng.uniform() < 0.4):
+    while len(modules) < 2 or (len(modules) < 3 and rng.uniform() < 0.4):
         kind = str(rng.choice(["several legs", "shipped", "driven arm", "arm"]))
         drawn = random_posed(rng, kind, 1) if rng.uniform() < 0.9 else None
         mount = random_transform(rng, 0.5) if rng.uniform() < 0.5 else None
