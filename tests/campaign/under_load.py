@@ -38,6 +38,7 @@ _WORK = 1e-5  # of the energies
 _TINY = 1e-6  # of the load: what is left is linear
 _STEP = 1e-5  # of differences, in units of the robot's length and of rad
 _KERNELS = 0.25
+_DRAWS = 10  # until a robot has a stiffness
 _FAR = 0.7  # rad or m of a joint
 _STIFFEST = 1e7  # against the softest direction: beyond, a free motion is a matter of rounding
 _HEAVIEST = 1e9  # N: what needs more to move is rigid but for rounding
@@ -46,14 +47,18 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 def loaded_robot(rng: np.random.Generator) -> list[Complaint]:
     """A robot under a wrench, weights, preloads and springs, by all laws and ways."""
-    drawn = _drawn(rng)
-    if drawn is None:
-        return []
-    robot, pose = drawn
-    snapshot = robot if isinstance(robot, Snapshot) else find_posture(robot, pose).snapshot.one(0)
-    length = float(snapshot.characteristic_length) or 1.0
-    wrench = _wrench(rng, rs.stiffness(robot, pose), robot.space, length)
-    if wrench is None:
+    for _ in range(_DRAWS):
+        drawn = _drawn(rng)
+        if drawn is None:
+            continue
+        robot, pose = drawn
+        alone = isinstance(robot, Snapshot)
+        snapshot = robot if alone else find_posture(robot, pose).snapshot.one(0)
+        length = float(snapshot.characteristic_length) or 1.0
+        wrench = _wrench(rng, rs.stiffness(robot, pose), robot.space, length)
+        if wrench is not None:
+            break
+    else:
         return []
     force = float(np.max(np.abs(wrench * _scale(robot.space, length))))
     more = _beside(rng, robot, snapshot, length, force)
@@ -385,7 +390,7 @@ def _hybrid(rng: np.random.Generator) -> Robot:
     modules: list[rs.Module] = []
     machine: Any = None
     while len(modules) < 2 or (len(modules) < 3 and rng.uniform() < 0.4):
-        kind = str(rng.choice(["several legs", "shipped", "driven arm", "arm"]))
+        kind = str(rng.choice(["shipped", "driven arm", "structure", "hand-made"]))
         drawn = random_posed(rng, kind, 1) if rng.uniform() < 0.9 else None
         mount = random_transform(rng, 0.5) if rng.uniform() < 0.5 else None
         try:
