@@ -7,18 +7,20 @@ from importlib import import_module
 
 from tests.campaign.answers import run_each
 
-PARTS = ("robots", "coupled_joints", "under_load", "moved_linkages", "readers", "stores")
-#: Parts of machines that are judged one by one: by what function, and what they are.
+#: Parts of machines that are judged one by one: where, by what function, and what they are.
 JUDGED = {
-    "coupled_joints": ("judged_robot", "robots with coupled joints"),
-    "under_load": ("loaded_robot", "robots under load"),
-    "moved_linkages": ("moved_linkage", "linkages"),
+    "coupled_joints": ("coupled_joints", "judged_robot", "robots with coupled joints"),
+    "under_load": ("under_load", "loaded_robot", "robots under load"),
+    "linkages_under_load": ("under_load", "loaded_linkage", "linkages under load"),
+    "moved_linkages": ("moved_linkages", "moved_linkage", "linkages"),
 }
+PARTS = ("robots", *JUDGED, "readers", "stores")
 #: How many of each where no number is given.
 COUNTS = {
     "robots": 20000,
     "coupled_joints": 400,
     "under_load": 400,
+    "linkages_under_load": 400,
     "moved_linkages": 400,
     "readers": 20000,
     "stores": 400,
@@ -37,10 +39,10 @@ def main() -> int:
     failed = 0
     for part in given.parts or PARTS:
         print(f"== {part}, seed {given.seed}", flush=True)
-        module = import_module(f"tests.campaign.{part}")
+        where, judged, what = JUDGED.get(part, (part, "", ""))
+        module = import_module(f"tests.campaign.{where}")
         count = given.count or COUNTS[part]
-        if part in JUDGED:
-            judged, what = JUDGED[part]
+        if judged:
             failed += run_each(getattr(module, judged), what, count, given.seed, given.first)
             continue
         is_robots = part == "robots"

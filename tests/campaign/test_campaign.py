@@ -76,6 +76,11 @@ def test_laws_of_robots_under_load(number):
     assert not under_load.loaded_robot(np.random.default_rng([9, number]))
 
 
+def test_what_rigid_bars_carry_beside_redundant_joints():
+    """The base gets what acts on the platform, to all digits."""
+    assert not under_load.loaded_linkage(np.random.default_rng([77, 188]))
+
+
 def test_a_home_that_is_nearly_singular_has_ways_through_the_singularity():
     """Two postures of an arm then lie side by side; a way across is no way to the other."""
     tally = run_part(20261122, [11867], None)

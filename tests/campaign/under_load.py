@@ -7,6 +7,8 @@ hand the base what acts on the robot. Batches, kernels, snapshots and small load
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -16,60 +18,110 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.kinematics import find_posture
-from robostiff.model import Robot
-from robostiff.spatial import skew
+from robostiff.linkage import essential
+from robostiff.model import PlacedBlock, PlacedLeg, Robot, Snapshot
+from robostiff.network import Network
+from robostiff.spatial import Space, skew
 from robostiff.statics.given_loads import has_masses
-from tests.campaign import coupled_joints
+from tests.campaign import coupled_joints, placed
 from tests.campaign.answers import Complaint, Judge
+from tests.campaign.moved_linkages import random_linkage
 from tests.campaign.posed import KINDS, random_posed
+from tests.generators.elements import random_transform
+
+Machine = Robot | Snapshot | Network
 
 #: Of the entries of a matrix, in units of both ends.
 _SAME = 1e-7
 _BY_DIFFERENCES = 2e-6
 _WORK = 1e-5  # of the energies
+_TINY = 1e-6  # of the load: what is left is linear
 _STEP = 1e-5  # of differences, in units of the robot's length and of rad
 _KERNELS = 0.25
+_DRAWS = 10  # until a robot has a stiffness
 _FAR = 0.7  # rad or m of a joint
 _STIFFEST = 1e7  # against the softest direction: beyond, a free motion is a matter of rounding
+_HEAVIEST = 1e9  # N: what needs more to move is rigid but for rounding
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
 def loaded_robot(rng: np.random.Generator) -> list[Complaint]:
     """A robot under a wrench, weights, preloads and springs, by all laws and ways."""
-    judge = Judge(None, 1.0, False)
-    drawn = _drawn(rng)
-    if drawn is None:
+    for _ in range(_DRAWS):
+        drawn = _drawn(rng)
+        if drawn is None:
+            continue
+        robot, pose = drawn
+        alone = isinstance(robot, Snapshot)
+        snapshot = robot if alone else find_posture(robot, pose).snapshot.one(0)
+        length = float(snapshot.characteristic_length) or 1.0
+        wrench = _wrench(rng, rs.stiffness(robot, pose), robot.space, length)
+        if wrench is not None:
+            break
+    else:
         return []
-    robot, pose = drawn
-    posture = find_posture(robot, pose)
-    unloaded = rs.stiffness(robot, pose)
+    force = float(np.max(np.abs(wrench * _scale(robot.space, length))))
+    more = _beside(rng, robot, snapshot, length, force)
+    if isinstance(robot, Robot) and rng.uniform() < 0.3:
+        robot = _with_springs(rng, robot, snapshot, force)
+    return _by_laws(rng, robot, pose, wrench, length, more)
+
+
+def loaded_linkage(rng: np.random.Generator) -> list[Complaint]:
+    """A linkage under a wrench, by the same laws; beams, joints and bodies in closed circuits."""
+    linkage = random_linkage(rng)
+    try:
+        essential(linkage)
+    except rs.InputError:  # a circuit that ends where it begins is left out
+        return []
+    network = linkage.network_at(None)
+    length = float(network.characteristic_length) or 1.0
+    unloaded = rs.stiffness(network)
+    wrench = _wrench(rng, unloaded, network.space, length)
+    if wrench is None or int(unloaded.rank) < network.space.size:
+        return []
+    return _by_laws(rng, network, None, wrench, length, {})
+
+
+def _scale(space: Space, length: float) -> np.ndarray:
+    return np.array([1.0 if row < 3 else 1.0 / length for row in space.rows])
+
+
+def _wrench(
+    rng: np.random.Generator, unloaded: Any, space: Space, length: float
+) -> np.ndarray | None:
+    """A wrench that moves the platform by 1e-5 to 0.05 of its length; None of what is in doubt."""
+    scale, n = _scale(space, length), space.size
     if unloaded.status & (rs.Status.UNREACHABLE | rs.Status.ILL_CONDITIONED) or not unloaded.rank:
-        return []
-    snapshot = posture.snapshot.one(0)
-    length = float(snapshot.characteristic_length) or 1.0
-    n = robot.space.size
-    scale = np.array([1.0 if row < 3 else 1.0 / length for row in robot.space.rows])
+        return None
     deflection = 10 ** rng.uniform(-5, -1.3)
     if not unloaded.status & rs.Status.RIGID_DIRECTION:
         if np.linalg.cond(unloaded.K * np.outer(scale, scale)) > _STIFFEST:
-            return []
-        wrench = deflection * unloaded.K @ (rng.normal(size=n) * scale * length)
-    elif (C := unloaded.compliance) is None or not np.any(C):
-        return []
-    else:
-        F = rng.normal(size=n) / scale
-        wrench = F * deflection * length / float(np.max(np.abs(C @ F / scale)))
-    force = float(np.max(np.abs(wrench * scale)))
-    more = _beside(rng, robot, snapshot, length, force)
-    if rng.uniform() < 0.3:
-        robot = _with_springs(rng, robot, snapshot, force)
+            return None
+        return deflection * unloaded.K @ (rng.normal(size=n) * scale * length)
+    if (C := unloaded.compliance) is None or not np.any(C):
+        return None
+    F = rng.normal(size=n) / scale
+    F *= deflection * length / float(np.max(np.abs(C @ F / scale)))
+    return F if np.max(np.abs(F * scale)) < _HEAVIEST else None
+
+
+def _by_laws(
+    rng: np.random.Generator,
+    robot: Machine,
+    pose: Any,
+    wrench: np.ndarray,
+    length: float,
+    more: dict[str, Any],
+) -> list[Complaint]:
+    judge = Judge(None, 1.0, False)
     found: Any = rs.equilibrium(robot, pose, wrench, **more)
     bad = rs.Status.FREE_MOTIONS | rs.Status.BEYOND_CRITICAL_LOAD
     if not found.has_answer or found.status & bad or not found.stable or found.margin < 0.1:
         return judge.complaints
     if max(float(np.max(np.abs(part.motion))) for part in found.parts) > _FAR:
         return judge.complaints  # by other ways it may come to rest elsewhere
-    laws = _Laws(judge, robot, pose, wrench, more, found, scale, length)
+    laws = _Laws(judge, robot, pose, wrench, more, found, _scale(robot.space, length), length)
     laws.held()
     laws.rates(rng)
     if rng.uniform() < 0.5:
@@ -85,7 +137,7 @@ class _Laws:
     def __init__(
         self,
         judge: Judge,
-        robot: Robot,
+        robot: Machine,
         pose: Any,
         wrench: np.ndarray,
         more: dict[str, Any],
@@ -97,6 +149,7 @@ class _Laws:
         self.more, self.found, self.scale, self.length = more, found, scale, length
         self.ask: Any = partial(rs.equilibrium, robot, pose, **more)
         rigid = bool(found.status & rs.Status.RIGID_DIRECTION)
+        self.has_springs = isinstance(robot, Robot) and bool(robot.springs)
         self.K: Any = None if rigid else found.K
         self.K_total: Any = None if rigid else found.K_total
 
@@ -213,7 +266,7 @@ class _Laws:
         acting, size = np.zeros(6), np.full(6, np.max(self.force * self.scale))
         acting[list(self.robot.space.rows)] = found.wrench
         size[3:] *= self.length
-        alone = not self.robot.springs
+        alone = not self.has_springs
         if alone and "loads" not in self.more and "gravity" not in self.more:
             got = np.sum(found.reactions, axis=0)
             self.near("balance", "another wrench on the base", got, acting, 1e-8, size)
@@ -225,19 +278,26 @@ class _Laws:
                 self.say("balance", "no energy", str(part))
 
     def other_ways(self, rng: np.random.Generator) -> None:
-        """A batch, a snapshot, another point, and a kernel."""
-        robot, pose = self.robot, self.pose
+        """A batch, the limit of small loads, a snapshot, another point, and a kernel."""
         batch = self.ask(np.array([0.5, 1.0, -0.3])[:, None] * self.wrench)[1]
         self._same("batch", batch)
-        snapshot = find_posture(robot, pose).snapshot.one(0)
-        if not robot.springs and "gravity" not in self.more:
-            frozen = rs.equilibrium(snapshot, None, self.wrench, **self.more)
+        if not self.has_springs and not self.more:
+            tiny = _TINY * self.wrench
+            moved = np.asarray(rs.stiffness(self.robot, self.pose).compliance) @ tiny
+            size = np.max(np.abs(moved / self.scale)) * self.scale
+            slack = 1e-4 + 1e-13 * self.length / size
+            own = self.ask(tiny).displacement
+            self.near("small", "another displacement", own, moved, 1, slack * size)
+        if isinstance(self.robot, Robot) and not self.has_springs and "gravity" not in self.more:
+            frozen = rs.equilibrium(self.found.snapshot, None, self.wrench, **self.more)
             # A snapshot does not have limits of joints.
             passed = self.found.status & rs.Status.BEYOND_LIMITS
             self._same("snapshot", replace(frozen, status=frozen.status | passed))
         self._about_another_point(rng.uniform(-1, 1, 3) * self.length)
-        if rng.uniform() < _KERNELS:
-            self._by_kernel()
+        # A kernel takes a minute to record where legs have dozens of parts.
+        share = _KERNELS * min(1.0, 20 / len(self.found.parts))
+        if isinstance(self.robot, Robot) and rng.uniform() < share:
+            self._by_kernel(self.robot)
 
     def _about_another_point(self, v: np.ndarray) -> None:
         """The same wrench at another point of the platform, v from it: K follows."""
@@ -248,9 +308,9 @@ class _Laws:
         full[rows], F[rows] = found.displacement, self.wrench
         arm = Rotation.from_rotvec(full[3:]).as_matrix() @ v
         F[3:] -= np.cross(arm, F[:3])
-        place = find_posture(self.robot, self.pose).snapshot.one(0).reference_point + v
+        place = found.problem.point + v
         moved: Any = rs.equilibrium(self.robot, self.pose, F[rows], at=place, **self.more)
-        if self.K is None or self.robot.springs or not moved.has_answer or moved.margin < 0.1:
+        if self.K is None or self.has_springs or not moved.has_answer or moved.margin < 0.1:
             return
         if moved.status != found.status:
             return
@@ -274,14 +334,14 @@ class _Laws:
         if self.K is not None:
             self.near(way, "another K", own.K, self.K, _SAME, self.sizes)
 
-    def _by_kernel(self) -> None:
+    def _by_kernel(self, robot: Robot) -> None:
         try:
-            fast = rs.compile_loaded(self.robot, backend=rs.Backend.ARRAYS, **self.more)
+            fast = rs.compile_loaded(robot, backend=rs.Backend.ARRAYS, **self.more)
         except (rs.InputError, rs.NoAnswerError):  # with the reason
             return
-        posture = find_posture(self.robot, self.pose)
-        pose: Any = posture.pose[:, self.robot.coordinate_places]
-        if self.robot.is_posed_by_joints:
+        posture = find_posture(robot, self.pose)
+        pose: Any = posture.pose[:, robot.coordinate_places]
+        if robot.is_posed_by_joints:
             pose = rs.JointCoordinates(posture.coordinates[0])
         answer = fast.evaluate(pose, self.wrench)
         size = self.scale * self.length
@@ -291,11 +351,17 @@ class _Laws:
             self.near(way, "another K", answer.K[0], self.K, _SAME, self.sizes)
 
 
-def _drawn(rng: np.random.Generator) -> tuple[Robot, Any] | None:
-    """A robot, and a pose of it."""
-    if rng.uniform() < 0.25:
-        robot = coupled_joints.random_robot(rng)
-        return robot, None
+def _drawn(rng: np.random.Generator) -> tuple[Robot | Snapshot, Any] | None:
+    """A robot, and a pose of it; or one with blocks in blocks, or on a flexible platform."""
+    sort = rng.uniform()
+    if sort < 0.2:
+        return coupled_joints.random_robot(rng), None
+    if sort < 0.4:
+        drawn = placed.KINDS[str(rng.choice(["nested", "nested planar", "platform"]))](rng)
+        legs = tuple(_numbered(leg, itertools.count()) for leg in drawn.legs)
+        return replace(drawn, legs=legs), None
+    if sort < 0.6:
+        return _hybrid(rng), None
     names = list(KINDS)
     kind = names[rng.integers(len(names))]
     posed = random_posed(rng, kind, 2)
@@ -306,8 +372,43 @@ def _drawn(rng: np.random.Generator) -> tuple[Robot, Any] | None:
     return posed.robot, rs.JointCoordinates(rows) if posed.by_joints else rows
 
 
+def _numbered(leg: PlacedLeg, numbers: Iterator[int]) -> PlacedLeg:
+    """The leg with a name of its own for every part: loads are given by names."""
+    return replace(
+        leg,
+        elements=tuple(
+            replace(e, branches=tuple(_numbered(branch, numbers) for branch in e.branches))
+            if isinstance(e, PlacedBlock)
+            else replace(e, name=f"{e.name} {next(numbers)}")
+            for e in leg.elements
+        ),
+    )
+
+
+def _hybrid(rng: np.random.Generator) -> Robot:
+    """Robots of several legs and of one in series; some modules are such machines themselves."""
+    modules: list[rs.Module] = []
+    machine: Any = None
+    while len(modules) < 2 or (len(modules) < 3 and rng.uniform() < 0.4):
+        kind = str(rng.choice(["shipped", "driven arm", "structure", "hand-made"]))
+        drawn = random_posed(rng, kind, 1) if rng.uniform() < 0.9 else None
+        mount = random_transform(rng, 0.5) if rng.uniform() < 0.5 else None
+        try:
+            part = _hybrid(rng) if drawn is None else drawn.robot
+            more = [*modules, rs.Module(f"m{len(modules)}", part, mount)]
+            machine = rs.hybrid_machine(more)
+        except rs.InputError:  # of cables, springs, couplings, in space and in a plane: no machine
+            continue
+        modules = more
+    return machine
+
+
 def _beside(
-    rng: np.random.Generator, robot: Robot, snapshot: Any, length: float, force: float
+    rng: np.random.Generator,
+    robot: Robot | Snapshot,
+    snapshot: Any,
+    length: float,
+    force: float,
 ) -> dict[str, Any]:
     """Dead forces at bodies, preloads of drives, weights: as large as the wrench, or smaller."""
     in_space = np.isin(np.arange(3), [row for row in robot.space.rows if row < 3])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -120,11 +120,7 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
         When a name in `values` is no joint's, or its numbers do not fit.
     """
     given = linkage.checked(values or {})
-    tree = linkage.tree
-
-    def near_home(moving: tuple[Connection, ...]) -> Configuration:
-        return _nearest(tree, linkage, {}, moving)
-
+    near_home = partial(_nearest, linkage, {})
     home = _first_closed(linkage, linkage.held, near_home)
     if not given:
         return home
@@ -134,9 +130,7 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
     if home.is_closed:
         each = {name: own[None] for name, own in given.items()}
         return PathsFromHome(linkage, home, tuple(given)).to(each)[0]
-    return _first_closed(
-        linkage, frozenset(given), lambda moving: _nearest(tree, linkage, given, moving)
-    )
+    return _first_closed(linkage, frozenset(given), partial(_nearest, linkage, given))
 
 
 @dataclass(frozen=True)
@@ -179,7 +173,7 @@ class _PathOfLoops:
     def of(
         cls, linkage: Linkage, home: Configuration, moving: tuple[Connection, ...]
     ) -> _PathOfLoops:
-        loops = _Loops.of(linkage.tree, linkage, home.coordinates, moving)
+        loops = _Loops.of(linkage, home.coordinates, moving)
         return cls(loops, home, AssemblyMode(loops, loops.guess))
 
     def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
@@ -223,7 +217,7 @@ def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) ->
     its loops are regular.
     """
     passive, _ = _movable(linkage, given)
-    loops = _Loops.of(linkage.tree, linkage, found.coordinates, passive)
+    loops = _Loops.of(linkage, found.coordinates, passive)
     _, values, Vt = np.linalg.svd(loops.rates(loops.guess[None])[0])
     held = np.flatnonzero(values > _FREE * values.max(initial=0.0))
     if not held.size or values[held[-1]] > _REGULAR * values[0]:
@@ -252,14 +246,11 @@ def _movable(
 
 
 def _nearest(
-    tree: SpanningTree[Connection],
-    linkage: Linkage,
-    values: Mapping[str, np.ndarray],
-    moving: tuple[Connection, ...],
+    linkage: Linkage, values: Mapping[str, np.ndarray], moving: tuple[Connection, ...]
 ) -> Configuration:
     """Closed at values of some joints, as near to the home coordinates of the others as it goes."""
     guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
-    loops = _Loops.of(tree, linkage, guess, moving)
+    loops = _Loops.of(linkage, guess, moving)
     return loops.configuration(nearest(loops, loops.guess[None])[0])
 
 
@@ -275,13 +266,10 @@ class _Loops:
 
     @classmethod
     def of(
-        cls,
-        tree: SpanningTree[Connection],
-        linkage: Linkage,
-        guess: Mapping[str, np.ndarray],
-        moving: Sequence[Connection],
+        cls, linkage: Linkage, guess: Mapping[str, np.ndarray], moving: Sequence[Connection]
     ) -> _Loops:
         """The loops that some joints may close."""
+        tree = linkage.tree
         return cls(
             tree,
             linkage.connections,

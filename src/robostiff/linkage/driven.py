@@ -13,7 +13,6 @@ from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.kinematics.spanning_tree import SpanningTree
 from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, PathsFromHome, close
 from robostiff.linkage.essential import essential
@@ -109,19 +108,19 @@ class DrivenLinkage:
         return cls(part, tuple(name for name in joints if name in felt), close(part))
 
     @cached_property
-    def tree(self) -> SpanningTree[Connection]:
-        """Ways to its bodies, and the connections that close loops."""
-        return self.part.tree
-
-    @cached_property
     def _paths(self) -> PathsFromHome:
         return PathsFromHome(self.part, self.home, self.drives)
 
     @property
+    def driving(self) -> tuple[Connection, ...]:
+        """The connections of the drives."""
+        by_name = {c.name: c for c in self.part.connections}
+        return tuple(by_name[name] for name in self.drives)
+
+    @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the coordinates of the drives."""
-        by_name = {c.name: c for c in self.part.connections}
-        return tuple(name for drive in self.drives for name in coordinate_names(by_name[drive]))
+        return tuple(name for c in self.driving for name in coordinate_names(c))
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -130,8 +129,7 @@ class DrivenLinkage:
 
     @property
     def _freedoms(self) -> list[Screw]:
-        joints = {joint.name: joint for joint in self.part.joints}
-        return [screw for name in self.drives for screw in joints[name].freedoms]
+        return [screw for c in self.driving for screw in c.freedoms]
 
     @property
     def at_home(self) -> np.ndarray:
@@ -233,7 +231,7 @@ class DrivenLinkage:
         own = [
             c
             for c in self.part.connections
-            if c.may_move and c.name not in self.drives and c.name in self.tree.in_loops
+            if c.may_move and c.name not in self.drives and c.name in self.part.tree.in_loops
         ]
         passive = [c for c in own if c.is_passive]
         others = [c.name for c in own if c not in passive]
@@ -279,15 +277,14 @@ def record_linkage_closure(
     None where home is singular, or joints that resist are left undetermined. Passive joints that no
     loop determines, as of a rod that spins, stay where they are at home.
     """
-    part, tree, length = driven.part, driven.tree, driven.home.length
+    part, length = driven.part, driven.home.length
     following = driven.following(samples)
-    by_name = {c.name: c for c in part.connections}
-    drives = [by_name[name] for name in driven.drives]
+    drives = driven.driving
     closed = [*samples, driven.home]  # the last one is home: a pivot that vanishes there is none
     given = _sampled(drives, closed) | with_nominal(part)
     state = _sampled(following, closed)
     record = Record({**given, **state})
-    bodies = Bodies.of(tree, coordinates(driven, record, (*drives, *following)))
+    bodies = Bodies.of(part.tree, coordinates(driven, record, (*drives, *following)))
     groups = []
     for loops, moving in _groups(bodies, following):
         gaps = [(gap, _rates(bodies, gap, cut, moving, length)) for cut, gap in loops]
@@ -333,9 +330,7 @@ def sampled_coordinates(
     driven: DrivenLinkage, samples: Sequence[Configuration]
 ) -> dict[str, np.ndarray]:
     """Values of the coordinates that move, by name (samples,): of drives, then of what follows."""
-    by_name = {c.name: c for c in driven.part.connections}
-    drives = [by_name[name] for name in driven.drives]
-    return _sampled([*drives, *driven.following(samples)], samples)
+    return _sampled([*driven.driving, *driven.following(samples)], samples)
 
 
 def _groups(

@@ -197,7 +197,7 @@ class Linkage(Symbolic):
         """Its joints, in the order of the connections."""
         return tuple(c.element for c in self.connections if isinstance(c.element, Joint))
 
-    @property
+    @cached_property
     def tree(self) -> SpanningTree[Connection]:
         """Ways to its bodies, and the connections that close loops."""
         return spanning_tree(self.base, self.connections)

@@ -50,7 +50,10 @@ class Closure:
         x = inverse.solve(np.concatenate([b, np.zeros((N, d, b.shape[2]))], axis=1), refinements)
         carried = np.zeros((N, n, d))
         carried[:, m:] = missing * self.rows[:, None]
-        return Bordered(inverse, x[:, :n], x[:, n:], carried)
+        found = x[:, :n]
+        # Beside redundant joints the inverse is one of least squares, and x has rough gaps.
+        gaps = np.swapaxes(carried, -1, -2) @ (b - A @ found)
+        return Bordered(inverse, found, gaps, carried)
 
 
 @dataclass(frozen=True)
