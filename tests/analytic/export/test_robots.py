@@ -117,7 +117,7 @@ def test_stiffnesses_of_beams_stand_in_the_nomenclature_with_the_beams_that_shar
     derivation = rs.derive("t3r1")
     assert derivation.named is not None
     EI = next(d for d in derivation.named.definitions if d.symbol.name == "EI_1")
-    value = f"{float(EI.expression):.12g} N m^2"
+    value = f"{float(EI.expression):.12g} N m²"
     words = f"bending stiffness E I of inner link, outer link, {value}"
     read_back = derivation_from_data(json.loads(json.dumps(derivation_data(derivation))))
     for own in (derivation, read_back, copy.deepcopy(derivation)):

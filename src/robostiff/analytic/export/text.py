@@ -11,7 +11,13 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks, wrapped_formula, wrapped_words
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import MathLanguage, displayed, listed_names, written_vector
+from robostiff.analytic.export.displays import (
+    MathLanguage,
+    displayed,
+    listed_names,
+    table_cells,
+    written_vector,
+)
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
@@ -134,8 +140,8 @@ def _of_legs(
             parts += [f"sum over j of {w} {w}^T / {c}" for w, c in ([rods] if rods else [])]
             inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
             lines = [f"{result.name} = sum over i of {inner}"]
-        case FormulaTable(head, listed, of):
-            cells = [[of, *head], *([words, *map(plain_text, own)] for words, own in listed)]
+        case FormulaTable():
+            cells = table_cells(block, TEXT)
             widths = [max(len(row[j]) for row in cells) for j in range(len(cells[0]))]
             padded = [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in cells]
             padded.insert(1, ["-" * w for w in widths])
@@ -208,6 +214,7 @@ TEXT = MathLanguage(
     norm=lambda written: f"|{written}|",
     total_over=lambda index: f"sum over {index} of",
     inline=str,
+    brackets="({})".format,
 )
 
 

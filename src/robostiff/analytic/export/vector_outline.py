@@ -39,7 +39,7 @@ _MEANINGS = {
     "a_i": "joint of leg i on the base",
     "b_i": "its joint on the platform, in the platform's axes",
     "d_i": "from this joint of the leg to that on the platform",
-    "L_i": "length of d_i",
+    "L_i": "length of this vector",
     "u_i": "unit vector along the leg",
     "e_i": "first axis of the joint on the base",
     "j_i": "axis of the leg's last joint",
@@ -59,7 +59,7 @@ _OF_SLIDES = {
     **_OF_RODS,
     "a_i": "foot of the rod of leg i where its slide is at zero",
     "e_i": "direction of the slide",
-    "d_i": "from a_i to the joint on the platform",
+    "d_i": "from this foot to the joint on the platform",
     "y_i": "distance of this joint from the line of the slide",
     "x_i": "how far along the slide it is",
     "q_i": "coordinate of the slide",
@@ -69,9 +69,9 @@ _OF_CRANKS = {
     **_OF_RODS,
     "a_i": "point of the axis of leg i's crank, in the crank's plane",
     "e_i": "axis of the crank",
-    "d_i": "from a_i to the joint on the platform",
+    "d_i": "from this point to the joint on the platform",
     "y_i": "distance of this joint from the axis",
-    "x_i": "cosine of the angle between the crank and d_i, seen along the axis",
+    "x_i": "cosine of the angle between the crank and this vector, seen along the axis",
     "m_i": "unit vector across this axis and the platform joint",
     "v_i": "unit vector along the crank",
     "f_i": "force along the crank, of a unit force in the rod",
@@ -195,8 +195,8 @@ def series_blocks(
 
 def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> list[Block]:
     C = MatrixName("C")
-    drives = [(joint, (sp.Symbol(t), c)) for joint, t, c in found.drives]
-    beams = [(beam, (*map(sp.Symbol, (Q, m)), *own)) for beam, Q, m, own in found.beams]
+    drives = [(joint, (MatrixName(t), c)) for joint, t, c in found.drives]
+    beams = [(beam, (*map(MatrixName, (Q, m)), *own)) for beam, Q, m, own in found.beams]
     letters = [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
     L, EA, EI_y, EI_z, GJ = map(sp.Symbol, letters)
     D = [L / EA, L**3 / (12 * EI_z), L**3 / (12 * EI_y), L / GJ, L / EI_y, L / EI_z]
@@ -210,10 +210,12 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
         VectorEquations(found.equations),
     ]
     if drives:
-        blocks.append(FormulaTable(("t", "c"), tuple(drives), "joint"))
+        blocks.append(FormulaTable((MatrixName("t"), "c"), tuple(drives), "joint"))
     if beams:
         blocks += [equations(found.names)] if found.names else []
-        blocks.append(FormulaTable(("Q", "m", *letters), tuple(beams), "beam"))
+        blocks.append(
+            FormulaTable((MatrixName("Q"), MatrixName("m"), *letters), tuple(beams), "beam")
+        )
         own = sp.ImmutableMatrix(sp.diag(*D))
         blocks.append(matrix_equation(MatrixName("D"), own, lambda i, _: f"D_{i + 1}"))
     return [*blocks, SpringSum(C, bool(drives), bool(beams)), Inverse(result, C)]
