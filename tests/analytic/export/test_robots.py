@@ -128,6 +128,14 @@ def test_stiffnesses_of_beams_stand_in_the_nomenclature_with_the_beams_that_shar
             assert words.partition(" N ")[0] in " ".join(write(own).replace("\\", "").split())
 
 
+def test_platforms_on_struts_name_the_equations_of_the_paper():
+    words = "eq. (25) with K_11 = 1/c_i; d_i and -b_i are u_i and v_i of eq. (26)."
+    for name, is_of_struts in {"gough-stewart-b": True, "hexapod": True, "3-prs": False}.items():
+        text = " ".join(derivation_text(rs.derive(name)).split())
+        assert (words in text) == is_of_struts, name
+        assert "Springs of each of the" in text
+
+
 def test_stiffnesses_of_beams_in_symbols_are_equations(tmp_path):
     path = tmp_path / "arm.yaml"
     path.write_text(ARM.format(material=OWN, section=CASES["tube"][1]))

@@ -59,7 +59,7 @@ def printed_product(expression: sp.Expr) -> PrintedProduct:
     )
 
 
-def number_in_front(product: sp.Expr) -> tuple[sp.Expr, Any]:
+def number_in_front(product: Any) -> tuple[sp.Expr, Any]:
     """A fraction before a bracket that has fractions in it, and the rest; None where it has none.
 
     Examples
@@ -71,13 +71,9 @@ def number_in_front(product: sp.Expr) -> tuple[sp.Expr, Any]:
     number, rest = product.as_coeff_Mul()
     terms = [term for factor in sp.Mul.make_args(rest) if factor.is_Add for term in factor.args]
     is_before = number.is_Rational and not number.is_Integer
-    if not is_before or all(sp.denom(x).is_number for x in terms) or _is_over(rest):
+    if not is_before or all(sp.denom(x).is_number for x in terms) or sp.denom(rest) != 1:
         return sp.Integer(1), None
     return number, rest
-
-
-def _is_over(product: Any) -> bool:
-    return any(x.is_Pow and x.exp.is_negative for x in sp.Mul.make_args(product))
 
 
 def ordered_terms(expression: Any) -> list[Any]:

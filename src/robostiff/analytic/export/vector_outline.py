@@ -50,6 +50,7 @@ _MEANINGS = {
     "v_ij": "couple by which rod j of leg i turns its middle",
     "c_r": "compliance of a rod",
 }
+_OF_STRUTS = {"a_i", "b_i", "d_i", "L_i", "u_i", "w_i", "c_i"}
 _OF_RODS = {
     "b_i": "joint of its rod on the platform, in the platform's axes",
     "u_i": "unit vector along its rod",
@@ -90,14 +91,17 @@ def vector_blocks(
     `result`: name of the stiffness; `known`: names that the rest of the derivation has;
     `taken`: names that stand for something else.
     """
+    words = (
+        "A leg transmits forces and couples, written as [force; moment], between a point of the "
+        "base and a point of the platform. The table has what differs between the legs."
+    )
+    forms = (found, *found.others)
+    if all({e.name for e in form.leg} == _OF_STRUTS for form in forms):
+        words += " The sum is eq. (25) with K_11 = 1/c_i; d_i and -b_i are u_i and v_i of eq. (26)."
     blocks: list[Block] = [
         OutlineHeading("One leg, and what differs between the legs"),
-        OutlineText(
-            "A leg transmits forces and couples, written as [force; moment], between a point of "
-            "the base and a point of the platform. The table has what differs between the legs."
-        ),
+        OutlineText(words),
     ]
-    forms = (found, *found.others)
     parts = [result] if len(forms) == 1 else [MatrixName(f"K_{k + 1}") for k in range(len(forms))]
     written: set[Any] = set()
     for k, (form, part) in enumerate(zip(forms, parts, strict=True)):
