@@ -5,6 +5,7 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
+import robostiff as rs
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import derivation_latex, derivation_markdown
 from robostiff.analytic.export.latex import latex_name, latex_words
@@ -71,6 +72,20 @@ K_{12} K_{33} - K_{13} K_{23} & K_{22} K_{33} - K_{23}^{2} & 0 \\
     )
     assert r"\mathbf{u}_{1} = \begin{bmatrix}" in text
     assert r"\frac{\mathbf{u}_{1} \mathbf{u}_{1}^{\mathsf{T}}}{\mu_{1}}" in text
+
+
+def test_robots_are_set_as_by_hand():
+    """Brackets stretch, fractions do not meet, vectors are bold in tables, units are raised."""
+    arm = derivation_latex(rs.derive("six-joint-arm"))
+    assert r"\left(- \frac{\pi}{2}\right)" in arm
+    assert r"$\mathbf{t}_{1}$ & $\frac{1}{400000}$" in arm
+    assert r"$\mathbf{Q}_{1}$ & $\mathbf{m}_{1}$" in arm
+    assert r"\frac{L}{\mathrm{EA}} & 0 & 0 & 0 & 0 & 0 \\[4pt]" in arm
+    assert r"N m\textsuperscript{2}" in arm
+    slides = derivation_latex(rs.derive("3-prs"))
+    assert r"\sum_{i} \left(\frac{\mathbf{w}_{i,1}" in slides
+    assert r"K_{C,11} &= \frac{3}{2} \left(" in slides
+    assert "K_{C,24}" not in slides  # the negative of K_15, which is before it
 
 
 def test_definitions_are_aligned():

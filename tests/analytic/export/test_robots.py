@@ -117,7 +117,7 @@ def test_stiffnesses_of_beams_stand_in_the_nomenclature_with_the_beams_that_shar
     derivation = rs.derive("t3r1")
     assert derivation.named is not None
     EI = next(d for d in derivation.named.definitions if d.symbol.name == "EI_1")
-    value = f"{float(EI.expression):.12g} N m^2"
+    value = f"{float(EI.expression):.12g} N m²"
     words = f"bending stiffness E I of inner link, outer link, {value}"
     read_back = derivation_from_data(json.loads(json.dumps(derivation_data(derivation))))
     for own in (derivation, read_back, copy.deepcopy(derivation)):
@@ -126,6 +126,14 @@ def test_stiffnesses_of_beams_stand_in_the_nomenclature_with_the_beams_that_shar
         assert text.count("EI_1: ") == 1
         for write in (derivation_text, derivation_markdown, derivation_latex, derivation_typst):
             assert words.partition(" N ")[0] in " ".join(write(own).replace("\\", "").split())
+
+
+def test_platforms_on_struts_name_the_equations_of_the_paper():
+    words = "eq. (25) with K_11 = 1/c_i; d_i and -b_i are u_i and v_i of eq. (26)."
+    for name, is_of_struts in {"gough-stewart-b": True, "hexapod": True, "3-prs": False}.items():
+        text = " ".join(derivation_text(rs.derive(name)).split())
+        assert (words in text) == is_of_struts, name
+        assert "Springs of each of the" in text
 
 
 def test_stiffnesses_of_beams_in_symbols_are_equations(tmp_path):

@@ -154,7 +154,7 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     if derivation.in_series is not None:
         # K as the inverse of C is the whole formula: wrenches of an arm say no more.
         blocks += series_blocks(derivation.in_series, names, (), taken)
-        blocks.append(OutlineText(f"The arm: {_in_words(derivation.legs[0])}"))
+        blocks.append(OutlineText(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
         return (*blocks, _nomenclature(derivation, names))
     closing = [x for c in derivation.conditions for x in c.equations]
     if closing:
@@ -176,7 +176,7 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     for number, leg in enumerate(named.legs, start=1):
         blocks.append(OutlineHeading(f"Leg {number}: {' '.join(leg.name.split())}"))
         if not alike:
-            blocks.append(OutlineText(_in_words(derivation.legs[number - 1])))
+            blocks.append(OutlineText(f"Springs: {_in_words(derivation.legs[number - 1])}"))
         blocks += _leg(leg, number)
     blocks += [OutlineHeading("Sum of the legs"), WrenchSum(names.result)]
     of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
@@ -208,8 +208,10 @@ def _in_words_of_all(derivation: RobotDerivation, *, kinds: bool = False) -> lis
     count = len(derivation.legs)
     if count == 1 or (len(alike) > 1 and not kinds):
         return []
-    of = [f"Each of the {count} legs"] if len(alike) == 1 else map(", ".join, alike.values())
-    texts = [OutlineText(f"{legs}: {words}") for legs, words in zip(of, alike, strict=True)]
+    of = [f"each of the {count} legs"] if len(alike) == 1 else map(", ".join, alike.values())
+    texts = [
+        OutlineText(f"Springs of {legs}: {words}") for legs, words in zip(of, alike, strict=True)
+    ]
     return [OutlineHeading("The legs"), *texts]
 
 
@@ -256,11 +258,10 @@ def _summary(derivation: RobotDerivation) -> str:
 
 
 def _in_words(leg: LegDerivation) -> str:
-    lines = [f"elastic are {_listed(leg.elastic)}"]
-    lines.append(f"passive are {_listed(leg.joints)}" if leg.joints else "no joint is passive")
+    words = f"{_listed(leg.elastic)}; passive joints: {_listed(leg.joints) or 'none'}"
     if leg.redundant:
-        lines.append(f"redundant, as they add no freedom to those before: {_listed(leg.redundant)}")
-    return "; ".join(lines) + "."
+        words += f"; of these add no freedom to those before: {_listed(leg.redundant)}"
+    return f"{words}."
 
 
 def _listed(names: Sequence[str]) -> str:

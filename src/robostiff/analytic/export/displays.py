@@ -14,6 +14,7 @@ from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Displayable,
     EqualMatrices,
+    FormulaTable,
     Inverse,
     LegSum,
     MatrixEquation,
@@ -51,13 +52,14 @@ def written_vector(expression: Any, language: MathLanguage) -> str:
         return language.number(0) if part is None else write(part)
 
     def factor(part: Any) -> str:
-        return f"({write(part)})" if isinstance(part, Sum | Turned | Times | Cross) else write(part)
+        is_bare = not isinstance(part, Sum | Turned | Times | Cross)
+        return write(part) if is_bare else language.brackets(write(part))
 
     match expression:
         case Vector(name):
             found = language.matrix_name(name)
         case Coordinates(entries):
-            found = f"({', '.join(map(language.breaks.write, entries))})"
+            found = language.brackets(", ".join(map(language.breaks.write, entries)))
         case Sum(terms):
             signed = [(" - " if sign < 0 else " + ") + write(term) for sign, term in terms]
             found = "".join(signed).removeprefix(" + ").replace(" - ", "-", terms[0][0] < 0)
@@ -67,7 +69,7 @@ def written_vector(expression: Any, language: MathLanguage) -> str:
             found = language.fraction(write(vector), write(scalar))
         case Times(scalar, vector):
             number = language.breaks.write(scalar)
-            number = f"({number})" if scalar.is_Add else number
+            number = language.brackets(number) if scalar.is_Add else number
             is_apart = isinstance(scalar, sp.Symbol) and is_word(scalar.name)
             found = f"{number}{language.apart if is_apart else ' '}{factor(vector)}"
         case Cross(left, right):
@@ -79,8 +81,8 @@ def written_vector(expression: Any, language: MathLanguage) -> str:
         case Stacked(force, moment):
             found = language.matrix([[half(force)], [half(moment)]])
         case Turns(turns):
-            parts = [f"{language.matrix_name(f'R_{axis}')}({write(x)})" for axis, x in turns]
-            found = " ".join(parts)
+            named = ((language.matrix_name(f"R_{axis}"), write(x)) for axis, x in turns)
+            found = " ".join(f"{R}{language.brackets(angle)}" for R, angle in named)
         case _:
             found = language.breaks.write(expression)
     return found
@@ -120,10 +122,12 @@ def _named(block: MatrixEquation, measure: Measure, limit: float) -> Displayed:
     named: dict[Any, sp.Symbol] = {}
     shown: list[Any] = []
     whole = block.whole
+    all_entries = set(whole.flat())  # both signs of one get a name, or none
     for i, row in enumerate(whole.tolist()):
         for j, entry in enumerate(row):
             short = entry.is_Atom and not entry.is_Float
-            if not short and entry not in names and measure(entry) > limit:
+            width = max(measure(x) for x in (entry, -entry) if x in all_entries)
+            if not short and entry not in names and width > limit:
                 names[entry] = named[entry] = sp.Symbol(block.entry_name(i, j))
                 names.setdefault(-entry, -names[entry])
             shown.append(names.get(entry, entry))
@@ -171,17 +175,26 @@ class MathLanguage:
     norm: Callable[[str], str]  # the length of a written vector
     total_over: Callable[[str], str]  # a sum over an index, such as that of legs
     inline: Callable[[str], str]  # A formula in a sentence
+    brackets: Callable[[str], str]  # round, as high as what is in them
 
 
 def listed_names(names: Sequence[MatrixName | str], language: MathLanguage, dots: str = "…") -> str:
     """Names in a sentence, each a formula of its own."""
+    return ", ".join(dots if x == "..." else in_cell(x, language) for x in names)
 
-    def written(name: MatrixName | str) -> str:
-        if isinstance(name, MatrixName):
-            return language.inline(language.matrix_name(name.name))
-        return dots if name == "..." else language.inline(language.name(name))
 
-    return ", ".join(map(written, names))
+def in_cell(part: MatrixName | str | sp.Expr, language: MathLanguage) -> str:
+    """A vector, a name or an expression as a formula in a sentence or in a cell of a table."""
+    if isinstance(part, MatrixName):
+        return language.inline(language.matrix_name(part.name))
+    is_name = isinstance(part, str)
+    return language.inline(language.name(part) if is_name else language.breaks.write(part))
+
+
+def table_cells(table: FormulaTable, language: MathLanguage) -> list[list[str]]:
+    """The head of a table and its rows, of which the first cells are words."""
+    rows = [(table.of, table.head), *table.rows]
+    return [[words, *(in_cell(x, language) for x in own)] for words, own in rows]
 
 
 @dataclass(frozen=True)
@@ -237,7 +250,7 @@ def displays(
             ]
             if rods:
                 parts[-1] = f"{language.total_over('j')} {parts[-1]}"
-            inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
+            inner = parts[0] if len(parts) == 1 else language.brackets(" + ".join(parts))
             written = f"{language.total_over('i')} {inner}"
         case SpringSum(left, drives, beams):
             return [_sum_of_springs(left, language, drives=drives, beams=beams)]
@@ -285,7 +298,7 @@ def _matrix(block: MatrixEquation, language: MathLanguage, room: float) -> list[
         written += language.transposed
     if fitting.factor != 1:
         factor = write(fitting.factor)
-        bare = f"({factor})" if isinstance(fitting.factor, sp.Add) else factor
+        bare = language.brackets(factor) if isinstance(fitting.factor, sp.Add) else factor
         written = f"{bare} {written}"
     formulas: list[Display] = [(Row(language.matrix_name(block.name.name), (written,)),)]
     if fitting.named.rows:

@@ -15,7 +15,14 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays, listed_names
+from robostiff.analytic.export.displays import (
+    Display,
+    MathLanguage,
+    Row,
+    displays,
+    listed_names,
+    table_cells,
+)
 from robostiff.analytic.export.outline import (
     Block,
     FormulaTable,
@@ -179,6 +186,7 @@ MATHML = MathLanguage(
     norm=lambda written: f"<mrow><mo>|</mo>{written}<mo>|</mo></mrow>",
     total_over=lambda index: f"<munder><mo>∑</mo><mi>{index}</mi></munder>",
     inline=lambda formula: element("math", mathml(formula)),
+    brackets="({})".format,
 )
 
 
@@ -258,12 +266,10 @@ def _written(block: Block, first: int) -> list[str]:
 
 
 def _table(table: FormulaTable) -> str:
-    names = "".join(element("th", element("math", mathml_name(name))) for name in table.head)
-    lines = [element("tr", element("th", table.of) + names)]
-    for words, own in table.rows:
-        cells = "".join(element("td", element("math", mathml(mathml_expression(x)))) for x in own)
-        lines.append(element("tr", element("td", escaped(words)) + cells))
-    return element("table", "".join(lines))
+    rows = [[escaped(words), *own] for words, *own in table_cells(table, MATHML)]
+    kinds = ["th", *["td"] * len(table.rows)]
+    cells = ["".join(element(x, c) for c in row) for x, row in zip(kinds, rows, strict=True)]
+    return element("table", "".join(element("tr", row) for row in cells))
 
 
 def _display(formula: Display) -> str:

@@ -13,7 +13,13 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import Display, MathLanguage, displays, listed_names
+from robostiff.analytic.export.displays import (
+    Display,
+    MathLanguage,
+    displays,
+    listed_names,
+    table_cells,
+)
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
@@ -22,7 +28,7 @@ from robostiff.analytic.export.outline import (
     OutlineHeading,
     OutlineText,
 )
-from robostiff.analytic.export.products import ordered_terms
+from robostiff.analytic.export.products import number_in_front, ordered_terms
 from robostiff.analytic.export.symbol_names import (
     differential_parts,
     is_greek,
@@ -36,6 +42,7 @@ _ESCAPED = {
     "}": r"\}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
+    "²": r"\textsuperscript{2}",
     **{character: f"\\{character}" for character in "#$%&_"},
 }
 
@@ -78,6 +85,13 @@ class _LatexPrinter(LatexPrinter):
     def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:
         return ordered_terms(expr)
 
+    def _print_Mul(self, expr: Any) -> str:
+        number, rest = number_in_front(expr)
+        if rest is None:
+            return super()._print_Mul(expr)
+        written = self._print(rest)
+        return f"{self._print(number)} {_bracketed(written) if rest.is_Add else written}"
+
 
 def _subscripted(name: str, *, bold: bool) -> str:
     differential = differential_parts(name)
@@ -104,8 +118,15 @@ def _word(word: str) -> str:
 
 
 def _matrix(rows: list[list[str]]) -> str:
-    body = " \\\\\n".join(" & ".join(row) for row in rows)
+    lines = [" & ".join(row) for row in rows]
+    apart = "[4pt]" if any("\\frac" in line for line in lines) else ""  # fractions do not meet
+    body = f" \\\\{apart}\n".join(lines)
     return f"\\begin{{bmatrix}}\n{body}\n\\end{{bmatrix}}"
+
+
+def _bracketed(written: str) -> str:
+    is_high = any(command in written for command in ("\\frac", "\\sqrt", "\\sum"))
+    return f"\\left({written}\\right)" if is_high else f"({written})"
 
 
 LATEX = MathLanguage(
@@ -124,6 +145,7 @@ LATEX = MathLanguage(
     norm=lambda written: f"\\lvert {written} \\rvert",
     total_over=lambda index: rf"\sum_{{{index}}}",
     inline=lambda formula: f"${formula}$",
+    brackets=_bracketed,
 )
 
 
@@ -158,7 +180,7 @@ def derivation_latex(derivation: Derivation | FormulaDerivative) -> str:
     \]
     """
     written = [text for block in outline_of(derivation) for text in _written(block)]
-    start = "% needs \\usepackage{amsmath}\n\\begingroup\\allowdisplaybreaks\\sloppy"
+    start = "% needs \\usepackage{amsmath}\n\\begingroup\\allowdisplaybreaks\\sloppy\\parindent=0pt"
     return "\n\n".join([start, *written, "\\endgroup"]) + "\n"
 
 
@@ -178,18 +200,13 @@ def _written(block: Block) -> list[str]:
 
 
 def _table(table: FormulaTable) -> str:
-    names = " & ".join([table.of, *(f"${latex_name(name)}$" for name in table.head)])
-    lines = [
-        " & ".join([latex_words(words), *(f"${latex_expression(x)}$" for x in own)])
-        for words, own in table.rows
-    ]
-    body = " \\\\\n".join([f"{names} \\\\\n\\hline", *lines])
-    body = body.replace("\\hline \\\\", "\\hline")
-    columns = "l" * (len(table.head) + 1)
-    stretch = "\\renewcommand{\\arraystretch}{1.4}"  # fractions do not meet
-    return (
-        f"{{\\tabcolsep=3pt{stretch}\n\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}}}"
-    )
+    cells = table_cells(table, LATEX)
+    head, *lines = [" & ".join([latex_words(words), *own]) for words, *own in cells]
+    body = " \\\\\n".join(lines)
+    columns = "l" * len(cells[0])
+    before = "{\\medskip\\tabcolsep=3pt\\renewcommand{\\arraystretch}{1.4}"  # fractions do not meet
+    start = f"\\begin{{tabular}}{{{columns}}}\n{head} \\\\\n\\hline"
+    return f"{before}\n{start}\n{body}\n\\end{{tabular}}\\par\\medskip}}"
 
 
 def _display(formula: Display) -> str:
@@ -213,7 +230,7 @@ def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> s
         f"\\item {listed_names(names, LATEX, dots)}: {latex_words(meaning)}"
         for names, meaning in rows
     ]
-    return "\n".join(["\\begin{itemize}", *items, "\\end{itemize}"])
+    return "\n".join(["\\begin{itemize}\\itemsep=0pt\\parsep=0pt", *items, "\\end{itemize}"])
 
 
 _MARKDOWN_ROOM = 70.0
@@ -250,10 +267,9 @@ def _in_markdown(block: Block) -> list[str]:
                 f"- {listed_names(names, LATEX)}: {_escaped(meaning)}" for names, meaning in rows
             ]
             return ["## Nomenclature", "\n".join(items)]
-        case FormulaTable(head, rows, of):
-            cells = [[of, *(f"${LATEX.name(name)}$" for name in head)]]
-            cells.append(["---"] * len(cells[0]))
-            cells += [[_escaped(w), *(f"${latex_expression(x)}$" for x in own)] for w, own in rows]
+        case FormulaTable():
+            cells = [[_escaped(words), *own] for words, *own in table_cells(block, LATEX)]
+            cells.insert(1, ["---"] * len(cells[0]))
             return ["\n".join(f"| {' | '.join(row)} |" for row in cells)]
         case _:
             return [_in_dollars(formula) for formula in displays(block, LATEX, _MARKDOWN_ROOM)]

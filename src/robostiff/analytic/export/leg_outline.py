@@ -72,7 +72,7 @@ without passive joints', 'Joint 1: platform joint[0]']
         _matrix(derivation.axes, _AXES),
         column_equation(_ARM.name, derivation.arm),
         OutlineHeading("Compliance without passive joints"),
-        OutlineText(f"Elastic are {', '.join(derivation.elastic)}; all joints are held."),
+        OutlineText(f"Springs: {', '.join(derivation.elastic)}; all joints are held."),
         _matrix(derivation.C, _C),
         Inverse(first, _C),
         _stiffness(derivation.K0, first, names),

@@ -136,8 +136,8 @@ class VectorEquations:
 class FormulaTable:
     """Rows of a name in words and of formulas, under a head of names."""
 
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[sp.Expr, ...]], ...]
+    head: tuple[MatrixName | str, ...]
+    rows: tuple[tuple[str, tuple[MatrixName | sp.Expr, ...]], ...]
     of: str = "leg"  # what the rows are
 
     def __post_init__(self) -> None:
@@ -304,10 +304,10 @@ def _is_value(definition: Definition) -> bool:
 
 _OF_BEAMS = {
     "EA": ("axial stiffness E A", "N"),
-    "EI": ("bending stiffness E I", "N m^2"),
-    "EI_y": ("bending stiffness E I about y", "N m^2"),
-    "EI_z": ("bending stiffness E I about z", "N m^2"),
-    "GJ": ("torsional stiffness G J", "N m^2"),
+    "EI": ("bending stiffness E I", "N m²"),
+    "EI_y": ("bending stiffness E I about y", "N m²"),
+    "EI_z": ("bending stiffness E I about z", "N m²"),
+    "GJ": ("torsional stiffness G J", "N m²"),
 }
 
 

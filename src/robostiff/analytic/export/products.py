@@ -59,6 +59,23 @@ def printed_product(expression: sp.Expr) -> PrintedProduct:
     )
 
 
+def number_in_front(product: Any) -> tuple[sp.Expr, Any]:
+    """A fraction before a bracket that has fractions in it, and the rest; None where it has none.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y")
+    >>> number_in_front(3 * (1 / x + y) / 2), number_in_front(x / 2)
+    ((3/2, y + 1/x), (1, None))
+    """
+    number, rest = product.as_coeff_Mul()
+    terms = [term for factor in sp.Mul.make_args(rest) if factor.is_Add for term in factor.args]
+    is_before = number.is_Rational and not number.is_Integer
+    if not is_before or all(sp.denom(x).is_number for x in terms) or sp.denom(rest) != 1:
+        return sp.Integer(1), None
+    return number, rest
+
+
 def ordered_terms(expression: Any) -> list[Any]:
     """Terms of a sum as SymPy orders them, a positive one in front where there is one."""
     terms = list(expression.as_ordered_terms())
@@ -95,6 +112,9 @@ class FormulaPrinter(Printer):
         return joined_terms(map(self._print, ordered_terms(expr)), self.minus, self.plus)
 
     def _print_Mul(self, expr: sp.Expr) -> str:
+        number, rest = number_in_front(expr)
+        if rest is not None:
+            return f"{self._print(number)} {self._factors((rest,), alone=True)}"
         product = printed_product(expr)
         written = self._factors(product.above, alone=not product.below)
         if product.below:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import sympy as sp
@@ -11,24 +12,21 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks, wrapped_formula, wrapped_words
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import MathLanguage, displayed, listed_names, written_vector
+from robostiff.analytic.export.displays import (
+    MathLanguage,
+    displayed,
+    displays,
+    listed_names,
+    table_cells,
+)
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
-    EqualMatrices,
     FormulaTable,
-    Inverse,
-    LegSum,
     MatrixEquation,
     Nomenclature,
     OutlineHeading,
     OutlineText,
-    Recursion,
-    ScalarEquations,
-    SpringSum,
-    Transport,
-    VectorEquations,
-    WrenchSum,
 )
 from robostiff.analytic.export.products import ordered_terms
 from robostiff.errors import InputError
@@ -86,60 +84,20 @@ def _written(block: Block, width: int) -> list[str]:
             lines = [title, ("=" if level == 1 else "-") * min(len(title), width)]
         case OutlineText(text):
             lines = wrapped_words(" ".join(text.split()), width)
-        case ScalarEquations(equations):
-            formulas = [
-                wrapped_formula(plain_text(e), width, f"{name} = ") for name, e in equations
-            ]
-            lines = [line for equation in formulas for line in equation]
         case MatrixEquation():
             lines = _matrix(block, width)
-        case Recursion(after, before, u, mu):
-            lines = [f"{after.name} = {before.name} - {u.name} {u.name}^T / {mu}"]
-        case EqualMatrices(left, right):
-            lines = [f"{left.name} = {right.name}"]
-        case WrenchSum(result):
-            lines = [f"{result.name} = sum of w w^T / c"]
         case Nomenclature(named):
             lines = _nomenclature(named, width)
-        case _:
-            lines = _of_legs(block, width)
-    return lines
-
-
-def _of_legs(
-    block: Inverse | Transport | VectorEquations | LegSum | SpringSum | FormulaTable, width: int
-) -> list[str]:
-    """Blocks about a leg alone, or about a generic one."""
-    match block:
-        case Inverse(left, right):
-            lines = [f"{left.name} = {right.name}^-1"]
-        case Transport(after, before, axes, arm):
-            R, lever = axes.name, f"({arm.name} x) {axes.name}"
-            lines = [
-                f"{after.name} = T {before.name} T^T",
-                f"T = [ {R:{len(lever)}}  {0:<{len(R)}} ]",
-                f"    [ {lever}  {R} ]",
-            ]
-        case VectorEquations(equations):
-            lines = []
-            for e in equations:
-                lines += wrapped_formula(written_vector(e.expression, TEXT), width, f"{e.name} = ")
-        case SpringSum(result, drives, beams):
-            parts = ["sum of c t t^T"] * drives + ["sum of T D T^T"] * beams
-            lines = [f"{result.name} = {' + '.join(parts)}"]
-            if beams:
-                lines += ["T = [ Q  (m x) Q ]", "    [ 0  Q       ]"]
-        case LegSum(result, wrenches, rods):
-            parts = [f"{w} {w}^T / {c}" for w, c in wrenches]
-            parts += [f"sum over j of {w} {w}^T / {c}" for w, c in ([rods] if rods else [])]
-            inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
-            lines = [f"{result.name} = sum over i of {inner}"]
-        case FormulaTable(head, listed, of):
-            cells = [[of, *head], *([words, *map(plain_text, own)] for words, own in listed)]
+        case FormulaTable():
+            cells = table_cells(block, TEXT)
             widths = [max(len(row[j]) for row in cells) for j in range(len(cells[0]))]
             padded = [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in cells]
             padded.insert(1, ["-" * w for w in widths])
             lines = ["  ".join(row).rstrip() for row in padded]
+        case _:
+            rows = [row for formula in displays(block, TEXT, math.inf) for row in formula]
+            formulas = [wrapped_formula(row.lines[0], width, f"{row.left} = ") for row in rows]
+            lines = [line for formula in formulas for line in formula]
     return lines
 
 
@@ -188,6 +146,8 @@ class _TextPrinter(StrPrinter):
 
 
 def _fraction(above: str, below: str) -> str:
+    if above.endswith(TEXT.transposed):
+        return f"{above} / {below}"
     bracketed = [f"({x})" if " " in x and x[0] != "|" else x for x in (above, below)]
     return "/".join(bracketed)
 
@@ -199,7 +159,7 @@ TEXT = MathLanguage(
     matrix=lambda rows: f"[{'; '.join(', '.join(row) for row in rows)}]",
     fraction=_fraction,
     transposed="^T",
-    total="sum",
+    total="sum of",
     inverse="^-1",
     times="x",
     apart=" ",
@@ -208,6 +168,7 @@ TEXT = MathLanguage(
     norm=lambda written: f"|{written}|",
     total_over=lambda index: f"sum over {index} of",
     inline=str,
+    brackets="({})".format,
 )
 
 

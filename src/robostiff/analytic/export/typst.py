@@ -11,7 +11,14 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays, listed_names
+from robostiff.analytic.export.displays import (
+    Display,
+    MathLanguage,
+    Row,
+    displays,
+    listed_names,
+    table_cells,
+)
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
@@ -139,6 +146,7 @@ TYPST = MathLanguage(
     norm=lambda written: f"abs({written})",
     total_over=lambda index: f"sum_{index}",
     inline=lambda formula: f"${formula}$",
+    brackets="({})".format,
 )
 
 
@@ -280,16 +288,11 @@ def _written(block: Block, room: float, first: int) -> list[str]:
 
 
 def _table(table: FormulaTable) -> str:
-    names = " ".join(f"[${typst_name(name)}$]," for name in table.head)
-    cells = [f"  [{table.of}], {names}"]
-    cells.append("  table.hline(stroke: 0.5pt),")
-    for words, own in table.rows:
-        written = " ".join(f"[${typst_expression(x)}$]," for x in own)
-        cells.append(f"  [{typst_text(words)}], {written}")
-    start = (
-        f"#pad(left: 1.5em, table(columns: {len(table.head) + 1}, stroke: none, column-gutter: 1em,"
-    )
-    return "\n".join([start, *cells, "))"])
+    cells = [[typst_text(words), *own] for words, *own in table_cells(table, TYPST)]
+    rows = [f"  {' '.join(f'[{cell}],' for cell in row)}" for row in cells]
+    rows.insert(1, "  table.hline(stroke: 0.5pt),")
+    shape = f"columns: {len(cells[0])}, stroke: none, column-gutter: 1em,"
+    return "\n".join([f"#pad(left: 1.5em, table({shape}", *rows, "))"])
 
 
 def _placed(formula: Display, room: float) -> list[str]:

@@ -39,7 +39,7 @@ _MEANINGS = {
     "a_i": "joint of leg i on the base",
     "b_i": "its joint on the platform, in the platform's axes",
     "d_i": "from this joint of the leg to that on the platform",
-    "L_i": "length of d_i",
+    "L_i": "length of this vector",
     "u_i": "unit vector along the leg",
     "e_i": "first axis of the joint on the base",
     "j_i": "axis of the leg's last joint",
@@ -50,6 +50,7 @@ _MEANINGS = {
     "v_ij": "couple by which rod j of leg i turns its middle",
     "c_r": "compliance of a rod",
 }
+_OF_STRUTS = {"a_i", "b_i", "d_i", "L_i", "u_i", "w_i", "c_i"}
 _OF_RODS = {
     "b_i": "joint of its rod on the platform, in the platform's axes",
     "u_i": "unit vector along its rod",
@@ -59,7 +60,7 @@ _OF_SLIDES = {
     **_OF_RODS,
     "a_i": "foot of the rod of leg i where its slide is at zero",
     "e_i": "direction of the slide",
-    "d_i": "from a_i to the joint on the platform",
+    "d_i": "from this foot to the joint on the platform",
     "y_i": "distance of this joint from the line of the slide",
     "x_i": "how far along the slide it is",
     "q_i": "coordinate of the slide",
@@ -69,9 +70,9 @@ _OF_CRANKS = {
     **_OF_RODS,
     "a_i": "point of the axis of leg i's crank, in the crank's plane",
     "e_i": "axis of the crank",
-    "d_i": "from a_i to the joint on the platform",
+    "d_i": "from this point to the joint on the platform",
     "y_i": "distance of this joint from the axis",
-    "x_i": "cosine of the angle between the crank and d_i, seen along the axis",
+    "x_i": "cosine of the angle between the crank and this vector, seen along the axis",
     "m_i": "unit vector across this axis and the platform joint",
     "v_i": "unit vector along the crank",
     "f_i": "force along the crank, of a unit force in the rod",
@@ -90,14 +91,17 @@ def vector_blocks(
     `result`: name of the stiffness; `known`: names that the rest of the derivation has;
     `taken`: names that stand for something else.
     """
+    words = (
+        "A leg transmits forces and couples, written as [force; moment], between a point of the "
+        "base and a point of the platform. The table has what differs between the legs."
+    )
+    forms = (found, *found.others)
+    if all({e.name for e in form.leg} == _OF_STRUTS for form in forms):
+        words += " The sum is eq. (25) with K_11 = 1/c_i; d_i and -b_i are u_i and v_i of eq. (26)."
     blocks: list[Block] = [
         OutlineHeading("One leg, and what differs between the legs"),
-        OutlineText(
-            "A leg transmits forces and couples, written as [force; moment], between a point of "
-            "the base and a point of the platform. The table has what differs between the legs."
-        ),
+        OutlineText(words),
     ]
-    forms = (found, *found.others)
     parts = [result] if len(forms) == 1 else [MatrixName(f"K_{k + 1}") for k in range(len(forms))]
     written: set[Any] = set()
     for k, (form, part) in enumerate(zip(forms, parts, strict=True)):
@@ -195,8 +199,8 @@ def series_blocks(
 
 def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> list[Block]:
     C = MatrixName("C")
-    drives = [(joint, (sp.Symbol(t), c)) for joint, t, c in found.drives]
-    beams = [(beam, (*map(sp.Symbol, (Q, m)), *own)) for beam, Q, m, own in found.beams]
+    drives = [(joint, (MatrixName(t), c)) for joint, t, c in found.drives]
+    beams = [(beam, (*map(MatrixName, (Q, m)), *own)) for beam, Q, m, own in found.beams]
     letters = [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
     L, EA, EI_y, EI_z, GJ = map(sp.Symbol, letters)
     D = [L / EA, L**3 / (12 * EI_z), L**3 / (12 * EI_y), L / GJ, L / EI_y, L / EI_z]
@@ -210,10 +214,12 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
         VectorEquations(found.equations),
     ]
     if drives:
-        blocks.append(FormulaTable(("t", "c"), tuple(drives), "joint"))
+        blocks.append(FormulaTable((MatrixName("t"), "c"), tuple(drives), "joint"))
     if beams:
         blocks += [equations(found.names)] if found.names else []
-        blocks.append(FormulaTable(("Q", "m", *letters), tuple(beams), "beam"))
+        blocks.append(
+            FormulaTable((MatrixName("Q"), MatrixName("m"), *letters), tuple(beams), "beam")
+        )
         own = sp.ImmutableMatrix(sp.diag(*D))
         blocks.append(matrix_equation(MatrixName("D"), own, lambda i, _: f"D_{i + 1}"))
     return [*blocks, SpringSum(C, bool(drives), bool(beams)), Inverse(result, C)]
