@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED
+from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED, status_flags
 from robostiff.plot.maps.isosurfaces import isosurface_picture
 from robostiff.plot.maps.slice import bands_picture, overview_picture, slice_picture
 from robostiff.plot.picture import Bands, Cover, Field, Marks, Mesh
+from robostiff.plot.theme import Theme
 from tests.plot.machines import robot, tripod_map
 
 XY = ("x", "y")
@@ -113,6 +114,24 @@ def test_planar_robots_are_full_at_rank_three():
     with pytest.raises(rs.InputError, match="full_rank=3"):
         slice_picture(vague, "worst_deflection", XY)
     assert not slice_picture(vague, "worst_deflection", XY, full_rank=3).regions
+
+
+def test_every_region_has_a_look_of_its_own():
+    flags = {name: flag for flag, name in status_flags().items()}
+    looks = {}
+    for name, status, rank, value in [
+        *((name, flag, 6, 1e-8) for name, flag in flags.items()),
+        ("rank-deficient", 0, 5, 1e-8),
+        ("no value", 0, 6, np.nan),
+    ]:
+        found = map_with(status, rank, value)
+        picture = slice_picture(found, "worst_deflection", XY, {"z": 0.3})
+        for region in picture.regions:
+            if region.name == name:
+                looks[name] = region.style(Theme.LIGHT.palette)
+                for drawn in (picture, bands_picture(found, "worst_deflection", "z")):
+                    rs.plot.Plotly().draw(drawn)
+    assert len(looks) == len(set(looks.values())) == 11
 
 
 @pytest.mark.parametrize("draw", [rs.plot.Matplotlib(), rs.plot.Plotly()])

@@ -81,9 +81,9 @@ class Cover(Enum):
 
 
 # Looks of regions, by their order: a category of the palette, or a part of grey on the ground.
-_TINTS = (None, None, None, 5, 3, 2, 1, None, None, None)
-_GREY = (0.35, 0.15, 0.55, 0.0, 0.0, 0.0, 0.0, 0.2, 0.0, 0.0)
-_HATCHES = ("--", "..", "////", "++", "||", "\\\\\\\\", "xxxx", "oo", "\\\\", "...")
+_TINTS = (None, None, None, 4, 5, 3, 2, 1, None, None, None)
+_GREY = (0.35, 0.15, 0.55, 0.0, 0.0, 0.0, 0.0, 0.0, 0.2, 0.0, 0.0)
+_HATCHES = ("--", "..", "////", "//", "++", "||", "\\\\\\\\", "xxxx", "xx", "\\\\", "...")
 _TINT = 0.38
 
 
