@@ -119,6 +119,8 @@ def _by_laws(
     bad = rs.Status.FREE_MOTIONS | rs.Status.BEYOND_CRITICAL_LOAD
     if not found.has_answer or found.status & bad or not found.stable or found.margin < 0.1:
         return judge.complaints
+    if found.found.known.regular and found.status & rs.Status.REDUNDANT_JOINTS:
+        return judge.complaints  # what spins freely at rest is turned by the least load
     if max(float(np.max(np.abs(part.motion))) for part in found.parts) > _FAR:
         return judge.complaints  # by other ways it may come to rest elsewhere
     laws = _Laws(judge, robot, pose, wrench, more, found, _scale(robot.space, length), length)
