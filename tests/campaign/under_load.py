@@ -8,6 +8,7 @@ hand the base what acts on the robot. Batches, kernels, snapshots and small load
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -38,6 +39,7 @@ _WORK = 1e-5  # of the energies
 _TINY = 1e-6  # of the load: what is left is linear
 _STEP = 1e-5  # of differences, in units of the robot's length and of rad
 _KERNELS = 0.25
+_SHORT = 24  # parts of a leg
 _DRAWS = 10  # until a robot has a stiffness
 _FAR = 0.7  # rad or m of a joint
 _STIFFEST = 1e7  # against the softest direction: beyond, a free motion is a matter of rounding
@@ -119,6 +121,8 @@ def _by_laws(
     bad = rs.Status.FREE_MOTIONS | rs.Status.BEYOND_CRITICAL_LOAD
     if not found.has_answer or found.status & bad or not found.stable or found.margin < 0.1:
         return judge.complaints
+    if found.found.known.regular and found.status & rs.Status.REDUNDANT_JOINTS:
+        return judge.complaints  # what spins freely at rest is turned by the least load
     if max(float(np.max(np.abs(part.motion))) for part in found.parts) > _FAR:
         return judge.complaints  # by other ways it may come to rest elsewhere
     laws = _Laws(judge, robot, pose, wrench, more, found, _scale(robot.space, length), length)
@@ -294,9 +298,10 @@ class _Laws:
             passed = self.found.status & rs.Status.BEYOND_LIMITS
             self._same("snapshot", replace(frozen, status=frozen.status | passed))
         self._about_another_point(rng.uniform(-1, 1, 3) * self.length)
-        # A kernel takes a minute to record where legs have dozens of parts.
-        share = _KERNELS * min(1.0, 20 / len(self.found.parts))
-        if isinstance(self.robot, Robot) and rng.uniform() < share:
+        # Records of legs with dozens of parts take minutes.
+        legs = [part.leg for part in self.found.parts]
+        few = max(Counter(legs).values()) <= _SHORT
+        if few and isinstance(self.robot, Robot) and rng.uniform() < _KERNELS:
             self._by_kernel(self.robot)
 
     def _about_another_point(self, v: np.ndarray) -> None:

@@ -65,3 +65,28 @@ def test_a_search_that_ends_early_says_how_far_it_came(monkeypatch):
     assert 1 < found.searched_to < 1000
     nearer = rs.critical_load(robot, wrench=load, up_to=1)
     assert (nearer.is_found, nearer.searched_to, nearer.status.is_bad) == (False, 1.0, False)
+
+
+def test_joints_that_are_redundant_without_load_alone():
+    """A body between two hinges on one axis hangs below it under any weight."""
+    z, tip = [0, 0, 1], np.array([1.0, 0, 0])
+    idle = (
+        joint("a", [0, 0, 0], z),
+        joint("b", [0, 0, 0], z),
+        joint("strut", [0, 0, 0], [1, 0, 0], "P", 1e6),
+        joint("end", tip, z),
+    )
+    held = (
+        joint("x", tip, [1, 0, 0], "P", 1e5),
+        joint("y", tip, [0, 1, 0], "P", 1e5),
+        joint("turn", tip, z, "R", 1e3),
+    )
+    legs = (PlacedLeg("idle", idle, tip), PlacedLeg("held", held, tip))
+    robot = Snapshot("robot", legs, tip, Space.PLANAR)
+    weight = rs.DeadForce([0, -5.0, 0], [0.1, -0.1, 0])
+    answer = loaded(robot, loads={"idle/a": weight})
+    assert str(answer.status) == "redundant-joints"
+    turned = next(float(part.motion[0]) for part in answer.parts if part.part == "a")
+    assert np.isclose(turned, -np.pi / 4)
+    assert np.allclose(answer.displacement, 0, atol=1e-12)
+    assert str(loaded(robot, wrench=[5.0, 2, 1]).status) == "redundant-joints"

@@ -224,7 +224,7 @@ def _answer(
     problem, known = loaded.problem, found.known
     if not held and not meets_stiffness(problem, known):
         status |= Status.FREE_MOTIONS
-    if not known.regular:
+    if not (known.regular and problem.at_rest.regular):
         status |= Status.REDUNDANT_JOINTS
     answer = Equilibrium(
         name=loaded.name,
