@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import differentiate
@@ -91,11 +92,12 @@ def test_a_rectangle_is_refused_by_its_robot(tmp_path):
         robot.substituted({**{str(x): robot.nominal[str(x)] for x in robot.symbols}, "t": 0.05})
 
 
-@pytest.mark.parametrize("height", ["b", "2*b", "b/3"])
-def test_a_rectangle_of_one_size_has_its_torsion_in_numbers(height, tmp_path):
+@pytest.mark.parametrize("sides", ["b, b", "b, 2*b", "b, b/3", "20 mm, 35 mm"])
+def test_a_rectangle_of_one_size_has_its_torsion_in_numbers(sides, tmp_path):
     """It was refused: formulas have no exponentials."""
     path = tmp_path / "arm.yaml"
-    section = f"{{rectangle: {{width_y: b, height_z: {height}}}}}"
+    width, height = sides.split(",")
+    section = f"{{rectangle: {{width_y: {width}, height_z: {height}}}}}"
     path.write_text(ARM.format(material=OWN, section=section))
     robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
     formula = rs.derive(robot).lambdify()
@@ -104,6 +106,13 @@ def test_a_rectangle_of_one_size_has_its_torsion_in_numbers(height, tmp_path):
         values = {**robot.nominal, "b": b}
         K = formula(**{s.name: values[s.name] for s in robot.symbols if s.name not in "twh"})
         np.testing.assert_allclose(K, expected, rtol=1e-11, atol=1e-11 * expected.max())
+
+
+@pytest.mark.parametrize("sides", [(0.02, 0.035), (0.05, 0.01)])
+def test_exact_sides_give_the_torsion_constant_of_numbers(sides):
+    exact = rs.rectangle(*(sp.Rational(str(side)) for side in sides))
+    assert exact.J.is_Rational
+    assert float(exact.J) == pytest.approx(rs.rectangle(*sides).J, rel=1e-15)
 
 
 SIDES = [(0.06, 0.04), (0.04, 0.06), (0.05, 0.05), (0.002, 0.2), (0.2, 0.002), (0.05, 0.0501)]

@@ -321,19 +321,16 @@ class Symbolic:
         >>> load("planar-link", symbols=("L",)).substituted({"L": 0.4}).symbols
         ()
         """
-        by_name: dict[str, list[Any]] = {}
-        for symbol in self.symbols:
-            by_name.setdefault(str(symbol), []).append(symbol)
-        chosen = {}
-        for name, value in values.items():
-            if str(name) not in by_name:
-                raise InputError(
-                    f"symbol of the robot {self.name!r}",
-                    got=str(name),
-                    expected=", ".join(by_name) or "none, as it has no symbols",
-                )
-            for symbol in by_name[str(name)]:
-                chosen[symbol] = _allowed(symbol, exact_number(value))
+        given = {str(name): value for name, value in values.items()}
+        names = dict.fromkeys(map(str, self.symbols))
+        for name in (x for x in given if x not in names):
+            raise InputError(
+                f"symbol of the robot {self.name!r}",
+                got=name,
+                expected=", ".join(names) or "none, as it has no symbols",
+            )
+        own = [symbol for symbol in self.symbols if str(symbol) in given]
+        chosen = {x: _allowed(x, exact_number(given[str(x)])) for x in own}
         left = set(self.symbols) - chosen.keys()
         left = left.union(*(value.free_symbols for value in chosen.values()))
 
@@ -347,7 +344,6 @@ class Symbolic:
                 known[entry] = entry.xreplace(chosen) if left else _number(entry, chosen)
             return known[entry]
 
-        given = set(map(str, chosen))
         nominal = {name: value for name, value in self.nominal.items() if name not in given}
         return replace(with_entries(self, put_in), nominal=nominal)  # pyright: ignore
 

@@ -14,8 +14,8 @@ from robostiff.analytic.export.code_printer import (
     Identifiers,
     about_argument,
     ascii_identifier,
+    checks_of,
     convention,
-    guard_test,
     named_symbols,
     plain_text,
     where_it_holds,
@@ -199,9 +199,7 @@ def _guard(
         each = f"    for (int {i} = 0; {i} < {given}; ++{i})"
         lines.append(f"{each} {fails} |= !isfinite({p}[{i}]);")
     lines.append(f"{every} {fails} |= !isfinite({K}[{i}]);")
-    tests = [guard_test(guard, printer.write, "fabs") for guard in compute.guards]
-    tests += [f"{printer.write(x)} {sign} 0.0" for _, x, sign in compute.conditions]
-    for test in tests:
+    for test in checks_of(compute, printer.write, "fabs", "0.0"):
         lines += wrapped_formula(f"!({test});", _WIDTH, f"    {fails} |= ", " " * 8)
     return [
         *lines,

@@ -14,7 +14,7 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import wrapped_formula
 from robostiff.analytic.export.products import joined_terms, printed_product
-from robostiff.analytic.export.program import LARGE, FormulaProgram, Guard
+from robostiff.analytic.export.program import LARGE, FormulaProgram
 from robostiff.analytic.export.vocabulary import constant_name, function_name, unknown
 from robostiff.errors import InputError
 from robostiff.spatial import Space
@@ -273,10 +273,15 @@ def filled(
             yield place(i, j), place(j, i) if copied else write(entry)
 
 
-def guard_test(guard: Guard, write: Callable[[sp.Expr], str], size: str = "abs") -> str:
-    """The test that a sum does not cancel; `size` is the function for absolute values."""
-    sizes = " + ".join(f"{size}({write(term)})" for term in guard.terms)
-    return f"{size}({write(guard.value)}) > {guard.part}*({sizes})"
+def checks_of(
+    compute: FormulaProgram, write: Callable[[sp.Expr], str], size: str = "abs", zero: str = "0"
+) -> list[str]:
+    """Tests that sums do not cancel and conditions hold; `size` writes absolute values."""
+    tests = []
+    for guard in compute.guards:
+        sizes = " + ".join(f"{size}({write(term)})" for term in guard.terms)
+        tests.append(f"{size}({write(guard.value)}) > {guard.part}*({sizes})")
+    return [*tests, *(f"{write(x)} {sign} {zero}" for _, x, sign in compute.conditions)]
 
 
 def assigned(target: str, expression: str, width: int) -> list[str]:
@@ -301,6 +306,4 @@ def tests_after(
 
     The first test, `finite`, is that arguments and results are; `write` writes an expression.
     """
-    guards = [guard_test(guard, write) for guard in compute.guards]
-    conditions = [f"{write(x)} {sign} 0" for _, x, sign in compute.conditions]
-    return [finite, *(f"{holds} && {test}" for test in (*guards, *conditions))]
+    return [finite, *(f"{holds} && {test}" for test in checks_of(compute, write))]

@@ -15,16 +15,13 @@ from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
 from robostiff.analytic.export.entries import (
     EntryNames,
     MatrixName,
-    factored_matrix,
     operations,
     readable,
-    readable_matrix,
 )
 from robostiff.analytic.export.leg_outline import leg_outline
 from robostiff.analytic.export.outline import (
     LONGEST_STAGE,
     Block,
-    MatrixEquation,
     Nomenclature,
     OutlineHeading,
     OutlineText,
@@ -390,10 +387,8 @@ def derivative_outline(derivative: FormulaDerivative) -> tuple[Block, ...]:
     blocks: list[Block] = [OutlineHeading(title, level=1), OutlineText(f"Derivative {form}.")]
     blocks.append(OutlineHeading("Result"))
     if definitions:
-        blocks.append(ScalarEquations(tuple((d.symbol.name, d.expression) for d in definitions)))
-    factor, rest = factored_matrix(dK)
-    entries = names.entries_of(result)
-    blocks.append(MatrixEquation(result, factor, rest, readable_matrix(dK), entries))
+        blocks.append(equations(definitions))
+    blocks.append(stiffness_equation(dK, result, names))
     meaning = f"derivative of {names.result.name} by {symbol.name}, all other given symbols held"
     given = meanings_of_given(names.given, derivative.derivation.meanings)
     blocks.append(Nomenclature((((result,), meaning), *given)))

@@ -7,6 +7,7 @@ While they are put together, signs and brackets stand between the elements as pl
 from __future__ import annotations
 
 import re
+from functools import partial
 from html import escape
 
 import sympy as sp
@@ -65,27 +66,18 @@ def mathml(written: str) -> str:
     return "".join(out)
 
 
-def mathml_name(name: str) -> str:
-    """Name of a symbol with its subscripts."""
-    return _subscripted(name, bold=False)
-
-
-def mathml_matrix_name(name: str) -> str:
-    """Name of a matrix or vector, in bold type."""
-    return _subscripted(name, bold=True)
-
-
 def mathml_expression(expression: sp.Expr) -> str:
     """An expression in MathML, still with plain signs between its elements."""
     return _MathMLPrinter().doprint(expression)
 
 
-def _subscripted(name: str, *, bold: bool) -> str:
+def mathml_name(name: str, *, bold: bool = False) -> str:
+    """Name of a symbol with its subscripts; of a matrix or vector in bold type."""
     differential = differential_parts(name)
     if differential is not None:
         inner, by = differential
-        above = f"<mo>∂</mo>{_subscripted(inner, bold=bold)}"
-        return _FRACTION.format(above, f"<mo>∂</mo>{_subscripted(by, bold=False)}")
+        above = f"<mo>∂</mo>{mathml_name(inner, bold=bold)}"
+        return _FRACTION.format(above, f"<mo>∂</mo>{mathml_name(by)}")
     parts = name_parts(name)
     letter = _word(parts.letter)
     if bold:
@@ -173,7 +165,7 @@ MATHML = MathLanguage(
         "<msup><mrow></mrow><mrow>{}</mrow></msup>",
     ),
     name=mathml_name,
-    matrix_name=mathml_matrix_name,
+    matrix_name=partial(mathml_name, bold=True),
     matrix=_matrix,
     fraction=_FRACTION.format,
     transposed='<msup><mrow></mrow><mi mathvariant="normal">T</mi></msup>',

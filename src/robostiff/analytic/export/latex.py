@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import sympy as sp
@@ -52,8 +53,8 @@ def latex_words(text: str) -> str:
     return "".join(_ESCAPED.get(character, character) for character in " ".join(text.split()))
 
 
-def latex_name(name: str) -> str:
-    r"""Name of a symbol with its subscripts.
+def latex_name(name: str, *, bold: bool = False) -> str:
+    r"""Name of a symbol with its subscripts; of a matrix or vector in bold type.
 
     Examples
     --------
@@ -62,12 +63,17 @@ def latex_name(name: str) -> str:
     >>> latex_name("dmu_1_dR")
     '\\frac{\\partial \\mu_{1}}{\\partial R}'
     """
-    return _subscripted(name, bold=False)
-
-
-def latex_matrix_name(name: str) -> str:
-    """Name of a matrix or vector, in bold type."""
-    return _subscripted(name, bold=True)
+    differential = differential_parts(name)
+    if differential is not None:
+        inner, by = differential
+        above = f"\\partial {latex_name(inner, bold=bold)}"
+        return f"\\frac{{{above}}}{{\\partial {latex_name(by)}}}"
+    parts = name_parts(name)
+    letter = f"\\mathbf{{{latex_words(parts.letter)}}}" if bold else _word(parts.letter)
+    written = letter + "'" * parts.primes
+    if parts.subscripts:
+        written += "_{" + ",".join(map(_word, parts.subscripts)) + "}"
+    return written
 
 
 def latex_expression(expression: sp.Expr) -> str:
@@ -91,20 +97,6 @@ class _LatexPrinter(LatexPrinter):
             return super()._print_Mul(expr)
         written = self._print(rest)
         return f"{self._print(number)} {_bracketed(written) if rest.is_Add else written}"
-
-
-def _subscripted(name: str, *, bold: bool) -> str:
-    differential = differential_parts(name)
-    if differential is not None:
-        inner, by = differential
-        above = f"\\partial {_subscripted(inner, bold=bold)}"
-        return f"\\frac{{{above}}}{{\\partial {latex_name(by)}}}"
-    parts = name_parts(name)
-    letter = f"\\mathbf{{{latex_words(parts.letter)}}}" if bold else _word(parts.letter)
-    written = letter + "'" * parts.primes
-    if parts.subscripts:
-        written += "_{" + ",".join(map(_word, parts.subscripts)) + "}"
-    return written
 
 
 def _word(word: str) -> str:
@@ -132,7 +124,7 @@ def _bracketed(written: str) -> str:
 LATEX = MathLanguage(
     breaks=Breaks(latex_expression, r"\bigl(", r"\bigr)", r"\big/", "^{{}}"),
     name=latex_name,
-    matrix_name=latex_matrix_name,
+    matrix_name=partial(latex_name, bold=True),
     matrix=_matrix,
     fraction=lambda above, below: f"\\frac{{{above}}}{{{below}}}",
     transposed=r"^{\mathsf{T}}",

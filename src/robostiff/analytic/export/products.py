@@ -65,8 +65,8 @@ def number_in_front(product: Any) -> tuple[sp.Expr, Any]:
     Examples
     --------
     >>> x, y = sp.symbols("x y")
-    >>> number_in_front(3 * (1 / x + y) / 2), number_in_front(x / 2)
-    ((3/2, y + 1/x), (1, None))
+    >>> number_in_front(3 * y * (1 / x + y) / 2), number_in_front(x / 2)
+    ((3/2, y*(y + 1/x)), (1, None))
     """
     number, rest = product.as_coeff_Mul()
     terms = [term for factor in sp.Mul.make_args(rest) if factor.is_Add for term in factor.args]

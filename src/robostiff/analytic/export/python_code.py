@@ -17,9 +17,9 @@ from robostiff.analytic.export.code_printer import (
     about_argument,
     ascii_identifier,
     assigned,
+    checks_of,
     convention,
     filled,
-    guard_test,
     named_symbols,
     title_of_function,
     unquoted,
@@ -96,7 +96,8 @@ def python_function(derivation: Derivation | FormulaDerivative, name: str = "sti
     arguments = [names[symbol] for symbol in compute.arguments]
     body, targets, holds = _body(compute, names, identifiers)
     lines = [
-        *_module_start(title),
+        f'"""Stiffness matrix {title} as a function."""',
+        *("", "import numpy as np", "", ""),
         *_head(name, arguments),
         *_docstring(title, compute, names),
         *(f"    {argument} = np.asarray({argument}, dtype=float)" for argument in arguments),
@@ -128,10 +129,6 @@ def _identifiers(compute: FormulaProgram, name: str) -> tuple[Identifiers, dict[
 def _head(name: str, arguments: list[str]) -> list[str]:
     signature = wrapped_formula(", ".join(arguments) + "):", _WIDTH, f"def {name}(")
     return ['@np.errstate(all="ignore")', *signature]
-
-
-def _module_start(title: str) -> list[str]:
-    return [f'"""Stiffness matrix {title} as a function."""', "", "import numpy as np", "", ""]
 
 
 def _docstring(title: str, compute: FormulaProgram, names: Mapping[sp.Symbol, str]) -> list[str]:
@@ -181,11 +178,8 @@ def _guard(
     for i, target in enumerate(targets):
         kept = f"{holds} & " if i else ""
         lines.append(f"    {holds} = {kept}np.isfinite({target}).all(axis=(-2, -1))")
-    for guard in compute.guards:
-        test = guard_test(guard, printer.write, "np.abs")
+    for test in checks_of(compute, printer.write, "np.abs"):
         lines += assigned(holds, f"{holds} & ({test})", _WIDTH)
-    for _, expression, sign in compute.conditions:
-        lines += assigned(holds, f"{holds} & ({printer.write(expression)} {sign} 0)", _WIDTH)
     return lines
 
 
