@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 import sympy as sp
@@ -279,7 +279,16 @@ def _vector_equation(equation: Equation, language: MathLanguage, room: float) ->
     if isinstance(equation.expression, sp.Expr):
         return _equation(equation.name, equation.expression, language, room)
     name = language.matrix_name if equation.is_vector else language.name
-    return Row(name(equation.name), (written_vector(equation.expression, language),))
+    written = written_vector(equation.expression, language)
+    return Row(name(equation.name), (written,), 6 + _vector_width(equation.expression))
+
+
+def _vector_width(part: Any) -> float:
+    """Estimate of the width of a written vector [widths of a letter]."""
+    if isinstance(part, sp.Expr):
+        return math_width(part)
+    parts = [getattr(part, x.name) for x in fields(part)] if is_dataclass(part) else part
+    return 2 + sum(map(_vector_width, parts)) if isinstance(parts, list | tuple) else 2
 
 
 def _equation(name: str, expression: sp.Expr, language: MathLanguage, room: float) -> Row:

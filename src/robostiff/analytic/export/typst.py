@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 
 import sympy as sp
@@ -297,11 +298,16 @@ def _table(table: FormulaTable) -> str:
 
 def _placed(formula: Display, room: float) -> list[str]:
     """Short equations side by side; others in blocks of their own, which pages can break."""
-    columns = int(room / max(row.width + _BETWEEN_COLUMNS for row in formula))
-    if len(formula) > 1 and columns > 1:
-        cells = "\n".join(f"  $ {_equation(row)} $," for row in formula)
-        return [f"#side-by-side({columns},\n{cells}\n)"]
-    return [f"#fit($ {_equation(row)} $)" for row in formula]
+    found = []
+    for is_narrow, group in groupby(formula, lambda x: 2 * (x.width + _BETWEEN_COLUMNS) <= room):
+        rows = list(group)
+        if is_narrow and len(rows) > 1:
+            columns = int(room / (max(x.width for x in rows) + _BETWEEN_COLUMNS))
+            cells = "\n".join(f"  $ {_equation(row)} $," for row in rows)
+            found.append(f"#side-by-side({columns},\n{cells}\n)")
+        else:
+            found += [f"#fit($ {_equation(row)} $)" for row in rows]
+    return found
 
 
 def _equation(row: Row) -> str:
@@ -315,5 +321,5 @@ def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> s
     cells = [
         f"  [{listed_names(names, TYPST)}], [{typst_text(meaning)}]," for names, meaning in rows
     ]
-    start = "#table(columns: (28%, 1fr), stroke: none, inset: (x: 0pt, y: 3pt), column-gutter: 1em,"
+    start = "#table(columns: (16%, 1fr), stroke: none, inset: (x: 0pt, y: 3pt), column-gutter: 1em,"
     return "\n".join([start, *cells, ")"])
