@@ -31,7 +31,7 @@ _SHARED = 1e-6
 
 
 # Under this name equations keep their systems, the platform free or fixed.
-_KEPT = "_systems"
+_KEPT, _MATRIX = "_systems", "_matrix"
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,10 @@ def saddle_point_system(
     wrench_rows, size = [], n * len(nodes)
     for c in equations.connections:
         wrench_rows.append(np.arange(size, size := size + len(c.S)))
-    matrix = _assembled(equations, rows_of, wrench_rows, size)
+    known = vars(equations)
+    if _MATRIX not in known:  # the same whether the platform is fixed or free
+        known[_MATRIX] = _assembled(equations, rows_of, wrench_rows, size)
+    matrix = known[_MATRIX]
     lost = [rows_of[name] for name in still]
     for mechanism in mobile.mechanisms:
         rows = np.concatenate([rows_of[name] for name in mechanism.nodes])

@@ -290,12 +290,7 @@ def model_from_document(
     shipped : callable
         The file of a shipped robot that a module names; None for any other name.
 
-    Raises
-    ------
-    FileError
-        At the place in the document that is to blame.
-    InputError
-        When a parameter is given that the document does not have, or of another dimension.
+    Raises a FileError at the place in the document that is to blame.
 
     Examples
     --------

@@ -85,18 +85,7 @@ def cable_robot_from_document(
 ) -> CableRobot:
     r"""The cable robot that a document describes.
 
-    Parameters
-    ----------
-    document : Document
-    parameters : mapping of str to (str or float), optional
-        Other values for some of its parameters.
-
-    Raises
-    ------
-    FileError
-        At the place in the document that is to blame.
-    InputError
-        When a parameter is given that the document does not have, or of another dimension.
+    Raises a FileError at the place in the document that is to blame.
 
     Examples
     --------

@@ -114,18 +114,7 @@ def read_snapshot(source: Path | str) -> Snapshot:
 def snapshot_from_document(document: Document) -> Snapshot:
     """A robot at a pose, from a document.
 
-    Parameters
-    ----------
-    document : Document
-
-    Returns
-    -------
-    Snapshot
-
-    Raises
-    ------
-    FileError
-        When the document is no snapshot, or not one that makes sense.
+    Raises a FileError at the place in the document that is to blame.
 
     Examples
     --------

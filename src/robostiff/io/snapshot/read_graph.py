@@ -36,18 +36,7 @@ from robostiff.spatial import Space
 def network_from_document(document: Document) -> Network:
     """A network, from a document.
 
-    Parameters
-    ----------
-    document : Document
-
-    Returns
-    -------
-    Network
-
-    Raises
-    ------
-    FileError
-        When the document is no graph, or not one that makes sense.
+    Raises a FileError at the place in the document that is to blame.
 
     Examples
     --------
