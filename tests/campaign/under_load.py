@@ -54,8 +54,9 @@ def loaded_robot(rng: np.random.Generator) -> list[Complaint]:
         if drawn is None:
             continue
         robot, pose = drawn
-        alone = isinstance(robot, Snapshot)
-        snapshot = robot if alone else find_posture(robot, pose).snapshot.one(0)
+        snapshot: Any = robot
+        if isinstance(robot, Robot):
+            snapshot = find_posture(robot, pose).snapshot.one(0)
         length = float(snapshot.characteristic_length) or 1.0
         wrench = _wrench(rng, rs.stiffness(robot, pose), robot.space, length)
         if wrench is not None:

@@ -279,12 +279,11 @@ def record_linkage_closure(
     """
     part, length = driven.part, driven.home.length
     following = driven.following(samples)
-    drives = driven.driving
     closed = [*samples, driven.home]  # the last one is home: a pivot that vanishes there is none
-    given = _sampled(drives, closed) | with_nominal(part)
+    given = _sampled(driven.driving, closed) | with_nominal(part)
     state = _sampled(following, closed)
     record = Record({**given, **state})
-    bodies = Bodies.of(part.tree, coordinates(driven, record, (*drives, *following)))
+    bodies = Bodies.of(part.tree, coordinates(driven, record, (*driven.driving, *following)))
     groups = []
     for loops, moving in _groups(bodies, following):
         gaps = [(gap, _rates(bodies, gap, cut, moving, length)) for cut, gap in loops]
