@@ -61,6 +61,15 @@ def test_text_lists_what_a_person_asks():
         assert words in text, words
 
 
+def test_nothing_is_strained_without_load():
+    text = run("hexapod").stdout
+    assert "displacement: none" in text
+    assert "elastic" not in text
+    least = run("hexapod", "--wrench", "0 0 -1e-6 N 0 0 0").stdout
+    assert "displacement: dz -3.1" in least
+    assert "elastic energy" in least
+
+
 def test_beyond_the_critical_load_is_a_bad_status_with_advice():
     outcome = run("gough-stewart-b", "--wrench", "0 0 -1e8 0 0 0", "--critical")
     assert outcome.exit_code == 1

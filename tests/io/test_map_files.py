@@ -133,6 +133,12 @@ def test_a_file_that_is_not_there(tmp_path):
         read_poses(loaded("hexapod"), tmp_path / "poses.csv")
 
 
+def test_a_file_of_another_kind_is_no_map(tmp_path):
+    written(tmp_path, "x, y\n").rename(tmp_path / "map.nc")
+    with pytest.raises(InputError, match="a start that is not that of a NetCDF 4 file"):
+        read_map(tmp_path / "map.nc")
+
+
 def test_damaged_maps_are_refused_or_read_as_they_were_written():
     counts, failures = stores.outcomes(15, seed=3)
     assert not failures

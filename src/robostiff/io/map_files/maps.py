@@ -105,9 +105,8 @@ def check_netcdf() -> None:
 def _seal_holds(path: Path, size: int) -> bool | None:
     """Whether the checksum is right; None for a file of another program."""
     with path.open("rb") as file:
-        content = file.read(8)
-        if content != b"\x89HDF\r\n\x1a\n":
-            return False
+        if file.read(8) != b"\x89HDF\r\n\x1a\n":
+            raise _damaged(path, "a start that is not that of a NetCDF 4 file")
         file.seek(max(0, size - _SEAL_BYTES))
         seal = _SEAL.search(file.read())
         if seal is None:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 _MOST = 10  # parts or modes in a list
 _SHOWN = 1e-9  # of the largest: smaller is rounding
+_COORDINATES = 1e-15  # of the size: so far apart may be what rests in one place
 
 
 def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
@@ -39,8 +40,9 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
         space = result.space
         lines[0] += f", about ({row(result.point)}) m, world axes"
         lines.append(f"wrench:       {named(space.wrench_order, result.wrench, 'N', 'N m')}")
-        moved = 1e6 * result.displacement
-        moved = np.where(np.abs(moved) < _SHOWN * np.abs(moved).max(initial=0.0), 0.0, moved)
+        moved, least, is_strained = result.displacement, *_rounding(result)
+        least = max(_SHOWN * np.abs(moved).max(initial=0.0), least)
+        moved = np.where(np.abs(moved) < least, 0.0, 1e6 * moved)
         lines.append(f"displacement: {named(space.twist_order, moved, 'um', 'urad')}")
         lines.append(f"pose:         [{row(result.pose)}] (m, rad)")
         if result.critical is None or not result.stable:
@@ -51,7 +53,7 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
             lines += ["", f"{matrix.symbol} [{matrix.units}]:"]
             lines += matrix_lines(matrix.values, matrix.rows, matrix.columns)
         of_parts = sum(share.energy for share in result.shares)
-        if of_parts > 0:
+        if of_parts > 0 and is_strained:
             lines += share_lines(of_parts, result.shares, _MOST)
         if result.springs:
             lines += ["", "springs between bodies:"]
@@ -61,13 +63,22 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
                 for own in result.springs
             ]
         drives = _drives(result)
-        if drives:
+        if drives and is_strained:
             lines += ["", "load on elastic drives:"]
             lines += [load_line(load, unit, name) for name, (load, unit) in drives.items()]
     if critical is not None:
         lines += ["", *_critical_lines(critical)]
     lines += [f"advice: {advice}" for advice in result.advice]
     return text_of(lines)
+
+
+def _rounding(result: Equilibrium) -> tuple[float, bool]:
+    """The least displacement [m, rad] that is no rounding, and whether anything is strained."""
+    if result.problem is None or not result.status.has_stiffness:
+        return 0.0, True
+    length, d = result.problem.length, result.space.translations
+    of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
+    return _COORDINATES * min(length, 1.0), bool(result.energy > of_rounding)
 
 
 def _critical_lines(critical: CriticalLoad) -> list[str]:
