@@ -175,7 +175,7 @@ def test_exports_have_the_names(derived):
 def test_products_of_materials_and_sections_have_no_more_digits_than_they_deserve(derived):
     text = derivation_text(derived["delta"])
     # G J of the arm, E/(2 (1 + nu)) pi/2 (r_o^4 - r_i^4)
-    GJ = f"{70e9 / 2.6 * np.pi / 2 * (0.03**4 - 0.025**4):.12g} N m^2"
+    GJ = f"{70e9 / 2.6 * np.pi / 2 * (0.03**4 - 0.025**4):.12g} N m²"
     assert f"GJ_1: torsional stiffness G J of arm, {GJ}" in text
     assert not re.search(r"\d{13}", text)
 

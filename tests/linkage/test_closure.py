@@ -55,11 +55,10 @@ def _ring(rng, held=frozenset()):
 def test_rates_of_the_gaps_are_their_finite_differences(seed):
     rng = np.random.default_rng(seed)
     linkage = _ring(rng)
-    tree = linkage.tree
-    assert len(tree.cuts) == 3
+    assert len(linkage.tree.cuts) == 3
     q = {c.name: c.home for c in linkage.connections}
     moving = [c for c in linkage.connections if c.size < 3]  # a rotation vector is no integral
-    loops = replace(_Loops.of(tree, linkage, q, moving), length=1.0)
+    loops = replace(_Loops.of(linkage, q, moving), length=1.0)
     J = loops.rates(loops.guess[None])[0]
     column, h = 0, 1e-6
     for c in moving:
@@ -67,7 +66,7 @@ def test_rates_of_the_gaps_are_their_finite_differences(seed):
             ends = []
             for sign in (1, -1):
                 moved = {**q, c.name: q[c.name] + sign * h * np.eye(c.size)[k]}
-                ends.append(_gap_frames(tree, moved))
+                ends.append(_gap_frames(linkage.tree, moved))
             for i, (plus, minus) in enumerate(zip(*ends, strict=True)):
                 rate = _relative_rate(plus, minus, h)
                 assert np.allclose(J[6 * i : 6 * i + 6, column], rate, atol=1e-7, rtol=1e-6)

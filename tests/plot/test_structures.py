@@ -122,6 +122,7 @@ def test_a_flexible_platform_bends_and_keeps_the_legs_together():
 def test_nodes_of_a_flexible_platform_rest_where_small_loads_move_them():
     star, load = rs.load(STAR), [0.5, 0, -1, 0, 0, 0.02]
     rest = rs.equilibrium(star, wrench=load)
+    assert isinstance(rest, rs.Equilibrium)
     snapshot = rs.find_posture(star).snapshot.one(0)
     small = motion_under(snapshot, rs.deflection(star, None, load))
     finite = finite_motion(snapshot, rest.places)
