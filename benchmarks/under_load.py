@@ -1,6 +1,7 @@
 """How long one equilibrium of every shipped robot takes, and a pose by the recorded kernel.
 
-An equilibrium at home under a small wrench, the finding of the posture in it; the goal is 20 ms.
+An equilibrium at home under a small wrench, the finding of the posture in it, on one thread; the
+goal is 20 ms.
 Where nothing elastic holds the platform, the status says so, and Newton's method takes long.
 Nanoseconds of kernels depend on the machine and on what else runs there. The last column does not:
 how many times as long as the kernel without load, in turns with it.
@@ -11,9 +12,13 @@ how many times as long as the kernel without load, in turns with it.
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable
+
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 
