@@ -137,7 +137,7 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     elif series is not None:
         form, definitions = "series", series.definitions
         entries = [x for x in (*series.C, *series.axes, *series.arm) if x.free_symbols]
-    if pose == "home" and is_vectors_alone(derivation):
+    if is_vectors_alone(derivation):
         vectors: Any = derivation.vectors
         form, kinds = "vectors", (vectors, *vectors.others)
         entries = [] if vectors.average is None else vectors.average.flat()

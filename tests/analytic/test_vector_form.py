@@ -11,7 +11,7 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
-from robostiff.analytic import AtSymbols, Steps
+from robostiff.analytic import AtHome, AtSymbols, Steps
 from robostiff.analytic.agreement import check_form, matrix_distance
 from robostiff.analytic.export import (
     derivation_html,
@@ -225,6 +225,26 @@ def test_all_languages_write_it():
     assert "bold(upright(d))_(i) = " in derivation_typst(derivation)
     assert copy.deepcopy(derivation).vectors == derivation.vectors
     assert derivation.subs({"k": 1e8}).vectors is None
+
+
+@pytest.mark.parametrize("name", ["gough-stewart-b", "3-rpr", *RODS])
+def test_vectors_are_the_whole_formula_at_a_general_pose(name):
+    derivation = rs.derive(name, pose=AtSymbols())
+    text = derivation_text(derivation)
+    assert set(RODS.get(name, ())) <= set(text.splitlines())
+    assert "K_C = sum over i of" in text
+    assert "K_C_11" not in text
+    assert len(text.splitlines()) < 95
+
+
+@pytest.mark.parametrize("pose", [AtHome(), AtSymbols()])
+def test_steps_that_are_asked_for_follow_the_vectors(pose):
+    derivation = rs.derive("gough-stewart-b", pose=pose, form=Steps())
+    lines = derivation_text(copy.deepcopy(derivation)).splitlines()
+    assert "K_C = sum over i of w_i w_i^T / c_i" in lines
+    assert "Leg 6: leg6" in lines
+    assert sum(line.startswith("K_C = ") for line in lines) == 3  # both sums, and the matrix
+    assert any(line.startswith("t_10 = ") for line in lines)
 
 
 @pytest.mark.parametrize("name", ["hexa", "hexapod-pus"])

@@ -131,7 +131,7 @@ def test_an_existing_file_is_not_overwritten():
 def test_the_answer_says_that_time_has_ended():
     outcome = run("hexapod-pus", "--budget", "0.3")
     assert outcome.exit_code == 0, outcome.stderr
-    assert "did not end within 0.3 s of computing. These are named steps." in outcome.stderr
+    assert "did not end within 0.3 s of computing. K is in named steps." in outcome.stderr
     assert "A closed form did not end within 0.3 s of computing." in outcome.stdout
 
 

@@ -152,6 +152,8 @@ class RobotDerivation(Derivation):
     general_rank : int or None
         Rank of K in numbers, at the random parameters and poses at which the formula was compared
         with them; None after `subs`.
+    steps_asked : bool
+        Whether named steps were asked for by `Steps()`; exports write them beside `vectors` then.
     """
 
     legs: tuple[LegDerivation, ...] = ()
@@ -164,6 +166,7 @@ class RobotDerivation(Derivation):
         default_factory=lambda: VectorLevel(None), compare=False, repr=False
     )
     general_rank: int | None = field(default=None, compare=False)
+    steps_asked: bool = field(default=False, compare=False)
 
     @property
     def vectors(self) -> VectorForm | None:
@@ -197,6 +200,7 @@ class RobotDerivation(Derivation):
             self.named,
             VectorLevel.of(self.at_vector_level.form),
             self.general_rank,
+            self.steps_asked,
         )
         return RobotDerivation, (*self._pickled, *of_robot)
 

@@ -125,6 +125,7 @@ def derive_robot(
     enough = None if budget is None else max(budget, BUDGET)
     at_joints = isinstance(pose, AtJoints) and not robot.is_posed_by_joints
     is_home = isinstance(pose, AtHome) or at_joints
+    asked = isinstance(form, Steps)
 
     def recorded() -> _Recording:
         at = _Recording(place_robot(robot, pose))
@@ -147,7 +148,10 @@ def derive_robot(
             at = within(enough, recorded, "record of a formula")
         except FormulaTooLargeError:
             pass
-    return _in_steps(at.placed, at.recorded, remark)
+    found = _in_steps(at.placed, at.recorded, remark)
+    # On a record of its own: this one has steps of the elimination, longer for the same values.
+    level = VectorLevel(lambda: _at_vector_level(place_robot(robot, pose)))
+    return replace(found, steps_asked=asked, at_vector_level=level)
 
 
 @dataclass(frozen=True)

@@ -217,7 +217,7 @@ def print_formula(
     try:
         derivation = _derived(model, asked, form)
         if isinstance(derivation, RobotDerivation) and derivation.remark:
-            click.echo(f"robostiff: {derivation.remark} These are named steps.", err=True)
+            click.echo(f"robostiff: {derivation.remark} K is in named steps.", err=True)
         found: _Found = derivation
         as_one = asked.derivative is not None or language in _PROGRAMS
         if as_one and isinstance(derivation, StiffnessUnderLoad):

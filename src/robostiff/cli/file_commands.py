@@ -52,7 +52,9 @@ class FormulaRequest:
         help="One leg alone: its stiffness without passive joints, then joint by joint.",
     )
     steps: bool = option(
-        "--steps", help="Named steps of moderate size; the default away from home."
+        "--steps",
+        help="Named steps of moderate size, entry by entry; away from home the default where "
+        "the legs have no form in vectors.",
     )
     closed: bool = option("--closed", help="One expression for each entry; the default at home.")
     wrench: str | None = option(

@@ -22,7 +22,7 @@ from robostiff.analysis import (
 )
 from robostiff.analysis.indices import StiffnessIndices, indices
 from robostiff.analysis.result import require_one_pose
-from robostiff.analytic import AtHome, FormulaTooLargeError, RobotDerivation, Steps
+from robostiff.analytic import AtHome, RobotDerivation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
@@ -380,7 +380,5 @@ def _derivation(robot: Robot | Snapshot | Network) -> tuple[RobotDerivation | No
         return None, "all dimensions are numbers; rs.load(..., symbols=...) keeps them as symbols"
     try:
         return derive_robot(robot, AtHome()), ""
-    except FormulaTooLargeError:
-        return derive_robot(robot, AtHome(), Steps()), ""
     except (InputError, NoAnswerError) as error:
         return None, str(error)

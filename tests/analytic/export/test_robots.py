@@ -145,7 +145,7 @@ def test_stiffnesses_of_beams_in_symbols_are_equations(tmp_path):
 
 
 def test_latex_and_typst_show_names_of_legs_as_subscripts():
-    derivation = rs.derive("3-rrr", pose=rs.AtSymbols())
+    derivation = rs.derive("3-rrr", pose=rs.AtSymbols(), form=rs.Steps())
     assert r"B_{\mathrm{leg1},x}" in derivation_latex(derivation)
     assert r"\sum \frac{\mathbf{w} \mathbf{w}^{\mathsf{T}}}{c}" in derivation_latex(derivation)
     assert "sum frac(" in derivation_typst(derivation)

@@ -133,16 +133,17 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     named = _named(derivation, names)
     definitions = list(named.definitions)
     form = derivation.vectors
-    if form is not None and derivation.is_closed:
+    alone = is_vectors_alone(derivation)
+    if form is not None and (derivation.is_closed or not alone):
         form = replace(form, average=None)  # K is written out
     taken = set(names.given)
-    if not is_vectors_alone(derivation):
+    if not alone:
         taken |= {d.symbol.name for d in derivation.definitions}
     if form is not None:
         section, defined = vector_blocks(form, names.result, definitions, taken)
         blocks += section
         definitions = [d for d in definitions if d.symbol not in defined]
-    if is_vectors_alone(derivation):
+    if alone:
         return (
             *blocks,
             *_in_words_of_all(derivation, kinds=True),
@@ -186,8 +187,8 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
 
 
 def is_vectors_alone(derivation: RobotDerivation) -> bool:
-    """Whether one leg, the table and the sum are all: at home, where the entries of K are long."""
-    if derivation.coordinates or derivation.vectors is None:
+    """Whether one leg, the table and the sum are all: where the entries of K are long."""
+    if derivation.vectors is None or derivation.steps_asked:
         return False
     if not derivation.is_closed or derivation.named is None:
         return not derivation.is_closed
