@@ -6,6 +6,7 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
+from robostiff.analytic.export import derivation_text, python_function
 from robostiff.analytic.pose_rotation import rotation_by_name
 
 ROTATIONS = ["ZXZ", "ZYX", "XYZ", "yzx", "rpy", "quaternion"]
@@ -53,7 +54,7 @@ def test_given_angles_are_put_in():
     pose = rs.AtCoordinates({"phi": 0.1, "theta": sp.Symbol("t")}, rs.EulerAngles("ZXZ"))
     derivation = rs.derive("gough-stewart-b", symbols=("k",), pose=pose)
     assert [s.name for s in derivation.symbols] == ["k", "t"]
-    assert derivation.where == "at phi = 1/10, theta = t, R = Rz(phi) Rx(theta) Rz(psi)"
+    assert derivation.where == "at phi = 1/10, theta = t, turned by Rz(1/10) Rx(t)"
     R = Rotation.from_euler("ZXZ", [0.1, 0.2, 0.0])
     robot = rs.load("gough-stewart-b", symbols=("k",))
     home = robot.numeric.home
@@ -62,6 +63,33 @@ def test_given_angles_are_put_in():
     expected = rs.stiffness(robot.substituted({"k": 1e8}), at).K
     found = derivation.lambdify("k", "t")(1e8, 0.2)
     assert np.max(np.abs(found - expected)) < 1e-11 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("ZXZ", "phi, theta, psi: rotation of the platform, Rz(phi) Rx(theta) Rz(psi)"),
+        ("rpy", "roll, pitch, yaw: rotation of the platform, Rz(yaw) Ry(pitch) Rx(roll)"),
+        ("quaternion", "q_x, q_y, q_z: rotation of the platform, the unit quaternion (q_w, q_x,"),
+    ],
+)
+@pytest.mark.parametrize("leg", [None, "leg1"])
+def test_the_nomenclature_says_what_the_angles_are(name, words, leg):
+    pose = rs.AtSymbols(rotation_by_name(name))
+    derivation = rs.derive("gough-stewart-b-beams", pose=pose, leg=leg)
+    text = derivation_text(derivation)
+    assert f"\n{words}" in text
+    assert "\nx, y, z: place of the platform's origin [m]\n" in text
+
+
+def test_functions_say_what_coordinates_are():
+    robot = rs.load("3-rrr", symbols=("k",))
+    source = python_function(rs.derive(robot, pose=rs.AtSymbols()))
+    assert "gamma : float or array\n        Rotation of the platform, Rz(gamma)." in source
+    assert "x : float or array\n        Place of the platform's origin [m]." in source
+    joint = rs.AtCoordinates({"q1": sp.Symbol("theta")})
+    words = rs.derive("two-link-arm", symbols=(), pose=joint).meanings
+    assert words["theta"] == "joint coordinate, in the order of the arm [rad, or m of a slide]"
 
 
 def test_platforms_that_follow_their_legs_have_other_angles_as_well():

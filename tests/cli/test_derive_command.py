@@ -129,10 +129,10 @@ def test_an_existing_file_is_not_overwritten():
 
 
 def test_the_answer_says_that_time_has_ended():
-    outcome = run("hexapod-pus", "--budget", "0.3")
+    outcome = run("hexapod-pus", "--budget", "0.05")
     assert outcome.exit_code == 0, outcome.stderr
-    assert "did not end within 0.3 s of computing. K is in named steps." in outcome.stderr
-    assert "A closed form did not end within 0.3 s of computing." in outcome.stdout
+    assert "did not end within 0.05 s of computing. K is in named steps." in outcome.stderr
+    assert "A closed form did not end within 0.05 s of computing." in outcome.stdout
 
 
 IN_A_LONG_CALL = """
@@ -220,7 +220,7 @@ def test_json_is_a_short_word_for_the_format():
 def test_angles_of_a_pose_are_named():
     outcome = run("3-rpr", "--pose", "symbolic", "--angles", "rpy")
     assert outcome.exit_code == 0, outcome.stderr
-    assert "R = Rz(yaw) Ry(pitch) Rx(roll)" in " ".join(outcome.stdout.split())
+    assert "\nyaw: rotation of the platform, Rz(yaw)\n" in outcome.stdout
     outcome = run("3-rpr", "--pose", "yaw=10 deg", "--angles", "rpy")
     assert "yaw = pi/18" in outcome.stdout
     for pose in ("home", "joints"):

@@ -218,7 +218,7 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
         arm=arm,
         coordinates=placed.coordinates,
         conditions=Unwritten(lambda: conditions_of(placed, own.name)),
-        meanings=placed.robot.meanings,
+        meanings=placed.meanings,
     )
 
 

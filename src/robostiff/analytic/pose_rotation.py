@@ -107,8 +107,11 @@ class EulerAngles:
     @property
     def words(self) -> str:
         """The rotation as a product."""
-        turns = self.factors({name: name for name in self.names})
-        return "R = " + " ".join(f"R{axis}({name})" for axis, name in turns)
+        return f"R = {self.in_words({name: name for name in self.names})}"
+
+    def in_words(self, values: Mapping[str, Any]) -> str:
+        """The product of the turns whose angles are given."""
+        return " ".join(f"R{axis}({angle})" for axis, angle in self.factors(values))
 
 
 @dataclass(frozen=True)
@@ -170,7 +173,11 @@ class UnitQuaternion:
     @property
     def words(self) -> str:
         """The rotation in words."""
-        return "R of the unit quaternion (q_w, q_x, q_y, q_z), q_w >= 0"
+        return f"R of {self.in_words({})}"
+
+    def in_words(self, values: Mapping[str, Any]) -> str:
+        """The quaternion with its scalar part."""
+        return "the unit quaternion (q_w, q_x, q_y, q_z), q_w >= 0"
 
 
 PoseRotation = EulerAngles | UnitQuaternion

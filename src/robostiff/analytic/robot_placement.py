@@ -76,6 +76,25 @@ class PlacedRobot:
         point = np.array(self.entries.reference_point, dtype=object)
         return self.platform.p + self.platform.R @ point
 
+    @property
+    def meanings(self) -> dict[str, str]:
+        """What the symbols are: coordinates of the pose, and parameters of the robot."""
+        given, found = self.given or {}, {}
+        turns = self.rotation.in_words(given)
+        for name, value in given.items():
+            if not value.is_Symbol:
+                words = f"coordinate of the pose, {name} = {value}"
+            elif self.robot.is_posed_by_joints:
+                words = "joint coordinate, in the order of the arm [rad, or m of a slide]"
+            elif name in self.rotation.names:
+                words = f"rotation of the platform, {turns}"
+            else:
+                words = "place of the platform's origin [m]"
+            found |= {symbol.name: words for symbol in value.free_symbols}
+        for names in self.follows.legs.values():
+            found |= dict.fromkeys(names, "joint coordinate at which the legs close")
+        return found | dict(self.robot.meanings)
+
     @cached_property
     def legs(self) -> tuple[PlacedFormula, ...]:
         """All legs."""
@@ -353,5 +372,5 @@ def _in_words(
             name if str(value) == name else f"{name} = {value}" for name, value in given.items()
         )
         if rotation != ABOUT_WORLD_AXES and any(name in given for name in rotation.names):
-            where += f", {rotation.words}"
+            where += f", turned by {rotation.in_words(given)}"
     return f"{where}, where the legs determine {', '.join(following)}" if following else where

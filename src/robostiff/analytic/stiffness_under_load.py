@@ -283,7 +283,7 @@ class _Loaded:
             K1=sp.ImmutableMatrix(K1),
             definitions=tuple(definitions),
             conditions=conditions_of(self.placed),
-            meanings=self.placed.robot.meanings,
+            meanings=self.placed.meanings,
         )
 
 

@@ -316,17 +316,9 @@ def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclatur
     form = derivation.vectors
     if form is not None:
         rows += vector_meanings(form)
-    pose = tuple(name for name in derivation.coordinates if name in names.given)
-    if pose:
-        rows.append((pose, _of_pose(pose)))
-    given = (name for name in names.given if name not in pose)
+    pose = [name for name in derivation.coordinates if name in names.given]
+    given = dict.fromkeys((*pose, *names.given))
     return Nomenclature((*rows, *meanings_of_given(given, derivation.meanings)))
-
-
-def _of_pose(names: Sequence[str]) -> str:
-    if names[0].startswith("q"):
-        return "coordinates of the joints, in order"
-    return "pose of the platform: its point, and turns about the world's x, then y, then z"
 
 
 def outline_of(

@@ -174,8 +174,6 @@ def _nomenclature(derivation: LegElimination, names: EntryNames) -> Nomenclature
             (("mu",), "stiffness against this motion, J^T K J"),
         ]
     given = {str(symbol) for symbol in derivation.given_symbols}
-    pose = tuple(name for name in derivation.coordinates if name in given)
-    if pose:
-        rows.append((pose, "coordinates of the pose"))
-    rest = meanings_of_given(sorted(given - set(pose)), derivation.meanings)
-    return Nomenclature((*rows, *rest))
+    pose = [name for name in derivation.coordinates if name in given]
+    listed = dict.fromkeys((*pose, *sorted(given)))
+    return Nomenclature((*rows, *meanings_of_given(listed, derivation.meanings)))
