@@ -85,6 +85,10 @@ def test_an_arm_of_six_joints_is_its_rotations_points_and_springs(pose):
     assert [name for name, _, _ in arm.drives] == [f"joint{i}" for i in range(1, 7)]
     assert [name for name, *_ in arm.beams] == ["column", "upper arm", "forearm", "wrist"]
     assert len(arm.equations) <= 30
+    # The last joint turns neither a spring nor the reference point.
+    rotations = [e.name for e in arm.equations if e.name.startswith("R_")]
+    for name in rotations:
+        assert sum(f"'{name}'" in str(e.expression) for e in arm.equations) > 0, name
     random = np.random.default_rng(5)
     for _ in range(3):
         values = {k: v * random.uniform(0.8, 1.2) for k, v in robot.nominal.items()}

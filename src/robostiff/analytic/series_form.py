@@ -98,6 +98,7 @@ class _Walk:
         self.products = BeamProducts(self.read)
         self.equations: list[Equation] = []
         self.rotation: str | None = None
+        self.idle: set[str] = set()  # rotations that turn no vector
         self.terms: list[tuple[int, VectorExpression]] = []
         self.offset = [sp.Integer(0)] * 3
         self.arms: list[tuple[str, VectorExpression]] = []
@@ -121,7 +122,11 @@ class _Walk:
             self.go(placed.entries.reference_point)
         except (_UnusualPartError, FormulaTooLargeError):
             return None
-        self.equations.append(Equation("p", self.here()))
+        here = self.here()
+        # Turns that move neither a spring nor the reference point are left out.
+        while self.equations and self.equations[-1].name in self.idle:
+            self.equations.pop()
+        self.equations.append(Equation("p", here))
         away = (-1, Vector("p"))
         for name, point in self.arms:
             self.equations.append(Equation(name, Sum((*_terms(point), away))))
@@ -201,6 +206,7 @@ class _Walk:
         own = self.free("Q")
         expression: VectorExpression = Turns(turns)
         if self.rotation is not None:
+            self.idle.discard(self.rotation)
             expression = Turned(self.rotation, expression) if turns else Vector(self.rotation)
         self.equations.append(Equation(own, expression))
         half = np.array(to, dtype=object) * sp.Rational(1, 2)
@@ -239,11 +245,15 @@ class _Walk:
         turned = own if self.rotation is None else Turned(self.rotation, own)
         self.equations.append(Equation(name, turned))
         self.rotation = name
+        self.idle.add(name)
 
     def turned(self, vector: list[Any]) -> VectorExpression:
         """A vector of the present frame in the world."""
         own = Coordinates(tuple(vector))
-        return own if self.rotation is None else Turned(self.rotation, own)
+        if self.rotation is None:
+            return own
+        self.idle.discard(self.rotation)
+        return Turned(self.rotation, own)
 
     def here(self) -> VectorExpression:
         """The present point in the world."""
