@@ -104,10 +104,11 @@ class Following:
             When the legs do not close there.
         """
         robot = self.robot
+        names = {str(symbol) for symbol in robot.symbols}
         values = {
             name: value + spread * (abs(value) or 1.0) * random.uniform(-1, 1)
             for name, value in robot.nominal.items()
-            if name in {str(symbol) for symbol in robot.symbols}
+            if name in names
         }
         finder = posture_finder(robot.substituted(values) if values else robot.numeric)
         coordinates: dict[str, float] = {}
