@@ -340,7 +340,7 @@ def _derivation(
         named=named,
         at_vector_level=VectorLevel(lambda: _at_vector_level(placed)),
         general_rank=numbers.rank,
-        meanings=placed.robot.meanings,
+        meanings={**placed.follows.meanings(placed.solvers), **placed.robot.meanings},
     )
 
 
