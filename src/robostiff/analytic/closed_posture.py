@@ -7,7 +7,7 @@ known, and the rest are further symbols of the formula.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,7 @@ from robostiff.analytic.robot_pose import (
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder, posture_finder
+from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.frames import place_chain
 from robostiff.model import Joint, JointKind, Leg, Robot
 from robostiff.record import Entry, Record
@@ -95,6 +96,23 @@ class Following:
         """Whether any coordinate follows."""
         return bool(self.legs or self.pose)
 
+    def meanings(self, solvers: Sequence[LegSolver]) -> dict[str, str]:
+        """What the coordinates of joints stand for, by name; `solvers`: of the legs, at home."""
+        found: dict[str, str] = {}
+        for i, names in self.legs.items():
+            chain = self.robot.legs[i].chain
+            each = zip(names, chain.coordinate_names, chain.freedoms, solvers[i].home, strict=True)
+            for name, joint, screw, at in each:
+                leg = f"of leg {self.robot.legs[i].name!r}"
+                kind = "angle" if screw.turns else "displacement"
+                found[name] = (
+                    "joint coordinate: number of the leg, then of the joint"
+                    if self.at_joints
+                    else f"{kind} of {joint} {leg}, at which it closes, {at:.6g} {screw.unit} in the "
+                    "model"
+                )
+        return found
+
     def sample(self, random: np.random.Generator, spread: float) -> Sample:
         """Values of the symbols around the nominal ones, and a posture that is closed there.
 
@@ -104,10 +122,11 @@ class Following:
             When the legs do not close there.
         """
         robot = self.robot
+        names = {str(symbol) for symbol in robot.symbols}
         values = {
             name: value + spread * (abs(value) or 1.0) * random.uniform(-1, 1)
             for name, value in robot.nominal.items()
-            if name in {str(symbol) for symbol in robot.symbols}
+            if name in names
         }
         finder = posture_finder(robot.substituted(values) if values else robot.numeric)
         coordinates: dict[str, float] = {}

@@ -179,8 +179,8 @@ class ContributionReader:
 
 def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
     """Integral of the squared bending moment over a beam: f x + m, by its end's f and m."""
-    terms = (across, L**3 / 3), (lever, L**2 / 2), (turning, L)
-    present = [(felt, along) for felt, along in terms if felt != 0]
+    terms = (across, 3), (lever, 2), (turning, 1)
+    present = [(felt, L**n / n) for felt, n in terms if felt != 0]
     if len(present) == 1:
         return present[0]
     return sp.Add(*(felt * along for felt, along in present)), sp.Integer(1)

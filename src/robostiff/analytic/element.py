@@ -225,10 +225,25 @@ def quotient_of(above: Any, below: Any) -> Any:
 @cacheit
 def _inverse_of(below: Any) -> Any:
     bottom = _plain_factors(below)
-    if bottom is None or bottom[0] is not sp.S.One:
+    if bottom is None:
         return None
-    powers = [(x.base, -x.exp) if x.is_Pow else (x, sp.S.NegativeOne) for x in bottom[1]]
-    return product_in_order(sp.S.One, [sp.Pow(*own, evaluate=False) for own in powers])
+    number, factors = bottom
+    powers = [(x.base, -x.exp) if x.is_Pow else (x, sp.S.NegativeOne) for x in factors]
+    inverse = [x if n is sp.S.One else sp.Pow(x, n, evaluate=False) for x, n in powers]
+    return product_of(1 / number, *inverse)
+
+
+def above_and_below(product: Any) -> tuple[Any, Any]:
+    """Numerator and denominator of a product, as SymPy would write them."""
+    own = _plain_factors(product)
+    if own is None:
+        return sp.fraction(product)
+    number, factors = own
+    below = [x for x in factors if x.is_Pow and x.exp.p < 0]
+    above = [x for x in factors if x not in below]
+    below = [x.base if x.exp is sp.S.NegativeOne else sp.Pow(x.base, -x.exp) for x in below]
+    p, q = sp.Integer(number.p), sp.Integer(number.q)
+    return product_of(p, *above), product_of(q, *below)
 
 
 def product_of(*parts: Any) -> Any:
@@ -276,6 +291,8 @@ def _is_plain(power: Any) -> bool:
     base, exponent = power.args
     if exponent.is_Integer:
         return base.is_Symbol or base.is_Add
+    if base.is_Add:
+        return exponent.is_Rational and exponent.q == 2 and bool(base.free_symbols)
     return exponent is sp.S.Half and base.is_Mul and all(map(_has_no_sign, base.args))
 
 

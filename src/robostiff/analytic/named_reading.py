@@ -12,7 +12,7 @@ from sympy.core.cache import cacheit
 from robostiff.analytic.closed_sum import factored_fraction, fraction_in_factors
 from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.element import root_of
+from robostiff.analytic.element import above_and_below, root_of
 from robostiff.analytic.factors import bound_of_terms, by_powers, completed_squares, factored
 from robostiff.analytic.field import ExactField, shared_field
 from robostiff.analytic.numeric_value import values_of
@@ -243,7 +243,7 @@ class NamedReading:
 
     def _root_of_fraction(self, radicand: Any) -> Any:
         """A square root of what is not negative."""
-        above, below = sp.fraction(self._by_squares(_fraction(radicand)))
+        above, below = above_and_below(self._by_squares(_fraction(radicand)))
         if below.has(sp.Add):
             symbols = self._closed.symbols
             at = {symbols[name]: self.record.input(name).sample[0] for name in self.record.inputs}
@@ -292,7 +292,7 @@ class NamedReading:
 def _fraction(expression: Any) -> Any:
     """A factored fraction of an expression that is short enough."""
     if bound_of_terms(expression, _WRITTEN) > _WRITTEN and any(
-        bound_of_terms(part, _WRITTEN) > _WRITTEN for part in sp.fraction(expression)
+        bound_of_terms(part, _WRITTEN) > _WRITTEN for part in above_and_below(expression)
     ):
         raise FormulaTooLargeError.beyond(_WRITTEN)
     fraction = _in_sines(factored_fraction(expression))

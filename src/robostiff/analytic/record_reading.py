@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, used_definitions
-from robostiff.analytic.element import product_of, sum_of
+from robostiff.analytic.element import product_of, quotient_of, sum_of
 from robostiff.analytic.exact_points import ExactPoints, Same, chooses_greater, exact
 from robostiff.analytic.field import shared_field
 from robostiff.analytic.operation_count import count_of, is_shorter_negated
@@ -20,6 +20,7 @@ from robostiff.record import OPERATORS, Entry, Operation, Record
 
 _FUNCTIONS: dict[Operation, Any] = {
     **OPERATORS,
+    Operation.RECIPROCAL: lambda a: quotient_of(sp.S.One, a),
     Operation.MULTIPLY: product_of,
     Operation.ADD: sum_of,
     Operation.SUBTRACT: lambda a, b: sum_of(a, -b),

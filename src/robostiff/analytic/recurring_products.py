@@ -17,7 +17,7 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.element import made_of, root_of
+from robostiff.analytic.element import made_of, quotient_of, root_of
 from robostiff.analytic.names_written_out import (
     Written,
     changed,
@@ -150,12 +150,13 @@ def by_unit_length(written: Written, are_one: Callable[[Written, Any], bool]) ->
 def _with_roots(written: Written, are_one: Callable[[Written, Any], bool]) -> Written:
     """The same with x = sqrt(1 - y^2) where that is so, and shorter than how x is defined."""
     named = [d for d in written.definitions if d.symbol.is_positive is None]
+    roots = {d.symbol: root_of(1 - d.symbol**2) for d in named}
     for a, b in permutations(named, 2):
-        root = Definition(a.symbol, root_of(1 - b.symbol**2))
+        root = Definition(a.symbol, roots[b.symbol])
         if (
             operations_in(root.expression) < operations_in(a.expression)
             and a.symbol not in needed_for(b.symbol, written.definitions)
-            and are_one(written, a.symbol / root.expression)
+            and are_one(written, quotient_of(a.symbol, root.expression))
         ):
             names = (root if d == a else d for d in written.definitions)
             written = replace(written, definitions=tuple(in_order([*names])))

@@ -91,9 +91,7 @@ class PlacedRobot:
             else:
                 words = "place of the platform's origin [m]"
             found |= {symbol.name: words for symbol in value.free_symbols}
-        for names in self.follows.legs.values():
-            found |= dict.fromkeys(names, "joint coordinate at which the legs close")
-        return found | dict(self.robot.meanings)
+        return found | self.follows.meanings(self.solvers) | dict(self.robot.meanings)
 
     @cached_property
     def legs(self) -> tuple[PlacedFormula, ...]:
