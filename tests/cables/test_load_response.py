@@ -179,3 +179,21 @@ def test_loads_that_are_none(load):
 def test_one_pose_at_a_time():
     with pytest.raises(rs.InputError, match="one pose"):
         rs.cable_response(cable_robot("cable-8"), [[0, 0, 1, 0, 0, 0]] * 2, load=[1, 0, 0, 0, 0, 0])
+
+
+@pytest.mark.parametrize("name", ["cable-3-suspended", "cable-8-suspended"])
+def test_first_slack_is_where_the_response_changes(name):
+    """Just before that part of the load no cable is slack, just after it that one is."""
+    robot = rs.load(name)
+    rng = np.random.default_rng(5)
+    loads = [
+        rng.normal(size=6) * ([300] * 3 + [30] * 3) * rng.choice([0.1, 1, 5]) for _ in "12345678"
+    ]
+    firsts = [(F, rs.cable_response(robot, load=F).first_slack) for F in loads]
+    slack = [(F, first) for F, first in firsts if first is not None]
+    assert len(slack) >= 7  # one of the loads tightens all cables
+    for F, first in slack:
+        before, after = (
+            rs.cable_response(robot, load=part * first.factor * F) for part in (0.999, 1.001)
+        )
+        assert (before.slack, after.slack) == ((), (first.cable,))

@@ -15,11 +15,15 @@ _ROUNDING = 1e-12  # part of the largest entry
 def direction_in_words(direction: np.ndarray) -> str:
     """A unit vector (2,) or (3,) as text, to four decimals: x, y or z, or its components.
 
+    The axis of a turn in a plane (1,) is z.
+
     Examples
     --------
     >>> direction_in_words(np.array([0.0, 0.0, -1.0])), direction_in_words(np.array([0.6, 0.8]))
     ('z', '(0.6, 0.8, 0)')
     """
+    if len(direction) == 1:
+        return "z"
     e = np.round(np.append(direction, np.zeros(3 - len(direction))), 4) + 0.0
     if np.count_nonzero(e) == 1:
         return "xyz"[np.flatnonzero(e)[0]]

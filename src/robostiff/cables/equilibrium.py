@@ -37,6 +37,7 @@ class Hanging:
     size: float  # characteristic length, by which moments are compared with forces [m]
     shift: np.ndarray  # (3,): displacement of the reference point [m]
     R: np.ndarray  # (3, 3): rotation since the first pose
+    pushing: np.ndarray | bool = False  # (m,): which cables would push rather than become slack
 
     @classmethod
     def at_rest(cls, placed: PlacedCables, axial: np.ndarray, tensions: np.ndarray) -> Hanging:
@@ -64,7 +65,11 @@ class Hanging:
     @cached_property
     def tensions(self) -> np.ndarray:
         """Tensions (m,) [N]; zero for slack cables."""
-        return np.maximum(self.pulls, 0.0)
+        return np.where(self._taut, self.pulls, 0.0)
+
+    @cached_property
+    def _taut(self) -> np.ndarray:
+        return self.pushing | (self.pulls >= 0)
 
     @cached_property
     def holding(self) -> np.ndarray:
@@ -75,11 +80,10 @@ class Hanging:
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Second derivative of the energy (n, n), of the cables that are taut."""
-        now, pulls = self.now, self.pulls
-        taut = np.where(pulls >= 0, self.axial, 0.0)
+        now = self.now
         return (
-            elastic_stiffness(now, taut)
-            + geometric_stiffness(now, np.maximum(pulls, 0.0))
+            elastic_stiffness(now, np.where(self._taut, self.axial, 0.0))
+            + geometric_stiffness(now, self.tensions)
             + weight_stiffness(now)
         )
 
@@ -176,7 +180,8 @@ def first_slack(
     if not np.any(after[1].pulls[taut] < -margin):
         return None
 
-    known = {before[0]: start}
+    # Cables that would push have a smooth force where they become slack, and are alike before it.
+    known = {before[0]: replace(start, pushing=taut)}
 
     def at(factor: float) -> Hanging | None:
         nearest = min(known, key=lambda own: abs(own - factor))

@@ -7,6 +7,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.indices import principal_stiffness
+from robostiff.analysis.indices.overview import principal_table
 from robostiff.errors import InputError, NoAnswerError
 
 
@@ -90,3 +91,12 @@ def test_far_away_points_do_not_blur_what_does_not_depend_on_them():
     assert np.allclose(far.centre_of_stiffness.point, near.centre_of_stiffness.point, atol=1e-9)
     for one, two in zip(near.eigenscrews.twists, far.eigenscrews.twists, strict=True):
         assert np.isclose(one.stiffness, two.stiffness, rtol=1e-12)
+
+
+def test_a_moment_in_a_plane_is_about_z():
+    table = principal_table(rs.indices(rs.stiffness(rs.load("3-rrr"))))
+    assert [(row[0], row[2]) for row in table.rows] == [
+        ("force", "x"),
+        ("force", "y"),
+        ("moment", "z"),
+    ]

@@ -55,7 +55,7 @@ def indices_text(found: StiffnessIndices) -> str:
     lines += _loads(found.collinear)
     lines += ["", f"worst deflection {worst.about}"]
     along, axis = worst.translational_direction, worst.rotational_direction
-    words = f"along {direction_in_words(along)}", f"about {_turn(axis)}"
+    words = f"along {direction_in_words(along)}", f"about {direction_in_words(axis)}"
     lines.append(_worst(worst.translational, "m/N", words[0], found.status))
     lines.append(_worst(worst.rotational, "rad/(N m)", words[1], found.status))
     lines.append(
@@ -105,7 +105,7 @@ def _loads(found: PrincipalStiffnesses | CollinearStiffness) -> Iterator[str]:
     for k, u in forces:
         yield _line(k, "N/m", f"force along {direction_in_words(u)}", found.status)
     for k, w in moments:
-        yield _line(k, "N m/rad", f"moment about {_turn(w)}", found.status)
+        yield _line(k, "N m/rad", f"moment about {direction_in_words(w)}", found.status)
 
 
 def _line(value: float, unit: str, words: str, status: Status = Status.FREE_MOTIONS) -> str:
@@ -140,10 +140,6 @@ def _centre(centre: Centre) -> str:
         where += f" and along {direction_in_words(centre.line)}"
     rest = "decoupled" if centre.is_decoupled else f"coupling {number(centre.coupling)}"
     return f"{where}, {rest}"
-
-
-def _turn(axis: np.ndarray) -> str:
-    return "z" if len(axis) == 1 else direction_in_words(axis)
 
 
 def _place(point: np.ndarray) -> str:

@@ -35,7 +35,7 @@ _HEAD = 0.05  # of the picture
 _WIDER = 1.8  # pixels of a line to a point of its width
 _SCENE, _BELOW = 500, 16  # pixels; nothing is written below a scene but its legend
 _MARGIN = 0.04  # of the longest side of the box
-_THIN = 0.25  # of a box as long as wide: axes that are shorter have few numbers
+_NUMBERS = 7  # on an axis of a cube; two at least
 _TOWARDS_EYE = np.array([0.58, -0.735, 0.354])
 # Of half the diagonal of the box, about: numbers and names on its axes, those of joints at its top,
 # and where the camera looks below its middle, as the former stand below and the front is nearer.
@@ -69,7 +69,7 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
             f"{axis}axis": {
                 "title": title,
                 "range": limits,
-                **({"nticks": 2} if part < _THIN else {}),  # numbers beside one another
+                "nticks": max(2, round(_NUMBERS * part)),
             }
             for axis, title, limits, part in zip("xyz", (x, y, z), ranges, ratio, strict=True)
         },
