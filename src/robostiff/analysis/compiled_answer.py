@@ -248,10 +248,7 @@ def put_careful(
 def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
     """Outputs to compile, as they were given.
 
-    Raises
-    ------
-    InputError
-        When there is none, one is no output, or two have the same name.
+    Raises InputError when there is none, one is no output, or two have the same name.
     """
     kinds = "StiffnessMatrix(), PrincipalStiffness()"
     if not isinstance(outputs, Sequence) or not outputs:
@@ -366,10 +363,7 @@ class CompiledStiffness(AtGeneralPoses, ABC):
         Each chunk must be used before the next is asked for: it takes its place. Poses that are
         ``guarded`` are left to the caller.
 
-        Raises
-        ------
-        InputError
-            When the poses do not fit the robot.
+        Raises InputError when the poses do not fit the robot.
         """
         kernel, inputs, _, _ = self._given(pose, None)
         yield from checked_chunks(kernel, inputs, self, slice(0, len(inputs.missed)))

@@ -129,10 +129,7 @@ class AskedConfigurations:
     ) -> AskedConfigurations:
         """Values as `stiffness` takes them: of joints by name, of all actuated ones, or home.
 
-        Raises
-        ------
-        InputError
-            When they do not fit the joints, or a form of K_C is asked for.
+        Raises InputError when they do not fit the joints, or a form of K_C is asked for.
         """
         if method != DEFAULT_METHOD:
             raise InputError(

@@ -70,10 +70,7 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
 
     The coordinates of the rotation are those of `rotation_by_name`, where it is given.
 
-    Raises
-    ------
-    InputError
-        When it is none of them, or a name is no coordinate of the robot.
+    Raises InputError when it is none of them, or a name is no coordinate of the robot.
 
     Examples
     --------

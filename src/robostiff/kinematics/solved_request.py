@@ -163,10 +163,7 @@ class _ActuatedTask(NewtonTask):
 def actuated_request(finder: PostureFinder, pose: ActuatorCoordinates) -> PoseRequest | np.ndarray:
     """Read coordinates of the actuators.
 
-    Raises
-    ------
-    InputError
-        When they do not fit, or do not determine the pose of the robot.
+    Raises InputError when they do not fit, or do not determine the pose of the robot.
     """
     robot = finder.robot
     homes = [solver.home for solver in finder.solvers]
@@ -184,10 +181,7 @@ def actuated_request(finder: PostureFinder, pose: ActuatorCoordinates) -> PoseRe
 def tool_request(finder: PostureFinder, pose: ToolPose) -> PoseRequest:
     """Read poses of the tool.
 
-    Raises
-    ------
-    InputError
-        When they do not fit.
+    Raises InputError when they do not fit.
     """
     robot = finder.robot
     tip, axis, own = pose.numbers(robot)

@@ -127,18 +127,12 @@ def coupling(
 
 @dataclass(frozen=True)
 class Transmission:
-    """How the coordinates p of a chain move its joints, ``q = T p``, ``p = A q``.
+    """How the coordinates p of a chain move its joints, ``q = T p``, ``p = A q``."""
 
-    Attributes
-    ----------
-    A, T : (n, n) arrays
-        Inverse of each other; rows of the identity where a joint is a coordinate by itself.
-    sums : mapping of int to Coupling
-        The couplings, by the place of the joint whose place in p they take.
-    """
-
+    # (n, n): inverse of each other; rows of the identity where a joint is a coordinate by itself
     A: np.ndarray
     T: np.ndarray
+    # the couplings, by the place of the joint whose place in p they take
     sums: Mapping[int, Coupling]
 
 

@@ -48,21 +48,11 @@ class ForceOnBeam:
 
 @dataclass(frozen=True)
 class BeamLoad:
-    """What the loads of a beam do when its start is clamped and its end free, in its axes.
+    """What the loads of a beam do when its start is clamped and its end free, in its axes."""
 
-    Attributes
-    ----------
-    at_start : (6,) array
-        Their sum about the start [N, N m].
-    tip_twist : (6,) array
-        Of the end [m, rad].
-    own_energy : float
-        Elastic energy [J].
-    """
-
-    at_start: np.ndarray
-    tip_twist: np.ndarray
-    own_energy: float
+    at_start: np.ndarray  # (6,): their sum about the start [N, N m]
+    tip_twist: np.ndarray  # (6,): of the end [m, rad]
+    own_energy: float  # elastic energy [J]
 
     def energy(self, end: np.ndarray) -> float:
         """What the loads add to the energy ``f S f / 2`` of a wrench `end` on the end [J]."""

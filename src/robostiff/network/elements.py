@@ -151,20 +151,12 @@ Element = BeamElement | SpringElement | JointElement
 
 @dataclass(frozen=True)
 class CouplingElement:
-    """A gear or differential: a sum of coordinates of joints that is held, by a spring or rigidly.
-
-    Attributes
-    ----------
-    name : str
-    terms : tuple of (JointElement, int, float)
-        Joints of the network, which freedom of each, and its factor.
-    stiffness : float or None
-        Against the sum [N/m, N m/rad]; None where it is rigid.
-    """
+    """A gear or differential: a held sum of coordinates of joints."""
 
     name: str
+    # joints of the network, which freedom of each, and its factor
     terms: tuple[tuple[JointElement, int, float], ...]
-    stiffness: float | None = None
+    stiffness: float | None = None  # against the sum [N/m, N m/rad]; None where it is rigid
 
 
 def beam_between(

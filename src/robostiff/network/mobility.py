@@ -24,21 +24,11 @@ _FIRST_BLOCK = 16
 
 @dataclass(frozen=True)
 class NullSpaces:
-    """Null spaces of a matrix of unit wrenches.
+    """Null spaces of a matrix of unit wrenches."""
 
-    Attributes
-    ----------
-    right : (columns, k) array
-        Orthonormal motions that no wrench resists.
-    left : (rows, l) array
-        Orthonormal wrenches in equilibrium with themselves.
-    doubtful : bool
-        Whether a singular value is neither clearly zero nor clearly not.
-    """
-
-    right: np.ndarray
-    left: np.ndarray
-    doubtful: bool
+    right: np.ndarray  # (columns, k): orthonormal motions that no wrench resists
+    left: np.ndarray  # (rows, l): orthonormal wrenches in equilibrium with themselves
+    doubtful: bool  # whether a singular value is neither clearly zero nor clearly not
 
 
 def null_spaces(G: np.ndarray, tolerance: Tolerance) -> NullSpaces:
@@ -175,19 +165,11 @@ class BlockEntries:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Motions of some bodies without resistance.
-
-    Attributes
-    ----------
-    nodes : tuple of str
-    motions : (nodes, n, k) array
-        Scaled displacements of each.
-    pins : (k,) array of int
-        Coordinates, counted through the nodes, that stop all of them when held.
-    """
+    """Motions of some bodies without resistance."""
 
     nodes: tuple[str, ...]
-    motions: np.ndarray
+    motions: np.ndarray  # (nodes, n, k): scaled displacements of each
+    # (k,) of int: coordinates, counted through the nodes, that stop all of them when held
     pins: np.ndarray
 
     @property
@@ -199,21 +181,13 @@ class Mechanism:
 
 @dataclass(frozen=True)
 class Mobility:
-    """Mechanisms of a network with some nodes fixed.
-
-    Attributes
-    ----------
-    mechanisms : tuple of Mechanism
-    held : (n, m) array
-        Unit wrenches by which the platform is held, scaled, about its point; the identity's columns
-        where it is fixed to the ground by elastic parts only. Defined only if it was fixed.
-    doubtful : bool
-        Whether a rank is close to another.
-    """
+    """Mechanisms of a network with some nodes fixed."""
 
     mechanisms: tuple[Mechanism, ...]
+    # (n, m): unit wrenches by which the platform is held, scaled, about its point; columns of
+    # the identity where elastic parts alone fix it to the ground; defined only if it was fixed
     held: np.ndarray
-    doubtful: bool
+    doubtful: bool  # whether a rank is close to another
 
 
 @dataclass(frozen=True)

@@ -36,24 +36,16 @@ _KEPT, _MATRIX = "_systems", "_matrix"
 
 @dataclass(frozen=True)
 class Redundancy:
-    """Dependent constraints of a network with some nodes fixed.
+    """Dependent constraints of a network with some nodes fixed."""
 
-    Attributes
-    ----------
-    dropped : dict
-        For each connection by its number, which of its wrenches can be left out because the others
-        say the same.
-    on_platform : (n, k) array
-        Wrenches on the fixed platform that rigid parts carry to the ground, scaled.
-    doubtful : bool
-    undetermined : frozenset of int
-        Numbers of the connections that are statically indeterminate among rigid parts, so that
-        equilibrium and elasticity do not determine their loads.
-    """
-
+    # for each connection by its number, which of its wrenches can be left out because the others
+    # say the same
     dropped: dict[int, list[int]]
+    # (n, k): wrenches on the fixed platform that rigid parts carry to the ground, scaled
     on_platform: np.ndarray
     doubtful: bool
+    # numbers of the connections that are statically indeterminate among rigid parts, so that
+    # equilibrium and elasticity do not determine their loads
     undetermined: frozenset[int]
 
 
@@ -189,32 +181,16 @@ class SaddlePointSystem:
     rigid), x displacements and f the sizes of the wrenches; all scaled. With the wrenches as
     unknowns the rows of A are geometry alone, so that refinement reaches full accuracy; condensed
     to displacements, a long chain of beams would lose all digits.
-
-    Attributes
-    ----------
-    size : int
-        Number of displacements and wrenches, those that are not kept among them.
-    matrix : sparse (size, size) array
-        Of all bodies, the fixed ones and the platform among them.
-    kept : (m,) array of int
-        Rows and columns that are solved for: free, and independent of one another.
-    rows_of : dict
-        The displacements of each node.
-    wrench_rows : tuple of arrays
-        The sizes of the wrenches of each connection.
-    regular : sparse (m, m) array
-        What is kept of the matrix.
-    lu : SuperLU or None
-        Its factors; None where nothing is kept.
     """
 
-    size: int
-    matrix: csc_array
+    size: int  # number of displacements and wrenches, those that are not kept among them
+    matrix: csc_array  # (size, size): of all bodies, the fixed ones and the platform among them
+    # (m,) of int: rows and columns that are solved for: free, and independent of one another
     kept: np.ndarray
-    rows_of: dict[str, np.ndarray]
-    wrench_rows: tuple[np.ndarray, ...]
-    regular: csc_array
-    lu: SuperLU | None
+    rows_of: dict[str, np.ndarray]  # the displacements of each node
+    wrench_rows: tuple[np.ndarray, ...]  # sizes of the wrenches of each connection
+    regular: csc_array  # (m, m): what is kept of the matrix
+    lu: SuperLU | None  # its factors; None where nothing is kept
 
     def solve(self, right: np.ndarray) -> tuple[np.ndarray, float]:
         """Displacements and wrenches (size, k) for right sides (size, k), 0 where not kept.
@@ -260,11 +236,8 @@ def saddle_point_system(
     neither changes the stiffness of the platform. The remaining system is regular.
     Nodes that are `still` have a given displacement.
 
-    Raises
-    ------
-    NoAnswerError
-        When rounding makes the rest singular all the same: parts that differ in softness by more
-        than all digits.
+    Raises NoAnswerError when rounding makes the rest singular all the same: parts that differ in
+    softness by more than all digits.
     """
     from scipy.sparse.linalg import splu
 

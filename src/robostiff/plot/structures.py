@@ -49,29 +49,17 @@ _NAMED = 24  # joints: more names would cover the picture
 
 @dataclass(frozen=True)
 class NetworkDrawing:
-    """How a network is drawn.
-
-    Attributes
-    ----------
-    factor : float
-        From metres to the unit of the axes.
-    colours : dict of str to Paint
-        Of beams, by name; a number is a share of the elastic energy [%].
-    plain, ink : PlainColour
-        Of beams without a colour, and of all else.
-    motions : dict of str to BodyMotion
-        Of the bodies; at rest when left out.
-    scale : float
-        Of the displacements.
-    """
+    """How a network is drawn."""
 
     network: Network
-    factor: float
+    factor: float  # from metres to the unit of the axes
+    # of beams, by name; a number is a share of the elastic energy [%]
     colours: Mapping[str, Paint] = field(default_factory=dict)
-    plain: PlainColour = PlainColour.INK
-    ink: PlainColour = PlainColour.INK
+    plain: PlainColour = PlainColour.INK  # of beams without a colour
+    ink: PlainColour = PlainColour.INK  # of all else
+    # of the bodies; at rest when left out
     motions: Mapping[str, BodyMotion] = field(default_factory=dict)
-    scale: float = 0.0
+    scale: float = 0.0  # of the displacements
 
     def moved(self, body: str, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) of a body where they are drawn, in the unit of the axes."""

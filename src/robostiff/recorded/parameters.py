@@ -229,10 +229,8 @@ def closed_samples(robot: Robot, finder: PostureFinder) -> tuple[np.ndarray, lis
 def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Entry]:
     """Home coordinates of a robot on entries; those of the position may depend on parameters.
 
-    Raises
-    ------
-    InputError
-        When a parameter turns the platform about axes that are not among the pose coordinates.
+    Raises InputError when a parameter turns the platform about axes that are not among the pose
+    coordinates.
     """
     six: list[float | Entry] = finder.home_pose.tolist()
     if robot.home is None or not robot.has_formulas:

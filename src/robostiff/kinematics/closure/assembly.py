@@ -19,18 +19,11 @@ _DIGITS = 9  # to which two distances from home count as equal
 
 @dataclass(frozen=True)
 class RootSigns:
-    """Signs, each 1 or -1, of the roots that a closed form takes; a smooth path keeps them.
+    """Signs, each 1 or -1, of the roots that a closed form takes; a smooth path keeps them."""
 
-    Attributes
-    ----------
-    root : int
-        Of the length of a strut, or of the root that gives the coordinate of a slide or crank.
-    first, second : int
-        Of the triple product ``b.(a x d)`` at the joint on the near and the far end of the rod, for
-        the axis b that keeps its angles to two known directions a and d.
-    """
-
-    root: Any = 1
+    root: Any = 1  # gives the length of a strut, or the coordinate of a slide or crank
+    # of the triple product ``b.(a x d)`` at the joint on the near and the far end of the rod, for
+    # the axis b that keeps its angles to two known directions a and d
     first: Any = 1
     second: Any = 1
 

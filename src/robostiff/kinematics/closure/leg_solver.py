@@ -279,10 +279,7 @@ class LegSolver:
 def recognised_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     """A solver with the closed form of a leg, its assembly mode not chosen yet.
 
-    Raises
-    ------
-    InputError
-        When an elbow is named for a leg that has no choice in closed form.
+    Raises InputError when an elbow is named for a leg that has no choice in closed form.
     """
     # No closed form takes joints that follow one another.
     copies = None if leg.chain.is_coupled else copied_places(leg.chain)

@@ -60,34 +60,21 @@ class BodyMotion:
 
 @dataclass(frozen=True)
 class LegMotion:
-    """Motions of the bodies of a leg.
+    """Motions of the bodies of a leg."""
 
-    Attributes
-    ----------
-    bodies : tuple of BodyMotion
-        The one before the first element, and the one after each element.
-    branches : dict of int to tuple of LegMotion
-        Of the elements that are parallel blocks, by their place.
-    """
-
+    # the one before the first element, and the one after each element
     bodies: tuple[BodyMotion, ...]
+    # of the elements that are parallel blocks, by their place
     branches: dict[int, tuple[LegMotion, ...]]
 
 
 @dataclass(frozen=True)
 class RobotMotion:
-    """Motions of the platform and of all bodies of the legs.
+    """Motions of the platform and of all bodies of the legs."""
 
-    Attributes
-    ----------
-    platform : BodyMotion
-        Of a flexible platform, that of its tool.
-    nodes : dict of str to BodyMotion
-        Of the nodes of a flexible platform.
-    """
-
-    platform: BodyMotion
+    platform: BodyMotion  # of a flexible platform, that of its tool
     legs: tuple[LegMotion, ...]
+    # of the nodes of a flexible platform
     nodes: Mapping[str, BodyMotion] = field(default_factory=dict)
 
 
@@ -135,10 +122,7 @@ def _nodes_of_platform(
 def network_motion(network: Network, bent: Deflection) -> dict[str, BodyMotion]:
     """Motions of the bodies of a network under the load of a deflection, by name.
 
-    Raises
-    ------
-    NoAnswerError
-        When there is no deflection.
+    Raises NoAnswerError when there is no deflection.
     """
     tolerance = bent.stiffness.about_reference.tolerance
     v = network.reference_point - bent.stiffness.reference_point
@@ -267,16 +251,10 @@ def spatial(values: np.ndarray, rows: Sequence[int]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class FiniteMotion(BodyMotion):
-    """A body that turns far: X moves by ``D X + t``, and a line along it by ``D`` of it.
-
-    Attributes
-    ----------
-    t : (3,) array
-        [m].
-    """
+    """A body that turns far: X moves by ``D X + t``, and a line along it by ``D`` of it."""
 
     D: np.ndarray
-    t: np.ndarray
+    t: np.ndarray  # (3,): [m]
 
     @staticmethod
     def of(place: BodyPlace) -> FiniteMotion:

@@ -29,19 +29,11 @@ class MemberKind(Enum):
 
 @dataclass(frozen=True)
 class Member:
-    """A line of a leg.
-
-    Attributes
-    ----------
-    part : str
-        Joint or elastic part whose line it is; empty for a rigid one.
-    points : (n, 3) array
-        [m].
-    """
+    """A line of a leg."""
 
     leg: str
-    part: str
-    points: np.ndarray
+    part: str  # joint or elastic part whose line it is; empty for a rigid one
+    points: np.ndarray  # (n, 3): [m]
     kind: MemberKind
 
 
