@@ -131,10 +131,7 @@ def _pose(result: RobotStiffness) -> np.ndarray:
 
 
 def single_stiffness(result: object, what: str) -> Stiffness:
-    """The stiffness at one pose; other values and several poses are refused.
-
-    Raises InputError.
-    """
+    """The stiffness at one pose; other values and several poses are an `InputError`."""
     if not isinstance(result, Stiffness):
         raise InputError(
             f"stiffness for {what}",

@@ -123,10 +123,7 @@ class LegSolver:
     ) -> tuple[tuple[RootSigns, ...], np.ndarray]:
         """Assembly modes of the closed form, and leg coordinates in each of them (m, N, size).
 
-        Raises
-        ------
-        InputError
-            When the leg has no closed form.
+        Raises InputError when the leg has no closed form.
         """
         if self.closed_form is None:
             raise InputError(
@@ -143,10 +140,7 @@ class LegSolver:
     def that_close(self, pose: np.ndarray) -> tuple[tuple[RootSigns, ...], np.ndarray]:
         """Assembly modes of the closed form that close the leg at one pose (6,), and q (m, size).
 
-        Raises
-        ------
-        InputError
-            When the leg has no closed form.
+        Raises InputError when the leg has no closed form.
         """
         R = turn_by_vector(pose[None, 3:])
         modes, every = self.in_all_modes(pose[None], R)
@@ -228,10 +222,7 @@ class LegSolver:
     def closing_at_home(self) -> LegSolver:
         """The same, or one that iterates where the closed form leaves a loop open at home.
 
-        Raises
-        ------
-        InputError
-            When the leg does not close there.
+        Raises InputError when the leg does not close there.
         """
         if self.closed_form is not None:
             gap = self._gap_at_home(self.home)

@@ -175,10 +175,8 @@ def legs_alike(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
 def leg_solvers(legs: Sequence[Leg], home_pose: np.ndarray, length: float) -> tuple[LegSolver, ...]:
     """The solvers that close legs of a robot, of size `length`, at its home pose (6,).
 
-    Raises
-    ------
-    InputError
-        When a leg does not close there, or an elbow is named for a leg that has no choice.
+    Raises InputError when a leg does not close there, or an elbow is named for a leg that has no
+    choice.
     """
     recognised = [recognised_solver(leg, home_pose, length) for leg in legs]
     found: dict[int, tuple[LegSolver, bool]] = {}
