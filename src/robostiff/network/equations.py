@@ -10,6 +10,7 @@ import numpy as np
 
 from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitted_wrenches
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import BeamElement, CouplingElement, Element, SpringElement
 from robostiff.network.network import Network
@@ -18,8 +19,6 @@ from robostiff.spatial import Space, block_rotation, compliance_modes, twist_tra
 _IN_PLANE = list(Space.PLANAR.rows)
 _OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
 _ROUNDING = 1e-9
-# Under this name a network keeps its equations, by their tolerance.
-_KEPT = "_equations"
 
 
 def check_in_plane(name: str, C: np.ndarray, J: np.ndarray) -> None:
@@ -240,19 +239,13 @@ class Equations:
         return self.scale[:, None] * twist_transport(v) / self.scale
 
 
+@kept
 def equations_of(network: Network, tolerance: Tolerance) -> Equations:
     """Scaled equations of a network, kept with it.
 
     Raises InputError when the network has no connection, or one that leaves the plane of a planar
     network.
     """
-    known: dict[Tolerance, Equations] = vars(network).setdefault(_KEPT, {})
-    if tolerance not in known:
-        known[tolerance] = _equations(network, tolerance)
-    return known[tolerance]
-
-
-def _equations(network: Network, tolerance: Tolerance) -> Equations:
     if not any(network.elements):
         raise InputError(
             f"network {network.name!r}", got="no element", expected="beams, springs or joints"

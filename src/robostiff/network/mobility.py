@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 import numpy as np
 
 from robostiff.elastostatics import Tolerance
+from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import representative
 from robostiff.network.equations import Equations, Motion
 
@@ -199,6 +200,7 @@ class _Clusters:
     points: dict[int, np.ndarray]
 
 
+@kept
 def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     """Mechanisms of a network, with its platform free or fixed beside the fixed nodes.
 

@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness, Deflection
+from robostiff.kept import kept
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import BodyMotion, network_motion, spatial
 from robostiff.plot.geometry.legs import bent_line, clamped_end
@@ -42,7 +43,6 @@ from robostiff.spatial import Space
 _IN_PLANE = 1e-3  # of the structure
 _SAME = 1e-9  # of the structure: closer points are one
 _SEEN = 1e-3  # of the structure: a line
-_KEPT = "drawn bodies"
 _COLOURS = 8  # that differ
 _NAMED = 24  # joints: more names would cover the picture
 
@@ -232,12 +232,10 @@ def _face(points: np.ndarray) -> np.ndarray | None:
     return plate(points) if out <= _IN_PLANE * size_of(points) else None
 
 
+@kept
 def _bodies(network: Network) -> dict[str, np.ndarray]:
-    """Points of attachment (n, 3) of each body that has some, each point once; kept with it."""
-    known: dict[str, np.ndarray] | None = vars(network).get(_KEPT)
-    if known is not None:
-        return known
-    bodies = vars(network)[_KEPT] = {}
+    """Points of attachment (n, 3) of each body that has some, each point once."""
+    bodies = {}
     for name, points in network.connection_points.items():
         if not points:
             continue

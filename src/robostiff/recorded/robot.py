@@ -221,7 +221,7 @@ def _at(joint: str, record: Record, same: Mapping[str, Same]) -> Any:
 
 
 def _pose_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
-    samples = sample_postures(finder.robot, finder).pose
+    samples = sample_postures(finder).pose
     pairs = zip(robot.coordinates, robot.coordinate_places, strict=True)
     return {coordinate.value: samples[:, k] for coordinate, k in pairs}
 

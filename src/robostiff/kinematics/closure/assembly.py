@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.kept import kept
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Chain, Joint, JointKind, Locked, Telescope
 
 # Under this name a chain keeps what counts full turns in it.
-_KEPT = "_turning"
 _DIGITS = 9  # to which two distances from home count as equal
 
 
@@ -136,10 +136,7 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
     A joint that slides while it turns is elsewhere after a full turn, and so is what follows a
     joint by a gear: they keep their coordinates. q (N, size) is changed in place.
     """
-    known = vars(chain).get(_KEPT)
-    if known is None:
-        known = vars(chain)[_KEPT] = _turning(chain)
-    places, low, high, balls = known
+    places, low, high, balls = _turning(chain)
     if places.size:
         own, one = q[..., places], 2.0 * np.pi
         turns = np.round((np.minimum(np.maximum(near[places], low), high) - own) / one)
@@ -152,6 +149,7 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
     return q
 
 
+@kept
 def _turning(chain: Chain) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[slice]]:
     """Places of coordinates that count full turns, their limits, and spherical joints."""
     balls = list(_balls(chain))

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.errors import InputError, OpenAtHomeError
+from robostiff.kept import kept
 from robostiff.kinematics.closure.assembly import (
     RootSigns,
     all_modes,
@@ -40,7 +41,6 @@ from robostiff.spatial.batch import poses_side_by_side
 CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
 ClosedForm = Strut | Rod | Post
-_KEPT = "_closed_form"  # attribute of a chain
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 
@@ -295,16 +295,9 @@ def _placed(
     return placed, list(gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)))
 
 
+@kept
 def _recognised(path: Chain) -> ClosedForm | None:
-    """The closed form of a chain without blocks, kept with it: several legs may have one."""
-    kept = vars(path)
-    if _KEPT not in kept:
-        kept[_KEPT] = _closed_form(path)
-    return kept[_KEPT]
-
-
-def _closed_form(path: Chain) -> ClosedForm | None:
-    """By given points first, then by meeting axes."""
+    """The closed form of a chain without blocks: by given points first, then by meeting axes."""
     for joined in (False, True):
         skeleton = skeleton_of(path, joined_where_axes_meet=joined)
         for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post):
