@@ -65,16 +65,9 @@ def checked_results(
 ) -> CheckedResults:
     """Rows by output, with status, rank and guard at each pose.
 
-    Parameters
-    ----------
-    results : (rows, N) array
-        Of the kernel; changed where there is no answer.
-    missed : (N,) array of bool
-        Poses that are known to be out of reach.
-    loose : (N,) array of bool
-        Poses whose inputs are not to be trusted.
-    inputs : (inputs, N) array, optional
-        Of the kernel, where ranks may be decided by them.
+    Results (rows, N) of the kernel are changed where there is no answer. Poses that are `missed`
+    (N,) are known to be out of reach, inputs of `loose` ones (N,) are not to be trusted. Inputs
+    (inputs, N) of the kernel are given where ranks may be decided by them.
     """
     rows, start = {}, 0
     for output in kernel.outputs:

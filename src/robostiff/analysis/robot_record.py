@@ -70,13 +70,7 @@ class Costs:
 
 
 class KeptRecord:
-    """The record of one robot or linkage, made once it pays.
-
-    Parameters
-    ----------
-    make : callable
-        Compiles it on NumPy.
-    """
+    """The record of one robot or linkage, which `make` compiles on NumPy once it pays."""
 
     def __init__(
         self, make: Callable[[], CompiledRobot | CompiledLinkage | None], costs: Costs

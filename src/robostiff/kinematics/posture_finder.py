@@ -23,6 +23,7 @@ from robostiff.kinematics.closure import (
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.skeleton import rounding_of
 from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.legs_together import FEW
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.pose import (
     JointCoordinates,
@@ -48,8 +49,6 @@ from robostiff.spatial.batch import poses_side_by_side
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
 _ROUNDING = 1e-13  # of a distance from the origin
-# Up to so many poses, legs alike are closed and placed together: more fill arrays by themselves.
-_FEW = 32
 # Poses around home at which the coordinates that follow from the legs are compared with home.
 _TRIED, _AROUND, _SEED = 8, 1e-2, 3
 
@@ -190,7 +189,7 @@ class PostureFinder:
 
     def _groups(self, count: int) -> tuple[LegsAlike, ...]:
         """Legs that are computed together at so many poses; each for itself at many."""
-        return self._alike if 0 < count <= _FEW else self._each
+        return self._alike if 0 < count <= FEW else self._each
 
     def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
         """Posture at poses some coordinates of which the legs decide together."""

@@ -97,10 +97,8 @@ def spanning_tree(base: str, connections: Iterable[Edge]) -> SpanningTree[Edge]:
 def representative(group: dict[Node, Node], node: Node) -> Node:
     """The node that stands for all that are connected with this one.
 
-    Parameters
-    ----------
-    group : dict
-        A connected node of each that does not stand for itself; ways through it are shortened.
+    The group has a connected node of each that does not stand for itself; ways through it are
+    shortened.
 
     Examples
     --------

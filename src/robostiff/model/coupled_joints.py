@@ -139,21 +139,11 @@ class Transmission:
 def transmission(
     joints: Mapping[str, tuple[int, Any]], size: int, couplings: Sequence[Coupling]
 ) -> Transmission:
-    """The transmission of a chain.
+    """The transmission of a chain of so many coordinates.
 
-    Parameters
-    ----------
-    joints : mapping of str to (int, element)
-        Moving elements of the chain by their names, with their places among the coordinates.
-    size : int
-        Number of coordinates.
-    couplings : sequence of Coupling
-
-    Raises
-    ------
-    InputError
-        When a coupling names a joint that is not there or has several freedoms, leaves no passive
-        joint to follow, or follows from those before it.
+    Its moving elements come by their names, with their places among the coordinates. Raises
+    InputError when a coupling names a joint that is not there or has several freedoms, leaves no
+    passive joint to follow, or follows from those before it.
     """
     for own in couplings:
         _check_joints(own, joints)

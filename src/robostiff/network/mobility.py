@@ -55,20 +55,10 @@ def null_spaces(G: np.ndarray, tolerance: Tolerance) -> NullSpaces:
 def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, bool]:
     """Orthonormal motions (columns, k) that no wrench resists, of a large sparse matrix.
 
-    Inverse iteration with a block of vectors on ``[[-a I, G], [G^T, d I]]``, whose factors are as
-    sparse as those of a network. The block grows until its weakest vector is held for certain; the
-    singular values of G on the block then decide like those of G itself.
-
-    Parameters
-    ----------
-    G : sparse (rows, columns) array
-    tolerance : Tolerance
-
-    Returns
-    -------
-    motions : (columns, k) array
-    doubtful : bool
-        Whether a singular value is neither clearly zero nor clearly not.
+    The second result is whether a singular value is neither clearly zero nor clearly not. Inverse
+    iteration with a block of vectors on ``[[-a I, G], [G^T, d I]]``, whose factors are as sparse as
+    those of a network. The block grows until its weakest vector is held for certain; the singular
+    values of G on the block then decide like those of G itself.
 
     Examples
     --------

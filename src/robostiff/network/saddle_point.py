@@ -113,16 +113,11 @@ def _free_ends(connection: Motion, still: set[str]) -> list[str]:
 def redundant_freedoms(
     equations: Equations, mobility: Mobility
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Which passive freedoms are redundant after those before them, the platform being fixed.
+    """Which passive freedoms (q,) are redundant after those before them, the platform held.
 
-    A freedom does so when some mechanism moves it and none after it. Such mechanisms are those of
-    bodies, and those inside a joint whose own freedoms depend on one another.
-
-    Returns
-    -------
-    redundant : (q,) array of bool
-    names : tuple of str
-        ``element/freedom``.
+    They come with their names, ``element/freedom``. A freedom is redundant when some mechanism
+    moves it and none after it. Such mechanisms are those of bodies, and those inside a joint whose
+    own freedoms depend on one another.
     """
     connections = equations.connections
     names = tuple(name for c in connections for name in c.freedom_names)
@@ -238,7 +233,7 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
     from scipy.sparse.linalg import splu
 
     matrix, rows_of, wrench_rows = _assembled(equations)
-    network, size = equations.network, matrix.shape[0]
+    network, size = equations.network, len(matrix.indptr) - 1
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
     lost = [rows_of[name] for name in still]
     for mechanism in mobility(equations, platform_fixed=platform_fixed).mechanisms:

@@ -288,15 +288,15 @@ def finite_motion(snapshot: Snapshot, places: BodyPlaces) -> RobotMotion:
 
 
 def _along(
-    leg: PlacedLeg, prefix: str, start: FiniteMotion, known: dict[str, FiniteMotion]
+    leg: PlacedLeg, prefix: str, start: BodyMotion, known: dict[str, FiniteMotion]
 ) -> LegMotion:
-    bodies: list[FiniteMotion] = [start]
+    bodies = [start]
     branches = {}
     for i, element in enumerate(leg.elements):
         if isinstance(element, PlacedBlock):
             own = tuple(_along(branch, prefix, bodies[-1], known) for branch in element.branches)
             branches[i] = own
-            bodies.append(own[0].bodies[-1])  # type: ignore[arg-type]
+            bodies.append(own[0].bodies[-1])
         else:
             bodies.append(known.get(prefix + element.name, bodies[-1]))
     return LegMotion(tuple(bodies), branches)

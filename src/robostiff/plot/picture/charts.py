@@ -201,14 +201,9 @@ Thing = TypeVar("Thing")
 
 
 def with_words(thing: Thing, escape: Callable[[str], str]) -> Thing:
-    """A picture with its texts, such as names of robots and joints, escaped.
+    """A picture, or a part of one, with its texts escaped.
 
-    Parameters
-    ----------
-    thing : Picture
-        Or a part of one.
-    escape : callable
-        What a backend would take for a formula or for HTML, it takes for letters afterwards.
+    What a backend would take for a formula or for HTML, it takes for letters afterwards.
     """
     found: Any = thing
     if isinstance(thing, str):
