@@ -1,4 +1,4 @@
-"""Mobility: motions when all elastic parts are rigid, from geometry alone."""
+"""Mobility: motions when all elastic parts are rigid, from geometry alone; ranks beside (16)."""
 
 from __future__ import annotations
 

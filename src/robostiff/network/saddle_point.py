@@ -1,4 +1,4 @@
-"""The saddle-point system of a network, without dependent equations, factorised."""
+"""The saddle-point system of a network, (6) and (7) of all bodies at once, factorised."""
 
 from __future__ import annotations
 
