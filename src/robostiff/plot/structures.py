@@ -241,11 +241,11 @@ def _bodies(network: Network) -> dict[str, np.ndarray]:
             continue
         own = [*points, *([network.reference_point] if name == network.platform else [])]
         size = float(np.max(np.ptp(np.array(own), axis=0)))
-        kept: list[np.ndarray] = []
+        apart: list[np.ndarray] = []
         for point in own:
-            if all(np.linalg.norm(point - other) > _SAME * size for other in kept):
-                kept.append(point)
-        bodies[name] = np.array(kept)
+            if all(np.linalg.norm(point - other) > _SAME * size for other in apart):
+                apart.append(point)
+        bodies[name] = np.array(apart)
     return bodies
 
 
