@@ -1,4 +1,4 @@
-"""What type checkers and editors read in place of the lazy table."""
+"""Names of the package, each where it is imported from when it is first used."""
 
 from robostiff import plot as plot
 from robostiff.analysis import CableResponse as CableResponse

@@ -22,7 +22,10 @@ class _Package(ModuleType):
         if name not in self._homes:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
         home, own_name = self._homes[name]
-        value = getattr(import_module(home), own_name)
+        if home == self.__name__:  # a package inside this one
+            value = import_module(f"{home}.{own_name}")
+        else:
+            value = getattr(import_module(home), own_name)
         super().__setattr__(name, value)
         return value
 
@@ -52,5 +55,6 @@ def import_on_demand(package: str) -> None:
         if isinstance(node, ast.ImportFrom)
         for name in node.names
     }
-    module.__dict__.update(_homes=homes, __all__=sorted(homes))
+    listed = sorted(name for name, (home, _) in homes.items() if home != package)
+    module.__dict__.update(_homes=homes, __all__=listed)
     module.__class__ = _Package

@@ -4,6 +4,7 @@ import base64
 import re
 import struct
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -68,7 +69,7 @@ def test_deflection_shows_load_displacement_and_who_bends():
 
 def test_rotations_that_are_rounding_are_shown_as_zero():
     bent = rs.deflection(rs.load("double-pantograph"), wrench=[0, 0, -100, 0, 0, 0])
-    assert 0 < np.abs(bent.twist[3:]).max() < 1e-12
+    bent = replace(bent, moved=np.add(bent.twist, [0, 0, 0, 1e-14, 0, -1e-14]))
     found = re.findall(r'<data value="([^"]*)">[^<]*</data>\sµrad', bent._repr_html_())
     assert [float(value) for value in found] == [0, 0, 0]
 

@@ -304,7 +304,7 @@ def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
         for joint, way in zip(actuated, ways, strict=True)
     }
     asked = AskedConfigurations.of(linkage, values)
-    configurations = asked.kept.driven.at(asked.numbers)
+    configurations = asked.by.driven.at(asked.numbers)
     networks = rs.stiffness(linkage, values)
     for i, found in enumerate(configurations):
         one = networks[i] if networks.batch_shape else networks

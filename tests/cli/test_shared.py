@@ -10,14 +10,14 @@ import pytest
 from click import Context, Option
 from click.testing import CliRunner
 
-from robostiff.cli import answer_commands, file_commands, picture_commands
+from robostiff.cli import options_of_answers, options_of_files, options_of_pictures
 from robostiff.cli.main import app
 from robostiff.cli.options import Part, parameters_of
 
 DECLARED = {
-    **answer_commands.COMMANDS,
-    **picture_commands.COMMANDS,
-    **file_commands.COMMANDS,
+    **options_of_answers.COMMANDS,
+    **options_of_pictures.COMMANDS,
+    **options_of_files.COMMANDS,
 }
 COMMANDS = tuple(app.list_commands(Context(app)))
 WITH_JSON = {

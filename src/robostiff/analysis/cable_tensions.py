@@ -27,6 +27,7 @@ from robostiff.kinematics.pose import requested_pose
 from robostiff.model.cable import CableRobot
 
 _NO_LENGTH = 1e-9  # of the characteristic length
+_WITHOUT_TENSIONS = int(Status.INFEASIBLE | Status.UNREACHABLE | Status.FORM_DOES_NOT_HOLD)
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,8 +108,7 @@ class CableTensions(CableAnswer):
     @property
     def feasible(self) -> np.ndarray:
         """Where there are tensions (...)."""
-        without = Status.INFEASIBLE | Status.UNREACHABLE | Status.FORM_DOES_NOT_HOLD
-        return (self.status_codes & int(without)) == 0
+        return (self.status_codes & _WITHOUT_TENSIONS) == 0
 
     def __repr__(self) -> str:
         if self.batch_shape:
@@ -177,8 +177,7 @@ def cable_tensions(
     values, status = rule.choose(problem)
     no_length = (placed.lengths <= _NO_LENGTH * length[:, None]).any(axis=-1)
     status = np.where(no_length, np.uint16(Status.UNREACHABLE), status)
-    missing = Status.INFEASIBLE | Status.UNREACHABLE | Status.FORM_DOES_NOT_HOLD
-    feasible = (status & int(missing)) == 0
+    feasible = (status & _WITHOUT_TENSIONS) == 0
     status = status | (feasible & ~problem.within(values)) * np.uint16(Status.BEYOND_LIMITS)
     batch, cables = request.batch, len(robot.cables)
     return CableTensions(

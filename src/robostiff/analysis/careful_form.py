@@ -22,6 +22,7 @@ from robostiff.elastostatics import (
     scaling,
 )
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics import Near, Posture, PostureFinder, place_chain, posture_finder
 from robostiff.kinematics.closure import LegSolver, NewtonTask
 from robostiff.kinematics.pose import PoseRequest
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
 _SAME = 1e-6
 _MOVES = 1e-6  # radians and parts of the length: less is rounding
 _POSES = 3  # of a batch that are looked at, where the robot has no home
-_QUESTION = "legs whose posture was not chosen"
 
 
 def posture_advice(
@@ -53,13 +53,17 @@ def posture_advice(
     robot without home. Home coordinates choose none for a leg whose drives can move while the
     platform stands still. `posture_of` gives the posture of a robot without home.
     """
-    at_home = finder.robot.home is not None
-    if at_home:  # of the robot as a whole: found out once, whatever the poses
-        if _QUESTION in finder.known:
-            return finder.known[_QUESTION]
-        posture = finder.find(None)
-    else:
-        posture = posture_of()
+    if finder.robot.home is not None:  # of the robot as a whole, whatever the poses
+        return _advice_at_home(finder, tolerance)
+    return _advice_on(posture_of(), finder, tolerance)
+
+
+@kept
+def _advice_at_home(finder: PostureFinder, tolerance: Tolerance) -> tuple[str, ...]:
+    return _advice_on(finder.find(None), finder, tolerance)
+
+
+def _advice_on(posture: Posture, finder: PostureFinder, tolerance: Tolerance) -> tuple[str, ...]:
     rows = np.flatnonzero(posture.reached)
     if rows.size > _POSES:
         rows = rows[np.linspace(0, rows.size - 1, _POSES, dtype=int)]
@@ -77,10 +81,7 @@ def posture_advice(
             continue
         if any(_matters(finder, solver, posture.pose[i], q[i], tolerance) for i in rows):
             names.append(repr(solver.leg.name))
-    advice = (*_advice(names), *map(_of_moving_drives, moving))
-    if at_home:
-        finder.known[_QUESTION] = advice
-    return advice
+    return (*_advice(names), *map(_of_moving_drives, moving))
 
 
 def _advice(names: list[str]) -> tuple[str, ...]:

@@ -65,16 +65,9 @@ def checked_results(
 ) -> CheckedResults:
     """Rows by output, with status, rank and guard at each pose.
 
-    Parameters
-    ----------
-    results : (rows, N) array
-        Of the kernel; changed where there is no answer.
-    missed : (N,) array of bool
-        Poses that are known to be out of reach.
-    loose : (N,) array of bool
-        Poses whose inputs are not to be trusted.
-    inputs : (inputs, N) array, optional
-        Of the kernel, where ranks may be decided by them.
+    Results (rows, N) of the kernel are changed where there is no answer. Poses that are `missed`
+    (N,) are known to be out of reach, inputs of `loose` ones (N,) are not to be trusted. Inputs
+    (inputs, N) of the kernel are given where ranks may be decided by them.
     """
     rows, start = {}, 0
     for output in kernel.outputs:
@@ -248,10 +241,7 @@ def put_careful(
 def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
     """Outputs to compile, as they were given.
 
-    Raises
-    ------
-    InputError
-        When there is none, one is no output, or two have the same name.
+    Raises InputError when there is none, one is no output, or two have the same name.
     """
     kinds = "StiffnessMatrix(), PrincipalStiffness()"
     if not isinstance(outputs, Sequence) or not outputs:
@@ -366,10 +356,7 @@ class CompiledStiffness(AtGeneralPoses, ABC):
         Each chunk must be used before the next is asked for: it takes its place. Poses that are
         ``guarded`` are left to the caller.
 
-        Raises
-        ------
-        InputError
-            When the poses do not fit the robot.
+        Raises InputError when the poses do not fit the robot.
         """
         kernel, inputs, _, _ = self._given(pose, None)
         yield from checked_chunks(kernel, inputs, self, slice(0, len(inputs.missed)))

@@ -234,7 +234,7 @@ def compile_robot(
 
 def _is_about_itself(finder: PostureFinder) -> bool:
     """Whether the reference point is so near that ranks are decided about it."""
-    at = sample_postures(finder.robot, finder).snapshot
+    at = sample_postures(finder).snapshot
     away = np.linalg.norm(at.reference_point - at.centre, axis=-1)
     return bool(np.all(away < _NEAR * at.characteristic_length))
 
@@ -291,7 +291,7 @@ def _depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: Post
     held = () if recorded.closure is None else recorded.closure.held
     if not held:
         return False
-    posture = sample_postures(finder.robot, finder)
+    posture = sample_postures(finder)
     moved = np.isin(recorded.joints, held) * _SPUN
     ends = np.cumsum([leg.chain.size for leg in robot.legs])[:-1]
     for row, pose in enumerate(posture.pose):
@@ -319,7 +319,7 @@ def _agrees(
     robot = inputs.robot
     samples = list(parameter_samples(robot, seed).values())
     for nearer in range(_NEARER):
-        posture = sample_postures(finder.robot, finder, seed, nearer)
+        posture = sample_postures(finder, seed, nearer)
         by_joints = robot.is_posed_by_joints
         given = posture.coordinates[0] if by_joints else posture.pose[:, robot.coordinate_places]
         values = ParameterValues(robot, np.reshape(samples, (len(samples), len(given))))

@@ -20,6 +20,7 @@ from robostiff.elastostatics import (
     Tolerance,
 )
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.kept import kept
 from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.pose import six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
@@ -76,8 +77,6 @@ def _compliance_where_rigid(
 SUBJECT = "the record of a linkage and its network"
 # Of the largest size: what rounding of a network leaves of zero, with all its wrenches at once.
 FREE = 1e-4
-# Under this name a linkage keeps its records, by the joints that drive it.
-_KEPT = "_linkage_records"
 # Recording takes as long as some 30 networks (double pantograph: 28), and machine code as long to
 # make as NumPy at some 10^5 poses.
 _COSTS = Costs(a_call=0, pays=40, machine_code_pays=2**17)
@@ -90,14 +89,6 @@ class DrivenBy:
         self.driven = DrivenLinkage.moved_by(linkage, joints)
         self.record = KeptRecord(self._compiled, _COSTS)
 
-    @classmethod
-    def of(cls, linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenBy:
-        """What is kept already, or begins to be."""
-        known: dict[Any, DrivenBy] = vars(linkage).setdefault(_KEPT, {})
-        if joints not in known:
-            known[joints] = cls(linkage, joints)
-        return known[joints]
-
     def _compiled(self) -> Any:
         from robostiff.analysis.compiled_linkage import compile_driven
         from robostiff.compiled import Backend
@@ -107,11 +98,17 @@ class DrivenBy:
         return compile_driven(self.driven, backend=Backend.ARRAYS)
 
 
+@kept
+def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenBy:
+    """What a linkage keeps of the joints that drive it."""
+    return DrivenBy(linkage, joints)
+
+
 @dataclass(frozen=True)
 class AskedConfigurations:
     """Configurations of a linkage, and the tolerance with which its stiffness is wanted."""
 
-    kept: DrivenBy
+    by: DrivenBy
     given: np.ndarray  # (..., n): coordinates of the drives [m, rad]
     tolerance: Tolerance = DEFAULT_TOLERANCE
     method: ClassVar = StructuralAnalysis()
@@ -129,10 +126,7 @@ class AskedConfigurations:
     ) -> AskedConfigurations:
         """Values as `stiffness` takes them: of joints by name, of all actuated ones, or home.
 
-        Raises
-        ------
-        InputError
-            When they do not fit the joints, or a form of K_C is asked for.
+        Raises InputError when they do not fit the joints, or a form of K_C is asked for.
         """
         if method != DEFAULT_METHOD:
             raise InputError(
@@ -143,26 +137,26 @@ class AskedConfigurations:
         values = values.values if isinstance(values, ActuatorCoordinates) else values
         values = {} if values is None else values
         if not isinstance(values, Mapping):
-            kept = DrivenBy.of(linkage, None)
-            if not kept.driven.drives:
+            moved = driven_by(linkage, None)
+            if not moved.driven.drives:
                 raise InputError(
                     f"values of linkage {linkage.name!r}",
                     got=values,
                     expected="values of joints by their names: it has no actuated joint",
                     hint='write {"crank": 0.1}',
                 )
-            return cls(kept, kept.driven.rows(values), tolerance)
-        kept = DrivenBy.of(linkage, tuple(values))
-        drives = kept.driven.drives
-        rows = kept.driven.rows({name: values[name] for name in drives})
+            return cls(moved, moved.driven.rows(values), tolerance)
+        moved = driven_by(linkage, tuple(values))
+        drives = moved.driven.drives
+        rows = moved.driven.rows({name: values[name] for name in drives})
         others = [j for j in linkage.joints if j.name in values and j.name not in drives]
         batch = np.broadcast_shapes(rows.shape[:-1], *(_batch(j, values[j.name]) for j in others))
-        return cls(kept, np.broadcast_to(rows, (*batch, rows.shape[-1])), tolerance)
+        return cls(moved, np.broadcast_to(rows, (*batch, rows.shape[-1])), tolerance)
 
     @property
     def name(self) -> str:
         """Of the linkage."""
-        return self.kept.driven.part.name
+        return self.by.driven.part.name
 
     @property
     def batch(self) -> tuple[int, ...]:
@@ -179,7 +173,7 @@ class AskedConfigurations:
 
     def reference_points(self, rows: np.ndarray) -> np.ndarray:
         """Of the platform in the world (..., 3) [m]."""
-        part = self.kept.driven.part
+        part = self.by.driven.part
         frames = [found.frames[part.platform] for found in self._at(rows)]
         points = [frame.p + frame.R @ part.reference_point for frame in frames]
         return np.array(points).reshape(*rows.shape, 3)
@@ -187,7 +181,7 @@ class AskedConfigurations:
     def solved(self, rows: np.ndarray) -> RobotStiffness:
         """As networks at some of the configurations, with the shape of the rows."""
         flat = rows.reshape(-1)
-        found = linkage_stiffness(self.kept.driven, self.numbers[flat], self.tolerance)
+        found = linkage_stiffness(self.by.driven, self.numbers[flat], self.tolerance)
         return found if rows.ndim == 1 else found[np.arange(flat.size).reshape(rows.shape)]
 
     def complaints(self, rows: np.ndarray, status: Status) -> tuple[str, ...]:
@@ -200,19 +194,19 @@ class AskedConfigurations:
     def placed(self, row: np.ndarray) -> Network:
         """The network of one configuration."""
         (found,) = self._at(row)
-        return network_of(self.kept.driven.part, found)
+        return network_of(self.by.driven.part, found)
 
     def recorded(self) -> RecordedAnswer | None:
         """What the record gives; None where there is none, or it does not pay yet."""
         if not self.given.size or self.tolerance != DEFAULT_TOLERANCE:
             return None
-        compiled = self.kept.record.for_poses(len(self.numbers))
+        compiled = self.by.record.for_poses(len(self.numbers))
         if compiled is None:
             return None
         return RecordedAnswer.of(compiled.evaluate(self.numbers)).reshaped(self.batch)
 
     def _at(self, rows: np.ndarray) -> list[Configuration]:
-        return self.kept.driven.at(self.numbers[rows.reshape(-1)])
+        return self.by.driven.at(self.numbers[rows.reshape(-1)])
 
 
 def _batch(joint: Joint, value: Any) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.deflection_under_load import deflection_at
 from robostiff.analysis.leg_loads import leg_loads, loads_known
-from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
+from robostiff.analysis.posed_stiffness import PosedStiffness, answered_at
 from robostiff.analysis.result import given_wrenches
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
@@ -167,7 +167,7 @@ def deflection(
             expected="a robot without cables: these may become slack, and need not stay near",
             hint="write cable_response(robot, pose, load=...), or 'robostiff cables'",
         )
-    answer = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
+    answer = answered_at(robot, pose, at, near=near, tolerance=tolerance)
     hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
     F = given_wrenches(wrench, answer.space, answer.batch_shape, hint=hint)
     if isinstance(robot, Snapshot | Network):

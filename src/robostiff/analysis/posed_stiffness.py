@@ -39,10 +39,7 @@ _BLOCK = 64
 class Details:
     """The careful form at the poses of one question, worked out where it is asked for.
 
-    Parameters
-    ----------
-    recorded : RecordedAnswer or None
-        With which it must agree.
+    It must agree with what a record has given, if that is given.
     """
 
     def __init__(self, asked: Asked, recorded: RecordedAnswer | None) -> None:
@@ -230,15 +227,15 @@ class PosedStiffness(RobotStiffness):
 
 def answered_at(
     robot: Robot | Snapshot | Network | Linkage,
-    pose: Pose | DriveValues,
-    at: ArrayLike | None,
+    pose: Pose | DriveValues = None,
+    at: ArrayLike | None = None,
     *,
     method: Form = DEFAULT_METHOD,
     near: Near = None,
     tolerance: Tolerance = DEFAULT_TOLERANCE,
     by_record: bool = False,
 ) -> RobotStiffness:
-    """As `stiffness`, by the record where that pays or by the careful form at once."""
+    """As `stiffness`, by the record where that pays or, as it is left out, by the careful form."""
     check_arguments(robot, method, near, tolerance)
     if isinstance(robot, Robot):
         from robostiff.analysis.robot_record import recorded_answer
@@ -256,18 +253,6 @@ def answered_at(
         recorded = configurations.recorded() if by_record else None
         return PosedStiffness.of(configurations, recorded).about(at)
     return careful_stiffness(robot, pose, method=method, tolerance=tolerance).about(at)
-
-
-def careful_answer(
-    robot: Robot | Snapshot | Network | Linkage,
-    pose: Pose | DriveValues = None,
-    *,
-    at: ArrayLike | None = None,
-    near: Near = None,
-    tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> RobotStiffness:
-    """As `stiffness`, for questions that need the careful form at all poses anyway."""
-    return answered_at(robot, pose, at, near=near, tolerance=tolerance)
 
 
 def _check_agreement(

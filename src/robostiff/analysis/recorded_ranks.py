@@ -45,12 +45,7 @@ class RecordedRanks:
     def decided(self, inputs: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ranks (N,), and where they are beyond doubt (N,).
 
-        Parameters
-        ----------
-        inputs : (inputs, N) array
-            Of the kernels.
-        upper : (rows, N) array
-            Upper triangle of K at each.
+        By inputs of the kernels (inputs, N), and the upper triangle of K at each pose (rows, N).
         """
         n, count, tolerance = self.space.size, inputs.shape[1], DEFAULT_TOLERANCE
         s = scaling(np.array(self.length), self.space)

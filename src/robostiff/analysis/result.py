@@ -325,10 +325,7 @@ def given_wrenches(
 ) -> np.ndarray:
     """A wrench as a user gave it, or one for each pose (..., n) [N, N m].
 
-    Raises
-    ------
-    InputError
-        When the numbers are not finite, or do not fit the space and the batch.
+    Raises InputError when the numbers are not finite, or do not fit the space and the batch.
     """
     expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
     if wrench is None:

@@ -12,6 +12,7 @@ import numpy as np
 from robostiff.analysis.careful_form import DEFAULT_METHOD, AskedPoses
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.solved_request import SolvedRequest
 from robostiff.model import Robot
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from robostiff.analysis.compiled_linkage import CompiledLinkage
     from robostiff.analysis.compiled_robot import CompiledRobot
 
-# Under this name a robot keeps its record.
-_KEPT = "_robot_record"
 # Recording takes as long as the careful form at some 6,000 poses of a batch, or in 20 to 30 calls
 # (all shipped robots: 3,000 to 9,000 poses, 10 to 30 calls). It begins when as much was spent.
 _A_CALL = 250  # poses of a batch, which take as long as what a call begins with
@@ -71,13 +70,7 @@ class Costs:
 
 
 class KeptRecord:
-    """The record of one robot or linkage, made once it pays.
-
-    Parameters
-    ----------
-    make : callable
-        Compiles it on NumPy.
-    """
+    """The record of one robot or linkage, which `make` compiles on NumPy once it pays."""
 
     def __init__(
         self, make: Callable[[], CompiledRobot | CompiledLinkage | None], costs: Costs
@@ -117,17 +110,19 @@ def recorded_answer(robot: Robot, asked: AskedPoses) -> RecordedAnswer | None:
     given = _inputs(robot, asked)
     if given is None or not given.size:  # no poses, or a structure that has one alone
         return None
-    known = vars(robot).get(_KEPT)
-    if known is None:
-        costs = Costs(_A_CALL, _PAYS, _MACHINE_CODE_PAYS)
-        known = vars(robot)[_KEPT] = KeptRecord(partial(_compiled, robot), costs)
-    compiled = known.for_poses(len(given))
+    compiled = record_of(robot).for_poses(len(given))
     if compiled is None:
         return None
     answer = RecordedAnswer.of(
         compiled.evaluate(JointCoordinates(given) if robot.is_posed_by_joints else given)
     )
     return answer if len(asked.batch) == 1 else answer.reshaped(asked.batch)
+
+
+@kept
+def record_of(robot: Robot) -> KeptRecord:
+    """The record of a robot, made once it pays."""
+    return KeptRecord(partial(_compiled, robot), Costs(_A_CALL, _PAYS, _MACHINE_CODE_PAYS))
 
 
 def _inputs(robot: Robot, asked: AskedPoses) -> np.ndarray | None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.careful_form import DEFAULT_METHOD, check_arguments
-from robostiff.analysis.posed_stiffness import answered_at, careful_answer
+from robostiff.analysis.posed_stiffness import answered_at
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
 from robostiff.errors import InputError
@@ -157,5 +157,5 @@ def compliance(
         return cable_stiffness(
             robot, cast("Pose", pose), at=at, tolerance=tolerance
         ).required_compliance()
-    result = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
+    result = answered_at(robot, pose, at, near=near, tolerance=tolerance)
     return result.required_compliance()

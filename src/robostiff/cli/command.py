@@ -34,28 +34,16 @@ _QUIET = "Print no warnings: results and errors alone."
 
 @dataclass(frozen=True)
 class Command:
-    """A command: the function that answers, the classes of its options, and its words.
+    """A command: the function that answers, the classes of its options, and its words."""
 
-    Parameters
-    ----------
-    run : str
-        Module of this package and its function, which gets one object of each class and returns the
-        exit status. It is imported when the command runs.
-    takes : tuple of classes
-        Of options.
-    words, further : str
-        What it does, and a second paragraph.
-    examples : tuple of str
-    status : str
-        What its exit status means.
-    """
-
+    # module of this package and its function, which gets one object of each class and returns the
+    # exit status; it is imported when the command runs
     run: str
-    takes: tuple[type | Part, ...]
-    words: str
-    further: str = ""
+    takes: tuple[type | Part, ...]  # classes of options
+    words: str  # what it does
+    further: str = ""  # a second paragraph
     examples: tuple[str, ...] = ()
-    status: str = ""
+    status: str = ""  # what its exit status means
 
     @property
     def function(self) -> Callable[..., int]:

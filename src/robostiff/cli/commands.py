@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.cli.answer_commands import CheckDetails, Method, WrittenLoads, WrittenTensions
 from robostiff.cli.command import BAD_STATUS, answered, slips
 from robostiff.cli.options import Answer, Length, Model, Posing, Replacing
+from robostiff.cli.options_of_answers import CheckDetails, Method, WrittenLoads, WrittenTensions
 from robostiff.cli.output import draw, picture_beside, show
 from robostiff.cli.written_arguments import (
     chosen,

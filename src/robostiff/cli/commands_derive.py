@@ -49,8 +49,8 @@ from robostiff.analytic.export import (
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, rotation_by_name
 from robostiff.analytic.robot_pose import PoseFormula, coordinate_names
 from robostiff.cli.command import INTERRUPTED
-from robostiff.cli.file_commands import FORMATS, FormulaRequest, Questions, Sheet
 from robostiff.cli.options import Answer, Model, Replacing
+from robostiff.cli.options_of_files import FORMATS, FormulaRequest, Questions, Sheet
 from robostiff.cli.output import new_file
 from robostiff.cli.watched import go_on_in_child
 from robostiff.cli.written_arguments import chosen, wrench_from
@@ -70,10 +70,7 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
 
     The coordinates of the rotation are those of `rotation_by_name`, where it is given.
 
-    Raises
-    ------
-    InputError
-        When it is none of them, or a name is no coordinate of the robot.
+    Raises InputError when it is none of them, or a name is no coordinate of the robot.
 
     Examples
     --------

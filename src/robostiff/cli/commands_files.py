@@ -11,8 +11,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from robostiff.cli.file_commands import Converted, NewFile, WantedSchema
 from robostiff.cli.options import Answer, Model, Posing, Replacing
+from robostiff.cli.options_of_files import Converted, NewFile, WantedSchema
 from robostiff.cli.output import new_file, show, shown
 from robostiff.errors import InputError, NoAnswerError, warn_of_slip
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first

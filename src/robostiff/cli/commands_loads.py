@@ -8,9 +8,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads, WrittenNetworkLoads
 from robostiff.cli.command import answered
 from robostiff.cli.options import Answer, Model, Posing, Replacing, named_once, named_values
+from robostiff.cli.options_of_answers import Vibration, Wanted, WrittenLoads, WrittenNetworkLoads
 from robostiff.cli.output import draw, picture_beside
 from robostiff.cli.written_arguments import gravity_from, loaded, where_from, wrench_from
 from robostiff.errors import InputError

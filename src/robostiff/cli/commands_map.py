@@ -36,8 +36,8 @@ from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, PoseSource
 from robostiff.analysis.maps.store import already_there
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
 from robostiff.cli.options import Answer, Length, Model, Posing, Replacing
+from robostiff.cli.options_of_pictures import NO_LOAD, MapLoad, MapPoses, MapQuantities, Run
 from robostiff.cli.output import draw, new_file, picture_beside, show
-from robostiff.cli.picture_commands import NO_LOAD, MapLoad, MapPoses, MapQuantities, Run
 from robostiff.cli.written_arguments import (
     chosen,
     gravity_from,

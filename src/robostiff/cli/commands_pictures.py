@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from robostiff.analysis import cable_response, cable_stiffness, stiffness
 from robostiff.cli.command import BAD_STATUS
 from robostiff.cli.options import Answer, Model, Posing, Replacing, named_once
+from robostiff.cli.options_of_pictures import WHAT, Page, Pages, PictureFile, Subject
 from robostiff.cli.output import draw, new_file, picture_file, show
-from robostiff.cli.picture_commands import WHAT, Page, Pages, PictureFile, Subject
 from robostiff.cli.written_arguments import (
     chosen,
     loaded,

@@ -15,12 +15,12 @@ from robostiff.cli.output import show
 from robostiff.version import __version__
 
 _HOMES = {
-    "answer_commands": (
+    "options_of_answers": (
         *("robots", "check", "stiffness", "deflection", "equilibrium", "modes"),
         *("response", "indices", "verify", "cables"),
     ),
-    "picture_commands": ("plot", "report", "map", "view"),
-    "file_commands": ("derive", "schema", "new", "convert"),
+    "options_of_pictures": ("plot", "report", "map", "view"),
+    "options_of_files": ("derive", "schema", "new", "convert"),
 }
 
 

@@ -240,10 +240,7 @@ class Length:
 def named_values(option: str, texts: tuple[str, ...], expected: str) -> list[tuple[str, str]]:
     """Names and values of ``NAME=VALUE``, in which a name may have an equals sign.
 
-    Raises
-    ------
-    InputError
-        When one of both is missing.
+    Raises InputError when one of both is missing.
 
     Examples
     --------

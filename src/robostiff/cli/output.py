@@ -60,10 +60,8 @@ def _styled(line: str) -> str:
 def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
     """A file to be written: one that is not there yet, unless it may be replaced.
 
-    Raises
-    ------
-    InputError
-        When it is there, is a folder, or lies in no folder; before anything is computed.
+    Raises InputError when it is there, is a folder, or lies in no folder; before anything is
+    computed.
     """
     wanted = Path(path)
     try:
@@ -88,10 +86,7 @@ ON_PAPER = (".png", ".svg", ".pdf")
 def picture_file(option: str, name: str, overwrite: bool) -> Path:
     """A picture to be written, checked before anything is computed.
 
-    Raises
-    ------
-    InputError
-        As `new_file`, and for another ending.
+    Raises InputError as `new_file`, and for another ending.
     """
     path = new_file(option, name, overwrite)
     if path.suffix.lower() not in {*ON_PAPER, ".html"}:

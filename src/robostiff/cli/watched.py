@@ -28,13 +28,9 @@ _DEATH_OF_PARENT = 1  # PR_SET_PDEATHSIG
 def go_on_in_child(progress: Callable[[float], str]) -> None:
     """Return in a child process; this one waits for it and ends with its exit status.
 
-    Without processes that fork, or where standard output is none of the program's own, as in a
-    test, nothing happens and the computation goes on here.
-
-    Parameters
-    ----------
-    progress : callable
-        A line about the seconds that have passed, shown on standard error where that is a terminal.
+    `progress` gives a line about the seconds that have passed, shown on standard error where that
+    is a terminal. Without processes that fork, or where standard output is none of the program's
+    own, as in a test, nothing happens and the computation goes on here.
     """
     if not (hasattr(os, "fork") and _own_streams()):
         return

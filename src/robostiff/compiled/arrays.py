@@ -24,15 +24,7 @@ POSES_A_CHUNK = 8184
 def in_shares(
     work: Callable[[slice], None], count: int, threads: int, chunk: int = POSES_A_CHUNK
 ) -> None:
-    """Do work at some poses, whole chunks of them in each thread.
-
-    Parameters
-    ----------
-    work : callable
-        Of the poses that are its share.
-    count : int
-        Number of poses.
-    """
+    """Do work at so many poses, whole chunks of them in each thread."""
     share = max(1, -(-count // (chunk * threads))) * chunk
     shares = [slice(start, min(start + share, count)) for start in range(0, count, share)]
     if len(shares) <= 1:

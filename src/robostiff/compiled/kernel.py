@@ -197,10 +197,7 @@ def kernel_of(
 def code_of(backend: Backend) -> type[MachineCode] | type[ArrayCode]:
     """What runs the programs of a backend.
 
-    Raises
-    ------
-    InputError
-        When it is none, or machine code without its compiler.
+    Raises InputError when it is none, or machine code without its compiler.
     """
     if not isinstance(backend, Backend):
         raise InputError(

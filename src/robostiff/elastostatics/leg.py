@@ -1,6 +1,7 @@
 """A leg as the wrenches that it transmits and the energy that they store.
 
-They solve (6) and (7) without the inverse of C: ``K = W (W^T C W)^-1 W^T``, of which (4) is a case.
+They solve (6) and (7) without the inverse of C: ``K = W (W^T C W)^-1 W^T`` of (8), of which (4) is
+a case.
 """
 
 from __future__ import annotations

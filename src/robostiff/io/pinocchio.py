@@ -28,16 +28,8 @@ def tree_of_pinocchio(model: Any) -> RigidTree:
     """The tree of a ``pinocchio.Model``: a link for each joint, and for each frame of a body.
 
     Pinocchio merges links that are fixed to each other. A joint's link has the name of the body
-    whose frame is the joint's own; other bodies are fixed to it.
-
-    Parameters
-    ----------
-    model : pinocchio.Model
-
-    Raises
-    ------
-    FileError
-        For joints that have no counterpart here, such as composite ones.
+    whose frame is the joint's own; other bodies are fixed to it. Raises FileError for joints that
+    have no counterpart here, such as composite ones.
     """
     file = f"model of Pinocchio {model.name!r}"
     bodies = [frame for frame in model.frames if "BODY" in str(frame.type)]

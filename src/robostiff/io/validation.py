@@ -300,21 +300,9 @@ _MOST_SHOWN = 20
 def validate(model: type[Model], document: Document) -> Model:
     """Read a document as a file model.
 
-    Parameters
-    ----------
-    model : type of pydantic.BaseModel
-    document : Document
-
-    Returns
-    -------
-    BaseModel
-        An instance of `model`.
-
-    Raises
-    ------
-    FileError
-        At the most specific mistake: an unknown key before a wrong value before a missing key, and
-        the deepest of them. An `InputError` of the model's own validators keeps its words.
+    Raises FileError at the most specific mistake: an unknown key before a wrong value before a
+    missing key, and the deepest of them. An `InputError` of the model's own validators keeps its
+    words.
 
     Examples
     --------

@@ -33,10 +33,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 def bounded_bytes(source: str | os.PathLike[str], most: int, what: str) -> bytes:
     """The content of a file of so many bytes at most; no more than that is read.
 
-    Raises
-    ------
-    FileError
-        When it is a folder and not `what`, cannot be read, or is too large.
+    Raises FileError when it is a folder and not `what`, cannot be read, or is too large.
     """
     place = Location(str(source))
     try:

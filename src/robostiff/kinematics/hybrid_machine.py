@@ -296,10 +296,8 @@ def _space(modules: Sequence[Module]) -> Space:
 def _gravity(modules: Sequence[Module]) -> np.ndarray | None:
     """That of the first module in the world, if it has one.
 
-    Raises
-    ------
-    InputError
-        When another module has one: its direction was given in the frame in which it stood.
+    Raises InputError when another module has one: its direction was given in the frame in which it
+    stood.
     """
     first, *others = modules
     for module in others:

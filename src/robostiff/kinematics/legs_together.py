@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from robostiff.model import (
     PlacedSpring,
     StiffnessLaw,
 )
+
+_Thing = TypeVar("_Thing")
 
 #: Up to so many poses, what is alike is computed together: more fill arrays by themselves.
 FEW = 32
@@ -51,18 +53,22 @@ def legs_together(legs: Sequence[PlacedLeg], batch: tuple[int, ...]) -> list[Leg
     """Legs at poses of a batch, in groups of those that differ in their places alone."""
     if len(legs) == 1 or np.prod(batch, dtype=int) > FEW:
         return legs_alone(legs)
+    groups = in_groups(legs, lambda one, other: _are_alike(one.elements, other.elements))
+    return [LegsTogether(own, _as_one([legs[i] for i in own], len(batch))) for own in groups]
+
+
+def in_groups(
+    things: Sequence[_Thing], alike: Callable[[_Thing, _Thing], bool]
+) -> list[tuple[int, ...]]:
+    """Numbers of things that are alike, together."""
     groups: list[list[int]] = []
-    for i, leg in enumerate(legs):
-        for group in groups:
-            if _are_alike(legs[group[0]].elements, leg.elements):
-                group.append(i)
-                break
-        else:
+    for i, thing in enumerate(things):
+        own = next((group for group in groups if alike(things[group[0]], thing)), None)
+        if own is None:
             groups.append([i])
-    return [
-        LegsTogether(tuple(group), _as_one([legs[i] for i in group], len(batch)))
-        for group in groups
-    ]
+        else:
+            own.append(i)
+    return [tuple(group) for group in groups]
 
 
 def legs_alone(legs: Sequence[PlacedLeg]) -> list[LegsTogether]:

@@ -53,7 +53,7 @@ def determine_pose(mobility: np.ndarray, coordinates: Sequence[Coordinate]) -> b
         return False
     rows = [ALL_COORDINATES.index(coordinate) for coordinate in coordinates]
     values = np.linalg.svd(mobility[rows], compute_uv=False)
-    return bool(np.all(values > 1e-6))
+    return bool(np.all(values > _INDEPENDENT))
 
 
 def _end_motions(leg: Leg, placed: PlacedChain, at: np.ndarray, scale: np.ndarray) -> np.ndarray:

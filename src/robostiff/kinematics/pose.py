@@ -82,10 +82,7 @@ Near = JointCoordinates | ArrayLike | Sequence[ArrayLike] | None
 def near_coordinates(robot: Robot, near: Near) -> tuple[np.ndarray, ...] | None:
     """Joint coordinates of each leg that choose a posture, given leg by leg or all in a row.
 
-    Raises
-    ------
-    InputError
-        When they are not as many finite numbers as the legs have coordinates.
+    Raises InputError when they are not as many finite numbers as the legs have coordinates.
     """
     if near is None:
         return None
@@ -146,10 +143,8 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
 
     The coordinates of home (6,) may be given where they are known.
 
-    Raises
-    ------
-    InputError
-        When the numbers are not finite, or as many as the robot has free coordinates, or six.
+    Raises InputError when the numbers are not finite, or as many as the robot has free coordinates,
+    or six.
     """
     home = home_coordinates(robot) if home is None else home
     if pose is None:
@@ -253,10 +248,7 @@ def question_joints(robot: Robot, q: np.ndarray) -> None:
 def check_held_sums(robot: Robot, q: np.ndarray) -> None:
     """Raise where coordinates (..., size) of a serial arm are not what its couplings hold.
 
-    Raises
-    ------
-    InputError
-        Naming the coupling.
+    Raises InputError naming the coupling.
     """
     chain = robot.legs[0].chain
     if chain.transmission is None or not q.size:

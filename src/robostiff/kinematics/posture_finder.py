@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics.closure import (
     Followed,
     LegsAlike,
@@ -22,6 +23,7 @@ from robostiff.kinematics.closure import (
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.skeleton import rounding_of
 from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.legs_together import FEW
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.pose import (
     JointCoordinates,
@@ -44,13 +46,9 @@ from robostiff.model import PlacedPlatform, Robot, Snapshot
 from robostiff.spatial import as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
-# Attribute of a robot that holds its finder.
-_KEPT = "_posture_finder"
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
 _ROUNDING = 1e-13  # of a distance from the origin
-# Up to so many poses, legs alike are closed and placed together: more fill arrays by themselves.
-_FEW = 32
 # Poses around home at which the coordinates that follow from the legs are compared with home.
 _TRIED, _AROUND, _SEED = 8, 1e-2, 3
 
@@ -71,12 +69,6 @@ class PostureFinder:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot.in_floats
         self.home_pose = home_coordinates(self.robot)
-        #: Results for the robot as a whole, by their names.
-        self.known: dict[str, tuple[str, ...]] = {}
-        #: Postures drawn around home, by the seed and by how near.
-        self.samples: dict[tuple[int, int], Posture] = {}
-        #: Closures of all legs together, by the coordinates that they decide.
-        self.tasks: dict[tuple[int, ...], NewtonTask] = {}
         self.length = reach(self.robot, self.home_pose)
         self._closing: dict[int, LegSolver] = {}
 
@@ -197,14 +189,11 @@ class PostureFinder:
 
     def _groups(self, count: int) -> tuple[LegsAlike, ...]:
         """Legs that are computed together at so many poses; each for itself at many."""
-        return self._alike if 0 < count <= _FEW else self._each
+        return self._alike if 0 < count <= FEW else self._each
 
     def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
         """Posture at poses some coordinates of which the legs decide together."""
-        task = self.tasks.get(request.open)
-        if task is None:
-            task = self.tasks[request.open] = NewtonTask(self.robot.legs, request.open, self.length)
-        found = self._followed(task, request.coordinates, near)
+        found = self._followed(self.task(request.open), request.coordinates, near)
         pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
         # Legs that close at home's other coordinates need no way there, and are the nearest to
         # given ones. Where they cannot close at all, what each of them lacks there says more than a
@@ -221,6 +210,11 @@ class PostureFinder:
                 kept[rows[own]] = new[own]
         R = turn_by_vector(pose[:, 3:])
         return self.placed(request.batch, pose, R, found.coordinates, elsewhere)
+
+    @kept
+    def task(self, open_: tuple[int, ...]) -> NewtonTask:
+        """The closure of all legs together, which decide some coordinates of the pose."""
+        return NewtonTask(self.robot.legs, open_, self.length)
 
     def _followed(
         self, task: NewtonTask, goal: np.ndarray, near: Sequence[np.ndarray] | None
@@ -323,12 +317,10 @@ class PostureFinder:
         )
 
 
+@kept
 def posture_finder(robot: Robot) -> PostureFinder:
     """The finder of a robot, prepared at first need and kept with the robot."""
-    known = vars(robot).get(_KEPT)
-    if known is None:
-        known = vars(robot)[_KEPT] = PostureFinder(robot)
-    return known
+    return PostureFinder(robot)
 
 
 def find_posture(robot: Robot, pose: Pose = None, *, near: Near = None) -> Posture:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics.closure import NewtonTask
 from robostiff.kinematics.closure.assembly import on_turn_of_home
 from robostiff.kinematics.closure.assembly_mode import AssemblyMode
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
     from robostiff.kinematics.posture_finder import PostureFinder
 
 _ALL_OPEN = tuple(range(6))
-_DETERMINED = "drives determine the pose"
 _OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
 
 
@@ -163,10 +163,7 @@ class _ActuatedTask(NewtonTask):
 def actuated_request(finder: PostureFinder, pose: ActuatorCoordinates) -> PoseRequest | np.ndarray:
     """Read coordinates of the actuators.
 
-    Raises
-    ------
-    InputError
-        When they do not fit, or do not determine the pose of the robot.
+    Raises InputError when they do not fit, or do not determine the pose of the robot.
     """
     robot = finder.robot
     homes = [solver.home for solver in finder.solvers]
@@ -175,7 +172,7 @@ def actuated_request(finder: PostureFinder, pose: ActuatorCoordinates) -> PoseRe
     given = pose.numbers(robot, at_home)
     if robot.is_serial and len(places[0]) == robot.legs[0].chain.size:
         return given  # of all joints
-    _check_determined(finder, homes)
+    _check_determined(finder)
     batch = given.shape[:-1]
     rows = given.reshape(math.prod(batch), given.shape[-1])
     return ActuatedRequest(batch, rows, _ALL_OPEN)
@@ -184,10 +181,7 @@ def actuated_request(finder: PostureFinder, pose: ActuatorCoordinates) -> PoseRe
 def tool_request(finder: PostureFinder, pose: ToolPose) -> PoseRequest:
     """Read poses of the tool.
 
-    Raises
-    ------
-    InputError
-        When they do not fit.
+    Raises InputError when they do not fit.
     """
     robot = finder.robot
     tip, axis, own = pose.numbers(robot)
@@ -232,11 +226,10 @@ def _shortest_turn(finder: PostureFinder, axis: np.ndarray, tool_axis: np.ndarra
     return np.einsum("nij,jk->nik", turn_by_vector(unit * angle[:, None]), R_home)
 
 
-def _check_determined(finder: PostureFinder, homes: Sequence[np.ndarray]) -> None:
+@kept
+def _check_determined(finder: PostureFinder) -> None:
     """Raise unless the platform stands still at home while all drives are held."""
-    robot = finder.robot
-    if _DETERMINED in finder.known:
-        return
+    robot, homes = finder.robot, [solver.home for solver in finder.solvers]
     held = replace(robot, legs=tuple(map(_with_locked_drives, robot.legs)))
     free = platform_mobility(held, finder.home_pose, homes, finder.length).shape[1]
     if free:
@@ -247,7 +240,6 @@ def _check_determined(finder: PostureFinder, homes: Sequence[np.ndarray]) -> Non
             f"{free} freedom{'s' if free > 1 else ''} at home while they are held",
             hint="give a pose of the platform",
         )
-    finder.known[_DETERMINED] = ()
 
 
 def _with_locked_drives(leg: Leg) -> Leg:

@@ -34,19 +34,12 @@ Node = TypeVar("Node")
 
 @dataclass(frozen=True)
 class SpanningTree(Generic[Edge]):
-    """Which connections lead to the bodies, and which close loops.
+    """Which connections lead to the bodies, and which close loops."""
 
-    Attributes
-    ----------
-    ways : mapping of str to tuple
-        For every body that is connected with the base, in an order that walks outwards: the
-        connections from the base to it, each with 1 where it is passed from a to b, otherwise -1.
-    cuts : tuple
-        The connections that close loops.
-    """
-
+    # for every body that is connected with the base, in an order that walks outwards: the
+    # connections from the base to it, each with 1 where it is passed from a to b, otherwise -1
     ways: Mapping[str, tuple[tuple[Edge, float], ...]]
-    cuts: tuple[Edge, ...]
+    cuts: tuple[Edge, ...]  # those that close loops
 
     @cached_property
     def in_loops(self) -> frozenset[str]:
@@ -104,10 +97,8 @@ def spanning_tree(base: str, connections: Iterable[Edge]) -> SpanningTree[Edge]:
 def representative(group: dict[Node, Node], node: Node) -> Node:
     """The node that stands for all that are connected with this one.
 
-    Parameters
-    ----------
-    group : dict
-        A connected node of each that does not stand for itself; ways through it are shortened.
+    The group has a connected node of each that does not stand for itself; ways through it are
+    shortened.
 
     Examples
     --------

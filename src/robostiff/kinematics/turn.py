@@ -31,16 +31,7 @@ class Turn:
         return cls(cosine(angle), sine(angle))
 
     def about(self, axis: np.ndarray) -> np.ndarray:
-        """Rotation matrix c I + s (e x) + (1 - c) e e^T about a unit vector e.
-
-        Parameters
-        ----------
-        axis : (3,) array
-            e, entries or numbers.
-
-        Returns
-        -------
-        (3, 3) array of objects
+        """Rotation matrix c I + s (e x) + (1 - c) e e^T about a unit vector e, entries or numbers.
 
         Examples
         --------

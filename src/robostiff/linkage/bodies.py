@@ -1,4 +1,4 @@
-"""The bodies of a linkage in the world, along a spanning tree: at numbers or recorded entries."""
+"""The bodies of a linkage in the world, (5) along a spanning tree, of numbers or entries."""
 
 from __future__ import annotations
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, Link, Locked, Passive
 from robostiff.model.checks import finite_coordinates
@@ -19,6 +20,7 @@ from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
 if TYPE_CHECKING:
     from robostiff.linkage.closure import Configuration
+    from robostiff.linkage.driven import DrivenLinkage
     from robostiff.network import Network
 
 JointValues = Mapping[str, float | Sequence[float]]
@@ -28,7 +30,6 @@ DriveValues = ArrayLike | Mapping[str, ArrayLike]
 
 
 # Under this name a linkage keeps its closed home, by the joints that are given.
-_KEPT = "_driven"
 
 
 @dataclass(frozen=True)
@@ -256,14 +257,8 @@ class Linkage(Symbolic):
 
         Every path begins at the same home, which is closed once.
         """
-        from robostiff.linkage.driven import DrivenLinkage
-
         given = self.checked(values or {})
-        known: dict[tuple[str, ...], DrivenLinkage] = vars(self).setdefault(_KEPT, {})
-        names = tuple(given)
-        if names not in known:
-            known[names] = DrivenLinkage.moved_by(self, names)
-        driven = known[names]
+        driven = _driven_by(self, tuple(given))
         row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
         (found,) = driven.at(row[None])
         if not found.is_closed:
@@ -271,3 +266,10 @@ class Linkage(Symbolic):
                 f"the loops of {self.name!r} do not close: {found.complaint}; {found.advice}"
             )
         return driven.part, found
+
+
+@kept
+def _driven_by(linkage: Linkage, joints: tuple[str, ...]) -> DrivenLinkage:
+    from robostiff.linkage.driven import DrivenLinkage
+
+    return DrivenLinkage.moved_by(linkage, joints)

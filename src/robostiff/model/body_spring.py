@@ -111,15 +111,9 @@ class BodySpring:
 
 
 def refuse_springs(name: str, springs: Sequence[Any], subject: str) -> None:
-    """Raise an InputError where a robot has springs between bodies.
+    """Raise an InputError where a robot of that name has springs between bodies.
 
-    Parameters
-    ----------
-    name : str
-        Of the robot.
-    springs : sequence
-    subject : str
-        The result that has no such springs, such as ``kernel``.
+    The subject is the result that has no such springs, such as ``kernel``.
     """
     if springs:
         raise InputError(

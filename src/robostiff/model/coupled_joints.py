@@ -127,39 +127,23 @@ def coupling(
 
 @dataclass(frozen=True)
 class Transmission:
-    """How the coordinates p of a chain move its joints, ``q = T p``, ``p = A q``.
+    """How the coordinates p of a chain move its joints, ``q = T p``, ``p = A q``."""
 
-    Attributes
-    ----------
-    A, T : (n, n) arrays
-        Inverse of each other; rows of the identity where a joint is a coordinate by itself.
-    sums : mapping of int to Coupling
-        The couplings, by the place of the joint whose place in p they take.
-    """
-
+    # (n, n): inverse of each other; rows of the identity where a joint is a coordinate by itself
     A: np.ndarray
     T: np.ndarray
+    # the couplings, by the place of the joint whose place in p they take
     sums: Mapping[int, Coupling]
 
 
 def transmission(
     joints: Mapping[str, tuple[int, Any]], size: int, couplings: Sequence[Coupling]
 ) -> Transmission:
-    """The transmission of a chain.
+    """The transmission of a chain of so many coordinates.
 
-    Parameters
-    ----------
-    joints : mapping of str to (int, element)
-        Moving elements of the chain by their names, with their places among the coordinates.
-    size : int
-        Number of coordinates.
-    couplings : sequence of Coupling
-
-    Raises
-    ------
-    InputError
-        When a coupling names a joint that is not there or has several freedoms, leaves no passive
-        joint to follow, or follows from those before it.
+    Its moving elements come by their names, with their places among the coordinates. Raises
+    InputError when a coupling names a joint that is not there or has several freedoms, leaves no
+    passive joint to follow, or follows from those before it.
     """
     for own in couplings:
         _check_joints(own, joints)

@@ -191,21 +191,11 @@ _SAME = 1e-12  # of a part of a length: rounding at the samples
 
 @dataclass(frozen=True)
 class PointMass:
-    """A mass at a point of a body.
+    """A mass at a point of a body."""
 
-    Attributes
-    ----------
-    after : int
-        How many elements of the part lie before the body.
-    value : float or entry
-        [kg].
-    point : (3,) array
-        At the unloaded posture [m].
-    """
-
-    after: int
-    value: Any
-    point: np.ndarray
+    after: int  # how many elements of the part lie before the body
+    value: Any  # [kg]
+    point: np.ndarray  # (3,): at the unloaded posture [m]
 
 
 @dataclass(frozen=True)

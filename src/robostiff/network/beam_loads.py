@@ -48,21 +48,11 @@ class ForceOnBeam:
 
 @dataclass(frozen=True)
 class BeamLoad:
-    """What the loads of a beam do when its start is clamped and its end free, in its axes.
+    """What the loads of a beam do when its start is clamped and its end free, in its axes."""
 
-    Attributes
-    ----------
-    at_start : (6,) array
-        Their sum about the start [N, N m].
-    tip_twist : (6,) array
-        Of the end [m, rad].
-    own_energy : float
-        Elastic energy [J].
-    """
-
-    at_start: np.ndarray
-    tip_twist: np.ndarray
-    own_energy: float
+    at_start: np.ndarray  # (6,): their sum about the start [N, N m]
+    tip_twist: np.ndarray  # (6,): of the end [m, rad]
+    own_energy: float  # elastic energy [J]
 
     def energy(self, end: np.ndarray) -> float:
         """What the loads add to the energy ``f S f / 2`` of a wrench `end` on the end [J]."""
@@ -70,23 +60,14 @@ class BeamLoad:
 
 
 def beam_load(beam: BeamElement, loads: Sequence[DistributedForce | ForceOnBeam]) -> BeamLoad:
-    """All loads of a beam together.
+    """All loads of a uniform beam together.
 
     At the distance u from the end a section carries the wrench w(u) of the loads beyond it. With
     the compliance c of the section for a unit of length, the end deflects by the integral of
     ``A(u)^T c w(u)``, where A(u) moves a wrench from the end to the section, and the energy is half
     the integral of ``w(u)^T c w(u)``. The wrenches are polynomials of u, of degree two at most.
 
-    Parameters
-    ----------
-    beam : BeamElement
-        Uniform.
-    loads : sequence of DistributedForce or ForceOnBeam
-
-    Raises
-    ------
-    InputError
-        When a load is no vector, or is beyond the ends; when the beam is not uniform.
+    Raises InputError when a load is no vector, or is beyond the ends; when the beam is not uniform.
 
     Examples
     --------

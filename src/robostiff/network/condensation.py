@@ -90,8 +90,7 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
     )
     K = np.zeros((n, n))
     if not rigid.shape[1]:
-        still = {*network.fixed, network.platform}
-        system = saddle_point_system(equations, still, mobile, dependent)
+        system = saddle_point_system(equations, platform_fixed=True)
         platform = system.rows_of[network.platform]
         M_p = system.matrix[:, platform].toarray()
         # The platform moves by each unit displacement; the reactions are the columns of K.

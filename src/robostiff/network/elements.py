@@ -151,20 +151,12 @@ Element = BeamElement | SpringElement | JointElement
 
 @dataclass(frozen=True)
 class CouplingElement:
-    """A gear or differential: a sum of coordinates of joints that is held, by a spring or rigidly.
-
-    Attributes
-    ----------
-    name : str
-    terms : tuple of (JointElement, int, float)
-        Joints of the network, which freedom of each, and its factor.
-    stiffness : float or None
-        Against the sum [N/m, N m/rad]; None where it is rigid.
-    """
+    """A gear or differential: a held sum of coordinates of joints."""
 
     name: str
+    # joints of the network, which freedom of each, and its factor
     terms: tuple[tuple[JointElement, int, float], ...]
-    stiffness: float | None = None
+    stiffness: float | None = None  # against the sum [N/m, N m/rad]; None where it is rigid
 
 
 def beam_between(
@@ -267,19 +259,10 @@ def beam_stiffness_12(
 def section_compliance(
     tip_compliance: Float[np.ndarray, "6 6"], length: float
 ) -> Float[np.ndarray, 6]:
-    """Strains and curvatures of the section of a uniform beam under unit forces and moments.
+    """Strains and curvatures (6,) of the section of a uniform beam under unit forces and moments.
 
-    Parameters
-    ----------
-    tip_compliance : (6, 6) array
-        Of the end with the start clamped, in the beam's axes [m/N, rad/N, rad/(N m)].
-    length : float
-        [m].
-
-    Returns
-    -------
-    (6,) array
-        1 / (EA, G A_y, G A_z, GJ, EI_y, EI_z) [1/N, 1/(N m^2)]; 0 for no deflection by shear.
+    1 / (EA, G A_y, G A_z, GJ, EI_y, EI_z) [1/N, 1/(N m^2)]; 0 for no deflection by shear. The
+    compliance is that of the tip with the start clamped, in the beam's axes.
 
     Examples
     --------

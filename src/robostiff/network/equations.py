@@ -10,6 +10,7 @@ import numpy as np
 
 from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitted_wrenches
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import BeamElement, CouplingElement, Element, SpringElement
 from robostiff.network.network import Network
@@ -18,8 +19,6 @@ from robostiff.spatial import Space, block_rotation, compliance_modes, twist_tra
 _IN_PLANE = list(Space.PLANAR.rows)
 _OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
 _ROUNDING = 1e-9
-# Under this name a network keeps its equations, by their tolerance.
-_KEPT = "_equations"
 
 
 def check_in_plane(name: str, C: np.ndarray, J: np.ndarray) -> None:
@@ -50,30 +49,17 @@ class RelativeMotion:
     """A beam, spring or joint: it carries W f, and deflects by d with ``W^T d = S f``.
 
     d is the motion of node b against node a.
-
-    Attributes
-    ----------
-    name, a, b : str
-    point : (3,) array
-        Reference point of the matrices [m].
-    W : (n, m) array
-        Orthonormal transmitted wrenches in scaled coordinates.
-    S : (m, m) array
-        Scaled compliance under these wrenches; rows and columns of rigid ones are exactly 0.
-    freedoms : (n, q) array
-        Unit twists of the passive freedoms, scaled.
-    freedom_names : tuple of str
-        ``connection/freedom``.
     """
 
     name: str
     a: str
     b: str
-    point: np.ndarray
-    W: np.ndarray
+    point: np.ndarray  # (3,): reference point of the matrices [m]
+    W: np.ndarray  # (n, m): orthonormal transmitted wrenches in scaled coordinates
+    # (m, m): scaled compliance under these wrenches; rows and columns of rigid ones are exactly 0
     S: np.ndarray
-    freedoms: np.ndarray
-    freedom_names: tuple[str, ...]
+    freedoms: np.ndarray  # (n, q): unit twists of the passive freedoms, scaled
+    freedom_names: tuple[str, ...]  # ``connection/freedom``
 
     @property
     def ends(self) -> tuple[tuple[str, np.ndarray, np.ndarray], ...]:
@@ -93,24 +79,13 @@ class RelativeMotion:
 
 @dataclass(frozen=True)
 class CoupledMotion:
-    """A held sum of joint coordinates, as one row over the bodies of these joints.
-
-    Attributes
-    ----------
-    name : str
-    ends : tuple of (str, (3,) array, (1, n) array)
-        Nodes, points, and the parts of their displacements there.
-    S : (1, 1) array
-        Scaled compliance against the sum, 0 where it is rigid.
-    freedoms : (n, 0) array
-    freedom_names : tuple of str
-        None.
-    """
+    """A held sum of joint coordinates, as one row over the bodies of these joints."""
 
     name: str
+    # nodes, points (3,), and the parts of their displacements there (1, n)
     ends: tuple[tuple[str, np.ndarray, np.ndarray], ...]
-    S: np.ndarray
-    freedoms: np.ndarray
+    S: np.ndarray  # (1, 1): scaled compliance against the sum, 0 where it is rigid
+    freedoms: np.ndarray  # (n, 0)
     freedom_names: tuple[str, ...] = ()
     is_full: bool = False
 
@@ -153,10 +128,8 @@ def connection_of(
 
     A slide or a weld is about the point of node a, `of_node` (3,) [m].
 
-    Raises
-    ------
-    InputError
-        When an element of a planar network leaves the plane, or a compliance is negative.
+    Raises InputError when an element of a planar network leaves the plane, or a compliance is
+    negative.
     """
     names: list[str] = []
     C, J, rotation = np.zeros((6, 6)), np.zeros((6, 0)), np.eye(3)
@@ -236,26 +209,14 @@ class Equations:
     Displacements are lengths (rotations times `length`) about a point of each body in the middle
     of its attachments, stiffness in units of `stiffness`; so units of length and force do not
     matter.
-
-    Attributes
-    ----------
-    network : Network
-    points : dict of (3,) arrays
-        Point of each node whose displacement is the unknown [m].
-    length : float
-        Characteristic length [m].
-    stiffness : float
-        Characteristic stiffness [N/m].
-    tolerance : Tolerance
-    connections : tuple of RelativeMotion or CoupledMotion
-        Beams, springs, joints, then couplings; compliance in units of 1 / `stiffness`.
     """
 
     network: Network
-    points: dict[str, np.ndarray]
-    length: float
-    stiffness: float
+    points: dict[str, np.ndarray]  # (3,) of each node: its displacement is the unknown [m]
+    length: float  # characteristic length [m]
+    stiffness: float  # characteristic stiffness [N/m]
     tolerance: Tolerance
+    # beams, springs, joints, then couplings; compliance in units of 1 / `stiffness`
     connections: tuple[Motion, ...]
 
     @property
@@ -278,21 +239,13 @@ class Equations:
         return self.scale[:, None] * twist_transport(v) / self.scale
 
 
+@kept
 def equations_of(network: Network, tolerance: Tolerance) -> Equations:
     """Scaled equations of a network, kept with it.
 
-    Raises
-    ------
-    InputError
-        When the network has no connection, or one that leaves the plane of a planar network.
+    Raises InputError when the network has no connection, or one that leaves the plane of a planar
+    network.
     """
-    known: dict[Tolerance, Equations] = vars(network).setdefault(_KEPT, {})
-    if tolerance not in known:
-        known[tolerance] = _equations(network, tolerance)
-    return known[tolerance]
-
-
-def _equations(network: Network, tolerance: Tolerance) -> Equations:
     if not any(network.elements):
         raise InputError(
             f"network {network.name!r}", got="no element", expected="beams, springs or joints"

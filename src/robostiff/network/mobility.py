@@ -1,4 +1,4 @@
-"""Mobility: motions when all elastic parts are rigid, from geometry alone."""
+"""Mobility: motions when all elastic parts are rigid, from geometry alone; ranks beside (16)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 import numpy as np
 
 from robostiff.elastostatics import Tolerance
+from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import representative
 from robostiff.network.equations import Equations, Motion
 
@@ -24,21 +25,11 @@ _FIRST_BLOCK = 16
 
 @dataclass(frozen=True)
 class NullSpaces:
-    """Null spaces of a matrix of unit wrenches.
+    """Null spaces of a matrix of unit wrenches."""
 
-    Attributes
-    ----------
-    right : (columns, k) array
-        Orthonormal motions that no wrench resists.
-    left : (rows, l) array
-        Orthonormal wrenches in equilibrium with themselves.
-    doubtful : bool
-        Whether a singular value is neither clearly zero nor clearly not.
-    """
-
-    right: np.ndarray
-    left: np.ndarray
-    doubtful: bool
+    right: np.ndarray  # (columns, k): orthonormal motions that no wrench resists
+    left: np.ndarray  # (rows, l): orthonormal wrenches in equilibrium with themselves
+    doubtful: bool  # whether a singular value is neither clearly zero nor clearly not
 
 
 def null_spaces(G: np.ndarray, tolerance: Tolerance) -> NullSpaces:
@@ -64,20 +55,10 @@ def null_spaces(G: np.ndarray, tolerance: Tolerance) -> NullSpaces:
 def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, bool]:
     """Orthonormal motions (columns, k) that no wrench resists, of a large sparse matrix.
 
-    Inverse iteration with a block of vectors on ``[[-a I, G], [G^T, d I]]``, whose factors are as
-    sparse as those of a network. The block grows until its weakest vector is held for certain; the
-    singular values of G on the block then decide like those of G itself.
-
-    Parameters
-    ----------
-    G : sparse (rows, columns) array
-    tolerance : Tolerance
-
-    Returns
-    -------
-    motions : (columns, k) array
-    doubtful : bool
-        Whether a singular value is neither clearly zero nor clearly not.
+    The second result is whether a singular value is neither clearly zero nor clearly not. Inverse
+    iteration with a block of vectors on ``[[-a I, G], [G^T, d I]]``, whose factors are as sparse as
+    those of a network. The block grows until its weakest vector is held for certain; the singular
+    values of G on the block then decide like those of G itself.
 
     Examples
     --------
@@ -175,19 +156,11 @@ class BlockEntries:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Motions of some bodies without resistance.
-
-    Attributes
-    ----------
-    nodes : tuple of str
-    motions : (nodes, n, k) array
-        Scaled displacements of each.
-    pins : (k,) array of int
-        Coordinates, counted through the nodes, that stop all of them when held.
-    """
+    """Motions of some bodies without resistance."""
 
     nodes: tuple[str, ...]
-    motions: np.ndarray
+    motions: np.ndarray  # (nodes, n, k): scaled displacements of each
+    # (k,) of int: coordinates, counted through the nodes, that stop all of them when held
     pins: np.ndarray
 
     @property
@@ -199,21 +172,13 @@ class Mechanism:
 
 @dataclass(frozen=True)
 class Mobility:
-    """Mechanisms of a network with some nodes fixed.
-
-    Attributes
-    ----------
-    mechanisms : tuple of Mechanism
-    held : (n, m) array
-        Unit wrenches by which the platform is held, scaled, about its point; the identity's columns
-        where it is fixed to the ground by elastic parts only. Defined only if it was fixed.
-    doubtful : bool
-        Whether a rank is close to another.
-    """
+    """Mechanisms of a network with some nodes fixed."""
 
     mechanisms: tuple[Mechanism, ...]
+    # (n, m): unit wrenches by which the platform is held, scaled, about its point; columns of
+    # the identity where elastic parts alone fix it to the ground; defined only if it was fixed
     held: np.ndarray
-    doubtful: bool
+    doubtful: bool  # whether a rank is close to another
 
 
 @dataclass(frozen=True)
@@ -225,6 +190,7 @@ class _Clusters:
     points: dict[int, np.ndarray]
 
 
+@kept
 def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     """Mechanisms of a network, with its platform free or fixed beside the fixed nodes.
 

@@ -1,4 +1,4 @@
-"""The saddle-point system of a network, without dependent equations, factorised."""
+"""The saddle-point system of a network, (6) and (7) of all bodies at once, factorised."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
+from robostiff.kept import kept
 from robostiff.network.equations import Equations, Motion, RelativeMotion
 from robostiff.network.mobility import (
     BlockEntries,
@@ -30,33 +31,22 @@ if TYPE_CHECKING:
 _SHARED = 1e-6
 
 
-# Under this name equations keep their systems, the platform free or fixed.
-_KEPT, _MATRIX = "_systems", "_matrix"
-
-
 @dataclass(frozen=True)
 class Redundancy:
-    """Dependent constraints of a network with some nodes fixed.
+    """Dependent constraints of a network with some nodes fixed."""
 
-    Attributes
-    ----------
-    dropped : dict
-        For each connection by its number, which of its wrenches can be left out because the others
-        say the same.
-    on_platform : (n, k) array
-        Wrenches on the fixed platform that rigid parts carry to the ground, scaled.
-    doubtful : bool
-    undetermined : frozenset of int
-        Numbers of the connections that are statically indeterminate among rigid parts, so that
-        equilibrium and elasticity do not determine their loads.
-    """
-
+    # for each connection by its number, which of its wrenches can be left out because the others
+    # say the same
     dropped: dict[int, list[int]]
+    # (n, k): wrenches on the fixed platform that rigid parts carry to the ground, scaled
     on_platform: np.ndarray
     doubtful: bool
+    # numbers of the connections that are statically indeterminate among rigid parts, so that
+    # equilibrium and elasticity do not determine their loads
     undetermined: frozenset[int]
 
 
+@kept
 def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     """Dependent constraints, with the platform free or fixed beside the fixed nodes.
 
@@ -123,16 +113,11 @@ def _free_ends(connection: Motion, still: set[str]) -> list[str]:
 def redundant_freedoms(
     equations: Equations, mobility: Mobility
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Which passive freedoms are redundant after those before them, the platform being fixed.
+    """Which passive freedoms (q,) are redundant after those before them, the platform held.
 
-    A freedom does so when some mechanism moves it and none after it. Such mechanisms are those of
-    bodies, and those inside a joint whose own freedoms depend on one another.
-
-    Returns
-    -------
-    redundant : (q,) array of bool
-    names : tuple of str
-        ``element/freedom``.
+    They come with their names, ``element/freedom``. A freedom is redundant when some mechanism
+    moves it and none after it. Such mechanisms are those of bodies, and those inside a joint whose
+    own freedoms depend on one another.
     """
     connections = equations.connections
     names = tuple(name for c in connections for name in c.freedom_names)
@@ -189,32 +174,16 @@ class SaddlePointSystem:
     rigid), x displacements and f the sizes of the wrenches; all scaled. With the wrenches as
     unknowns the rows of A are geometry alone, so that refinement reaches full accuracy; condensed
     to displacements, a long chain of beams would lose all digits.
-
-    Attributes
-    ----------
-    size : int
-        Number of displacements and wrenches, those that are not kept among them.
-    matrix : sparse (size, size) array
-        Of all bodies, the fixed ones and the platform among them.
-    kept : (m,) array of int
-        Rows and columns that are solved for: free, and independent of one another.
-    rows_of : dict
-        The displacements of each node.
-    wrench_rows : tuple of arrays
-        The sizes of the wrenches of each connection.
-    regular : sparse (m, m) array
-        What is kept of the matrix.
-    lu : SuperLU or None
-        Its factors; None where nothing is kept.
     """
 
-    size: int
-    matrix: csc_array
+    size: int  # number of displacements and wrenches, those that are not kept among them
+    matrix: csc_array  # (size, size): of all bodies, the fixed ones and the platform among them
+    # (m,) of int: rows and columns that are solved for: free, and independent of one another
     kept: np.ndarray
-    rows_of: dict[str, np.ndarray]
-    wrench_rows: tuple[np.ndarray, ...]
-    regular: csc_array
-    lu: SuperLU | None
+    rows_of: dict[str, np.ndarray]  # the displacements of each node
+    wrench_rows: tuple[np.ndarray, ...]  # sizes of the wrenches of each connection
+    regular: csc_array  # (m, m): what is kept of the matrix
+    lu: SuperLU | None  # its factors; None where nothing is kept
 
     def solve(self, right: np.ndarray) -> tuple[np.ndarray, float]:
         """Displacements and wrenches (size, k) for right sides (size, k), 0 where not kept.
@@ -251,66 +220,45 @@ class SaddlePointSystem:
         return equations.transport(node, point) @ x[self.rows_of[node]] / equations.scale
 
 
-def saddle_point_system(
-    equations: Equations, still: set[str], mobile: Mobility, dependent: Redundancy
-) -> SaddlePointSystem:
-    """Assemble and factorise.
+@kept
+def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> SaddlePointSystem:
+    """Assemble and factorise, with the platform free or fixed beside the fixed nodes.
 
     Mechanisms are held at as many coordinates as they have, and dependent constraints left out:
     neither changes the stiffness of the platform. The remaining system is regular.
-    Nodes that are `still` have a given displacement.
 
-    Raises
-    ------
-    NoAnswerError
-        When rounding makes the rest singular all the same: parts that differ in softness by more
-        than all digits.
+    Raises NoAnswerError when rounding makes the rest singular all the same: parts that differ in
+    softness by more than all digits.
     """
     from scipy.sparse.linalg import splu
 
-    nodes = [node.name for node in equations.network.nodes]
-    n = equations.size
-    rows_of = {name: np.arange(n * i, n * (i + 1)) for i, name in enumerate(nodes)}
-    wrench_rows, size = [], n * len(nodes)
-    for c in equations.connections:
-        wrench_rows.append(np.arange(size, size := size + len(c.S)))
-    known = vars(equations)
-    if _MATRIX not in known:  # the same whether the platform is fixed or free
-        known[_MATRIX] = _assembled(equations, rows_of, wrench_rows, size)
-    matrix = known[_MATRIX]
+    matrix, rows_of, wrench_rows = _assembled(equations)
+    network, size = equations.network, len(matrix.indptr) - 1
+    still = {*network.fixed, *([network.platform] if platform_fixed else [])}
     lost = [rows_of[name] for name in still]
-    for mechanism in mobile.mechanisms:
+    for mechanism in mobility(equations, platform_fixed=platform_fixed).mechanisms:
         rows = np.concatenate([rows_of[name] for name in mechanism.nodes])
         lost.append(rows[mechanism.pins])
-    lost += [wrench_rows[k][numbers] for k, numbers in dependent.dropped.items()]
-    kept = np.setdiff1d(np.arange(size), np.concatenate(lost))
-    regular = matrix[kept][:, kept].tocsc()
+    dropped = redundancy(equations, platform_fixed=platform_fixed).dropped
+    lost += [wrench_rows[k][numbers] for k, numbers in dropped.items()]
+    left = np.setdiff1d(np.arange(size), np.concatenate(lost))
+    regular = matrix[left][:, left].tocsc()
     try:
-        lu = splu(regular) if kept.size else None
+        lu = splu(regular) if left.size else None
     except RuntimeError:  # an exact zero for a pivot
         raise NoAnswerError(
-            f"no stiffness of network {equations.network.name!r}: "
-            f"{Status.ILL_CONDITIONED.advice[0]}"
+            f"no stiffness of network {network.name!r}: {Status.ILL_CONDITIONED.advice[0]}"
         ) from None
-    return SaddlePointSystem(size, matrix, kept, rows_of, tuple(wrench_rows), regular, lu)
+    return SaddlePointSystem(size, matrix, left, rows_of, wrench_rows, regular, lu)
 
 
 def system_of(
     equations: Equations, *, platform_fixed: bool = False
 ) -> tuple[SaddlePointSystem, Mobility, Redundancy]:
-    """The system of a network, with its platform free or fixed beside the fixed nodes.
-
-    It is kept with the equations. See `saddle_point_system`.
-    """
-    known = vars(equations).setdefault(_KEPT, {})
-    if platform_fixed not in known:
-        network = equations.network
-        still = {*network.fixed, network.platform} if platform_fixed else set(network.fixed)
-        mobile = mobility(equations, platform_fixed=platform_fixed)
-        dependent = redundancy(equations, platform_fixed=platform_fixed)
-        system = saddle_point_system(equations, still, mobile, dependent)
-        known[platform_fixed] = system, mobile, dependent
-    return known[platform_fixed]
+    """The system of a network with what decided it: see `saddle_point_system`."""
+    mobile = mobility(equations, platform_fixed=platform_fixed)
+    dependent = redundancy(equations, platform_fixed=platform_fixed)
+    return saddle_point_system(equations, platform_fixed=platform_fixed), mobile, dependent
 
 
 def driven_mechanism(
@@ -328,9 +276,17 @@ def driven_mechanism(
     return None
 
 
+@kept
 def _assembled(
-    equations: Equations, rows_of: dict[str, np.ndarray], wrench_rows: list[np.ndarray], size: int
-) -> csc_array:
+    equations: Equations,
+) -> tuple[csc_array, dict[str, np.ndarray], tuple[np.ndarray, ...]]:
+    """The matrix, and its rows of each node and connection, whether the platform is free or not."""
+    nodes = [node.name for node in equations.network.nodes]
+    n = equations.size
+    rows_of = {name: np.arange(n * i, n * (i + 1)) for i, name in enumerate(nodes)}
+    wrench_rows, size = [], n * len(nodes)
+    for c in equations.connections:
+        wrench_rows.append(np.arange(size, size := size + len(c.S)))
     blocks = BlockEntries()
     for c, own in zip(equations.connections, wrench_rows, strict=True):
         blocks.add(-c.S, own, own)
@@ -338,4 +294,4 @@ def _assembled(
             A = part @ equations.transport(name, point)
             blocks.add(A, own, rows_of[name])
             blocks.add(A.T, rows_of[name], own)
-    return blocks.matrix((size, size))
+    return blocks.matrix((size, size)), rows_of, tuple(wrench_rows)

@@ -111,10 +111,7 @@ class Plotly:
 def plotly_figure(picture: Picture, palette: Palette) -> Figure:
     """A picture as a figure of Plotly, in the colours of a palette or in names of colours.
 
-    Raises
-    ------
-    InputError
-        When Plotly is missing.
+    Raises InputError when Plotly is missing.
     """
     with needs_extra("plots", "plot"):
         import plotly.graph_objects  # noqa: F401
@@ -146,10 +143,7 @@ PAPER: Any = Matplotlib()
 def drawn_by(backend: PlotBackend[Drawn], picture: Picture) -> Drawn:
     """The picture, drawn.
 
-    Raises
-    ------
-    InputError
-        When `backend` cannot draw.
+    Raises InputError when `backend` cannot draw.
     """
     if isinstance(backend, type) or not callable(getattr(backend, "draw", None)):
         raise InputError(

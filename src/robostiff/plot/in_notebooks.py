@@ -27,10 +27,7 @@ _DPI = 150  # twice that of most screens
 def picture_html(result: object) -> str:
     """The picture of a result as an ``<img>``; empty where there is none.
 
-    Raises
-    ------
-    InputError
-        When Matplotlib is missing.
+    Raises InputError when Matplotlib is missing.
     """
     picture = None
     with suppress(NoAnswerError):

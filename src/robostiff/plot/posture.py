@@ -74,19 +74,11 @@ def _single(snapshot: Snapshot, pose: Pose) -> Snapshot:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """A robot of any kind in the background of something else.
+    """A robot of any kind in the background of something else."""
 
-    Attributes
-    ----------
-    size : float
-        Of the robot [m].
-    factor, unit : float, str
-        From metres to the unit of the axes.
-    """
-
-    size: float
-    factor: float
-    unit: str
+    size: float  # of the robot [m]
+    factor: float  # from metres to the unit of the axes
+    unit: str  # of the axes
     is_flat: bool
     items: tuple[Item, ...]
 
@@ -94,10 +86,7 @@ class Surroundings:
 def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None:
     """The robot around a result, at its pose; a cable robot is always drawn.
 
-    Raises
-    ------
-    InputError
-        When `robot` is none that can be drawn at the pose of the result.
+    Raises InputError when `robot` is none that can be drawn at the pose of the result.
     """
     muted = PlainColour.MUTED
     if isinstance(robot, CableRobot):
@@ -142,12 +131,7 @@ def _pose(result: RobotStiffness) -> np.ndarray:
 
 
 def single_stiffness(result: object, what: str) -> Stiffness:
-    """The stiffness at one pose; other values and several poses are refused.
-
-    Raises
-    ------
-    InputError
-    """
+    """The stiffness at one pose; other values and several poses are an `InputError`."""
     if not isinstance(result, Stiffness):
         raise InputError(
             f"stiffness for {what}",

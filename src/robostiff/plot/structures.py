@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness, Deflection
+from robostiff.kept import kept
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import BodyMotion, network_motion, spatial
 from robostiff.plot.geometry.legs import bent_line, clamped_end
@@ -42,36 +43,23 @@ from robostiff.spatial import Space
 _IN_PLANE = 1e-3  # of the structure
 _SAME = 1e-9  # of the structure: closer points are one
 _SEEN = 1e-3  # of the structure: a line
-_KEPT = "drawn bodies"
 _COLOURS = 8  # that differ
 _NAMED = 24  # joints: more names would cover the picture
 
 
 @dataclass(frozen=True)
 class NetworkDrawing:
-    """How a network is drawn.
-
-    Attributes
-    ----------
-    factor : float
-        From metres to the unit of the axes.
-    colours : dict of str to Paint
-        Of beams, by name; a number is a share of the elastic energy [%].
-    plain, ink : PlainColour
-        Of beams without a colour, and of all else.
-    motions : dict of str to BodyMotion
-        Of the bodies; at rest when left out.
-    scale : float
-        Of the displacements.
-    """
+    """How a network is drawn."""
 
     network: Network
-    factor: float
+    factor: float  # from metres to the unit of the axes
+    # of beams, by name; a number is a share of the elastic energy [%]
     colours: Mapping[str, Paint] = field(default_factory=dict)
-    plain: PlainColour = PlainColour.INK
-    ink: PlainColour = PlainColour.INK
+    plain: PlainColour = PlainColour.INK  # of beams without a colour
+    ink: PlainColour = PlainColour.INK  # of all else
+    # of the bodies; at rest when left out
     motions: Mapping[str, BodyMotion] = field(default_factory=dict)
-    scale: float = 0.0
+    scale: float = 0.0  # of the displacements
 
     def moved(self, body: str, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) of a body where they are drawn, in the unit of the axes."""
@@ -244,22 +232,20 @@ def _face(points: np.ndarray) -> np.ndarray | None:
     return plate(points) if out <= _IN_PLANE * size_of(points) else None
 
 
+@kept
 def _bodies(network: Network) -> dict[str, np.ndarray]:
-    """Points of attachment (n, 3) of each body that has some, each point once; kept with it."""
-    known: dict[str, np.ndarray] | None = vars(network).get(_KEPT)
-    if known is not None:
-        return known
-    bodies = vars(network)[_KEPT] = {}
+    """Points of attachment (n, 3) of each body that has some, each point once."""
+    bodies = {}
     for name, points in network.connection_points.items():
         if not points:
             continue
         own = [*points, *([network.reference_point] if name == network.platform else [])]
         size = float(np.max(np.ptp(np.array(own), axis=0)))
-        kept: list[np.ndarray] = []
+        apart: list[np.ndarray] = []
         for point in own:
-            if all(np.linalg.norm(point - other) > _SAME * size for other in kept):
-                kept.append(point)
-        bodies[name] = np.array(kept)
+            if all(np.linalg.norm(point - other) > _SAME * size for other in apart):
+                apart.append(point)
+        bodies[name] = np.array(apart)
     return bodies
 
 

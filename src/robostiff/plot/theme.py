@@ -9,29 +9,16 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Palette:
-    """Colours of one theme, as #rrggbb.
+    """Colours of one theme, as #rrggbb."""
 
-    Attributes
-    ----------
-    ground, ink, muted, faint, plate : str
-        Behind everything; of text; of what is beside the point; of grids and the base; of the
-        platform.
-    categories : tuple of str
-        Of Okabe and Ito, those that stand out best on this ground first.
-    values : tuple of str
-        Of values, low to high: cividis.
-    signed : tuple of str
-        Of values with a sign, negative to positive; the middle is near the ground.
-    """
-
-    ground: str
-    ink: str
-    muted: str
-    faint: str
-    plate: str
-    categories: tuple[str, ...]
-    values: tuple[str, ...]
-    signed: tuple[str, ...]
+    ground: str  # behind everything
+    ink: str  # text
+    muted: str  # what is beside the point
+    faint: str  # grids and the base
+    plate: str  # the platform
+    categories: tuple[str, ...]  # of Okabe and Ito, those that stand out best on this ground first
+    values: tuple[str, ...]  # low to high: cividis
+    signed: tuple[str, ...]  # negative to positive; the middle is near the ground
 
     def along(self, stops: tuple[str, ...], where: float) -> str:
         """Colour at a place from 0 to 1 along some stops.
@@ -165,11 +152,6 @@ class NamedColours(Palette):
 
     A name is a colour that no theme has, ``hsl(N,0%,0%)`` of number N in the list of its colours.
 
-    Attributes
-    ----------
-    every : list of tuple of str
-        Light and dark colour of each name given so far.
-
     Examples
     --------
     >>> named = named_colours()
@@ -177,6 +159,7 @@ class NamedColours(Palette):
     ('hsl(0,0%,0%)', ('#ffffff', '#16191d'))
     """
 
+    # light and dark colour of each name given so far
     every: list[tuple[str, ...]] = field(default_factory=list)
 
     def along(self, stops: tuple[str, ...], where: float) -> str:

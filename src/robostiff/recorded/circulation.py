@@ -65,27 +65,15 @@ class _Flow:
 
 @dataclass(frozen=True)
 class Circulation:
-    """Wrenches in the loops of chains between bodies.
+    """Wrenches in the loops of chains between bodies."""
 
-    Attributes
-    ----------
-    name : str
-        Of the whole.
-    chains : sequence of BodyChain
-        Those that come first become the tree: chains with few passive joints, without blocks.
-    base, platform : str
-        Bodies.
-    recorder : LegRecorder
-    frame : WorkingFrame
-        In which the energy of the tree is written down.
-    """
-
-    name: str
+    name: str  # of the whole
+    # those that come first become the tree: chains with few passive joints, without blocks
     chains: Sequence[BodyChain]
-    base: str
-    platform: str
+    base: str  # a body
+    platform: str  # a body
     recorder: LegRecorder
-    frame: WorkingFrame
+    frame: WorkingFrame  # in which the energy of the tree is written down
 
     @property
     def leg(self) -> RecordedLeg:

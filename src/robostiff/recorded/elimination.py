@@ -43,8 +43,8 @@ def transmitted_by(
     """Basis of the wrenches that do no work on passive twists, by elimination.
 
     All of a start are transmitted to begin with, perhaps with further entries that come along; each
-    joint removes the one that drives it, a trivial joint by deletion as in (19). To be compared,
-    entries of twists are multiplied by a scale, and those of wrenches divided: 1 for a shift or
+    joint removes the one that drives it (16), a trivial joint by deletion as in (19). Entries of
+    twists are multiplied by a scale to be compared, and those of wrenches divided: 1 for a shift or
     force, the characteristic length [m] for a turn or moment.
     """
     wrenches = [list(w) for w in start]

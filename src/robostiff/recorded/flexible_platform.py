@@ -28,10 +28,7 @@ def legs_on_platform(
     beyond it; parts that close loops have wrenches of their own. The energy of the parts is written
     down in platform axes, in which they are the same at all poses.
 
-    Raises
-    ------
-    InputError
-        When a transmitted wrench meets no compliance.
+    Raises InputError when a transmitted wrench meets no compliance.
     """
     parts = (
         BodyChain(f"part {part.name}", _node(part.a), _node(part.b), _local(part, recorder))

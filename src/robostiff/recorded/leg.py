@@ -1,4 +1,4 @@
-"""The stiffness of one leg, recorded in its working frame, and bounds of its entries."""
+"""The stiffness of one leg, (6) to (8), recorded in its working frame; bounds of its entries."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, posture_finder
 from robostiff.model import Robot, with_entries
 from robostiff.model.entries import OfSymbols, Symbolic
@@ -107,9 +108,8 @@ _SEED_OF_SAMPLES = 20110
 _SHRINKS = 6
 
 
-def sample_postures(
-    robot: Robot, finder: PostureFinder, seed: int | None = None, nearer: int = 0
-) -> Posture:
+@kept
+def sample_postures(finder: PostureFinder, seed: int | None = None, nearer: int = 0) -> Posture:
     """A few postures near home in general position, one a row, that all legs reach.
 
     Pose coordinates that the robot is free to choose are drawn at random; the others follow from
@@ -121,25 +121,16 @@ def sample_postures(
     InputError
         When no neighbourhood of home is reached.
     """
-    seed = _SEED_OF_SAMPLES if seed is None else seed
-    if (seed, nearer) not in finder.samples:
-        random = np.random.default_rng(seed)
-        finder.samples[seed, nearer] = _samples(robot, finder, random, nearer)
-    return finder.samples[seed, nearer]
-
-
-def _samples(
-    robot: Robot, finder: PostureFinder, random: np.random.Generator, nearer: int
-) -> Posture:
+    random = np.random.default_rng(_SEED_OF_SAMPLES if seed is None else seed)
     spread = 0.1 * 0.2**nearer
     for _ in range(_SHRINKS - nearer):
-        posture = _drawn(robot, finder, random, spread)
+        posture = _drawn(finder, random, spread)
         reached = np.flatnonzero(posture.reached)
         if reached.size >= COUNT:
             return posture_rows(finder, posture, reached[:COUNT])
         spread *= 0.2
     raise InputError(
-        f"home pose of {robot.name!r}",
+        f"home pose of {finder.robot.name!r}",
         got="poses around it that the legs do not reach",
         expected="a home pose with room around it",
         hint="free coordinates that the legs fix belong out of `coordinates`",
@@ -153,9 +144,8 @@ def posture_rows(finder: PostureFinder, posture: Posture, rows: np.ndarray) -> P
     return finder.find(posture.pose[rows])
 
 
-def _drawn(
-    robot: Robot, finder: PostureFinder, random: np.random.Generator, spread: float
-) -> Posture:
+def _drawn(finder: PostureFinder, random: np.random.Generator, spread: float) -> Posture:
+    robot = finder.robot
     if robot.is_posed_by_joints:
         home = robot.legs[0].chain.home
         moving = robot.legs[0].chain.free
@@ -206,7 +196,7 @@ def closed_samples(robot: Robot, finder: PostureFinder) -> tuple[np.ndarray, lis
     Arrays (samples, 6) and (samples, size) [m, rad]. An `InputError` says where a leg does not
     reach them with other values of the parameters.
     """
-    posture = sample_postures(finder.robot, finder)
+    posture = sample_postures(finder)
     values = parameter_samples(robot)
     if not values or robot.is_posed_by_joints:
         return posture.pose, list(posture.coordinates)
@@ -229,10 +219,8 @@ def closed_samples(robot: Robot, finder: PostureFinder) -> tuple[np.ndarray, lis
 def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Entry]:
     """Home coordinates of a robot on entries; those of the position may depend on parameters.
 
-    Raises
-    ------
-    InputError
-        When a parameter turns the platform about axes that are not among the pose coordinates.
+    Raises InputError when a parameter turns the platform about axes that are not among the pose
+    coordinates.
     """
     six: list[float | Entry] = finder.home_pose.tolist()
     if robot.home is None or not robot.has_formulas:

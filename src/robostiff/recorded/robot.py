@@ -144,23 +144,12 @@ class RobotOnEntries:
     ) -> RobotOnEntries:
         """A robot whose legs close in closed form, by its pose; any robot by its joints.
 
-        Parameters
-        ----------
-        robot : Robot
-            Its symbols, which have nominal values, are inputs as well.
-        finder : PostureFinder
-            Of the same robot in numbers.
-        by_pose : bool
-        changed : callable
-            What is done to a leg on entries before it is placed.
-        closure : RecordedClosure, optional
-            Of a robot by its joints: the platform is at its pose, and joints that follow from
-            others or from the pose are no inputs.
+        Its symbols, which have nominal values, are inputs as well; the finder is of the same robot
+        in numbers. Each leg on entries is `changed` before it is placed. With the closure of a
+        robot by its joints the platform is at its pose, and joints that follow from others or from
+        the pose are no inputs.
 
-        Raises
-        ------
-        InputError
-            When a leg has no closed form, or home has no room around it.
+        Raises InputError when a leg has no closed form, or home has no room around it.
         """
         given = _pose_samples(robot, finder) if by_pose else _joint_samples(robot, finder)
         same = {} if closure is None else closure.same
@@ -221,7 +210,7 @@ def _at(joint: str, record: Record, same: Mapping[str, Same]) -> Any:
 
 
 def _pose_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
-    samples = sample_postures(finder.robot, finder).pose
+    samples = sample_postures(finder).pose
     pairs = zip(robot.coordinates, robot.coordinate_places, strict=True)
     return {coordinate.value: samples[:, k] for coordinate, k in pairs}
 

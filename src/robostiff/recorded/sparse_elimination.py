@@ -53,13 +53,7 @@ class SparseElimination:
     def eliminate(
         self, equations: Iterable[LinearEquation], unknowns: Iterable[str]
     ) -> list[LinearEquation]:
-        """Eliminate a group of unknowns from the equations in which they stand.
-
-        Returns
-        -------
-        list of LinearEquation
-            What is left, without these unknowns.
-        """
+        """The equations that are left when unknowns are eliminated where they stand."""
         left, open_ = list(equations), list(unknowns)
         pivots = []
         while (found := self._next(left, open_)) is not None:

@@ -30,11 +30,7 @@ def empty_batch(batch: tuple[int, ...], matrix: tuple[int, ...], dtype: Any = fl
 def poses_side_by_side(a: np.ndarray, matrix_axes: int) -> np.ndarray:
     """The same array ``(..., *matrix)``, with equal entries of all poses contiguous in memory.
 
-    Parameters
-    ----------
-    a : (..., *matrix) array
-    matrix_axes : int
-        How many trailing axes belong to a pose (2 for matrices, 1 for vectors).
+    `matrix_axes` trailing axes belong to a pose: 2 for matrices, 1 for vectors.
 
     Examples
     --------

@@ -112,10 +112,7 @@ def formula_array(value: Any) -> np.ndarray | None:
 
     Plain numbers beside SymPy formulas become exact, so that no float enters a formula unseen.
 
-    Raises
-    ------
-    InputError
-        When an entry is neither a formula nor a finite number.
+    Raises InputError when an entry is neither a formula nor a finite number.
 
     Examples
     --------

@@ -199,10 +199,7 @@ _SI = {"[length]": "meter", "[mass]": "kilogram", "[time]": "second"}
 def si_number(subject: str, quantity: Any) -> Any:
     """The number of SI units in a quantity of pint, whatever units its registry prefers.
 
-    Raises
-    ------
-    InputError
-        For a quantity of anything but length, mass and time.
+    Raises InputError for a quantity of anything but length, mass and time.
     """
     powers = dict(quantity.dimensionality)
     if not powers.keys() <= _SI.keys():

@@ -24,16 +24,9 @@ _ORTHOGONAL = 1e-12  # by which R R^T may differ from the identity before R is c
 
 
 def matrix_of_rotation(r: np.ndarray) -> np.ndarray:
-    """Rotation matrices of rotation vectors through the quaternion (cos(a/2), sin(a/2) r/a).
+    """Rotation matrices (..., 3, 3) of rotation vectors r (..., 3) [rad].
 
-    Parameters
-    ----------
-    r : (..., 3) array
-        Rotation vectors [rad]; a = |r|.
-
-    Returns
-    -------
-    (..., 3, 3) array
+    Through the quaternion (cos(a/2), sin(a/2) r/a), a = |r|.
 
     Examples
     --------
@@ -54,17 +47,9 @@ def matrix_of_rotation(r: np.ndarray) -> np.ndarray:
 
 
 def vector_of_rotation(R: np.ndarray) -> np.ndarray:
-    """Rotation vectors [rad] of rotation matrices, angles up to pi.
+    """Rotation vectors (..., 3) [rad] of rotation matrices (..., 3, 3), angles up to pi.
 
     The quaternion comes from its greatest entry, so that no digits are lost near half a turn.
-
-    Parameters
-    ----------
-    R : (..., 3, 3) array
-
-    Returns
-    -------
-    (..., 3) array
 
     Examples
     --------

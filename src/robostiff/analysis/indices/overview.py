@@ -39,7 +39,7 @@ from robostiff.analysis.indices.screws import (
     eigenscrews,
 )
 from robostiff.analysis.indices.stiffness_parts import stiffness_parts
-from robostiff.analysis.posed_stiffness import careful_answer
+from robostiff.analysis.posed_stiffness import answered_at
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.result_tables import head_html
 from robostiff.elastostatics import Status
@@ -254,7 +254,7 @@ def indices(
            fill_value=1e+20)
     """
     if isinstance(robot, Robot | Snapshot | Network | Linkage):
-        result = careful_answer(robot, pose, at=at, near=near)
+        result = answered_at(robot, pose, at, near=near)
     elif pose is None and at is None and near is None:
         result = robot
     else:

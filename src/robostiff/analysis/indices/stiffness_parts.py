@@ -57,22 +57,14 @@ class EigenPart:
 
 @dataclass(frozen=True)
 class StationaryStiffness:
-    """Stiffnesses of forces and of moments, ascending, with their directions as rows.
-
-    Attributes
-    ----------
-    translational, rotational : (d,) and (r,) arrays
-        Force per displacement along it [N/m], and moment per rotation about it [N m/rad].
-    translational_directions, rotational_directions : (d, d) and (r, r) arrays
-        Unit vectors, rows; in the plane the one rotation is about z, and its row is ``[1]``.
-    status : Status
-    """
+    """Stiffnesses of forces and of moments, ascending, with their directions as rows."""
 
     units: ClassVar[tuple[str, str]] = ("N/m", "N m/rad")
 
-    translational: np.ndarray
-    translational_directions: np.ndarray
-    rotational: np.ndarray
+    translational: np.ndarray  # (d,): force per displacement along it [N/m]
+    translational_directions: np.ndarray  # (d, d): unit vectors, rows
+    rotational: np.ndarray  # (r,): moment per rotation about it [N m/rad]
+    # (r, r): unit vectors, rows; in the plane the one rotation is about z, and its row is [1]
     rotational_directions: np.ndarray
     status: Status
 

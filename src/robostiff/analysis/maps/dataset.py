@@ -150,13 +150,7 @@ def _meaning(job: MapJob, name: str) -> str:
 
 
 class MapArrays:
-    """A map in memory; blocks may be filled by several threads.
-
-    Parameters
-    ----------
-    attributes : mapping
-        Of the map, known before it is computed.
-    """
+    """A map in memory; blocks may be filled by several threads."""
 
     def __init__(self, job: MapJob, attributes: Mapping[str, Any]) -> None:
         self.job = job

@@ -73,13 +73,8 @@ class Evaluator(Protocol):
 
         A fast evaluator adds ``guarded``, an array of bool: poses that it gave to the batched
         numeric form, as its own record does not hold there.
-
-        Parameters
-        ----------
-        poses : (N, n_coordinates) array
-            [m, rad]; equal coordinates of all poses side by side in memory.
-        out : mapping of str to (N, ...) arrays, optional
-            Filled and returned when given, see `room_for`.
+        Poses (N, n_coordinates) [m, rad] have equal coordinates side by side in memory; arrays
+        (N, ...) of `room_for` are filled and returned when given.
         """
         ...
 
@@ -102,25 +97,14 @@ def poses_at(poses: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class BatchedEvaluator:
-    """The wrench basis form on batches of poses, or networks, as `stiffness` has them.
-
-    Parameters
-    ----------
-    columns : PoseColumns
-        What the numbers of a pose are.
-    wrench : tuple of float
-        Load about the reference point [N, N m]; empty without one.
-    length : float
-        Characteristic length of the indices [m].
-    near : tuple of float
-        Joint coordinates of all legs that choose the posture [m, rad]; empty for home's.
-    """
+    """The wrench basis form on batches of poses, or networks, as `stiffness` has them."""
 
     robot: Mapped
-    columns: PoseColumns
+    columns: PoseColumns  # what the numbers of a pose are
     quantities: tuple[Quantity, ...]
-    wrench: tuple[float, ...] = ()
-    length: float = 1.0
+    wrench: tuple[float, ...] = ()  # load about the reference point [N, N m]; empty without one
+    length: float = 1.0  # characteristic length of the indices [m]
+    # joint coordinates of all legs that choose the posture [m, rad]; empty for home's
     near: tuple[float, ...] = ()
 
     @property

@@ -258,14 +258,7 @@ class MapJob:
         return np.broadcast_to(answer, (len(poses),))
 
     def compute(self, index: int, out: Mapping[str, np.ndarray] | None = None) -> PoseBlock:
-        """The answer at the poses of a block.
-
-        Parameters
-        ----------
-        index : int
-        out : mapping of str to (..., N) arrays, optional
-            Where to put it, one array a variable.
-        """
+        """The answer at the poses of a block, perhaps in given arrays (..., N), one a variable."""
         poses = self.poses(self.partition.slices(index))
         count = len(poses)
         if out is None:

@@ -85,13 +85,7 @@ def read_coordinate(
 
 
 def check_units(source: PoseSource, units: Mapping[str, str]) -> None:
-    """Raise where a coordinate came in a unit that is not of its kind.
-
-    Parameters
-    ----------
-    units : mapping of str to str
-        SI unit of each coordinate of the robot.
-    """
+    """Raise where a coordinate came in another unit than the SI unit that it has in the robot."""
     for name, unit in getattr(source, "units_given", {}).items():
         if unit != units[name]:
             kinds = {"m": "lengths", "rad": "angles"}

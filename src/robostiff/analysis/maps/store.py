@@ -177,13 +177,7 @@ def sync(path: Path) -> None:
 
 
 class MapStore:
-    """Writes blocks, and has a list of those that are done; picklable, one copy a process.
-
-    Parameters
-    ----------
-    path : Path
-        Of a store that exists.
-    """
+    """Writes blocks of a store that exists; picklable, one copy a process."""
 
     def __init__(self, path: Path, job: MapJob) -> None:
         self.path = path

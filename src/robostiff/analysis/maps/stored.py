@@ -189,13 +189,7 @@ _BLOSC_HEADER = 16
 
 
 class CheckedChunks(LocalStore):
-    """The files of a map, to be read through Zarr.
-
-    Parameters
-    ----------
-    read_only : bool
-        Always, as Zarr requires.
-    """
+    """The files of a map, to be read through Zarr."""
 
     def __init__(self, stored: StoredMap, *, read_only: bool = True) -> None:
         super().__init__(stored.path, read_only=read_only)

@@ -47,11 +47,8 @@ def answer_of(
     programs nor open connections. Request and answer are JSON. Messages name the `location` of the
     file, what is read (``"MJCF"``) and what reads it (``"MuJoCo"``).
 
-    Raises
-    ------
-    FileError
-        When the task refuses the file, fails, or goes over the limits. A task refuses by the key
-        ``refusal``, with ``file`` and ``line`` where it is another file that is to blame.
+    Raises FileError when the task refuses the file, fails, or goes over the limits. A task refuses
+    by the key ``refusal``, with ``file`` and ``line`` where it is another file that is to blame.
     """
     content = json.dumps({"task": str(task), "request": request, **vars(limits)}).encode()
     try:

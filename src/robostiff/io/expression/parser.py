@@ -63,9 +63,7 @@ class Token:
     kind: str
     text: str
     column: int
-    quantity: SIQuantity | None = None
-    digits: str = ""
-    unit: Unit | None = None
+    literal: Literal | None = None  # of a number
 
 
 def error_at(
@@ -139,7 +137,8 @@ def _number(text: str, found: re.Match[str], *, leading_slash: bool) -> tuple[To
     quantity = make_quantity(float(digits), unit)
     if not math.isfinite(quantity.magnitude):
         raise error_at(text, start + 1, got=text[start:end], expected="a finite number")
-    return Token("number", text[start:end], start + 1, quantity, digits, unit), end
+    literal = Literal(quantity, start + 1, digits, unit)
+    return Token("number", text[start:end], start + 1, literal), end
 
 
 def _refuse_word_after(text: str, found: re.Match[str]) -> None:
@@ -224,9 +223,9 @@ class _Parser:
             inner = self.expression(_SUM)
             self.expect(")", "an operator or )")
             return inner
-        if token.kind == "number" and token.quantity is not None:
+        if token.literal is not None:
             self.take()
-            return Literal(token.quantity, token.column, token.digits, token.unit)
+            return token.literal
         if token.kind == "name":
             self.take()
             return self.call(token) if self.next.kind == "(" else self.name(token)

@@ -35,10 +35,6 @@ class ElementNames:
     """A name for every body, site and joint; those without one are numbered.
 
     Bodies and sites both become links, so that a site called like a body is ``NAME site``.
-
-    Attributes
-    ----------
-    bodies, sites, joints : list of str
     """
 
     def __init__(self, model: CompiledModel) -> None:

@@ -193,14 +193,7 @@ _SECTION = ("N", "Vy", "Vz", "T", "My", "Mz")
 
 
 def response_text(network: Network, result: NetworkResponse) -> str:
-    """The result of `network_response`, as lines of text.
-
-    Parameters
-    ----------
-    network : Network
-    result : NetworkResponse
-        Of it.
-    """
+    """The result of `network_response` of a network, as lines of text."""
     space, d = network.space, network.space.translations
     lines = [f"{network.name} under load", f"status: {result.status}", ""]
     lines.append("displacement of nodes [um, urad]:")
@@ -242,18 +235,9 @@ def _without_rounding(rows: dict[str, np.ndarray], split: int) -> dict[str, np.n
 
 
 def response_data(network: Network, result: NetworkResponse) -> dict[str, Any]:
-    """The result of `network_response`, as plain data.
+    """The result of `network_response` of a network, as plain data.
 
-    Parameters
-    ----------
-    network : Network
-    result : NetworkResponse
-        Of it.
-
-    Returns
-    -------
-    dict
-        JSON-ready; null where a displacement or reaction has no value.
+    JSON-ready; null where a displacement or reaction has no value.
     """
     names = [node.name for node in network.nodes]
     return {

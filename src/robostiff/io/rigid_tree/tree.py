@@ -208,10 +208,7 @@ def with_symbols(
 ) -> Linkage:
     """The linkage of numbers with the stiffnesses of the same one built with symbols.
 
-    Raises
-    ------
-    InputError
-        When a dimension depends on a symbol.
+    Raises InputError when a dimension depends on a symbol.
     """
     try:
         return _with_stiffnesses(known, build(), nominal)

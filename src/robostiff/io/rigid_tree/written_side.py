@@ -161,10 +161,7 @@ def chosen(
 
     Of several patterns the first in the file counts.
 
-    Raises
-    ------
-    FileError
-        When an entry is about none of the names.
+    Raises FileError when an entry is about none of the names.
     """
     names = list(names)
     found: dict[str, tuple[Place, Entry]] = {}

@@ -53,10 +53,7 @@ def read_xml(
 
     A document type is refused before it is read, so that there are no entities to expand.
 
-    Raises
-    ------
-    FileError
-        When it cannot be read, is no XML, has a document type, or is too large.
+    Raises FileError when it cannot be read, is no XML, has a document type, or is too large.
 
     Examples
     --------

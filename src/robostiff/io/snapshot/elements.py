@@ -56,10 +56,7 @@ def placed(
 ) -> PlacedFreedom | PlacedSpring:
     """A joint or spring in the world.
 
-    Raises
-    ------
-    FileError
-        When a direction, matrix or length makes no sense, at the key that has it.
+    Raises FileError when a direction, matrix or length makes no sense, at the key that has it.
     """
     if isinstance(element, BeamPart):
         return placed_beam(element, name, place)

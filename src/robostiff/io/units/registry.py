@@ -237,11 +237,8 @@ _HIGHEST_POWER = 24  # GPa^24 is still a finite number of SI units
 def read_unit(text: str, start: int, *, leading_slash: bool = True) -> tuple[Unit | None, int]:
     """Read the longest unit at `start`: the unit and where it ends, or None and `start`.
 
-    Raises
-    ------
-    InputError
-        If a unit begins but cannot be understood: a power that is no whole number, a product
-        after a quotient (``N/m rad``), or a product with an angle (``N m deg``).
+    Raises InputError if a unit begins but cannot be understood: a power that is no whole number, a
+    product after a quotient (``N/m rad``), or a product with an angle (``N m deg``).
 
     Examples
     --------

@@ -9,28 +9,21 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.kept import kept
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Chain, Joint, JointKind, Locked, Telescope
 
 # Under this name a chain keeps what counts full turns in it.
-_KEPT = "_turning"
 _DIGITS = 9  # to which two distances from home count as equal
 
 
 @dataclass(frozen=True)
 class RootSigns:
-    """Signs, each 1 or -1, of the roots that a closed form takes; a smooth path keeps them.
+    """Signs, each 1 or -1, of the roots that a closed form takes; a smooth path keeps them."""
 
-    Attributes
-    ----------
-    root : int
-        Of the length of a strut, or of the root that gives the coordinate of a slide or crank.
-    first, second : int
-        Of the triple product ``b.(a x d)`` at the joint on the near and the far end of the rod, for
-        the axis b that keeps its angles to two known directions a and d.
-    """
-
-    root: Any = 1
+    root: Any = 1  # gives the length of a strut, or the coordinate of a slide or crank
+    # of the triple product ``b.(a x d)`` at the joint on the near and the far end of the rod, for
+    # the axis b that keeps its angles to two known directions a and d
     first: Any = 1
     second: Any = 1
 
@@ -143,10 +136,7 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
     A joint that slides while it turns is elsewhere after a full turn, and so is what follows a
     joint by a gear: they keep their coordinates. q (N, size) is changed in place.
     """
-    known = vars(chain).get(_KEPT)
-    if known is None:
-        known = vars(chain)[_KEPT] = _turning(chain)
-    places, low, high, balls = known
+    places, low, high, balls = _turning(chain)
     if places.size:
         own, one = q[..., places], 2.0 * np.pi
         turns = np.round((np.minimum(np.maximum(near[places], low), high) - own) / one)
@@ -159,6 +149,7 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
     return q
 
 
+@kept
 def _turning(chain: Chain) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[slice]]:
     """Places of coordinates that count full turns, their limits, and spherical joints."""
     balls = list(_balls(chain))

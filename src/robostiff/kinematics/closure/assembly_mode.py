@@ -91,16 +91,10 @@ class AssemblyMode:
     gone at once where that holds, otherwise in parts of 1/4, 1/16 or 1/64, and the last of these in
     still shorter ones. Where the first step is long, the way back has to end at home. The answer at
     a pose is the same to the last bit whatever other poses come with it.
-
-    Attributes
-    ----------
-    equations : ClosureEquations
-    home : (size,) array
-        The closed posture.
     """
 
     equations: ClosureEquations
-    home: np.ndarray
+    home: np.ndarray  # (size,): the closed posture
 
     def at(self, given: np.ndarray) -> FollowedPosture:
         """Postures at prescribed coordinates (N, g), in the order of ``equations.given``."""

@@ -89,12 +89,7 @@ def shortest_turn_of(
 
 
 def coordinate_axis_along(d: np.ndarray) -> np.ndarray:
-    """The coordinate axis, forward or backward, from which a direction is never far.
-
-    Returns
-    -------
-    (3,) array of integers
-    """
+    """The coordinate axis (3,), forward or backward, from which a direction is never far."""
     worst = [
         (float(np.min(np.asarray(sign * x.sample if isinstance(x, Entry) else sign * x))), i, sign)
         for i, x in enumerate(tidied(d))

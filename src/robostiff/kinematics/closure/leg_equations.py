@@ -24,23 +24,14 @@ from robostiff.spatial.rotation import vector_of_rotation
 
 @dataclass(frozen=True)
 class Followed:
-    """Postures that legs take together.
+    """Postures that legs take together."""
 
-    Attributes
-    ----------
-    pose : (N, 6) array
-        Pose coordinates (x, y, z, rotation vector).
-    coordinates : list of (N, size) arrays
-        Of each leg. Where no closure is found, the nearest that was.
-    closed : (N,) array of bool
-        Where they close in the assembly mode of home.
-    elsewhere : (N,) array of bool
-        Where they close, but no path without singularity was found that leads there from home.
-    """
-
-    pose: np.ndarray
+    pose: np.ndarray  # (N, 6): pose coordinates (x, y, z, rotation vector)
+    # (N, size) of each leg; where no closure is found, the nearest that was
     coordinates: list[np.ndarray]
-    closed: np.ndarray
+    closed: np.ndarray  # (N,) of bool: where they close in the assembly mode of home
+    # (N,) of bool: where they close, but no path without singularity was found that leads there
+    # from home
     elsewhere: np.ndarray
 
 
@@ -49,19 +40,11 @@ class NewtonTask:
     """Legs to close together, and the platform coordinates that they determine.
 
     A posture x is the pose coordinates, then the coordinates of all legs.
-
-    Attributes
-    ----------
-    legs : sequence of Leg
-    open : tuple of int
-        Pose coordinates (x, y, z, rx, ry, rz by number) that the legs decide.
-    length : float
-        Characteristic length [m] that weighs turns against shifts.
     """
 
     legs: Sequence[Leg]
-    open: tuple[int, ...]
-    length: float
+    open: tuple[int, ...]  # pose coordinates (x, y, z, rx, ry, rz by number) that the legs decide
+    length: float  # characteristic length [m] that weighs turns against shifts
 
     def follow(self, start: np.ndarray, q: list[np.ndarray], goal: np.ndarray) -> Followed:
         """Postures at poses (N, 6), in the assembly mode of one closed posture, a pose (6,) and q.

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.errors import InputError, OpenAtHomeError
+from robostiff.kept import kept
 from robostiff.kinematics.closure.assembly import (
     RootSigns,
     all_modes,
@@ -40,7 +41,6 @@ from robostiff.spatial.batch import poses_side_by_side
 CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
 ClosedForm = Strut | Rod | Post
-_KEPT = "_closed_form"  # attribute of a chain
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 
@@ -123,10 +123,7 @@ class LegSolver:
     ) -> tuple[tuple[RootSigns, ...], np.ndarray]:
         """Assembly modes of the closed form, and leg coordinates in each of them (m, N, size).
 
-        Raises
-        ------
-        InputError
-            When the leg has no closed form.
+        Raises InputError when the leg has no closed form.
         """
         if self.closed_form is None:
             raise InputError(
@@ -143,10 +140,7 @@ class LegSolver:
     def that_close(self, pose: np.ndarray) -> tuple[tuple[RootSigns, ...], np.ndarray]:
         """Assembly modes of the closed form that close the leg at one pose (6,), and q (m, size).
 
-        Raises
-        ------
-        InputError
-            When the leg has no closed form.
+        Raises InputError when the leg has no closed form.
         """
         R = turn_by_vector(pose[None, 3:])
         modes, every = self.in_all_modes(pose[None], R)
@@ -228,10 +222,7 @@ class LegSolver:
     def closing_at_home(self) -> LegSolver:
         """The same, or one that iterates where the closed form leaves a loop open at home.
 
-        Raises
-        ------
-        InputError
-            When the leg does not close there.
+        Raises InputError when the leg does not close there.
         """
         if self.closed_form is not None:
             gap = self._gap_at_home(self.home)
@@ -279,10 +270,7 @@ class LegSolver:
 def recognised_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     """A solver with the closed form of a leg, its assembly mode not chosen yet.
 
-    Raises
-    ------
-    InputError
-        When an elbow is named for a leg that has no choice in closed form.
+    Raises InputError when an elbow is named for a leg that has no choice in closed form.
     """
     # No closed form takes joints that follow one another.
     copies = None if leg.chain.is_coupled else copied_places(leg.chain)
@@ -307,16 +295,9 @@ def _placed(
     return placed, list(gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)))
 
 
+@kept
 def _recognised(path: Chain) -> ClosedForm | None:
-    """The closed form of a chain without blocks, kept with it: several legs may have one."""
-    kept = vars(path)
-    if _KEPT not in kept:
-        kept[_KEPT] = _closed_form(path)
-    return kept[_KEPT]
-
-
-def _closed_form(path: Chain) -> ClosedForm | None:
-    """By given points first, then by meeting axes."""
+    """The closed form of a chain without blocks: by given points first, then by meeting axes."""
     for joined in (False, True):
         skeleton = skeleton_of(path, joined_where_axes_meet=joined)
         for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post):

@@ -17,6 +17,7 @@ from robostiff.kinematics.closure.leg_solver import (
     recognised_solver,
 )
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
+from robostiff.kinematics.legs_together import in_groups
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Leg, PlacedLeg
 from robostiff.model.entries import are_equal
@@ -157,28 +158,21 @@ def each_alone(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
 
 def legs_alike(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
     """Legs of a robot in groups of equal chains, closed in the same assembly mode or by steps."""
-    groups: list[list[int]] = []
-    for i, one in enumerate(solvers):
-        for group in groups:
-            first = solvers[group[0]]
-            modes = [own.closed_form and own.closed_form.mode for own in (one, first)]
-            elbows = one.leg.elbow, first.leg.elbow
-            same = modes[0] == modes[1] and elbows[0] is elbows[1]
-            if same and are_equal(one.leg.chain, first.leg.chain):
-                group.append(i)
-                break
-        else:
-            groups.append([i])
-    return tuple(LegsAlike(tuple(group), tuple(solvers[i] for i in group)) for group in groups)
+    groups = in_groups(solvers, _close_alike)
+    return tuple(LegsAlike(group, tuple(solvers[i] for i in group)) for group in groups)
+
+
+def _close_alike(one: LegSolver, other: LegSolver) -> bool:
+    modes = [own.closed_form and own.closed_form.mode for own in (one, other)]
+    same = modes[0] == modes[1] and one.leg.elbow is other.leg.elbow
+    return same and are_equal(one.leg.chain, other.leg.chain)
 
 
 def leg_solvers(legs: Sequence[Leg], home_pose: np.ndarray, length: float) -> tuple[LegSolver, ...]:
     """The solvers that close legs of a robot, of size `length`, at its home pose (6,).
 
-    Raises
-    ------
-    InputError
-        When a leg does not close there, or an elbow is named for a leg that has no choice.
+    Raises InputError when a leg does not close there, or an elbow is named for a leg that has no
+    choice.
     """
     recognised = [recognised_solver(leg, home_pose, length) for leg in legs]
     found: dict[int, tuple[LegSolver, bool]] = {}

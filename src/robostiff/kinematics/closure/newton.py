@@ -18,20 +18,11 @@ _LARGEST_STEP = 0.5
 
 @dataclass(frozen=True)
 class ClosurePart:
-    """Equations whose determinant keeps its sign within an assembly mode.
+    """Equations whose determinant keeps its sign within an assembly mode."""
 
-    Attributes
-    ----------
-    loops : (n,) array of int
-        Equations of loops inside legs, which are taken first.
-    ends : (n,) array of int
-        The other equations.
-    unknowns : (n,) array of int
-    """
-
-    loops: np.ndarray
-    ends: np.ndarray
-    unknowns: np.ndarray
+    loops: np.ndarray  # (n,) of int: equations of loops inside legs, which are taken first
+    ends: np.ndarray  # (n,) of int: the other equations
+    unknowns: np.ndarray  # (n,) of int
 
     @property
     def equations(self) -> np.ndarray:

@@ -116,10 +116,7 @@ class Layout:
     def lengths(self, chain: Chain, copies: Sequence[int]) -> Iterator[Any]:
         """Lengths of the telescopes' beams that a pose can make negative [m].
 
-        Parameters
-        ----------
-        copies : sequence of int
-            For each of its coordinates the place on the main path.
+        `copies` has for each coordinate of the chain its place on the main path.
         """
         for element, where in chain.moving:
             if isinstance(element, Telescope) and copies[where.start] in self.closed.slides:

@@ -27,18 +27,12 @@ _EQUAL, _AT_HOME = 1e-9, 1e-12  # distances from home
 
 @dataclass(frozen=True)
 class OtherMode:
-    """Why a leg closes in the mode of a record, and not in another one.
+    """Why a leg closes in the mode of a record, and not in another one."""
 
-    Attributes
-    ----------
-    nearer : tuple of Entry or number
-        All positive where the mode of the record is nearer to the home coordinates.
-    inside, other_inside : tuple of Entry
-        All positive where the drive is within its limits in the mode of the record, or in the other
-        one. Empty where limits do not decide.
-    """
-
+    # all positive where the mode of the record is nearer to the home coordinates
     nearer: tuple[Any, ...]
+    # all positive where the drive is within its limits in the mode of the record, and in the other
+    # one; empty where limits do not decide
     inside: tuple[Any, ...] = ()
     other_inside: tuple[Any, ...] = ()
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.kinematics.closure.body import (
     LegBody,
@@ -31,7 +32,6 @@ from robostiff.model import Actuated, Chain, Leg, Passive, PlacedBlock, PlacedLe
 from robostiff.record import Entry, is_one, is_zero, most_size, square_root
 
 _VANISHES = 1e-20  # a square beside 1
-_KEPT = "_at_zero"  # attribute of a chain
 
 
 def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
@@ -203,10 +203,7 @@ class Site:
         return direction_across(along)
 
 
+@kept
 def _at_zero(chain: Chain) -> PlacedChain:
-    """The chain at zero coordinates, kept with it: several legs may have one."""
-    kept = vars(chain)
-    if _KEPT not in kept:
-        identity = np.eye(3, dtype=int), np.zeros(3, dtype=int)
-        kept[_KEPT] = place_chain(chain, chain.zero, *identity)
-    return kept[_KEPT]
+    """The chain at zero coordinates; several legs may have one."""
+    return place_chain(chain, chain.zero, np.eye(3, dtype=int), np.zeros(3, dtype=int))

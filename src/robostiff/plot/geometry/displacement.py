@@ -60,34 +60,21 @@ class BodyMotion:
 
 @dataclass(frozen=True)
 class LegMotion:
-    """Motions of the bodies of a leg.
+    """Motions of the bodies of a leg."""
 
-    Attributes
-    ----------
-    bodies : tuple of BodyMotion
-        The one before the first element, and the one after each element.
-    branches : dict of int to tuple of LegMotion
-        Of the elements that are parallel blocks, by their place.
-    """
-
+    # the one before the first element, and the one after each element
     bodies: tuple[BodyMotion, ...]
+    # of the elements that are parallel blocks, by their place
     branches: dict[int, tuple[LegMotion, ...]]
 
 
 @dataclass(frozen=True)
 class RobotMotion:
-    """Motions of the platform and of all bodies of the legs.
+    """Motions of the platform and of all bodies of the legs."""
 
-    Attributes
-    ----------
-    platform : BodyMotion
-        Of a flexible platform, that of its tool.
-    nodes : dict of str to BodyMotion
-        Of the nodes of a flexible platform.
-    """
-
-    platform: BodyMotion
+    platform: BodyMotion  # of a flexible platform, that of its tool
     legs: tuple[LegMotion, ...]
+    # of the nodes of a flexible platform
     nodes: Mapping[str, BodyMotion] = field(default_factory=dict)
 
 
@@ -135,10 +122,7 @@ def _nodes_of_platform(
 def network_motion(network: Network, bent: Deflection) -> dict[str, BodyMotion]:
     """Motions of the bodies of a network under the load of a deflection, by name.
 
-    Raises
-    ------
-    NoAnswerError
-        When there is no deflection.
+    Raises NoAnswerError when there is no deflection.
     """
     tolerance = bent.stiffness.about_reference.tolerance
     v = network.reference_point - bent.stiffness.reference_point
@@ -267,16 +251,10 @@ def spatial(values: np.ndarray, rows: Sequence[int]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class FiniteMotion(BodyMotion):
-    """A body that turns far: X moves by ``D X + t``, and a line along it by ``D`` of it.
-
-    Attributes
-    ----------
-    t : (3,) array
-        [m].
-    """
+    """A body that turns far: X moves by ``D X + t``, and a line along it by ``D`` of it."""
 
     D: np.ndarray
-    t: np.ndarray
+    t: np.ndarray  # (3,): [m]
 
     @staticmethod
     def of(place: BodyPlace) -> FiniteMotion:
@@ -310,15 +288,15 @@ def finite_motion(snapshot: Snapshot, places: BodyPlaces) -> RobotMotion:
 
 
 def _along(
-    leg: PlacedLeg, prefix: str, start: FiniteMotion, known: dict[str, FiniteMotion]
+    leg: PlacedLeg, prefix: str, start: BodyMotion, known: dict[str, FiniteMotion]
 ) -> LegMotion:
-    bodies: list[FiniteMotion] = [start]
+    bodies = [start]
     branches = {}
     for i, element in enumerate(leg.elements):
         if isinstance(element, PlacedBlock):
             own = tuple(_along(branch, prefix, bodies[-1], known) for branch in element.branches)
             branches[i] = own
-            bodies.append(own[0].bodies[-1])  # type: ignore[arg-type]
+            bodies.append(own[0].bodies[-1])
         else:
             bodies.append(known.get(prefix + element.name, bodies[-1]))
     return LegMotion(tuple(bodies), branches)

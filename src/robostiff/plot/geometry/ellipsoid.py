@@ -53,17 +53,10 @@ class Quality(Enum):
 
 @dataclass(frozen=True)
 class PrincipalAxes:
-    """Semi-axes of an ellipsoid, the image of the unit sphere.
+    """Semi-axes of an ellipsoid, the image of the unit sphere."""
 
-    Attributes
-    ----------
-    directions : (d, 3) array
-        Unit vectors, rows.
-    lengths : (d,) array
-        Ascending; inf for the compliance of a free direction, 0 for its stiffness.
-    """
-
-    directions: np.ndarray
+    directions: np.ndarray  # (d, 3): unit vectors, rows
+    # (d,): ascending; inf for the compliance of a free direction, 0 for its stiffness
     lengths: np.ndarray
 
     @property
@@ -164,18 +157,11 @@ _STEPS = 96
 
 @dataclass(frozen=True)
 class ScrewLine:
-    """Lines that show a motion.
+    """Lines that show a motion."""
 
-    Attributes
-    ----------
-    axis : (2, 3) array
-        Ends of the axis, or of the way of a translation.
-    way : (n, 3) array
-        Of a point that turns (an arc) or turns and advances (a helix with the pitch of the screw);
-        no points for a translation.
-    """
-
-    axis: np.ndarray
+    axis: np.ndarray  # (2, 3): ends of the axis, or of the way of a translation
+    # (n, 3): of a point that turns (an arc) or turns and advances (a helix with the pitch of the
+    # screw); no points for a translation
     way: np.ndarray
 
 

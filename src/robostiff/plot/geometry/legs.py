@@ -9,13 +9,13 @@ from math import dist
 
 import numpy as np
 
+from robostiff.kept import kept
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.model.snapshot import PlacedBlock
 from robostiff.network import SpringElement
 from robostiff.plot.geometry.displacement import BodyMotion, LegMotion
 
 _BENDS = 17  # points along a bent part
-_KEPT = "drawn extent"
 _APART = 1e-9  # of the leg's extent
 
 
@@ -29,19 +29,11 @@ class MemberKind(Enum):
 
 @dataclass(frozen=True)
 class Member:
-    """A line of a leg.
-
-    Attributes
-    ----------
-    part : str
-        Joint or elastic part whose line it is; empty for a rigid one.
-    points : (n, 3) array
-        [m].
-    """
+    """A line of a leg."""
 
     leg: str
-    part: str
-    points: np.ndarray
+    part: str  # joint or elastic part whose line it is; empty for a rigid one
+    points: np.ndarray  # (n, 3): [m]
     kind: MemberKind
 
 
@@ -112,12 +104,10 @@ def points_of(snapshot: Snapshot) -> np.ndarray:
     return np.array(points)
 
 
+@kept
 def extent(snapshot: Snapshot) -> float:
-    """Length of the diagonal of the box around a robot at a single pose [m]; kept with it."""
-    known: dict[str, float] = vars(snapshot)
-    if _KEPT not in known:
-        known[_KEPT] = float(np.linalg.norm(np.ptp(points_of(snapshot), axis=0)))
-    return known[_KEPT]
+    """Length of the diagonal of the box around a robot at a single pose [m]."""
+    return float(np.linalg.norm(np.ptp(points_of(snapshot), axis=0)))
 
 
 @dataclass(frozen=True)

@@ -108,29 +108,16 @@ At = Mapping[str, float | str | int]
 
 @dataclass(frozen=True)
 class Selection:
-    """A quantity over some coordinates of a map.
+    """A quantity over some coordinates of a map."""
 
-    Attributes
-    ----------
-    name : str
-        Of the robot.
-    label : str
-        Of the quantity, with the unit of the values.
-    values : array
-        One axis a coordinate, in the unit of the label; NaN where a region stands instead.
-    where : str
-        What else was chosen, in words.
-    factor : float
-        From SI units to the unit of the label.
-    """
-
-    name: str
-    label: str
+    name: str  # of the robot
+    label: str  # of the quantity, with the unit of the values
     axes: tuple[PlotAxis, ...]
+    # one axis a coordinate, in the unit of the label; NaN where a region stands instead
     values: np.ndarray
     regions: tuple[Region, ...]
-    where: str
-    factor: float
+    where: str  # what else was chosen, in words
+    factor: float  # from SI units to the unit of the label
 
 
 def select(
@@ -146,10 +133,7 @@ def select(
     With `others` the coordinates that are not named follow as further axes. Rank and status are
     shown as a region for each.
 
-    Raises
-    ------
-    InputError
-        When a name is not in the map, or something remains to be chosen.
+    Raises InputError when a name is not in the map, or something remains to be chosen.
     """
     found = checked_map(found)
     if variable not in found.data_vars:
@@ -219,10 +203,7 @@ def coordinate_axis(found: xarray.Dataset, name: str) -> PlotAxis:
 def checked_map(found: Any) -> xarray.Dataset:
     """A map; of a list of poses over their time, or over their numbers from 0.
 
-    Raises
-    ------
-    InputError
-        When it is no map.
+    Raises InputError when it is no map.
     """
     with needs_extra("plots", "plot"):
         import xarray
@@ -288,10 +269,7 @@ def _first(found: xarray.Dataset, name: str) -> float | str | int:
 def matrix_size(found: xarray.Dataset) -> int:
     """Rows of the stiffness matrix whose ranks a map holds.
 
-    Raises
-    ------
-    InputError
-        When the map does not determine it.
+    Raises InputError when the map does not determine it.
     """
     for dim, planar in (("row", 3), ("principal_rotation", 1), ("rotation_axis", 1)):
         if dim in found.sizes:

@@ -29,13 +29,7 @@ def places(figure: Any) -> list[dict[str, list[float | None]]]:
 
 
 def swinging_page(one: Any, other: Any) -> str:
-    """A page with a figure that moves to another one and back.
-
-    Parameters
-    ----------
-    one, other : plotly.graph_objects.Figure
-        With the same traces in other places.
-    """
+    """A page with a figure of Plotly that moves to another one, of the same traces, and back."""
     data = json.dumps(places(other))
     start = f'swing(document.getElementById("{{plot_id}}"), {data});'
     return one.to_html(post_script=swinging_script() + start)

@@ -16,20 +16,12 @@ from robostiff.plot.theme import Palette
 
 @dataclass(frozen=True)
 class Series:
-    """One bar in every group.
-
-    Attributes
-    ----------
-    values : (groups,) array
-        NaN where there is no bar.
-    texts : tuple of str
-        Written at each bar; empty for none.
-    """
+    """One bar in every group."""
 
     name: str
     paint: Paint
-    values: np.ndarray
-    texts: tuple[str, ...] = ()
+    values: np.ndarray  # (groups,): NaN where there is no bar
+    texts: tuple[str, ...] = ()  # written at each bar; empty for none
 
 
 @dataclass(frozen=True)
@@ -42,34 +34,20 @@ class Group:
 
 @dataclass(frozen=True)
 class Panel:
-    """Bars with one unit.
+    """Bars with one unit."""
 
-    Attributes
-    ----------
-    label : str
-        Of the axis of values, with its unit.
-    """
-
-    label: str
+    label: str  # of the axis of values, with its unit
     groups: tuple[Group, ...]
     series: tuple[Series, ...]
 
 
 @dataclass(frozen=True)
 class Bars:
-    """Panels of bars.
-
-    Attributes
-    ----------
-    panels : tuple of Panel
-        Of the same series.
-    is_stacked : bool
-        Whether the bars of a group lie one after another.
-    """
+    """Panels of bars."""
 
     title: str
-    panels: tuple[Panel, ...]
-    is_stacked: bool = False
+    panels: tuple[Panel, ...]  # of the same series
+    is_stacked: bool = False  # whether the bars of a group lie one after another
     notes: tuple[str, ...] = ()
 
 
@@ -98,22 +76,13 @@ class RegionStyle:
 
 @dataclass(frozen=True)
 class Region:
-    """Poses that are marked, such as unreachable ones.
-
-    Attributes
-    ----------
-    where : array of bool
-        Of the shape of the values.
-    order : int
-        Its own colour and hatching, the same in all pictures.
-    paint : Category, float or None
-        A plain colour in place of them: of a category, or at a place from 0 to 1 among values.
-    """
+    """Poses that are marked, such as unreachable ones."""
 
     name: str
-    where: np.ndarray
+    where: np.ndarray  # of the shape of the values
     cover: Cover
-    order: int = 0
+    order: int = 0  # its own colour and hatching, the same in all pictures
+    # A plain colour in place of them: of a category, or at a place from 0 to 1 among values
     paint: Category | float | None = None
 
     def style(self, palette: Palette) -> RegionStyle:
@@ -149,25 +118,15 @@ class Region:
 
 @dataclass(frozen=True)
 class Field:
-    """Values over a plane.
-
-    Attributes
-    ----------
-    values : (y, x) array
-        NaN where a region stands instead.
-    scale : ColourScale or None
-        None where regions alone are shown.
-    isolines : tuple of float
-        Values along which lines are drawn.
-    """
+    """Values over a plane."""
 
     title: str
     x: PlotAxis
     y: PlotAxis
-    values: np.ndarray
-    scale: ColourScale | None
+    values: np.ndarray  # (y, x): NaN where a region stands instead
+    scale: ColourScale | None  # None where regions alone are shown
     regions: tuple[Region, ...] = ()
-    isolines: tuple[float, ...] = ()
+    isolines: tuple[float, ...] = ()  # values along which lines are drawn
     notes: tuple[str, ...] = ()
 
 
@@ -181,37 +140,23 @@ class Percentile:
 
 @dataclass(frozen=True)
 class Bands:
-    """Percentiles along a coordinate, and the shares of poses in regions.
-
-    Attributes
-    ----------
-    label : str
-        Of the values, with their unit.
-    percentiles : tuple of Percentile
-        Ascending, the median in the middle; none of ranks and statuses, which are shares alone.
-    shares : tuple of Region
-        ``where`` holds the share of poses, 0 to 1.
-    """
+    """Percentiles along a coordinate, and the shares of poses in regions."""
 
     title: str
     x: PlotAxis
-    label: str
+    label: str  # of the values, with their unit
+    # ascending, the median in the middle; none of ranks and statuses, which are shares alone
     percentiles: tuple[Percentile, ...]
-    shares: tuple[Region, ...] = ()
+    shares: tuple[Region, ...] = ()  # ``where`` holds the share of poses, 0 to 1
     notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve.
-
-    Attributes
-    ----------
-    x, y : (n,) arrays
-        NaN where it is interrupted.
-    """
+    """A curve."""
 
     name: str
+    # (n,): NaN where it is interrupted
     x: np.ndarray
     y: np.ndarray
     paint: Category
@@ -241,26 +186,14 @@ class QuarterUnit:
 
 @dataclass(frozen=True)
 class Matrix:
-    """A matrix with its numbers.
-
-    Attributes
-    ----------
-    rows, columns : tuple of str
-        Names.
-    texts : tuple of tuple of str
-        What is written into each cell.
-    shades : (n, m) array
-        On the colour scale; NaN for a plain cell.
-    units : tuple of QuarterUnit
-        Upper blocks first.
-    """
+    """A matrix with its numbers."""
 
     title: str
-    rows: tuple[str, ...]
-    columns: tuple[str, ...]
-    texts: tuple[tuple[str, ...], ...]
-    shades: np.ndarray
-    units: tuple[QuarterUnit, ...]
+    rows: tuple[str, ...]  # names
+    columns: tuple[str, ...]  # names
+    texts: tuple[tuple[str, ...], ...]  # what is written into each cell
+    shades: np.ndarray  # (n, m): on the colour scale; NaN for a plain cell
+    units: tuple[QuarterUnit, ...]  # upper blocks first
     scale: ColourScale
 
 
@@ -268,14 +201,9 @@ Thing = TypeVar("Thing")
 
 
 def with_words(thing: Thing, escape: Callable[[str], str]) -> Thing:
-    """A picture with its texts, such as names of robots and joints, escaped.
+    """A picture, or a part of one, with its texts escaped.
 
-    Parameters
-    ----------
-    thing : Picture
-        Or a part of one.
-    escape : callable
-        What a backend would take for a formula or for HTML, it takes for letters afterwards.
+    What a backend would take for a formula or for HTML, it takes for letters afterwards.
     """
     found: Any = thing
     if isinstance(thing, str):

@@ -101,33 +101,16 @@ Item = Path | Face | Marks | Arrow | Mesh | Text
 
 @dataclass(frozen=True)
 class Scene:
-    """Lines, faces and marks of a picture in space.
-
-    Attributes
-    ----------
-    axes : tuple of str
-        Labels of x, y, z with their units.
-    items : tuple of Item
-        Coordinates in the units of the axes.
-    scale : ColourScale or None
-        Of the paints that are numbers.
-    is_flat : bool
-        Whether everything lies in the x-y plane and is viewed from above.
-    is_equal : bool
-        Whether all axes have one unit and one scale.
-    notes : tuple of str
-        Notes for the reader, one on each line.
-    frame : (2, 3) array or None
-        Opposite corners of what the axes show, whatever is drawn.
-    """
+    """Lines, faces and marks of a picture in space."""
 
     title: str
-    axes: tuple[str, str, str]
-    items: tuple[Item, ...]
-    scale: ColourScale | None = None
-    is_flat: bool = False
-    is_equal: bool = True
-    notes: tuple[str, ...] = ()
+    axes: tuple[str, str, str]  # labels of x, y, z with their units
+    items: tuple[Item, ...]  # coordinates in the units of the axes
+    scale: ColourScale | None = None  # of the paints that are numbers
+    is_flat: bool = False  # whether everything lies in the x-y plane and is viewed from above
+    is_equal: bool = True  # whether all axes have one unit and one scale
+    notes: tuple[str, ...] = ()  # notes for the reader, one on each line
+    # (2, 3) or None: opposite corners of what the axes show, whatever is drawn
     frame: np.ndarray | None = None
 
     @property
@@ -187,22 +170,13 @@ class Ramp(Enum):
 
 @dataclass(frozen=True)
 class ColourScale:
-    """Scale from values to colours.
+    """Scale from values to colours."""
 
-    Attributes
-    ----------
-    label : str
-        What the values are, with their unit.
-    low, high : float
-        Values at the ends.
-    ticks : tuple of (float, str)
-        Values named beside the scale; empty to leave the choice to the backend.
-    """
-
-    label: str
-    low: float
+    label: str  # what the values are, with their unit
+    low: float  # the value at the lower end
     high: float
     ramp: Ramp = Ramp.VALUES
+    # values named beside the scale; empty to leave the choice to the backend
     ticks: tuple[tuple[float, str], ...] = ()
 
     def place(self, value: float) -> float:
@@ -235,13 +209,7 @@ def colour_of(paint: Paint, palette: Palette, scale: ColourScale | None = None) 
 
 @dataclass(frozen=True)
 class PlotAxis:
-    """Name, unit and values of an axis.
+    """Name, unit and values of an axis."""
 
-    Attributes
-    ----------
-    label : str
-        With its unit.
-    """
-
-    label: str
+    label: str  # with its unit
     values: np.ndarray

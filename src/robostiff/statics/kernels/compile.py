@@ -221,7 +221,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
         When it gives something else.
     """
     robot = found.robot
-    posture = sample_postures(finder.robot, finder, 1873)
+    posture = sample_postures(finder, 1873)
     by_joints = robot.is_posed_by_joints
     given = posture.coordinates[0] if by_joints else posture.pose[:, robot.coordinate_places]
     pose = JointCoordinates(given) if by_joints else given
