@@ -334,7 +334,7 @@ def test_planar_robot():
     text = ARM.format(chain=f"      - {{type: revolute, axis: z, role: passive}}\n      - {TIP}")
     robot = read(text.replace("legs:", "planar: true\nhome: {at: [L, 0, 0]}\nlegs:"))
     assert robot.space is Space.PLANAR
-    assert [coordinate.value for coordinate in robot.coordinates] == ["x", "y", "rz"]
+    assert [coordinate.value for coordinate in robot.coordinates] == ["y"]
 
 
 def test_other_values_for_parameters(tmp_path):

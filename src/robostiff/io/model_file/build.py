@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.build_chain import build_legs
@@ -60,6 +62,9 @@ from robostiff.model import (
 from robostiff.model.checks import check_in_plane
 from robostiff.spatial import Space
 
+# Coordinates this far from home, in radians and metres, say how many freedoms an arm has elsewhere.
+_ASIDE, _SEED = 1e-1, 5
+
 
 def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> Robot:
     """The robot with its pose coordinates chosen, by the file or else as they follow from the legs.
@@ -75,14 +80,16 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
     for i, place in enumerate(places):
         with place.complaints():
             q.append(finder.closing(i).home)
-    if robot.is_serial or (chosen and len(robot.coordinates) == 6):
+    every = _PLANAR_COORDINATES if robot.space is Space.PLANAR else ALL_COORDINATES
+    if robot.is_posed_by_joints or (chosen and len(robot.coordinates) == len(every)):
         return robot
     mobility = platform_mobility(robot, finder.home_pose, q, finder.length)
     if determine_pose(mobility, robot.coordinates):
         return robot
     fitting = fitting_coordinates(mobility)
     if not chosen:  # none for a structure, which has the home pose only
-        return replace(robot, coordinates=fitting)
+        at_home_alone = robot.is_serial and _is_singular(robot, finder.home_pose, q[0])
+        return robot if at_home_alone else replace(robot, coordinates=fitting)
     words = " ".join(coordinate.value for coordinate in robot.coordinates) or "none"
     raise (top / "coordinates").error(
         "coordinates of the platform",
@@ -92,6 +99,15 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
         hint=f"write coordinates: [{', '.join(c.value for c in fitting)}], or leave it out; where "
         "the home configuration is singular, choose another one, or all six coordinates",
     )
+
+
+def _is_singular(robot: Robot, pose: np.ndarray, q: np.ndarray) -> bool:
+    """Whether an arm without blocks has fewer freedoms at its home than aside."""
+    if robot.legs[0].chain.has_blocks:
+        return False
+    aside = q + np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, q.shape)
+    at_home, usual = (platform_mobility(robot, pose, [one], 1.0).shape[1] for one in (q, aside))
+    return at_home < usual
 
 
 def _check_plane(place: Place, leg: Leg) -> None:
