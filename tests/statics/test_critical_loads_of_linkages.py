@@ -60,6 +60,7 @@ def test_pendulums_upright(count: int, seed: int):
     path = rs.load_path(robot, wrench=DOWN, factors=[2 * exact])
     (turn,) = np.flatnonzero(np.diff(path.path_stable.values.astype(int)))
     assert np.isclose(path.path_factor.values[turn], exact, rtol=1e-3)
+    assert np.all(path.path_factor.values[: turn + 1] < exact * (1 + 1e-9))
 
 
 def truss(h: float, k: float, kx: float | None, ky: float | None) -> Network:

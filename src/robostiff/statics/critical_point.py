@@ -161,13 +161,17 @@ def _on_a_smooth_way(
     inside = [own.real for own in roots if own.imag == 0 and low <= own.real <= high]
     if len(inside) != 1:
         return None
-    factor = float(Polynomial.fit(arcs, [own.factor for own in every], most)(inside[0]))
-    best = int(np.argmin(np.abs(values)))
+    factors = Polynomial.fit(arcs, [own.factor for own in every], most)
+    factor = float(factors(inside[0]))
+    stable = np.flatnonzero(values > 0)
+    best = int(stable[np.argmin(values[stable])])
     at, (leg, margin) = every[best], least[best]
-    # Where it is no singular point of the equations, as a turning point is none, it is met itself.
-    met = step.along(problem, loading, inside[0])
-    if met.converged and abs(met.factor - factor) < _SMOOTH * abs(factor):
-        at, (leg, margin) = met, least_margin(problem, met, unloaded)
+    # It is met itself, or, a singular point of the equations, a little on the stable side.
+    for own in (inside[0], inside[0] + _ASIDE * (arcs[best] - inside[0])):
+        met = step.along(problem, loading, own)
+        if met.converged and abs(met.factor - factors(own)) < _SMOOTH * abs(factor):
+            at, (leg, margin) = met, least_margin(problem, met, unloaded)
+            break
     return replace(point_at(problem, loading, at, leg, margin), factor=factor)
 
 
