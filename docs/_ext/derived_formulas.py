@@ -1,11 +1,11 @@
 """The directive ``derived``: a formula that robostiff derives while the documentation is built.
 
 ```{derived} case-b
-:show: Names for recurring expressions, Sum of the legs
+:show: Names for recurring expressions; Sum of the legs
 ```
 
 Its argument is a name of `theory_formulas.FORMULAS`; `show` chooses parts of the exported
-derivation by their headings, all but the nomenclature when left out.
+derivation by their headings, between semicolons; all but the nomenclature when left out.
 """
 
 from pathlib import Path
@@ -40,7 +40,7 @@ class Derived(SphinxDirective):
             raise self.error(f"no formula {name!r}; there are {', '.join(FORMULAS)}")
         parts = parts_of(derivation_markdown(FORMULAS[name]()))
         shown = self.options.get("show")
-        wanted = [part.strip() for part in shown.split(",")] if shown else list(parts)
+        wanted = [part.strip() for part in shown.split(";")] if shown else list(parts)
         missing = [heading for heading in wanted if heading not in parts]
         if missing:
             raise self.error(f"no part {missing[0]!r} in {name}; there are {', '.join(parts)}")

@@ -52,7 +52,7 @@ def turned_3_rpr() -> Derivation:
 
 @cache
 def case_b_at_a_pose() -> Derivation:
-    """Case B at a general pose, in named steps."""
+    """Case B at a general pose: one leg in vectors, a table, and the sum."""
     return rs.derive("gough-stewart-b", pose=rs.AtSymbols())
 
 
