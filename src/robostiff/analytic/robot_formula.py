@@ -266,7 +266,8 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot, remark: str) -> Robo
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in leg.wrenches)
         c = tuple(reading(mu) for mu in leg.mu)
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, definitions=own, K=None))
-    return _derivation(placed, K, legs, reading.definitions, remark=remark)
+    steps = reading.definitions
+    return _derivation(placed, K, legs, steps, remark=remark, recorded=recorded)
 
 
 def _added(recorded: RecordedRobot) -> dict[tuple[int, int], Any]:
@@ -301,7 +302,7 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
     for i, facts in enumerate(_facts_of_all(placed, recorded)):
         w, c = found.wrenches[i], found.compliances[i]
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, K=found.legs[i]))
-    return _derivation(placed, found.K, legs)
+    return _derivation(placed, found.K, legs, recorded=recorded)
 
 
 def _derivation(
@@ -312,6 +313,7 @@ def _derivation(
     named: InNames | None = None,
     written_out: Callable[[Any], Any] | None = None,
     remark: str = "",
+    recorded: RecordedRobot | None = None,
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
     numbers = RobotInNumbers.of(placed)
@@ -336,7 +338,7 @@ def _derivation(
         coordinates=placed.coordinates,
         following=placed.following,
         remark=remark,
-        conditions=Unwritten(lambda: conditions_of(placed)),
+        conditions=Unwritten(lambda: conditions_of(placed, recorded=recorded)),
         named=named,
         at_vector_level=VectorLevel(lambda: _at_vector_level(placed)),
         general_rank=numbers.rank,
