@@ -1,4 +1,4 @@
-"""Passive joints that depend on one another at some values alone: there the formula does not hold."""
+"""Passive joints that depend on one another at some values: there no formula holds."""
 
 import numpy as np
 import pytest
