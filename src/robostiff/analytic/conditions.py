@@ -69,8 +69,7 @@ def conditions_of(
         stretched = list(_stretched(leg.leg, read))
         found += [own for own, _ in stretched]
         if recorded is not None and placed.robot.platform is None:
-            known = [square for _, square in stretched]
-            found += _independent(leg.leg, recorded, i, read, known)
+            found += _independent(leg.leg, recorded, i, read, stretched)
     found += _nearest_to_home(placed, legs, read)
     return (*found, *(_following(placed, read) if placed.following else ()))
 
@@ -158,28 +157,47 @@ def _existing(part: Robot | Leg) -> Iterator[Condition]:
 
 
 def _independent(
-    leg: PlacedLeg, recorded: RecordedRobot, i: int, read: ClosedReading, known: list[np.ndarray]
+    leg: PlacedLeg,
+    recorded: RecordedRobot,
+    i: int,
+    read: ClosedReading,
+    stretched: Sequence[tuple[Condition, np.ndarray]],
 ) -> Iterator[Condition]:
     """That no further passive joint of leg i depends on those before it: it would transmit more.
 
-    `known`: values at the samples of what vanishes where other conditions fail.
+    `stretched`: the conditions that are there, see `_stretched`.
     """
+    known, met = [x for _, x in stretched], [own.expression for own, _ in stretched]
     record, product = read.record, sp.Integer(1)
     K = [x.step for x in recorded.K.values() if isinstance(x, Entry)]
     for step in record.needed(K):  # what is divided by does not vanish
         if record.operations[step][0] is Operation.RECIPROCAL:
             at = record.sample(record.arguments(step)[0])
             known = [*known, at, at**2]
-    for drive in recorded.legs[i].alone:
-        if not isinstance(drive, Entry):
+    for own in recorded.legs[i].alone:
+        at = own.sample if isinstance(own, Entry) else np.ones(1)
+        if any(_is_same(at, x) for x in (1.0, *known)):
             continue
-        square, at = sp.sympify(read(drive)) ** 2, drive.sample**2
-        if not square.is_positive and not any(_is_same(at, x) for x in (1.0, *known)):
-            known = [*known, at]
+        known = [*known, at]
+        square = sp.sympify(read(own))
+        if _may_vanish(square, met):
             product *= square / sp.Integer(10) ** int(np.log10(np.mean(at)))
     if product != 1:
         words = f"the passive joints of leg {leg.name!r} are independent"
         yield Condition(words, product - _STRETCHED, leg=leg.name)
+
+
+def _may_vanish(square: Any, met: Sequence[Any]) -> bool:
+    """Whether a square may be zero where expressions are positive that conditions have."""
+    if count_of(square) > _SHORT:
+        return not square.is_positive
+    above = sp.fraction(sp.together(square))[0]
+    if above.atoms(sp.sin, sp.cos):
+        above = sp.collect(above, [x for x in square.free_symbols if x.is_positive], sp.trigsimp)
+    elif not above.is_positive and count_of(above) <= _SHORT:
+        above = factored_fraction(above)
+    factors = [x.as_base_exp()[0] for x in sp.Mul.make_args(above)]
+    return not all(x.is_number or x.is_positive or {x, -x} & {*met} for x in factors)
 
 
 def _is_same(at: np.ndarray, other: Any) -> bool:

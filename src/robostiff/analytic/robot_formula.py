@@ -232,7 +232,8 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
     if found.before is not None:
         before = InNames(found.before.K, named, found.before.definitions)
     in_names = InNames(found.K, named, found.definitions, before)
-    return _derivation(placed, found.K, legs, found.definitions, in_names, found.written_out)
+    parts = placed, found.K, legs, found.definitions, in_names, found.written_out
+    return _derivation(*parts, recorded=lambda: at.recorded)
 
 
 def _leg_of(facts: dict[str, Any], leg: SpringLeg, K: Unwritten | None = None) -> LegDerivation:
@@ -267,7 +268,7 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot, remark: str) -> Robo
         c = tuple(reading(mu) for mu in leg.mu)
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, definitions=own, K=None))
     steps = reading.definitions
-    return _derivation(placed, K, legs, steps, remark=remark, recorded=recorded)
+    return _derivation(placed, K, legs, steps, remark=remark, recorded=lambda: recorded)
 
 
 def _added(recorded: RecordedRobot) -> dict[tuple[int, int], Any]:
@@ -302,7 +303,7 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
     for i, facts in enumerate(_facts_of_all(placed, recorded)):
         w, c = found.wrenches[i], found.compliances[i]
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, K=found.legs[i]))
-    return _derivation(placed, found.K, legs, recorded=recorded)
+    return _derivation(placed, found.K, legs, recorded=lambda: recorded)
 
 
 def _derivation(
@@ -313,7 +314,7 @@ def _derivation(
     named: InNames | None = None,
     written_out: Callable[[Any], Any] | None = None,
     remark: str = "",
-    recorded: RecordedRobot | None = None,
+    recorded: Callable[[], RecordedRobot] | None = None,
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
     numbers = RobotInNumbers.of(placed)
@@ -338,7 +339,7 @@ def _derivation(
         coordinates=placed.coordinates,
         following=placed.following,
         remark=remark,
-        conditions=Unwritten(lambda: conditions_of(placed, recorded=recorded)),
+        conditions=Unwritten(lambda: conditions_of(placed, recorded=recorded and recorded())),
         named=named,
         at_vector_level=VectorLevel(lambda: _at_vector_level(placed)),
         general_rank=numbers.rank,

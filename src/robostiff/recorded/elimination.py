@@ -25,7 +25,8 @@ class Transmitted:
     # Of each recorded pivot: 1 where it is as safe as it can be, towards infinity where it vanishes
     losses: list[Any]
     redundant: tuple[bool, ...]  # which joints add no freedom to those before
-    # Of each joint what vanishes where it becomes redundant, and nothing is divided by; 1 elsewhere
+    # Of each joint a square that vanishes where it becomes redundant, and that nothing is divided
+    # by; 1 elsewhere
     alone: tuple[Any, ...]
 
 
@@ -71,7 +72,7 @@ def transmitted_by(
         ]
         active = [i for i, drive in enumerate(drives) if not is_zero(drive)]
         redundant.append(not active)
-        alone.append(drives[active[0]] if len(active) == 1 else 1)
+        alone.append(drives[active[0]] * drives[active[0]] if len(active) == 1 else 1)
         if not active:
             continue
         pivot = min(active, key=lambda i: _awkwardness(drives[i], safety[i], wrenches[i]))
@@ -83,6 +84,7 @@ def transmitted_by(
             both = drive * drive + drives[other] * drives[other]
             own = float(np.hypot(sizes[pivot], sizes[other]))
             losses.append(_loss(both, float(np.sqrt(least_size(both))) / own))
+            alone[-1] = both
             combined = _combination(drive, wrenches[other], drives[other], taken)
             wrenches = [combined if i == other else w for i, w in enumerate(wrenches) if i != pivot]
             continue

@@ -84,7 +84,8 @@ class RecordedLeg:
     redundant : tuple of bool
         Of the passive joints.
     alone : tuple of entries or numbers
-        Of the passive joints what vanishes where one becomes redundant, and nothing is divided by.
+        Of the passive joints squares that vanish where one becomes redundant; nothing is divided
+        by them.
     frame : int
         Which of the working frames it was recorded in.
     basis : list of Column
