@@ -14,6 +14,7 @@ from robostiff.analytic.operation_count import operations_of
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.errors import InputError
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 ROBOTS = {"five-bar": Path(__file__).parent / "data/fb3.yaml", "3-rrr": "3-rrr"}
 
 
@@ -85,3 +86,27 @@ def test_joints_of_a_serial_arm_are_those_of_its_pose():
     at_joints = rs.derive("two-link-arm", symbols=symbols, pose=rs.AtJoints())
     assert at_joints.coordinates == ("q1", "q2")
     assert at_joints.K == rs.derive("two-link-arm", symbols=symbols, pose=rs.AtSymbols()).K
+
+
+def test_what_a_belt_holds_is_no_coordinate():
+    """The elbow of an arm follows its shoulder by a belt: the sum of both is held."""
+    robot = rs.load(EXAMPLES / "bevel-wrist.yaml", symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=rs.AtSymbols())
+    assert derivation.coordinates == ("q1", "q3", "q4")
+    q = np.array([-0.7, 0.0, 0.5, 0.1])
+    expected = rs.stiffness(robot.numeric, rs.JointCoordinates(q)).K
+    values = {**robot.nominal, "q1": q[0], "q3": q[2], "q4": q[3]}
+    K = derivation.lambdify(*values)(*values.values())
+    assert K == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+    with pytest.raises(InputError, match="expected q1, q3, q4"):
+        rs.derive(robot, pose=rs.AtCoordinates({"q2": 0.1}))
+
+
+def test_coordinates_that_the_legs_decide_say_which_joints_they_are():
+    robot = rs.load(EXAMPLES / "tricept-with-head.yaml", symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot)
+    text = " ".join(derivation_text(derivation).split())
+    assert "q_machine_6: displacement of tricept/strut1/telescope1 of leg 'machine'" in text
+    # Some are only in the condition that the legs close.
+    derivation.lambdify(*derivation.free_symbols)
+    assert set(derivation.symbols) < derivation.free_symbols

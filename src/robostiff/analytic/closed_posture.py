@@ -103,13 +103,12 @@ class Following:
             chain = self.robot.legs[i].chain
             each = zip(names, chain.coordinate_names, chain.freedoms, solvers[i].home, strict=True)
             for name, joint, screw, at in each:
-                leg = f"of leg {self.robot.legs[i].name!r}"
-                kind = "angle" if screw.turns else "displacement"
+                kind, leg = "angle" if screw.turns else "displacement", self.robot.legs[i].name
                 found[name] = (
                     "joint coordinate: number of the leg, then of the joint"
                     if self.at_joints
-                    else f"{kind} of {joint} {leg}, at which it closes, {at:.6g} {screw.unit} in the "
-                    "model"
+                    else f"{kind} of {joint} of leg {leg!r}, at which it closes, "
+                    f"{at:.6g} {screw.unit} in the model"
                 )
         return found
 

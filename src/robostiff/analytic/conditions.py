@@ -27,8 +27,8 @@ from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import PlacedFormula, other_modes, place_leg_at_joints
 from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, Robot, with_entries
 from robostiff.model.entries import bounds_of
-from robostiff.record import Entry, Record, is_zero
-from robostiff.recorded import entry_reader
+from robostiff.record import Entry, Operation, Record, is_zero
+from robostiff.recorded import RecordedRobot, entry_reader
 from robostiff.recorded.leg import at_samples, lower_bound
 from robostiff.spatial import cross, exact_number
 
@@ -37,13 +37,18 @@ _CLOSED = sp.Rational(1, 10**14)
 _STRETCHED = sp.Rational(1, 10**14)  # square of a sine
 _SHORT = 80  # operations that are worth to be multiplied out
 _SAME = 1e-9
+_ALIKE = 1e-6  # ratios of squares that differ by a number
 _ROUNDING = sp.Rational(1, 10**12)  # of what may be at a bound
 _AWAY = 0.05
 _SEED = 5
 
 
-def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Condition, ...]:
+def conditions_of(
+    placed: PlacedRobot, only: str | None = None, recorded: RecordedRobot | None = None
+) -> tuple[Condition, ...]:
     """Conditions in the given symbols, beside denominators that do not vanish; of one leg alone.
+
+    `recorded`: the elimination from which the formula is, if it is from one.
 
     Where the legs decide some of the symbols, the formula is right only for values at which they
     close; the gaps say so. They are written at postures that are not closed, as they would vanish
@@ -53,7 +58,7 @@ def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Conditi
     legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
     part = placed.robot if only is None else next(x for x in placed.robot.legs if x.name == only)
     found = list(_existing(part))
-    for leg in legs:
+    for i, leg in enumerate(legs):
         for length in leg.lengths:
             if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
                 words = f"a beam of a telescope of leg {leg.leg.name!r} has a positive length"
@@ -61,7 +66,10 @@ def conditions_of(placed: PlacedRobot, only: str | None = None) -> tuple[Conditi
                 found.append(Condition(words, expression, leg=leg.leg.name))
         if not placed.following:
             found += _closing(leg.leg.name, leg.gap, read)
-        found += _stretched(leg.leg, read)
+        stretched = list(_stretched(leg.leg, read))
+        found += [own for own, _ in stretched]
+        if recorded is not None and placed.robot.platform is None:
+            found += _independent(leg.leg, recorded, i, read, stretched)
     found += _nearest_to_home(placed, legs, read)
     return (*found, *(_following(placed, read) if placed.following else ()))
 
@@ -148,8 +156,62 @@ def _existing(part: Robot | Leg) -> Iterator[Condition]:
                 yield Condition(f"{own.subject} of {name!r} is {words}", _decisive(expression))
 
 
-def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[Condition]:
-    """That no passive joints in a plane or about a point depend on others: they transmit more."""
+def _independent(
+    leg: PlacedLeg,
+    recorded: RecordedRobot,
+    i: int,
+    read: ClosedReading,
+    stretched: Sequence[tuple[Condition, np.ndarray]],
+) -> Iterator[Condition]:
+    """That no further passive joint of leg i depends on those before it: it would transmit more.
+
+    `stretched`: the conditions that are there, see `_stretched`.
+    """
+    known, met = [x for _, x in stretched], [own.expression for own, _ in stretched]
+    record, product = read.record, sp.Integer(1)
+    K = [x.step for x in recorded.K.values() if isinstance(x, Entry)]
+    for step in record.needed(K):  # what is divided by does not vanish
+        if record.operations[step][0] is Operation.RECIPROCAL:
+            at = record.sample(record.arguments(step)[0])
+            known = [*known, at, at**2]
+    for own in recorded.legs[i].alone:
+        at = own.sample if isinstance(own, Entry) else np.ones(1)
+        if any(_is_same(at, x) for x in (1.0, *known)):
+            continue
+        known = [*known, at]
+        square = sp.sympify(read(own))
+        if _may_vanish(square, met):
+            product *= square / sp.Integer(10) ** int(np.log10(np.mean(at)))
+    if product != 1:
+        words = f"the passive joints of leg {leg.name!r} are independent"
+        yield Condition(words, product - _STRETCHED, leg=leg.name)
+
+
+def _may_vanish(square: Any, met: Sequence[Any]) -> bool:
+    """Whether a square may be zero where expressions are positive that conditions have."""
+    if count_of(square) > _SHORT:
+        return not square.is_positive
+    above = sp.fraction(sp.together(square))[0]
+    if above.atoms(sp.sin, sp.cos):
+        above = sp.collect(above, [x for x in square.free_symbols if x.is_positive], sp.trigsimp)
+    elif not above.is_positive and count_of(above) <= _SHORT:
+        above = factored_fraction(above)
+    factors = [x.as_base_exp()[0] for x in sp.Mul.make_args(above)]
+    return not all(x.is_number or x.is_positive or {x, -x} & {*met} for x in factors)
+
+
+def _is_same(at: np.ndarray, other: Any) -> bool:
+    """Whether values differ by a number alone."""
+    with np.errstate(all="ignore"):
+        ratio = np.abs(at / other)
+        return bool(np.ptp(ratio) <= _ALIKE * np.max(ratio))
+
+
+def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition, np.ndarray]]:
+    """That no passive joints in a plane or about a point depend on others: they transmit more.
+
+    Each with the values at the samples of the square that vanishes where they do.
+    """
     for block in leg.blocks:
         for branch in block.branches:
             yield from _stretched(branch, read)
@@ -161,6 +223,7 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[Condition]:
             continue
         squares = tidied(np.array(sides, dtype=object))
         aa, bb, ab = at_samples(squares, read.record.count).T
+        area = aa * bb - ((aa + bb - ab) / 2) ** 2
         if np.ptp((aa + bb - ab) ** 2 / (aa * bb)) <= _SAME:
             continue  # an angle between axes of one joint
         aa, bb, ab = (sp.sympify(read(x)) for x in squares)
@@ -174,7 +237,7 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[Condition]:
         factors = [x for x in sp.Mul.make_args(product) if x.free_symbols]
         # A difference of squares may be more than nothing by its rounding; its factors are not.
         found = square - _STRETCHED * aa * bb if len(factors) == 1 else _decisive(product)
-        yield Condition(words, found, leg=leg.name)
+        yield Condition(words, found, leg=leg.name), area
 
 
 def _in_short_roots(expression: Any) -> Any:

@@ -340,11 +340,6 @@ class Derivation(Formula):
         return formula_function(self, arguments)
 
     @property
-    def free_symbols(self) -> set[sp.Symbol]:
-        """The given symbols, those included that only its conditions have."""
-        return {*self.symbols, *self._symbols_of_conditions}
-
-    @property
     def _symbols_of_conditions(self) -> list[Any]:
         """Those that cancel in K."""
         needed = {x for condition in self.conditions for x in condition.expression.free_symbols}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -37,8 +37,13 @@ class Formula(ABC):
 
     @property
     def free_symbols(self) -> set[sp.Symbol]:
-        """The given symbols as a set, as SymPy's expressions have them."""
-        return set(self.symbols)
+        """The given symbols as a set, as SymPy's expressions have them, and those of conditions."""
+        return {*self.symbols, *self._symbols_of_conditions}
+
+    @property
+    def _symbols_of_conditions(self) -> Sequence[sp.Symbol]:
+        """Those that only conditions have."""
+        return ()
 
     @abstractmethod
     def substituted(self, values: Mapping[Any, Any]) -> Any:

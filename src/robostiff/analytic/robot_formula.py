@@ -236,7 +236,8 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
     if found.before is not None:
         before = InNames(found.before.K, named, found.before.definitions)
     in_names = InNames(found.K, named, found.definitions, before)
-    return _derivation(placed, found.K, legs, found.definitions, in_names, found.written_out)
+    parts = placed, found.K, legs, found.definitions, in_names, found.written_out
+    return _derivation(*parts, recorded=lambda: at.recorded)
 
 
 def _leg_of(facts: dict[str, Any], leg: SpringLeg, K: Unwritten | None = None) -> LegDerivation:
@@ -270,7 +271,8 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot, remark: str) -> Robo
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in leg.wrenches)
         c = tuple(reading(mu) for mu in leg.mu)
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, definitions=own, K=None))
-    return _derivation(placed, K, legs, reading.definitions, remark=remark)
+    steps = reading.definitions
+    return _derivation(placed, K, legs, steps, remark=remark, recorded=lambda: recorded)
 
 
 def _added(recorded: RecordedRobot) -> dict[tuple[int, int], Any]:
@@ -305,7 +307,7 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
     for i, facts in enumerate(_facts_of_all(placed, recorded)):
         w, c = found.wrenches[i], found.compliances[i]
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, K=found.legs[i]))
-    return _derivation(placed, found.K, legs)
+    return _derivation(placed, found.K, legs, recorded=lambda: recorded)
 
 
 def _derivation(
@@ -316,6 +318,7 @@ def _derivation(
     named: InNames | None = None,
     written_out: Callable[[Any], Any] | None = None,
     remark: str = "",
+    recorded: Callable[[], RecordedRobot] | None = None,
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
     numbers = RobotInNumbers.of(placed)
@@ -340,7 +343,7 @@ def _derivation(
         coordinates=placed.coordinates,
         following=placed.following,
         remark=remark,
-        conditions=Unwritten(lambda: conditions_of(placed)),
+        conditions=Unwritten(lambda: conditions_of(placed, recorded=recorded and recorded())),
         named=named,
         at_vector_level=VectorLevel(lambda: _at_vector_level(placed)),
         general_rank=numbers.rank,

@@ -13,6 +13,7 @@ import sympy as sp
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation, UnitQuaternion
 from robostiff.errors import InputError
 from robostiff.kinematics.formula import FormulaPose
+from robostiff.kinematics.pose import held_sums
 from robostiff.model import Coordinate, Robot
 from robostiff.spatial import exact_number
 
@@ -131,7 +132,9 @@ def coordinate_names(robot: Robot, rotation: PoseRotation = ABOUT_WORLD_AXES) ->
                 got=rotation.words,
                 expected="none: the pose of a serial arm is that of its joints q1, q2, ...",
             )
-        return tuple(f"q{i + 1}" for i in range(robot.legs[0].chain.size))
+        chain = robot.legs[0].chain
+        held = {place for place, _ in held_sums(chain)}
+        return tuple(f"q{i + 1}" for i in range(chain.size) if i not in held)
     point = tuple(_POINT[c] for c in robot.coordinates if c in _POINT)
     return (*point, *rotation.names_of(robot.coordinates))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -15,7 +15,17 @@ from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Locked, Rigid, Robot
+from robostiff.model import (
+    ALL_COORDINATES,
+    Chain,
+    Coupling,
+    Joint,
+    Leg,
+    Link,
+    Locked,
+    Rigid,
+    Robot,
+)
 from robostiff.spatial import Frame, Space, as_floats, holds_quantities
 from robostiff.spatial.batch import poses_side_by_side
 from robostiff.spatial.rotation import is_rigid_transform, nearest_rotation, vector_of_rotation
@@ -245,18 +255,25 @@ def question_joints(robot: Robot, q: np.ndarray) -> None:
         warn_of_slip(f"joint coordinates of {robot.name!r}: slides beyond {FARTHEST:g} m; in mm?")
 
 
+def held_sums(chain: Chain) -> Iterator[tuple[int, Coupling]]:
+    """Coordinates of a chain that couplings hold: the place of each, and the coupling."""
+    sums = {} if chain.transmission is None else chain.transmission.sums
+    for i, own in sums.items():
+        if isinstance(own.role, Locked):
+            yield chain.own_places[i], own
+
+
 def check_held_sums(robot: Robot, q: np.ndarray) -> None:
     """Raise where coordinates (..., size) of a serial arm are not what its couplings hold.
 
     Raises InputError naming the coupling.
     """
     chain = robot.legs[0].chain
-    if chain.transmission is None or not q.size:
+    if not q.size:
         return
-    for i, own in chain.transmission.sums.items():
-        place = chain.own_places[i]
+    for place, own in held_sums(chain):
         held, given = float(chain.home[place]), q[..., place]
-        if isinstance(own.role, Locked) and np.any(np.abs(given - held) > _HELD):
+        if np.any(np.abs(given - held) > _HELD):
             worst = np.ravel(given)[np.argmax(np.abs(np.ravel(given) - held))]
             raise InputError(
                 f"coordinate {place + 1} of {robot.name!r}",

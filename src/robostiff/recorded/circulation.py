@@ -131,6 +131,7 @@ class Circulation:
                 *self._near_rigid(conjugate.mu),
             ],
             redundant=(*(r for flow in flows for r in flow.carried.redundant), *found.redundant),
+            alone=(*(x for flow in flows for x in flow.carried.alone), *found.alone),
             frame=0,
             basis=ways,
             energy=energy,

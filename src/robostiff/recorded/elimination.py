@@ -25,6 +25,9 @@ class Transmitted:
     # Of each recorded pivot: 1 where it is as safe as it can be, towards infinity where it vanishes
     losses: list[Any]
     redundant: tuple[bool, ...]  # which joints add no freedom to those before
+    # Of each joint a square that vanishes where it becomes redundant, and that nothing is divided
+    # by; 1 elsewhere
+    alone: tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,7 @@ def transmitted_by(
     wrenches = [list(w) for w in start]
     losses: list[Any] = []
     redundant = []
+    alone: list[Any] = []
     for twist in twists:
         drives = [dot(w, twist) for w in wrenches]
         size_of_twist = _norm([t * s for t, s in zip(twist, scale, strict=True)])
@@ -68,6 +72,7 @@ def transmitted_by(
         ]
         active = [i for i, drive in enumerate(drives) if not is_zero(drive)]
         redundant.append(not active)
+        alone.append(drives[active[0]] * drives[active[0]] if len(active) == 1 else 1)
         if not active:
             continue
         pivot = min(active, key=lambda i: _awkwardness(drives[i], safety[i], wrenches[i]))
@@ -79,6 +84,7 @@ def transmitted_by(
             both = drive * drive + drives[other] * drives[other]
             own = float(np.hypot(sizes[pivot], sizes[other]))
             losses.append(_loss(both, float(np.sqrt(least_size(both))) / own))
+            alone[-1] = both
             combined = _combination(drive, wrenches[other], drives[other], taken)
             wrenches = [combined if i == other else w for i, w in enumerate(wrenches) if i != pivot]
             continue
@@ -93,7 +99,7 @@ def transmitted_by(
                 w if is_zero(factor) else [a - factor * b for a, b in zip(w, taken, strict=True)]
             )
         wrenches = remaining
-    return Transmitted(wrenches, losses, tuple(redundant))
+    return Transmitted(wrenches, losses, tuple(redundant), tuple(alone))
 
 
 def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str) -> Conjugate:
@@ -196,6 +202,7 @@ class Carried:
     # Of the passive joints: those of the leg, those of the branches of its blocks, and whether each
     # further block leaves anything free that the blocks before do
     redundant: tuple[bool, ...]
+    alone: tuple[Any, ...]  # of the passive joints, in the same order; see `Transmitted`
 
 
 def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
@@ -211,7 +218,7 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
         start = [[int(i == k) for i in range(n)] for k in range(n)]
         found = transmitted_by(twists, start, scale)
         energy = energy_of(leg, found.wrenches, rows)
-        return Carried(found.wrenches, energy, found.losses, found.redundant)
+        return Carried(found.wrenches, energy, found.losses, found.redundant, found.alone)
     blocks = [[carried_by(branch, rows, length) for branch in block] for block in leg.blocks]
     ways = [[w for branch in block for w in branch.wrenches] for block in blocks]
     inner = sum(map(len, ways))
@@ -236,6 +243,11 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
             *found.redundant[len(conditions) :],
             *(r for branch in branches for r in branch.redundant),
             *(any(found.redundant[k : k + n]) for k in range(0, len(conditions), n)),
+        ),
+        alone=(
+            *found.alone[len(conditions) :],
+            *(x for branch in branches for x in branch.alone),
+            *(1 for _ in range(0, len(conditions), n)),
         ),
     )
 

@@ -83,6 +83,9 @@ class RecordedLeg:
         Of the recorded pivots; large where digits are lost, or a wrench is nearly rigid.
     redundant : tuple of bool
         Of the passive joints.
+    alone : tuple of entries or numbers
+        Of the passive joints squares that vanish where one becomes redundant; nothing is divided
+        by them.
     frame : int
         Which of the working frames it was recorded in.
     basis : list of Column
@@ -96,6 +99,7 @@ class RecordedLeg:
     mu: list[Any]
     losses: list[Any]
     redundant: tuple[bool, ...]
+    alone: tuple[Any, ...]
     frame: int
     basis: list[Column]
     energy: list[list[Any]]
@@ -164,6 +168,7 @@ class LegRecorder:
             mu=conjugate.mu,
             losses=[*carried.losses, *conjugate.losses, *self._near_rigid(local, conjugate)],
             redundant=carried.redundant,
+            alone=carried.alone,
             frame=number,
             basis=[to_world(w, frame, self.reference, rows) for w in carried.wrenches],
             energy=carried.energy,

@@ -35,7 +35,8 @@ def with_conditions(blocks: Sequence[Block], conditions: Sequence[Condition]) ->
     for c in beside:
         groups.setdefault(sp.expand(c.expression), []).append(c)
     alike = list(groups.values())
-    short = [own for own in alike if _operations(own[0].expression) <= _LONG]
+    long = {_of_any_leg(c) for c in beside if _operations(c.expression) > _LONG}
+    short = [own for own in alike if _of_any_leg(own[0]) not in long]
     named = [(f"{letter}_{i}", own) for i, own in enumerate(short, start=1)]
     section: list[Block] = [OutlineHeading("Where the formula holds")]
     if named:
@@ -52,13 +53,18 @@ def _words(conditions: Sequence[Condition]) -> str:
     """Of conditions, those of several legs together."""
     groups: dict[str, list[str]] = {}
     for c in conditions:
-        own = groups.setdefault(c.words.replace(f"leg {c.leg!r}", _LEGS), [])
+        own = groups.setdefault(_of_any_leg(c), [])
         own += [repr(c.leg)] * (repr(c.leg) not in own)
     each = {
         words: f"leg {legs[0]}" if len(legs) == 1 else f"each of {', '.join(legs)}"
         for words, legs in groups.items()
     }
     return "; ".join(words.replace(_LEGS, legs) for words, legs in each.items())
+
+
+def _of_any_leg(condition: Condition) -> str:
+    """Its words, with a mark in place of the leg."""
+    return condition.words.replace(f"leg {condition.leg!r}", _LEGS)
 
 
 def _operations(expression: Any) -> int:

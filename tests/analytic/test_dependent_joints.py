@@ -1,0 +1,64 @@
+"""Passive joints that depend on one another at some values: there no formula holds."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+import robostiff as rs
+from robostiff.analytic.export import derivation_text
+
+SLIDES = """
+robostiff: 1
+name: slides
+source: two passive slides along x, a beam and a drive that turns between them
+parameters: {l: 400 mm, k: 3e4 N m/rad}
+sections: {bar: {tube: {outer_diameter: 50 mm, inner_diameter: 40 mm}}}
+legs:
+  - name: arm
+    chain:
+      - {type: prismatic, name: first, axis: x, role: passive}
+      - {type: beam, name: post, to: [0, 0, l], material: steel, section: bar}
+      - {type: revolute, name: drive, axis: z, role: actuated, stiffness: k, home: 60 deg}
+      - {type: prismatic, name: second, axis: x, role: passive}
+      - {type: rigid, name: tip, to: [l, 0, 0]}
+      - {type: revolute, name: wrist, axis: y, role: passive, home: 90 deg}
+"""
+
+
+@pytest.mark.parametrize("turn", [0.0, np.pi])
+def test_slides_that_come_to_be_parallel(tmp_path, turn):
+    (tmp_path / "slides.yaml").write_text(SLIDES, encoding="utf-8")
+    robot = rs.load(tmp_path / "slides.yaml", symbols=rs.ALL_PARAMETERS)
+    K = rs.derive(robot, pose=rs.AtSymbols()).lambdify()
+    q = np.array([0.02, turn, 0.05, 1.2])
+    at = {**robot.nominal, **{f"q{i + 1}": x for i, x in enumerate(q)}}
+    at = {name: at[name] for name in K.arguments}
+    numbers = rs.stiffness(robot.numeric, rs.JointCoordinates(q))
+    assert numbers.status & rs.Status.REDUNDANT_JOINTS
+    assert not K.holds(**at)
+    with pytest.raises(rs.NoAnswerError):
+        K(**at)
+    # Beside it the formula holds.
+    q[1] += 1e-3
+    expected = rs.stiffness(robot.numeric, rs.JointCoordinates(q)).K
+    assert K(**at | {"q2": q[1]}) == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("aside", "holds"), [(0.0, False), (1e-3, True)])
+def test_a_strut_along_the_first_axis_of_its_universal_joint(aside, holds):
+    robot = rs.load("gough-stewart-b-beams", symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=rs.AtSymbols())
+    K = derivation.lambdify()
+    numeric = robot.numeric
+    leg = numeric.legs[0]
+    along = leg.base.R @ leg.chain.moving[0][0].freedoms[0].axis
+    p = leg.base.p + 0.9 * along + [0, 0, aside] - leg.attachment.p
+    result = rs.stiffness(numeric, RigidTransform.from_components(p, Rotation.identity()))
+    assert bool(result.status & rs.Status.REDUNDANT_JOINTS) is not holds
+    at = {**robot.nominal, **dict(zip("xyz", p, strict=True)), "alpha": 0, "beta": 0, "gamma": 0}
+    at = {name: at[name] for name in K.arguments}
+    assert bool(K.holds(**at)) is holds
+    if holds:
+        assert K(**at) == pytest.approx(result.K, abs=1e-8 * np.abs(result.K).max())
+    words = " ".join(derivation_text(derivation).split())
+    assert "the passive joints of each of 'leg1', 'leg2'" in words
