@@ -194,7 +194,7 @@ def _block(
     return SolvedBlock(block, whole, branches)
 
 
-_DEFAULT_METHOD = WrenchBasis()
+DEFAULT_METHOD = WrenchBasis()
 # Part of a coordinate that is lost when points are computed in several ways.
 _ROUNDING = 1e-12
 # A reference point further from the robot than this many of its lengths is moved to at the end.
@@ -217,7 +217,7 @@ class SnapshotStiffness:
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
     """Stiffness of the legs of a snapshot and of the whole."""
     together = legs_alone(snapshot.legs)
-    if method == _DEFAULT_METHOD:
+    if method == DEFAULT_METHOD:
         together = legs_together(snapshot.legs, snapshot.reference_point.shape[:-1])
         if len(together) < len(snapshot.legs):
             try:
@@ -278,7 +278,7 @@ def _solved_together(
 def _solved(leg: LegMatrices, method: Form, tolerance: Tolerance) -> CartesianStiffness:
     """Stiffness of a leg, with the status of its blocks."""
     length = leg.length
-    if method == _DEFAULT_METHOD:
+    if method == DEFAULT_METHOD:
         solved = solved_leg(leg.wrenches(length, tolerance), length, tolerance)
     else:
         solved = solve_chain(leg.C, leg.J_q, method, length, tolerance, leg.present)
