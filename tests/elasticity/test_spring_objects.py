@@ -118,9 +118,14 @@ def test_messages_of_springs_along_one_axis(make, words, unit):
     assert str(error.value) == (
         f"stiffness of the {words} spring: got 0.0, expected a positive finite number [{unit}]"
     )
-    for axis in ([0.0, 0.0, 0.0], [1, 0], "x", [np.nan, 0, 0], [[1, 0, 0]], [1, [2, 3]]):
+    for axis in ([0.0, 0.0, 0.0], [1, 0], "x", [[1, 0, 0]], [1, [2, 3]]):
         with pytest.raises(InputError) as error:
             make(1.0, axis)
         assert str(error.value) == (
             f"axis of the spring: got {axis!r}, expected three numbers, not all zero"
         )
+    with pytest.raises(InputError) as error:
+        make(1.0, [0, np.nan, 0])
+    assert str(error.value) == (
+        "axis of the spring, entry [1]: got nan, expected a finite number up to 1e30"
+    )

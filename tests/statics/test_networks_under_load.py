@@ -62,6 +62,14 @@ def column(parts: list[JointElement | SpringElement]) -> Network:
     )
 
 
+def test_a_network_has_its_own_pose():
+    network = network_of_snapshot(rs.find_posture(rs.load("3-puu")).snapshot.one(0))
+    expected = r"pose of network '3-puu': got .*: a network is frozen at its own pose"
+    for question in (rs.equilibrium, rs.stiffness, rs.plot.robot):
+        with pytest.raises(rs.InputError, match=expected):
+            question(network, np.zeros(6))
+
+
 def test_elements_of_a_beam_in_a_graph_by_how_it_is_held():
     """The load at which it buckles has the error of two elements between hinges, not of one."""
     EI, L = 7.0, 1.0

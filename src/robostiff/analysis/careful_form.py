@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from robostiff.analysis.result import RobotStiffness
-from robostiff.analysis.snapshot_stiffness import SnapshotStiffness, solve_snapshot
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, SnapshotStiffness, solve_snapshot
 from robostiff.elastostatics import (
     DEFAULT_TOLERANCE,
     BlockCompliance,
@@ -18,14 +18,13 @@ from robostiff.elastostatics import (
     Form,
     Status,
     Tolerance,
-    WrenchBasis,
     scaling,
 )
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics import Near, Posture, PostureFinder, place_chain, posture_finder
 from robostiff.kinematics.closure import LegSolver, NewtonTask
-from robostiff.kinematics.pose import PoseRequest
+from robostiff.kinematics.pose import PoseRequest, check_is_not_posed
 from robostiff.kinematics.solved_request import ActuatedRequest
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, PlacedLeg, Robot, Snapshot
@@ -137,7 +136,6 @@ def _matters(
     return bool(np.any(apart > _SAME * np.max(np.abs(K[0]))))
 
 
-DEFAULT_METHOD = WrenchBasis()
 #: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
 CHUNK = 4096
 # What a posture has to complain of has one of these.
@@ -267,21 +265,9 @@ def careful_stiffness(
         configurations = AskedConfigurations.of(robot, pose, tolerance, method)
         count = len(configurations.numbers)
         return configurations.solved(np.arange(count).reshape(configurations.batch))
-    if pose is not None:
-        kind = "network" if isinstance(robot, Network) else "snapshot"
-        raise InputError(
-            f"pose of {kind} {robot.name!r}",
-            got=pose,
-            expected=f"none: a {kind} is frozen at its own pose",
-            hint="describe the robot in a model file, or use rs.load_linkage, to move it",
-        )
+    check_is_not_posed(robot, pose)
     if isinstance(robot, Network):
-        if method != DEFAULT_METHOD:
-            raise InputError(
-                f"method for network {robot.name!r}",
-                got=method.name,
-                expected="none: forms of K_C are of legs, and a network is solved as a whole",
-            )
+        check_is_default(method, "network", robot.name)
         from robostiff.analysis.linkage_stiffness import network_stiffness
 
         return network_stiffness(robot, tolerance)
@@ -299,6 +285,16 @@ def careful_stiffness(
         origin=solved.origin,
         leg_blocks=solved.leg_blocks,
     )
+
+
+def check_is_default(method: Form, kind: str, name: str) -> None:
+    """Raise for a form of K_C where there are no legs."""
+    if method != DEFAULT_METHOD:
+        raise InputError(
+            f"method for {kind} {name!r}",
+            got=method.name,
+            expected=f"none: forms of K_C are of legs, and a {kind} is solved as a whole",
+        )
 
 
 def check_arguments(robot: Any, method: Any, near: Near, tolerance: Any) -> None:

@@ -8,10 +8,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robostiff.analysis.careful_form import DEFAULT_METHOD
+from robostiff.analysis.careful_form import check_is_default
 from robostiff.analysis.measures import differences
 from robostiff.analysis.result import RobotStiffness, StructuralAnalysis
 from robostiff.analysis.robot_record import Costs, KeptRecord, RecordedAnswer
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
 from robostiff.elastostatics import (
     DEFAULT_TOLERANCE,
     CartesianStiffness,
@@ -128,12 +129,7 @@ class AskedConfigurations:
 
         Raises InputError when they do not fit the joints, or a form of K_C is asked for.
         """
-        if method != DEFAULT_METHOD:
-            raise InputError(
-                f"method for linkage {linkage.name!r}",
-                got=method.name,
-                expected="none: forms of K_C are of legs, and a linkage is solved as a network",
-            )
+        check_is_default(method, "linkage", linkage.name)
         values = values.values if isinstance(values, ActuatorCoordinates) else values
         values = {} if values is None else values
         if not isinstance(values, Mapping):

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.careful_form import (
-    DEFAULT_METHOD,
     AskedPoses,
     careful_stiffness,
     check_arguments,
 )
 from robostiff.analysis.result import RobotStiffness, points_given
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError, InputError

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analysis.careful_form import DEFAULT_METHOD, AskedPoses
+from robostiff.analysis.careful_form import AskedPoses
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept

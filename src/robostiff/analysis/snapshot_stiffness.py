@@ -25,41 +25,13 @@ from robostiff.elastostatics import (
 )
 from robostiff.elastostatics.leg import felt_by_modes
 from robostiff.elastostatics.parallel_block import block_of
+from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
 from robostiff.errors import InputError
 from robostiff.kinematics import felt_by_springs, leg_compliance, passive_jacobian
 from robostiff.kinematics.legs_together import LegsTogether, in_order, legs_alone, legs_together
 from robostiff.model import PlacedBlock, PlacedLeg, Snapshot
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
-
-_IN, _OUT = list(Space.PLANAR.rows), [2, 3, 4]
-
-
-def check_passive_in_plane(J_q: np.ndarray, names: tuple[str, ...]) -> None:
-    """Raise unless every passive joint turns about z or slides across it."""
-    out = np.linalg.norm(J_q[..., _OUT, :], axis=-2) > 1e-9 * np.linalg.norm(J_q, axis=-2)
-    if np.any(out):
-        name = names[int(np.argwhere(out)[0][-1])]
-        raise InputError(
-            f"passive joint {name!r} of a planar robot",
-            got="an axis that leads out of the x-y plane",
-            expected="a rotation about z or a slide across z",
-            hint="leave out 'planar: true' to compute in space",
-        )
-
-
-def check_compliance_in_plane(C: np.ndarray, leg: str) -> None:
-    """Raise unless loads in the plane deflect the leg in the plane alone."""
-    size = np.sqrt(np.maximum(np.einsum("...ii->...i", C), 0.0))
-    coupling = np.abs(C[..., _IN, :][..., :, _OUT])
-    allowed = 1e-9 * size[..., _IN, None] * size[..., None, _OUT]
-    if np.any(coupling > allowed):
-        raise InputError(
-            f"leg {leg!r} of a planar robot",
-            got="a compliance that couples motions in the plane with motions out of it",
-            expected="elastic parts whose principal axes lie along and across the plane",
-            hint="leave out 'planar: true' to compute in space",
-        )
 
 
 @dataclass(frozen=True)
@@ -181,8 +153,9 @@ def leg_matrices(
     """
     J_q, names = passive_jacobian(leg.without_blocks, at)
     if space is Space.PLANAR:
-        check_passive_in_plane(J_q, names)
-        check_compliance_in_plane(leg_compliance(leg.without_blocks, at), leg.name)
+        check_joints_in_plane(J_q, names)
+        C = leg_compliance(leg.without_blocks, at)
+        check_compliance_in_plane(C, f"leg {leg.name!r} of a planar robot")
         J_q = J_q[..., list(space.rows), :]
     if not leg.blocks:
         return LegMatrices(leg, at, space, length, J_q, names)
@@ -221,7 +194,7 @@ def _block(
     return SolvedBlock(block, whole, branches)
 
 
-_DEFAULT_METHOD = WrenchBasis()
+DEFAULT_METHOD = WrenchBasis()
 # Part of a coordinate that is lost when points are computed in several ways.
 _ROUNDING = 1e-12
 # A reference point further from the robot than this many of its lengths is moved to at the end.
@@ -244,7 +217,7 @@ class SnapshotStiffness:
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
     """Stiffness of the legs of a snapshot and of the whole."""
     together = legs_alone(snapshot.legs)
-    if method == _DEFAULT_METHOD:
+    if method == DEFAULT_METHOD:
         together = legs_together(snapshot.legs, snapshot.reference_point.shape[:-1])
         if len(together) < len(snapshot.legs):
             try:
@@ -305,7 +278,7 @@ def _solved_together(
 def _solved(leg: LegMatrices, method: Form, tolerance: Tolerance) -> CartesianStiffness:
     """Stiffness of a leg, with the status of its blocks."""
     length = leg.length
-    if method == _DEFAULT_METHOD:
+    if method == DEFAULT_METHOD:
         solved = solved_leg(leg.wrenches(length, tolerance), length, tolerance)
     else:
         solved = solve_chain(leg.C, leg.J_q, method, length, tolerance, leg.present)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, cast, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.careful_form import DEFAULT_METHOD, check_arguments
+from robostiff.analysis.careful_form import check_arguments, check_is_default
 from robostiff.analysis.posed_stiffness import answered_at
 from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
-from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.model import Robot, Snapshot
 
@@ -104,12 +104,7 @@ def stiffness(
 
     if isinstance(robot, CableRobot):
         check_arguments(robot, method, near, tolerance)
-        if method != DEFAULT_METHOD:
-            raise InputError(
-                f"method for cable robot {robot.name!r}",
-                got=method.name,
-                expected="none: forms of K_C are of legs",
-            )
+        check_is_default(method, "cable robot", robot.name)
         from robostiff.analysis.cable_stiffness import cable_stiffness
 
         return cable_stiffness(robot, cast("Pose", pose), at=at, tolerance=tolerance)

@@ -7,7 +7,6 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robostiff.elasticity.bounds import Bounds
 from robostiff.errors import InputError
@@ -71,17 +70,6 @@ def poisson_ratio_of_isotropic(value: Any) -> Any:
 def poisson_ratio_bounds(value: Any) -> Bounds:
     """Those of an isotropic material."""
     return Bounds("Poisson ratio", value, -1, 0.5, _RATIO, _BY_MODULI)
-
-
-def finite_array(
-    subject: str, values: Any, shape: tuple[int, ...], expected: str
-) -> NDArray[np.float64]:
-    """The values as floats of that shape; InputError if they are not, or not all finite."""
-    array = as_array(values)
-    if array.shape != shape or array.dtype.kind not in "iuf" or not np.isfinite(array).all():
-        got = values.tolist() if isinstance(values, np.ndarray) else values
-        raise InputError(subject, got=got, expected=expected)
-    return array.astype(np.float64)
 
 
 def is_real_number(value: Any) -> bool:

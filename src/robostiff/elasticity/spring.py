@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robostiff.elasticity.bounds import Bounds, left_open
-from robostiff.elasticity.checks import as_array, finite_array, positive_number
+from robostiff.elasticity.checks import as_array, positive_number
 from robostiff.errors import InputError
+from robostiff.spatial import as_floats
 from robostiff.spatial.compliance_modes import compliance_modes
 from robostiff.spatial.formula import (
     Entries,
@@ -161,7 +162,7 @@ def _unit(axis: Entries) -> NDArray:
         if formulas.shape != (3,) or vanishes(formulas):
             raise InputError(subject, got=axis, expected=expected)
         return formulas / length_of(formulas)
-    vector = finite_array(subject, axis, (3,), expected)
+    vector = as_floats(subject, axis, expected, shape=(3,))
     norm = float(np.linalg.norm(vector))
     if norm == 0.0:
         raise InputError(subject, got=vector.tolist(), expected=expected)

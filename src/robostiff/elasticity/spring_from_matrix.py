@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robostiff.elasticity.bounds import Bounds
-from robostiff.elasticity.checks import finite_array
 from robostiff.elasticity.matrix_of_formulas import (
     COMPLIANCE,
     STIFFNESS,
@@ -20,6 +19,7 @@ from robostiff.elasticity.matrix_of_formulas import (
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
 from robostiff.spatial import (
+    as_floats,
     block_rotation,
     move_compliance,
     refuse_quantities,
@@ -248,7 +248,7 @@ def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elastic
         R = _checked_rotation(rotation)
     v = formula_array(offset)
     if v is None:
-        v = finite_array("offset of the spring", offset, (3,), "three finite numbers [m]")
+        v = as_floats("offset of the spring", offset, "three finite numbers [m]", "m", (3,))
     C, freedoms, R, v = exact_arrays(elasticity.compliance, elasticity.freedoms, R, v)
     return Elasticity(
         move_compliance(rotate_stiffness(C, R), v),
@@ -308,7 +308,7 @@ def _leading_rows(basis: Matrix) -> NDArray[np.intp]:
 
 def _checked_rotation(rotation: Entries) -> NDArray[np.float64]:
     expected = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"
-    R = finite_array("rotation of the spring", rotation, (3, 3), expected)
+    R = as_floats("rotation of the spring", rotation, expected, shape=(3, 3))
     error = float(np.abs(R.T @ R - np.eye(3)).max())
     if error > 1e-9:
         raise InputError(

@@ -121,6 +121,18 @@ def near_coordinates(robot: Robot, near: Near) -> tuple[np.ndarray, ...] | None:
     )
 
 
+def check_is_not_posed(robot: Any, pose: object) -> None:
+    """Raise for a pose of a snapshot or a network."""
+    if pose is not None:
+        kind = type(robot).__name__.lower()
+        raise InputError(
+            f"pose of {kind} {robot.name!r}",
+            got=pose,
+            expected=f"none: a {kind} is frozen at its own pose",
+            hint="describe the robot in a model file, or use rs.load_linkage, to move it",
+        )
+
+
 def coordinate_units(robot: Robot) -> tuple[str, ...]:
     """SI units of the free pose coordinates of a robot, m or rad."""
     return tuple(Space.SPATIAL.twist_units[place] for place in robot.coordinate_places)

@@ -42,10 +42,7 @@ def vector3(subject: str, value: Entries) -> np.ndarray:
         return formulas
     if isinstance(value, np.ndarray) and value.dtype == object:
         value = value.tolist()  # plain numbers among the formulas of another vector
-    vector = as_floats(subject, value, "three finite numbers [x, y, z]")
-    if vector.shape != (3,):
-        raise InputError(subject, got=value, expected="three finite numbers [x, y, z]")
-    return vector
+    return as_floats(subject, value, "three finite numbers [x, y, z]", shape=(3,))
 
 
 def unit_vector(subject: str, value: Entries) -> np.ndarray:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 from robostiff.network.elements import BeamElement, section_compliance
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_float, as_floats
 
 # Of an entry: a compliance that differs from that of a uniform beam by less is rounding.
 _ROUNDING = 1e-9
@@ -114,18 +114,15 @@ def _distance(beam: BeamElement, load: ForceOnBeam) -> float:
     """Of the point of a force from the end of the beam [m]."""
     subject = f"distance of a force on beam {beam.name!r}"
     expected = f"a number from 0 to {beam.length:g} [m], from its start"
-    s = as_floats(subject, load.distance, expected, "m")
-    if s.shape != () or not 0.0 <= float(s) <= beam.length:
+    s = as_float(subject, load.distance, expected, "m")
+    if not 0.0 <= s <= beam.length:
         raise InputError(subject, got=load.distance, expected=expected)
-    return beam.length - float(s)
+    return beam.length - s
 
 
 def _in_axes(beam: BeamElement, what: str, value: ArrayLike, unit: str) -> np.ndarray:
     subject = f"{what} on beam {beam.name!r}"
-    vector = as_floats(subject, value, f"three numbers [{unit}]", unit)
-    if vector.shape != (3,):
-        raise InputError(subject, got=value, expected=f"three numbers [{unit}]")
-    return beam.rotation.T @ vector
+    return beam.rotation.T @ as_floats(subject, value, f"three numbers [{unit}]", unit, (3,))
 
 
 def _section_compliance(beam: BeamElement) -> np.ndarray:

@@ -236,7 +236,5 @@ def _checked(network: Network, node: str, point: ArrayLike) -> tuple[str, np.nda
         raise InputError(
             "node of a point", got=node, expected=f"the name of a node: {', '.join(names[:12])}"
         )
-    place = as_floats(f"point of node {node!r}", point, "three numbers x y z [m]", "m")
-    if place.shape != (3,):
-        raise InputError(f"point of node {node!r}", got=point, expected="three numbers x y z [m]")
-    return node, place
+    subject = f"point of node {node!r}"
+    return node, as_floats(subject, point, "three numbers x y z [m]", "m", (3,))

@@ -9,37 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitted_wrenches
+from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import BeamElement, CouplingElement, Element, SpringElement
 from robostiff.network.network import Network
 from robostiff.spatial import Space, block_rotation, compliance_modes, twist_transport
-
-_IN_PLANE = list(Space.PLANAR.rows)
-_OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
-_ROUNDING = 1e-9
-
-
-def check_in_plane(name: str, C: np.ndarray, J: np.ndarray) -> None:
-    """Raise unless an element of compliance C and freedoms J stays in the x-y plane."""
-    if np.any(np.linalg.norm(J[_OUT_OF_PLANE], axis=0) > _ROUNDING * np.linalg.norm(J, axis=0)):
-        raise InputError(
-            f"passive joint {name!r} of a planar network",
-            got="an axis that leads out of the x-y plane",
-            expected="a rotation about z or a slide across z",
-            hint="leave out 'planar: true' to compute in space",
-        )
-    size = np.sqrt(np.maximum(np.diagonal(C), 0.0))
-    allowed = _ROUNDING * np.outer(size[_IN_PLANE], size[_OUT_OF_PLANE])
-    if np.any(np.abs(C[np.ix_(_IN_PLANE, _OUT_OF_PLANE)]) > allowed):
-        raise InputError(
-            f"part {name!r} of a planar network",
-            got="an elasticity that couples motions in the plane with motions out of it",
-            expected="principal axes along and across the plane",
-            hint="leave out 'planar: true' to compute in space",
-        )
-
 
 _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
@@ -193,7 +169,8 @@ def _in_space(
     if space is Space.SPATIAL:
         return C, J, axes
     C, J = axes @ C @ axes.T, axes @ J
-    check_in_plane(name, C, J)
+    check_joints_in_plane(J, [name] * J.shape[1], "network")
+    check_compliance_in_plane(C, f"part {name!r} of a planar network")
     rows = list(space.rows)
     return C[np.ix_(rows, rows)], J[rows], np.eye(len(rows))
 

@@ -250,10 +250,7 @@ def _settlement(network: Network, name: str, value: Any) -> np.ndarray:
     space = network.space
     units = ("m",) * space.translations + ("rad",) * (space.size - space.translations)
     expected = f"{space.size} numbers {' '.join(space.twist_order)} [m, rad]"
-    t = as_floats(f"displacement of node {name!r}", value, expected, units)
-    if t.shape != (space.size,):
-        raise InputError(f"displacement of node {name!r}", got=value, expected=expected)
-    return t
+    return as_floats(f"displacement of node {name!r}", value, expected, units, (space.size,))
 
 
 def _right_side(

@@ -11,6 +11,7 @@ import numpy as np
 from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare, cable_stiffness
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
+from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
@@ -137,10 +138,7 @@ def picture_of_robot(
             robot.network_at(pose), own, exaggeration, joints_in_words(robot, pose)
         )
     if isinstance(robot, Network):
-        if pose is not None:
-            raise InputError(
-                f"pose of network {robot.name!r}", got=pose, expected="none: it has its own"
-            )
+        check_is_not_posed(robot, pose)
         return network_scene(robot, own, exaggeration)
     return robot_picture(snapshot_at(robot, pose, near), own, colouring, exaggeration)
 

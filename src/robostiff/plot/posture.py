@@ -11,6 +11,7 @@ from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness
 from robostiff.analysis.posed_stiffness import PosedStiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
+from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -53,12 +54,7 @@ def snapshot_at(robot: Robot | Snapshot, pose: Pose, near: Near = None) -> Snaps
 
 
 def _single(snapshot: Snapshot, pose: Pose) -> Snapshot:
-    if pose is not None:
-        raise InputError(
-            f"pose of snapshot {snapshot.name!r}",
-            got=pose,
-            expected="none: a snapshot is frozen at its own pose",
-        )
+    check_is_not_posed(snapshot, pose)
     batch = snapshot.reference_point.shape[:-1]
     if batch == (1,):
         return snapshot.one(0)

@@ -217,7 +217,13 @@ def _is_foreign(value: Any) -> bool:
 _LARGEST = 1e30  # far beyond any robot, and far from overflow
 
 
-def as_floats(subject: str, value: Any, expected: str, units: Units | None = None) -> np.ndarray:
+def as_floats(
+    subject: str,
+    value: Any,
+    expected: str,
+    units: Units | None = None,
+    shape: tuple[int, ...] | None = None,
+) -> np.ndarray:
     """Real finite numbers, or quantities in SI units, as an array of floats.
 
     Parameters
@@ -231,6 +237,8 @@ def as_floats(subject: str, value: Any, expected: str, units: Units | None = Non
     units : str, sequence of str, mapping of int to sequence of str, optional
         SI unit of all entries, or of those of the last axis, by its length if need be: that of the
         numbers, and what quantities are converted to. Left out, none are taken.
+    shape : tuple of int, optional
+        The one that fits.
 
     Raises
     ------
@@ -257,6 +265,8 @@ def as_floats(subject: str, value: Any, expected: str, units: Units | None = Non
         place = tuple(int(i) for i in np.argwhere(wrong)[0])
         entry = f"{subject}, entry {list(place)}" if place else subject
         raise InputError(entry, got=array[place], expected="a finite number up to 1e30")
+    if shape is not None and array.shape != shape:
+        raise InputError(subject, got=value, expected=expected)
     return array.astype(float, copy=False)
 
 
@@ -273,7 +283,4 @@ def as_float(subject: str, value: Any, expected: str, unit: str | None = None) -
     >>> as_float("length", 3, "a length [m]", "m")
     3.0
     """
-    array = as_floats(subject, value, expected, unit)
-    if array.shape != ():
-        raise InputError(subject, got=value, expected=expected)
-    return float(array)
+    return float(as_floats(subject, value, expected, unit, ()))

@@ -174,12 +174,8 @@ def _force(
 def load_vector(what: str, name: str, value: object) -> np.ndarray:
     """Force [N] or point [m] of a load on a body (3,)."""
     units = "N" if what == "force" else "m"
-    vector = as_floats(f"{what} of the load on {name!r}", value, f"three numbers [{units}]", units)
-    if vector.shape != (3,):
-        raise InputError(
-            f"{what} of the load on {name!r}", got=value, expected=f"three numbers [{units}]"
-        )
-    return vector
+    subject = f"{what} of the load on {name!r}"
+    return as_floats(subject, value, f"three numbers [{units}]", units, (3,))
 
 
 def unit_weights(

@@ -13,6 +13,7 @@ from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
+from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
@@ -195,12 +196,8 @@ def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
     if isinstance(robot, Robot):
         posture = find_posture(robot, pose, near=near)
         return Postures(robot, posture, posture.batch)
-    if isinstance(robot, Snapshot | Network) and (pose is not None or near is not None):
-        raise InputError(
-            f"pose of snapshot {robot.name!r}",
-            got=pose if pose is not None else near,
-            expected="none: a snapshot is frozen at its own pose",
-        )
+    if isinstance(robot, Snapshot | Network):
+        check_is_not_posed(robot, near if pose is None else pose)
     if not isinstance(robot, Snapshot):
         raise InputError(
             "robot of an equilibrium",
@@ -234,10 +231,7 @@ def _point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:
     """The point of the platform about which wrenches are (3,) [m]."""
     if at is None:
         return np.asarray(reference, dtype=float)
-    point = as_floats("at", at, "three numbers [m]", "m")
-    if point.shape != (3,):
-        raise InputError("at", got=at, expected="three numbers [m]: one point")
-    return point
+    return as_floats("at", at, "three numbers [m]: one point", "m", (3,))
 
 
 def _pushes(preload: Mapping[str, Any] | None) -> dict[str, float]:

@@ -13,7 +13,7 @@ from robostiff.analysis.indices.stiffness_parts import eigenparts, stiffness_par
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status, scaling
 from robostiff.errors import InputError
-from robostiff.spatial import as_floats, screw_of_twist
+from robostiff.spatial import as_float, as_floats, screw_of_twist
 
 _SHORTEST = 1e-30  # [m]; the largest number there may be is its inverse
 
@@ -23,10 +23,10 @@ def index_length(result: RobotStiffness, length: float | None) -> float:
     if length is None:
         return float(result.about_reference.length)
     expected = f"a length above 0, from {_SHORTEST:.0e} m"
-    given = as_floats("characteristic length", length, expected, "m")
-    if given.shape != () or not given >= _SHORTEST:
+    given = as_float("characteristic length", length, expected, "m")
+    if given < _SHORTEST:
         raise InputError("characteristic length", got=length, expected=expected)
-    return float(given)
+    return given
 
 
 def length_factors(result: RobotStiffness, length: float) -> np.ndarray:
@@ -37,9 +37,7 @@ def length_factors(result: RobotStiffness, length: float) -> np.ndarray:
 def checked_metric(metric: ArrayLike, size: int) -> np.ndarray:
     """A symmetric positive definite matrix (n, n) that measures twists."""
     expected = f"a symmetric positive definite matrix {size} x {size}, in units 1, m, m^2"
-    M = as_floats("metric", metric, expected)
-    if M.shape != (size, size):
-        raise InputError("metric", got=f"shape {M.shape}", expected=expected)
+    M = as_floats("metric", metric, expected, shape=(size, size))
     sizes = np.sqrt(np.maximum(np.diag(M), 0.0))
     if np.any(np.abs(M - M.T) > 1e-12 * np.outer(sizes, sizes)):
         raise InputError("metric", got=metric, expected=expected, hint="make it symmetric")

@@ -267,9 +267,7 @@ def _unit(direction: ArrayLike, space: Space) -> np.ndarray:
 
 
 def _vector(given: ArrayLike, subject: str) -> np.ndarray:
-    u = as_floats(subject, given, "three numbers x y z", "")
-    if u.shape != (3,):
-        raise InputError(subject, got=given, expected="three numbers x y z")
+    u = as_floats(subject, given, "three numbers x y z", "", (3,))
     size = np.linalg.norm(u)
     if size == 0:
         raise InputError(subject, got=given, expected="a direction, not zero")

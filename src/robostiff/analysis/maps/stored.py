@@ -57,7 +57,7 @@ class StoredMap:
 
 
 def damaged(path: Path, what: str) -> InputError:
-    """The error for a damaged store."""
+    """The error for a damaged store or file."""
     return InputError(
         f"map {str(path)!r} is damaged: it has {what}",
         hint="make the map again at another path, or take a copy of it",

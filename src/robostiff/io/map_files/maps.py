@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.analysis.maps.dataset import open_map
+from robostiff.analysis.maps.stored import damaged
 from robostiff.analysis.maps.variables import status_words
 from robostiff.errors import FileError, InputError, Location, needs_extra, printable
 from robostiff.io.child_process import READ_HDF5, ProcessLimits, answer_of
@@ -84,13 +85,13 @@ def read_map_netcdf(path: Path) -> xarray.Dataset:
             "map", got=str(path), expected=f"a NetCDF file ({error.strerror})"
         ) from None
     if seal_holds is False:
-        raise _damaged(path, "a content that does not agree with its checksum")
+        raise damaged(path, "a content that does not agree with its checksum")
     _try_elsewhere(path, size)
     try:
         with xarray.open_dataset(path, engine="h5netcdf") as found:
             return found.load()
     except Exception as error:  # any failure of HDF5 or xarray at a file of another program
-        raise _damaged(
+        raise damaged(
             path, f"contents that cannot be read ({type(error).__name__}: {error})"
         ) from None
 
@@ -106,7 +107,7 @@ def _seal_holds(path: Path, size: int) -> bool | None:
     """Whether the checksum is right; None for a file of another program."""
     with path.open("rb") as file:
         if file.read(8) != b"\x89HDF\r\n\x1a\n":
-            raise _damaged(path, "a start that is not that of a NetCDF 4 file")
+            raise damaged(path, "a start that is not that of a NetCDF 4 file")
         file.seek(max(0, size - _SEAL_BYTES))
         seal = _SEAL.search(file.read())
         if seal is None:
@@ -127,14 +128,7 @@ def _try_elsewhere(path: Path, size: int) -> None:
     try:
         answer_of(READ_HDF5, request, Location(str(path)), "map", "HDF5", limits)
     except FileError as error:
-        raise _damaged(path, f"contents that HDF5 cannot read ({error.got})") from None
-
-
-def _damaged(path: Path, what: str) -> InputError:
-    return InputError(
-        f"map {str(path)!r} is damaged: it has {what}",
-        hint="make the map again, or take a copy of it",
-    )
+        raise damaged(path, f"contents that HDF5 cannot read ({error.got})") from None
 
 
 def read_map(path: str | Path) -> xarray.Dataset:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from robostiff.elastostatics import Status, Tolerance
+from robostiff.elastostatics.plane import coupling_out_of_plane
 from robostiff.errors import FileError, InputError, warn_of_slip
 from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import beam_masses, placed, placed_masses, question_joints
@@ -40,12 +41,6 @@ from robostiff.model.coupled_joints import Transmission, transmission
 from robostiff.model.joint import joint_of
 from robostiff.spatial import Space
 
-_IN_PLANE = list(Space.PLANAR.rows)
-_OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
-
-# Part of its size by which an axis may lean, or a part may bend, out of the plane: rounding, not
-# a slip.
-_TOLERANCE = 1e-9
 # Part of its size by which coordinates from CAD programs, rounded to three digits or more, are off.
 _ROUNDED = 1e-3
 
@@ -78,12 +73,9 @@ def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentP
         else np.zeros((6, 6))
         for element in leg.elements
     ]
-    C = np.sum([np.zeros((6, 6)), *parts], axis=0)
-    size = np.sqrt(np.diagonal(C))
-    allowed = _TOLERANCE * np.outer(size[_IN_PLANE], size[_OUT_OF_PLANE])
-    in_and_out = np.ix_(_IN_PLANE, _OUT_OF_PLANE)
-    if np.any(np.abs(C[in_and_out]) > allowed):
-        excess = [np.max(np.abs(part[in_and_out]) - allowed) for part in parts]
+    coupling, allowed = coupling_out_of_plane(np.sum([np.zeros((6, 6)), *parts], axis=0))
+    if np.any(coupling > allowed):
+        excess = [np.max(coupling_out_of_plane(part)[0] - allowed) for part in parts]
         raise chain.at(int(np.argmax(excess))).error(
             "part of a planar robot that a load in the plane bends out of it",
             expected="parts at the height of the reference point, a principal axis along z",
