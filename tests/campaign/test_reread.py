@@ -14,6 +14,7 @@ FILES = (
     *SHIPPED.glob("*.yaml"),
     *(path for path in (ROOT / "examples").glob("*.yaml") if "stiffness" not in path.name),
     ROOT / "docs/star-platform.yaml",
+    *Path(__file__).with_name("machines").glob("*.yaml"),
 )
 
 

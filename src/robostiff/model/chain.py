@@ -198,6 +198,19 @@ class Chain:
         return tuple(names)
 
     @property
+    def part_names(self) -> tuple[str, ...]:
+        """Names of joints, elastic parts and blocks, of parts inside as block/branch/part."""
+        names: list[str] = []
+        for element in self.elements:
+            if not isinstance(element, Rigid):
+                names.append(element.name)
+            if isinstance(element, ParallelBlock):
+                for own in element.branches:
+                    inside = own.chain.part_names
+                    names += [f"{element.name}/{own.name}/{name}" for name in inside]
+        return tuple(names)
+
+    @property
     def joint_names(self) -> tuple[str, ...]:
         """Name of each motion of a joint, as those of coordinates."""
         return tuple(self._names(lambda chain: chain.joint_names))

@@ -168,6 +168,8 @@ class Robot(InNotebooks, Symbolic):
         if not self.legs:
             raise InputError(f"robot {self.name!r}", got="no leg", expected="at least one leg")
         check_distinct("names of the legs", [leg.name for leg in self.legs])
+        parts = [f"{leg.name}/{name}" for leg in self.legs for name in leg.chain.part_names]
+        check_distinct("names of the parts, leg/part", parts)
         object.__setattr__(self, "legs", _sharing_chains(self.legs))
         object.__setattr__(self, "springs", tuple(self.springs))
         object.__setattr__(self, "laws", dict(self.laws))

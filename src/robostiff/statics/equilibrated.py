@@ -12,6 +12,8 @@ LOST = 1e-11
 _SINGULAR = 1e12
 # Condition of a block up to which it is eliminated before the others.
 _BLOCK = 1e10
+# Of the largest stiffness of a leg: a coordinate of less has none but that of rounding or loads.
+_PASSIVE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -46,10 +48,39 @@ class Equilibrated:
         return self.scale[..., None] * x
 
 
-def equilibrated(A: np.ndarray, arrow: Arrowhead | None = None) -> Equilibrated:
+def unit_free(A: np.ndarray, sizes: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Factors (N, n) by which unknowns of legs are independent of the units of length and force.
+
+    Parameters
+    ----------
+    A : (N, n, n) array
+        Tangents: n - m closures stand behind m coordinates.
+    sizes : (N, m) array
+        What a unit of each coordinate turns or shifts, in radians and lengths of the robot.
+    rows : (n - m,) array
+        What makes such numbers of the gaps of the closures.
+
+    Returns
+    -------
+    (N, n) array
+        Their products from both sides leave closures near one, and stiffnesses as far above as
+        below it.
+    """
+    stiffness = np.abs(np.diagonal(A, axis1=1, axis2=2)[:, : sizes.shape[1]]) / sizes**2
+    elastic = stiffness > _PASSIVE * np.max(stiffness, axis=1, keepdims=True, initial=0.0)
+    logs = np.sum(np.log(np.where(elastic, stiffness, 1.0)), axis=1)
+    level = np.exp(0.5 * logs / np.maximum(np.sum(elastic, axis=1), 1))[:, None]
+    return np.concatenate([1.0 / (sizes * level), rows * level], axis=1)
+
+
+def equilibrated(
+    A: np.ndarray, arrow: Arrowhead | None = None, first: np.ndarray | None = None
+) -> Equilibrated:
     """Invert square matrices (N, n, n) of mixed units, as symmetric in size as those of energies.
 
-    Blocks of the arrow are eliminated first, where they are far from singular.
+    Blocks of the arrow are eliminated first, where they are far from singular. There are many
+    factors that bring the largest entries of all rows near one; those nearest to the factors
+    `first` (N, n) are used.
 
     Examples
     --------
@@ -57,7 +88,8 @@ def equilibrated(A: np.ndarray, arrow: Arrowhead | None = None) -> Equilibrated:
     >>> found.solve(np.array([[[1.0], [0.0]]]), 2)[0, 1, 0]
     np.float64(-0.001001...)
     """
-    scale, size, scaled = np.ones(A.shape[:2]), np.abs(A), np.empty(A.shape)
+    scale = np.ones(A.shape[:2]) if first is None else first
+    size, scaled = np.abs(A), np.empty(A.shape)
     for _ in range(3):
         largest = scale * np.multiply(size, scale[:, None], out=scaled).max(2, initial=0.0)
         scale = scale / np.sqrt(largest + (largest == 0))

@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chain_family import ChainFamily
-from robostiff.statics.equilibrated import equilibrated
+from robostiff.statics.equilibrated import equilibrated, unit_free
 from robostiff.statics.leg_state import LegEquations, LegState, Share
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.rigid_legs import Bordered, Closure, HeldPlatform
@@ -169,7 +169,9 @@ class EquilibriumProblem:
                 lacking[g] = closures[g].solve(eq.A, wanted, refinements)
                 inverse, found = lacking[g].inverse, lacking[g].found
             else:
-                inverse = equilibrated(eq.A, group.arrow)
+                rows = group.closure_sizes(self.length)
+                first = unit_free(eq.A, self.leg_sizes[g], rows)
+                inverse = equilibrated(eq.A, group.arrow, first)
                 found = inverse.solve(wanted, refinements)
             regular = regular and bool(np.all(inverse.regular))
             ends = [group.wrench_places[i] for i in group.on_platform]

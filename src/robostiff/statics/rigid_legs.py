@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.statics.equilibrated import Equilibrated, equilibrated
+from robostiff.statics.equilibrated import Equilibrated, equilibrated, unit_free
 
 # Of the largest singular value of a closure, in robot lengths and radians: a lost direction.
 _LOST = 1e-9
@@ -46,7 +46,9 @@ class Closure:
         wide[:, m:n, n:] = missing / self.rows[:, None]
         wide[:, n:, m:n] = np.swapaxes(wide[:, m:n, n:], -1, -2)
         wide[:, range(n, n + d), range(n, n + d)] = ~kept
-        inverse = equilibrated(wide)
+        first = unit_free(A, self.sizes, self.rows)
+        aside = np.broadcast_to(self.rows[0] / first[:, m : m + 1], (N, d))
+        inverse = equilibrated(wide, first=np.concatenate([first, aside], axis=1))
         x = inverse.solve(np.concatenate([b, np.zeros((N, d, b.shape[2]))], axis=1), refinements)
         carried = np.zeros((N, n, d))
         carried[:, m:] = missing * self.rows[:, None]

@@ -138,16 +138,17 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
         m = group.free_size
         if m <= eq.A.shape[1] - m - missing:
             continue  # the platform holds all coordinates
-        own = margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
+        own = margins_of(group, eq.A, problem.length)
         # legs that share springs have one margin, under the first of them
         found |= dict(zip(group.indices[: group.count], own, strict=True))
     # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
     return {index: own for index, own in found.items() if own is not None and own.value != 0.0}
 
 
-def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | None]:
-    """Of legs built alike; None for one that the platform holds."""
-    Q0 = group.unloaded_curvature
+def margins_of(group: LegGroup, A: np.ndarray, length: float) -> list[Margin | None]:
+    """Of legs built alike, of tangents A (N, n, n); None for one that the platform holds."""
+    m, Q0 = group.free_size, group.unloaded_curvature
+    Q, C = A[:, :m, :m], A[:, m:, :m] * group.closure_sizes(length)[:, None]
     # Without springs between bodies: what these add to a passive joint may be rounding.
     stiff = np.diagonal(group.own_curvature, axis1=-2, axis2=-1)
     scale = unit_sizes(C, stiff)

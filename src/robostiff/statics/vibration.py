@@ -23,7 +23,8 @@ class SmallMotions:
     K: np.ndarray  # (n, n): second variation of the energy, less the work of loads and wrenches
     # (k, n): B^T B is the mass matrix, of velocities of points times roots of their masses
     B: np.ndarray
-    closure: np.ndarray  # (c, n): zero for motions that keep the robot together
+    # (c, n): zero for motions that keep the robot together, in robot lengths and radians
+    closure: np.ndarray
     size: np.ndarray  # (n,): of a unit of energy in each coordinate, or of motion without
 
     @staticmethod
@@ -43,6 +44,7 @@ class SmallMotions:
             m = group.free_size
             moving, forces = heavy.load_velocities(own)
             own_stiff = np.diagonal(group.unloaded_curvature, axis1=-2, axis2=-1)
+            gaps = group.closure_sizes(problem.length)[:, None]
             for i in range(group.count):
                 here = slice(at, at + m)
                 at += m
@@ -50,7 +52,7 @@ class SmallMotions:
                 stiff[here] = own_stiff[i]
                 closed = np.zeros((eq.A.shape[1] - m, n))
                 closed[:, here], closed[:, n - r :] = eq.A[i, m:, :m], eq.A_t[i, m:]
-                closure.append(closed)
+                closure.append(gaps * closed)
                 if eq.beside is not None:
                     K[here, n - r :] = eq.A_t[i, :m]
                     K[n - r :, here] = eq.beside.by_unknown[i, :, :m]

@@ -96,6 +96,7 @@ MISUSES = {
     "no number": (lambda: rs.Axis(0, float("nan"), 3), "finite number"),
     "grid without axis": (rs.Grid, "at least one"),
     "grid of numbers": (lambda: rs.Grid(x=3), "write x=Axis"),  # pyright: ignore
+    "list of no poses": (lambda: rs.PoseList(["x", "y"], np.zeros((0, 2))), "one pose at least"),
     "list of the wrong width": (lambda: rs.PoseList(["x", "y"], [[1, 2, 3]]), r"\(N, 2\)"),
     "list with a name twice": (lambda: rs.PoseList(["x", "x"], [[1, 2]]), "each name once"),
     "list with a hole": (lambda: rs.PoseList("x", [[np.nan]]), "finite number"),

@@ -65,7 +65,9 @@ class PoseList(_PosesInARow):
         rows, self.units_given = self._read(poses, f"rows of {columns}")
         if rows.ndim != 2 or rows.shape[1] != len(self.names) or not len(rows):
             raise InputError(
-                "shape of a list of poses", got=rows.shape, expected=f"(N, {len(self.names)})"
+                "shape of a list of poses",
+                got=rows.shape,
+                expected=f"(N, {len(self.names)}), of one pose at least",
             )
         self._columns = np.ascontiguousarray(rows.T)
         if time is not None and path_length is not None:

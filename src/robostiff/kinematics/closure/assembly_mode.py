@@ -23,10 +23,11 @@ _LAST_STEPS = 2
 _CONTRACTION = 0.5
 # Steps below this are as small as rounding makes them: they need not become smaller.
 _SMALL_STEP = 1e-9
-# A part of the way from home that is too long for one is cut into so many, down to the shortest.
-_CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
-# Of the last of these parts, where postures near a singularity may turn fast: the shortest there.
-_SHORTEST_LAST = 1.0 / 4096.0
+# A part of the way from home that is too long for one is cut into so many, down to the shortest:
+# postures near a singularity may turn fast.
+_CUT, _SHORTEST = 4.0, 1.0 / 4096.0
+# Where a way ends in its last such part, modes may meet at its end.
+_LAST_PART = 1.0 / 64.0
 # Smallest singular value, as a part of home's, below which assembly modes meet. At a limit of reach
 # a gap leads as far beyond the singularity as its square root; rounding is a gap as well.
 _MEETING, _BEYOND_MEETING, _ROUNDING = 1e-2, 3.0, 1e-13
@@ -88,9 +89,9 @@ class AssemblyMode:
 
     Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
     than zero, and each Newton step is at most half of the one before, six at most. The way is
-    gone at once where that holds, otherwise in parts of 1/4, 1/16 or 1/64, and the last of these in
-    still shorter ones. Where the first step is long, the way back has to end at home. The answer at
-    a pose is the same to the last bit whatever other poses come with it.
+    gone at once where that holds, otherwise in parts of 1/4, which are cut by four down to 1/4096
+    where they have to be. Where the first step is long, the way back has to end at home. The answer
+    at a pose is the same to the last bit whatever other poses come with it.
     """
 
     equations: ClosureEquations
@@ -118,7 +119,7 @@ class AssemblyMode:
             x[rows] = nearest(self.equations, guess)
             gap = _size(self.equations.gaps(x[rows]))
             closed = (gap <= _NEARLY_CLOSED) & self._is_long(x[rows])
-            arrived = gone[left] >= 1.0 - _SHORTEST_PART
+            arrived = gone[left] >= 1.0 - _LAST_PART
             kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
             elsewhere[rows] = closed & ~kept[rows]
         if not at_once:
@@ -165,7 +166,7 @@ class AssemblyMode:
         places, before, known = self.equations.given, [x], np.ones(len(x), dtype=bool)
         for back in (1, 2):
             guess = before[-1].copy()
-            guess[:, places] = given + back * _SHORTEST_PART * (self.home[places] - given)
+            guess[:, places] = given + back * _LAST_PART * (self.home[places] - given)
             closed, found, *_ = self._newton(guess, self._at_home[-1])
             before.append(closed)
             known &= found
@@ -223,12 +224,13 @@ class AssemblyMode:
             won = going[kept]
             x[won] = there[kept]
             gone[won] += step[won]
+            longer = _CUT * step[won]
+            whole = (longer < 1.0) & (np.mod(gone[won], longer) == 0.0)
+            step[won[whole]] = longer[whole]
             if directions and own and won.size:
                 for part, all_rows, one in zip(parts, directions, own, strict=True):
                     all_rows.put(won, _carried(part, one.of_rows(kept), J))
-            is_last = gone[going] >= 1.0 - _SHORTEST_PART
-            shortest = np.where(is_last, _SHORTEST_LAST, _SHORTEST_PART)
-            going = going[(gone[going] < 1.0) & (step[going] >= shortest)]
+            going = going[(gone[going] < 1.0) & (step[going] >= _SHORTEST)]
         return x, gone, directions
 
     def _stepped(

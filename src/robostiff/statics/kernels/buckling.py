@@ -75,8 +75,7 @@ def buckling_of(
             for sign in (1.0, -1.0):
                 state = LegState((sign * force * x,), (sign * force * W,), start.bodies, start.held)
                 (eq,) = group.family.equations([state], np.eye(3), problem.point, Share(0.0, 0.0))
-                m = group.free_size
-                found = margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
+                found = margins_of(group, eq.A, problem.length)
                 rates.append([_rate(own) / force for own in found])
             for i, index in enumerate(group.indices):
                 if index in seen:
