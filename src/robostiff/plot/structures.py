@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import cast
 
 import numpy as np
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection
+from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import BodyMotion, network_motion, spatial
 from robostiff.plot.geometry.legs import bent_line, clamped_end
@@ -106,11 +106,12 @@ def network_scene(
     moved = motions[network.platform].displacement(bent.stiffness.reference_point)
     is_flat = is_flat and abs(moved[2]) <= _SAME * float(np.linalg.norm(moved))
     is_flat = is_flat and (network.space is Space.PLANAR or not np.any(bent.wrench[[2, 3, 4]]))
-    shares = energies_by_name(bent)
+    shares = energies_by_name(bent.parts)
     drawn = NetworkDrawing(network, factor, shares, PlainColour.MUTED, motions=motions, scale=scale)
     items = [*network_ghost(NetworkDrawing(network, factor)), *network_items(drawn)]
     items += network_joint_names(drawn)
-    items += network_load(drawn, bent, is_flat)
+    F = spatial(bent.wrench, network.space.rows)
+    items += network_load(drawn, bent.stiffness.reference_point, F, is_flat)
     known = energy_scale(100 * part.share for part in bent.parts)
     return robot_scene(network.name, items, unit, is_flat, known, (*notes, *exaggerated(scale)))
 
@@ -121,9 +122,10 @@ def colours_of_network(network: Network) -> dict[str, Paint]:
     return colours_of_parts(part.name for part in (*network.beams, *elastic))
 
 
-def network_load(d: NetworkDrawing, bent: Deflection, is_flat: bool = False) -> list[Item]:
-    """Arrows of the load on the displaced platform."""
-    point, F = bent.stiffness.reference_point, spatial(bent.wrench, d.network.space.rows)
+def network_load(
+    d: NetworkDrawing, point: np.ndarray, F: np.ndarray, is_flat: bool = False
+) -> list[Item]:
+    """Arrows of a wrench (6,) at a point (3,) of the displaced platform."""
     (moved,) = d.moved(d.network.platform, point[None])
     return wrench_items(moved, d.factor * size_of(network_points(d.network)), F, is_flat)
 
@@ -133,15 +135,20 @@ def displaced_network(
 ) -> tuple[dict[str, BodyMotion], float]:
     """Motions of the bodies of a network under a load, and the factor of their displacements."""
     motions = network_motion(network, bent)
-    far = [motions[own].displacement(p) for own, at in _bodies(network).items() for p in at]
-    scale = round_factor(np.array(far), size_of(network_points(network)))
+    scale = network_factor(network, motions)
     return motions, scale if exaggeration is None else float(exaggeration)
 
 
-def energies_by_name(bent: Deflection) -> dict[str, Paint]:
+def network_factor(network: Network, motions: Mapping[str, BodyMotion]) -> float:
+    """How far displacements of the bodies of a network are exaggerated, by `round_factor`."""
+    far = [motions[own].displacement(p) for own, at in _bodies(network).items() for p in at]
+    return round_factor(np.array(far), size_of(network_points(network)))
+
+
+def energies_by_name(parts: Iterable[PartShare]) -> dict[str, Paint]:
     """Shares of the elastic energy [%] by the whole names of the parts of a network."""
     shares: dict[str, Paint] = {}
-    for part in bent.parts:
+    for part in parts:
         for name in (f"{part.leg}/{part.part}", part.part):
             shares.setdefault(name, 100 * part.share)
     return shares

@@ -26,7 +26,7 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.free_motion_screws import free_motion_items
-from robostiff.plot.geometry.displacement import at_rest
+from robostiff.plot.geometry.displacement import at_rest, spatial
 from robostiff.plot.geometry.ellipsoid import Quality, Stiffness
 from robostiff.plot.geometry.legs import extent, points_of
 from robostiff.plot.picture import Item, Paint, PlainColour
@@ -113,7 +113,8 @@ class Machine(ABC):
             if "shape without load" in look.seen:
                 layers["shape without load"] = network_ghost(drawn)
             if "load" in look.seen:
-                layers["load"] = network_load(moved, bent)
+                F = spatial(bent.wrench, network.space.rows)
+                layers["load"] = network_load(moved, result.reference_point, F)
             words.append(f"displacements × {short(scale, 6)}")
         layers["robot"] = network_items(moved)
         if "names of joints" in look.seen:
