@@ -60,6 +60,11 @@ class LoadedPosture:
     posed: Snapshot | Network
     laws: Laws = field(default_factory=dict)
 
+    @property
+    def snapshot(self) -> Snapshot | None:
+        """The robot at that posture; None of a network."""
+        return None if isinstance(self.posed, Network) else self.posed
+
     def under(self, laws: Laws | None) -> LoadedPosture:
         """The same, joints following the laws of the robot, or given ones in their place."""
         all_laws = {**self.laws, **(laws or {})}
