@@ -197,3 +197,13 @@ def test_first_slack_is_where_the_response_changes(name):
             rs.cable_response(robot, load=part * first.factor * F) for part in (0.999, 1.001)
         )
         assert (before.slack, after.slack) == ((), (first.cable,))
+
+
+def test_tensions_beyond_their_limits_are_named():
+    response = rs.cable_response(cable_robot("cable-8"), load=[20, 10, -50, 0, 0, 0])
+    low = [i for i, t in enumerate(response.tensions) if t < 50]
+    assert STATUS.BEYOND_LIMITS in response.status
+    assert len(low) == 4
+    for i, advice in zip(low, response.advice, strict=False):
+        assert advice.startswith(f"the tension of 'cable{i + 1}' is {response.tensions[i]:.5g} N")
+        assert "outside its limits 50 to 720 N" in advice

@@ -2,10 +2,12 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from typing import get_type_hints
 
+import numpy as np
 import pytest
 from click import Context, Option
 from click.testing import CliRunner
@@ -101,6 +103,7 @@ def test_help_of_every_command(command):
     assert short.exit_code == 0
     assert short.output == long.output
     assert "--quiet" in short.output
+    assert "--verbose" in short.output
     assert "\b" not in short.output
     assert "Examples -----" not in short.output
 
@@ -158,6 +161,20 @@ def test_quiet_leaves_out_warnings_and_nothing_else(tmp_path):
     assert quiet.stderr == ""
     assert quiet.stdout == loud.stdout
     assert "error: robot: got 'x'" in run("stiffness", "x", "--quiet").stderr
+
+
+def test_verbose_adds_versions_times_and_places_of_errors_on_standard_error():
+    plain, verbose = (
+        run("stiffness", "planar-link", "--json", *more) for more in ((), ["--verbose"])
+    )
+    assert verbose.stdout == plain.stdout
+    assert plain.stderr == ""
+    assert f"numpy {np.__version__}" in verbose.stderr
+    assert re.search(r"\d+\.\d\d s, processor \d+\.\d\d s", verbose.stderr)
+    failed = run("stiffness", "x", "--verbose")
+    assert failed.exit_code == 2
+    assert "Traceback" in failed.stderr
+    assert "robostiff: error: robot: got 'x'" in failed.stderr
 
 
 def test_nearest_command_and_option_are_named():

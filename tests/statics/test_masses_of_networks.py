@@ -102,8 +102,7 @@ def test_a_four_bar_linkage_with_a_mass_at_its_pin():
     """The crank alone is elastic, and moves the mass at its end: ``sqrt(k / m) / a``."""
     found = rs.modes(four_bar(20.0), masses={"platform": 2.0})
     assert np.allclose(found.frequencies, [np.sqrt(20.0 / 2.0) / A / (2 * np.pi)], rtol=1e-9)
-    with pytest.raises(rs.InputError, match="a robot of legs"):
-        rs.plot.mode(found, 1)
+    assert "mode 1" in rs.plot.mode(found, 1).get_title()
 
 
 @pytest.mark.parametrize("name", ["six-joint-arm", "3-puu"])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.picture import Marks, Path
+from robostiff.plot.picture import Category, Marks, Path, Text
 from robostiff.view import machine_of
 from robostiff.view.answer import Look
 from robostiff.view.sliders import Slider, parameter_sliders
@@ -171,3 +171,40 @@ def test_what_is_no_robot_is_refused():
         machine_of("hexapod")
     with pytest.raises(rs.InputError, match="frozen"):
         machine_of(rs.load("double-pantograph"), [0, 0, 0])
+
+
+def test_joints_and_parts_of_platforms_have_the_colour_of_their_bar():
+    for robot, drawn in (
+        (rs.load("six-joint-arm"), Marks),
+        (rs.load("docs/star-platform.yaml"), Path),
+    ):
+        machine = machine_of(robot)
+        answer = machine.answer(start_of(machine), np.zeros(6), Look())
+        paints = {item.paint for item in answer.layers["robot"] if isinstance(item, drawn)}
+        assert len({paint for paint in paints if isinstance(paint, Category)}) >= 4
+
+
+def test_a_loaded_cable_robot_is_drawn_displaced_beside_its_place_without_load():
+    machine = machine_of(rs.load("cable-8"))
+    load = np.array([20.0, 10, -50, 0, 0, 0])
+    answer = machine.answer(start_of(machine), load, Look(100.0))
+    assert {"robot", "load", "shape without load", "ellipsoid of displacements"} <= set(
+        answer.layers
+    )
+    moved = rs.cable_response(machine.robot, load=load).displacement
+    assert moved is not None
+    drawn, rest = (
+        [item.points[0] for item in found.layers["robot"] if isinstance(item, Marks)][-1]
+        for found in (answer, machine.answer(start_of(machine), 0 * load, Look()))
+    )
+    np.testing.assert_allclose(drawn - rest, 100 * moved[:3], atol=1e-12)
+
+
+def test_joints_of_a_linkage_are_named_when_that_is_wanted():
+    machine = machine_of(rs.load_linkage("double-pantograph"))
+    for seen in (frozenset({"robot"}), frozenset({"robot", "names of joints"})):
+        answer = machine.answer(start_of(machine), np.zeros(6), Look(None, seen))
+        words = [
+            item for items in answer.layers.values() for item in items if isinstance(item, Text)
+        ]
+        assert bool(words) == ("names of joints" in seen)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,6 +58,8 @@ class CableResponse:
     first_slack : SlackEvent or None
         None where no cable becomes slack up to a hundred times the load, or up to where the
         platform moves away.
+    beyond_limits : tuple of str
+        Cables whose tension is, a sentence each.
     """
 
     load: np.ndarray
@@ -66,6 +69,7 @@ class CableResponse:
     displacement: np.ndarray | None = None
     after: CableStiffness | None = None
     first_slack: SlackEvent | None = None
+    beyond_limits: tuple[str, ...] = ()
 
     @property
     def has_answer(self) -> bool:
@@ -105,7 +109,7 @@ class CableResponse:
     @property
     def advice(self) -> tuple[str, ...]:
         """Advice about this result, a sentence each."""
-        return self.status.advice
+        return (*self.beyond_limits, *self.status.advice)
 
     def __repr__(self) -> str:
         slack = f"slack {', '.join(self.slack) or 'none'}" if self.has_answer else "no rest"
@@ -181,7 +185,18 @@ def cable_response(
     if np.any(after.axial == 0):
         status |= Status.SLACK
     moved = np.concatenate([state.shift, vector_of_rotation(state.R)])[list(robot.space.rows)]
-    return CableResponse(F, before, status, 1.0, moved, after, slack)
+    beyond = tuple(_beyond_limits(robot, after))
+    return CableResponse(F, before, status, 1.0, moved, after, slack, beyond)
+
+
+def _beyond_limits(robot: CableRobot, after: CableStiffness) -> Iterator[str]:
+    """The taut cables whose tension is beyond its limits, a sentence each."""
+    least, greatest = robot.tension_limits
+    for i in np.flatnonzero(_beyond(robot, np.where(after.axial > 0, after.tensions, np.nan))):
+        yield (
+            f"the tension of {robot.cables[i].name!r} is {after.tensions[i]:.5g} N, "
+            f"outside its limits {least[i]:.5g} to {greatest[i]:.5g} N"
+        )
 
 
 def _followed(
@@ -240,5 +255,10 @@ def _after(
 
 def are_beyond_limits(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
     """Whether some of the tensions (..., m) are beyond their limits (...); NaN are not."""
+    return np.any(_beyond(robot, tensions), axis=-1)
+
+
+def _beyond(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
+    """Which of the tensions (..., m) are."""
     least, greatest = robot.tension_limits
-    return np.any((tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9)), axis=-1)
+    return (tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -22,6 +23,7 @@ from robostiff.errors import (
     PlausibilityWarning,
     printable,
 )
+from robostiff.version import __version__
 
 BAD_STATUS = 1
 BAD_INPUT = 2
@@ -30,6 +32,7 @@ INTERRUPTED = 130
 NO_READER = 141
 
 _QUIET = "Print no warnings: results and errors alone."
+_VERBOSE = "Print versions and times on standard error, and of an error where it arose."
 
 
 @dataclass(frozen=True)
@@ -52,19 +55,25 @@ class Command:
         return getattr(import_module(f"robostiff.cli.{module}"), name)
 
     def named(self, name: str) -> click.Command:
-        """As the parser has it; every command gets the option ``--quiet``."""
+        """As the parser has it; every command gets the options ``--quiet`` and ``--verbose``."""
 
-        def answer(quiet: bool, **given: Any) -> None:
+        def answer(quiet: bool, verbose: bool, **given: Any) -> None:
             running.set(name)
-            with ended_by_status(quiet) as ended:
+            started = time.perf_counter()
+            with ended_by_status(quiet, verbose) as ended:
                 ended.status = self.function(*(built(taken, given) for taken in self.takes))
+            if verbose:
+                _say_how(time.perf_counter() - started)
             raise click.exceptions.Exit(ended.status)
 
-        quiet = click.Option(["--quiet"], is_flag=True, help=_QUIET)
+        further = [
+            click.Option(["--quiet"], is_flag=True, help=_QUIET),
+            click.Option(["--verbose"], is_flag=True, help=_VERBOSE),
+        ]
         parameters = [own for taken in self.takes for own in parameters_of(taken)]
         return _Parsed(
             name,
-            params=[*parameters, quiet],
+            params=[*parameters, *further],
             callback=answer,
             help=self._help,
             short_help=self.words,
@@ -154,11 +163,11 @@ def answered(
 
 
 @contextmanager
-def ended_by_status(quiet: bool = False) -> Iterator[_Ended]:
+def ended_by_status(quiet: bool = False, verbose: bool = False) -> Iterator[_Ended]:
     """Turn bad input and what else ends a command into a message and an exit status."""
     ended = _Ended()
     try:
-        with slips(_ignore if quiet else _warn):
+        with slips(_ignore if quiet else _warn), _traced(verbose):
             yield ended
     except InputError as error:
         ended.status = _complain(str(error), BAD_INPUT)
@@ -184,6 +193,33 @@ def ended_by_status(quiet: bool = False) -> Iterator[_Ended]:
         where = f" {str(error.filename)!r}" if error.filename else ""
         reason = error.strerror or str(error)
         ended.status = _complain(f"could not read or write{where}: {reason}", BAD_INPUT)
+
+
+@contextmanager
+def _traced(wanted: bool) -> Iterator[None]:
+    """Print where an error arose, if that is wanted."""
+    try:
+        yield
+    except Exception:
+        if wanted:
+            import traceback
+
+            click.echo(traceback.format_exc().rstrip(), err=True)
+        raise
+
+
+def _say_how(seconds: float) -> None:
+    """Print versions, and the time of the command and of the processor since the start."""
+    import platform
+    from importlib.metadata import PackageNotFoundError, version
+
+    packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "sympy")]
+    with suppress(PackageNotFoundError):
+        packages.append(f"heyoka {version('heyoka')}")
+    python = f"Python {platform.python_version()}"
+    words = ", ".join([f"robostiff {__version__}", python, *packages])
+    spent = f"{seconds:.2f} s, processor {time.process_time():.2f} s since the start"
+    click.echo(f"robostiff: {words}\nrobostiff: {spent}", err=True)
 
 
 def ready_streams() -> None:

@@ -24,7 +24,7 @@ from robostiff.cli.written_arguments import (
 )
 from robostiff.errors import InputError
 from robostiff.linkage import Linkage
-from robostiff.model import Robot, Snapshot
+from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.plot.ellipsoids import ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
@@ -100,8 +100,6 @@ def _of_robot(what: str, robot: Any, place: Posing, asked: PictureFile) -> tuple
             return (energy_picture(bent),)
         return (picture_of_robot(robot, pose, bent, Colouring.PARTS, near=near),)
     if what == "modes":
-        if not isinstance(robot, Robot | Snapshot):
-            raise _no_picture(what, robot, "a robot or a snapshot of legs")
         found = modes(robot, pose, **options)
         return (mode_picture(found, asked.mode), mode_picture(found, asked.mode, -1.0))
     result = stiffness(robot, pose, **options)

@@ -99,7 +99,7 @@ _ADVICE = {
     ),
     Status.UNBALANCED: (
         "the load does work on a free motion, so the platform runs away instead of deflecting: "
-        "apply a load that the free motions do not feel, or hold them; or given tensions of cables "
+        "apply a load that does no work on free motions, or hold them; or given tensions of cables "
         "do not balance weight and wrench: missing_wrench is what is lacking"
     ),
     Status.UNSTABLE: (

@@ -59,9 +59,9 @@ def picture_of_result(result: object) -> Picture | None:
             # the shape under forces at bodies is not known from the wrench
             drawable = result.has_answer and result.work_of_loads is None
             return robot_picture(own.snapshot(), result) if drawable else None
-        case Equilibrium() if result.snapshot is not None:
+        case Equilibrium() if result.has_answer:
             return equilibrium_picture(result)
-        case Modes() if result.snapshot is not None:
+        case Modes() if result.each:
             return mode_picture(result)
         case _:
             return None

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model import Snapshot
+from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import finite_motion, spatial
 from robostiff.plot.geometry.legs import extent
+from robostiff.plot.loaded_network import (
+    loaded_network_scene,
+    motions_of,
+    moved_network_scene,
+)
 from robostiff.plot.picture import (
     Category,
     Curve,
@@ -40,10 +46,13 @@ from robostiff.plot.robot_parts import (
     unit_of,
     wrench_on_platform,
 )
+from robostiff.plot.structures import network_factor, network_points, size_of
 from robostiff.statics import Equilibrium, Modes
 
 if TYPE_CHECKING:
     import xarray
+
+    from robostiff.statics.problem import EquilibriumProblem
 
 _COILS, _WIDE = 7, 0.012  # of a spring, and how wide they are, of the robot
 
@@ -103,14 +112,16 @@ def equilibrium_picture(
             expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
         )
     _ = result.displacement  # raises with the reason when there is none
-    snapshot = result.snapshot
-    if snapshot is None or result.problem is None:
-        raise InputError(
-            f"picture of {result.name!r} under load",
-            got="a network or a linkage",
-            expected="a robot of legs, or a snapshot of one",
-        )
     check_exaggeration(exaggeration)
+    point = cast("EquilibriumProblem", result.problem).point
+    F = spatial(result.wrench, result.space.rows)
+    away = () if result.stable else ("the robot does not stay there",)
+    if isinstance(result.posed, Network):
+        load = point, F
+        return loaded_network_scene(
+            result.posed, result.places, result.shares, load, exaggeration, away
+        )
+    snapshot = cast("Snapshot", result.posed)
     motion = finite_motion(snapshot, result.places)
     scale = exaggeration
     if scale is None:
@@ -121,13 +132,12 @@ def equilibrium_picture(
     if len(snapshot.legs) == 1 and colouring is Colouring.LEGS:
         colouring = Colouring.PARTS
     shares = energy_colours(result.shares, colouring)
-    F = spatial(result.wrench, result.space.rows)
     is_flat = stays_flat(snapshot, motion, F)
     items = ghost(drawing) if scale else []
     items += robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
-    items += wrench_on_platform(drawing, F, result.problem.point, is_flat)
+    items += wrench_on_platform(drawing, F, point, is_flat)
     items += _springs(result, snapshot, scale, factor)
-    notes = exaggerated(scale) + (() if result.stable else ("the robot does not stay there",))
+    notes = exaggerated(scale) + away
     title, colours = f"{snapshot.name} under load", energy_scale(shares.values())
     return robot_scene(title, items, unit, is_flat, colours, notes)
 
@@ -177,13 +187,16 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
         raise InputError(
             "number of a mode", got=number, expected=f"1 to {len(modes)}, the slowest first"
         )
-    snapshot, own = modes.snapshot, modes[number - 1]
-    if snapshot is None:
-        raise InputError(
-            f"picture of a mode of {modes.name!r}",
-            got="a network or a linkage",
-            expected="a robot of legs, or a snapshot of one",
-        )
+    own = modes[number - 1]
+    rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
+    title = f"{modes.name}, mode {number}: {rate}"
+    if isinstance(modes.posed, Network):
+        network = modes.posed
+        motions = motions_of(network, own.motion)
+        scale, size = side * network_factor(network, motions), size_of(network_points(network))
+        scene = moved_network_scene(title, network, motions, scale, own.shares, at_rest="at rest")
+        return _with_room(scene, unit_of(size)[0] * size)
+    snapshot = cast("Snapshot", modes.posed)
     motion = finite_motion(snapshot, own.motion)
     factor, unit = unit_of(extent(snapshot))
     scale = side * chosen_exaggeration(snapshot, motion)
@@ -191,11 +204,14 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     shares = energy_colours(own.shares, Colouring.PARTS)
     items = ghost(drawing, "at rest")
     items += robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
-    rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
     is_flat = stays_flat(snapshot, motion, np.zeros(6))
-    title, colours = f"{snapshot.name}, mode {number}: {rate}", energy_scale(shares.values())
-    scene = robot_scene(title, items, unit, is_flat, colours)
-    margin = factor * 0.1 * extent(snapshot)
+    scene = robot_scene(title, items, unit, is_flat, energy_scale(shares.values()))
+    return _with_room(scene, factor * extent(snapshot))
+
+
+def _with_room(scene: Scene, size: float) -> Scene:
+    """The scene with room for both ends of a vibration of a robot of some size, as drawn."""
+    margin = 0.1 * size
     low, high = scene.box
     return replace(scene, frame=np.array([low - margin, high + margin]))
 

@@ -111,7 +111,7 @@ def backdrop(snapshot: Snapshot, factor: float) -> list[Item]:
         for leg, motion in zip(snapshot.legs, drawing.motion.legs, strict=True)
         for member in leg_members(leg, motion)
     ]
-    platform = _platform_parts(drawing, {}, PlainColour.MUTED)
+    platform = _platform_parts(drawing, {}, PlainColour.MUTED, {})
     return [*_plates(drawing, PlainColour.MUTED), *platform, *paths]
 
 
@@ -121,12 +121,15 @@ def colours_of_parts(names: Iterable[str]) -> dict[str, Paint]:
 
 
 def part_names(snapshot: Snapshot) -> Iterator[str]:
-    """Names of the elastic parts, drives and slides of all legs, from base to platform."""
+    """Names of elastic parts, drives and slides of all legs, then of a flexible platform."""
     for leg in snapshot.legs:
         for part in leg.parts:
             is_seen = isinstance(part, PlacedSpring) or part.slides or not part.is_passive
             if is_seen:
                 yield part.name
+    for part, _ in _platform_lines(snapshot):
+        if np.any(part.elasticity.compliance):
+            yield part.name
 
 
 def robot_items(
@@ -134,13 +137,14 @@ def robot_items(
     shares: Mapping[tuple[str, str], float],
     plain: PlainColour,
     colours: Mapping[str, Paint] | None = None,
+    of_joints: Mapping[str, Paint] | None = None,
 ) -> list[Item]:
     """Base, platform, legs and joints; parts and legs with a share in the colour of its value.
 
     Those without one are in the colour of their name, where they have one.
     """
     d, unnamed = drawing, dict(colours or {})
-    items = _plates(d) + _platform_parts(d, shares, plain)
+    items = _plates(d) + _platform_parts(d, shares, plain, unnamed)
     marks: list[JointMark] = []
     for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
         for member in leg_members(leg, motion, d.scale):
@@ -154,7 +158,7 @@ def robot_items(
             points = d.factor * member.points
             items.append(Path(points, paint, weight, label=label, about=about))
         marks += joint_marks(leg, motion, d.scale)
-    items += _joints(marks, shares, d.factor)
+    items += _joints(marks, shares, d.factor, of_joints or {})
     point = d.snapshot.reference_point
     moved = point + d.scale * d.motion.platform.displacement(point)
     items.append(Marks(d.factor * moved[None], PlainColour.INK, Shape.CROSS, "reference point"))
@@ -188,7 +192,10 @@ def _plates(d: Drawing, paint: PlainColour = PlainColour.PLATE) -> list[Item]:
 
 
 def _platform_parts(
-    d: Drawing, shares: Mapping[tuple[str, str], float], plain: PlainColour
+    d: Drawing,
+    shares: Mapping[tuple[str, str], float],
+    plain: PlainColour,
+    colours: Mapping[str, Paint],
 ) -> list[Item]:
     """The beams, springs and rigid members of a flexible platform."""
     items: list[Item] = []
@@ -198,8 +205,9 @@ def _platform_parts(
         if d.scale and np.any(a != b):
             ends = bent_line(a, b, d.motion.nodes[part.a], d.motion.nodes[part.b], d.scale)
         about = f"platform/{part.name}" + ("" if share is None else f": {share:.1f} %")
-        paint: Paint = plain if share is None else share
-        items.append(Path(d.factor * ends, paint, LineWeight.BOLD, about=about))
+        paint: Paint = colours.get(part.name, plain) if share is None else share
+        label = part.name if share is None and part.name in colours else ""
+        items.append(Path(d.factor * ends, paint, LineWeight.BOLD, label=label, about=about))
     return items
 
 
@@ -225,15 +233,21 @@ def joint_kind(role: Role) -> tuple[str, Shape]:
 
 
 def _joints(
-    marks: list[JointMark], shares: Mapping[tuple[str, str], float], factor: float
+    marks: list[JointMark],
+    shares: Mapping[tuple[str, str], float],
+    factor: float,
+    colours: Mapping[str, Paint],
 ) -> list[Item]:
     items: list[Item] = []
     for label, shape in _KINDS:
         own = [mark for mark in marks if joint_kind(mark.freedom.role) == (label, shape)]
-        if own:
-            points = factor * np.array([mark.point for mark in own])
-            names = tuple(f"{mark.leg}/{mark.freedom.name}" for mark in own)
-            items.append(Marks(points, PlainColour.INK, shape, label, names))
+        by_paint: dict[Paint, list[JointMark]] = {}
+        for mark in own:
+            by_paint.setdefault(colours.get(mark.freedom.name, PlainColour.INK), []).append(mark)
+        for paint, alike in by_paint.items():
+            points = factor * np.array([mark.point for mark in alike])
+            names = tuple(f"{mark.leg}/{mark.freedom.name}" for mark in alike)
+            items.append(Marks(points, paint, shape, label, names))
         for mark in own:
             share = shares.get((mark.leg, mark.freedom.name))
             if share is not None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import cast
 
 import numpy as np
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection
+from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare
 from robostiff.kept import kept
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import BodyMotion, network_motion, spatial
@@ -87,16 +87,19 @@ def network_scene(
     is_flat = network.space is Space.PLANAR or is_level(points)
     if bent is None:
         colours = colours_of_network(network)
-        items = network_items(NetworkDrawing(network, factor, colours))
+        drawn = NetworkDrawing(network, factor, colours)
+        items = [*network_items(drawn), *network_joint_names(drawn)]
         return robot_scene(network.name, items, unit, is_flat, notes=notes)
     motions, scale = displaced_network(network, bent, exaggeration)
     moved = motions[network.platform].displacement(bent.stiffness.reference_point)
     is_flat = is_flat and abs(moved[2]) <= _SAME * float(np.linalg.norm(moved))
     is_flat = is_flat and (network.space is Space.PLANAR or not np.any(bent.wrench[[2, 3, 4]]))
-    shares = energies_by_name(bent)
+    shares = energies_by_name(bent.parts)
     drawn = NetworkDrawing(network, factor, shares, PlainColour.MUTED, motions=motions, scale=scale)
     items = [*network_ghost(NetworkDrawing(network, factor)), *network_items(drawn)]
-    items += network_load(drawn, bent, is_flat)
+    items += network_joint_names(drawn)
+    F = spatial(bent.wrench, network.space.rows)
+    items += network_load(drawn, bent.stiffness.reference_point, F, is_flat)
     known = energy_scale(100 * part.share for part in bent.parts)
     return robot_scene(network.name, items, unit, is_flat, known, (*notes, *exaggerated(scale)))
 
@@ -107,9 +110,10 @@ def colours_of_network(network: Network) -> dict[str, Paint]:
     return colours_of_parts(part.name for part in (*network.beams, *elastic))
 
 
-def network_load(d: NetworkDrawing, bent: Deflection, is_flat: bool = False) -> list[Item]:
-    """Arrows of the load on the displaced platform."""
-    point, F = bent.stiffness.reference_point, spatial(bent.wrench, d.network.space.rows)
+def network_load(
+    d: NetworkDrawing, point: np.ndarray, F: np.ndarray, is_flat: bool = False
+) -> list[Item]:
+    """Arrows of a wrench (6,) at a point (3,) of the displaced platform."""
     (moved,) = d.moved(d.network.platform, point[None])
     return wrench_items(moved, d.factor * size_of(network_points(d.network)), F, is_flat)
 
@@ -119,15 +123,20 @@ def displaced_network(
 ) -> tuple[dict[str, BodyMotion], float]:
     """Motions of the bodies of a network under a load, and the factor of their displacements."""
     motions = network_motion(network, bent)
-    far = [motions[own].displacement(p) for own, at in _bodies(network).items() for p in at]
-    scale = round_factor(np.array(far), size_of(network_points(network)))
+    scale = network_factor(network, motions)
     return motions, scale if exaggeration is None else float(exaggeration)
 
 
-def energies_by_name(bent: Deflection) -> dict[str, Paint]:
+def network_factor(network: Network, motions: Mapping[str, BodyMotion]) -> float:
+    """How far displacements of the bodies of a network are exaggerated, by `round_factor`."""
+    far = [motions[own].displacement(p) for own, at in _bodies(network).items() for p in at]
+    return round_factor(np.array(far), size_of(network_points(network)))
+
+
+def energies_by_name(parts: Iterable[PartShare]) -> dict[str, Paint]:
     """Shares of the elastic energy [%] by the whole names of the parts of a network."""
     shares: dict[str, Paint] = {}
-    for part in bent.parts:
+    for part in parts:
         for name in (f"{part.leg}/{part.part}", part.part):
             shares.setdefault(name, 100 * part.share)
     return shares
@@ -150,7 +159,7 @@ def network_items(d: NetworkDrawing) -> list[Item]:
         line = d.line(beam.start, beam.end, beam.a, beam.b)
         paint = d.colours.get(beam.name, d.plain)
         items.append(_part(line, beam.name, paint, d))
-    items += _springs(d) + _joints(d) + _joint_names(d)
+    items += _springs(d) + _joints(d)
     point = d.moved(network.platform, network.reference_point[None])
     items.append(Marks(point, PlainColour.INK, Shape.CROSS, "reference point"))
     return items
@@ -214,10 +223,10 @@ def _joints(d: NetworkDrawing) -> list[Item]:
     ]
 
 
-def _joint_names(d: NetworkDrawing) -> list[Item]:
+def network_joint_names(d: NetworkDrawing) -> list[Item]:
     """Names beside the joints, where there are not too many."""
     placed = [(own.name, own.a, own.freedoms[0].point) for own in d.network.joints if own.freedoms]
-    if d.ink is not PlainColour.INK or len(placed) > _NAMED:
+    if len(placed) > _NAMED:
         return []
     places = [(d.moved(body, p[None])[0], name) for name, body, p in placed]
     return words_at(places, d.factor * size_of(network_points(d.network)))
@@ -257,23 +266,35 @@ def cable_scene(result: CableStiffness | CableResponse, exaggeration: float | No
         is_flat = result.space is Space.PLANAR or is_level(points)
         return robot_scene(result.name, cable_items(result, factor), unit, is_flat)
     _ = result.tensions  # raises with the reason where the load is not carried
-    before, after = result.before, cast("CableStiffness", result.after)
-    points = cable_points(before)
+    points = cable_points(result.before)
     factor, unit = unit_of(size_of(points))
+    layers, scale = loaded_cable_layers(result, factor, exaggeration)
+    items = [item for layer in layers.values() for item in layer]
+    is_flat = result.before.space is Space.PLANAR
+    return robot_scene(result.before.name, items, unit, is_flat, notes=exaggerated(scale))
+
+
+def loaded_cable_layers(
+    result: CableResponse, factor: float, exaggeration: float | None
+) -> tuple[dict[str, list[Item]], float]:
+    """A cable robot that carries a load: its cables before it, those under it, and the load.
+
+    The displacements are drawn larger by the second result.
+    """
+    before, after = result.before, cast("CableStiffness", result.after)
+    size = size_of(cable_points(before))
     moved = after.placed.attachments - before.placed.attachments
-    scale = round_factor(moved, size_of(points)) if exaggeration is None else float(exaggeration)
-    shift = (scale - 1.0) * moved
+    scale = round_factor(moved, size) if exaggeration is None else float(exaggeration)
     at = after.placed.reference_point
     at = at + (scale - 1.0) * (at - before.placed.reference_point)
     F = spatial(result.load, before.space.rows)
-    is_flat = before.space is Space.PLANAR
     ends = zip(before.placed.exit_points, before.placed.attachments, strict=True)
-    items = [
-        *dashed((factor * np.array(line) for line in ends), "without load"),
-        *cable_items(after, factor, shift=shift, point=at),
-        *wrench_items(factor * at, factor * size_of(points), F, is_flat),
-    ]
-    return robot_scene(before.name, items, unit, is_flat, notes=exaggerated(scale))
+    layers = {
+        "shape without load": dashed((factor * np.array(line) for line in ends), "without load"),
+        "robot": cable_items(after, factor, shift=(scale - 1.0) * moved, point=at),
+        "load": wrench_items(factor * at, factor * size, F, before.space is Space.PLANAR),
+    }
+    return layers, scale
 
 
 def cable_points(result: CableStiffness) -> np.ndarray:

@@ -237,7 +237,7 @@ def _answer(
         margins=margins,
         held=held,
         frame=loaded.frame,
-        snapshot=loaded.snapshot,
+        posed=loaded.posed,
     )
     if answer.stable:
         return answer

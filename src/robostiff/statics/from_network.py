@@ -108,6 +108,11 @@ def group_of(
         platform_point,
         network.space.rows,
         couplings=tuple(couplings),
+        nodes={
+            name: bodies.number(body)
+            for name, body in bodies.of_node.items()
+            if body != bodies.of_node[network.fixed[0]]
+        },
     )
     return group, on_platform
 

@@ -41,7 +41,8 @@ class LegGroup:
     couplings : tuple of FiniteCoupling
         Of joints of a leg.
     nodes : mapping of str to int or None
-        Of a flexible platform, the body of each node: its place in `points`, None for the platform.
+        Of a flexible platform, and the moving ones of a network, the body of each node: its place
+        in `points`, None for the platform.
     """
 
     indices: tuple[int, ...]

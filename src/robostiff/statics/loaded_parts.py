@@ -218,7 +218,7 @@ class BodyPlaces:
         the body behind them is that before.
     platform : BodyPlace
     nodes : mapping of str to BodyPlace
-        Of a flexible platform.
+        Of a flexible platform, and the moving ones of a network.
     """
 
     behind: Mapping[str, BodyPlace]

@@ -89,7 +89,7 @@ class Modes(InNotebooks):
         Of the equilibrium about which it vibrates.
     each : tuple of Mode
         As many as motions have mass; empty where there is no equilibrium.
-    snapshot : Snapshot or None
+    posed : Snapshot, Network or None
         The robot at the unloaded posture.
     """
 
@@ -97,7 +97,12 @@ class Modes(InNotebooks):
     space: Space
     status: Status
     each: tuple[Mode, ...] = ()
-    snapshot: Snapshot | None = None
+    posed: Snapshot | Network | None = None
+
+    @property
+    def snapshot(self) -> Snapshot | None:
+        """The robot at that posture; None of a network."""
+        return self.posed if isinstance(self.posed, Snapshot) else None
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -196,7 +201,7 @@ def modes(
     more = unit_weights(masses or {}, {"platform": problem.point, **places_of(loaded.posed)})
     weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
     each = _vibrating(problem, weights, known, state)
-    return Modes(loaded.name, loaded.space, status, each, loaded.snapshot)
+    return Modes(loaded.name, loaded.space, status, each, loaded.posed)
 
 
 def _about(

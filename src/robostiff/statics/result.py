@@ -13,6 +13,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
+from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.body_springs import LoadedSpring, loaded_springs
@@ -55,8 +56,9 @@ class Equilibrium(InNotebooks):
         curvature of the energy to that without load.
     held : bool
         Whether the pose of the platform was given, and the wrench follows.
-    problem, loading, found, frame, snapshot
-        What was solved, where it ended, the unloaded frame of the platform, and the robot there.
+    problem, loading, found, frame, posed
+        What was solved, where it ended, the unloaded frame of the platform, and the robot there,
+        as a snapshot or a network.
     """
 
     name: str
@@ -69,7 +71,12 @@ class Equilibrium(InNotebooks):
     loading: LoadCase | None = None
     found: FoundEquilibrium | None = None
     frame: tuple[np.ndarray, np.ndarray] | None = None
-    snapshot: Snapshot | None = None
+    posed: Snapshot | Network | None = None
+
+    @property
+    def snapshot(self) -> Snapshot | None:
+        """The robot without load; None of a network."""
+        return self.posed if isinstance(self.posed, Snapshot) else None
 
     @property
     def has_answer(self) -> bool:

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robostiff.analysis import Deflection, RobotStiffness
+from robostiff.analysis import Deflection
 from robostiff.analysis.result_tables import displacement_table, energy_table, stiffness_html
 from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Tone, block_html, element, escaped
 from robostiff.plot.ellipsoids import ellipsoid_items
-from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, principal_axes
+from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, Stiffness, principal_axes
 from robostiff.plot.picture import Item, Paint
 from robostiff.plot.picture.scene import colour_of
 from robostiff.plot.prefix import prefixed, short
@@ -128,9 +128,7 @@ class Ellipsoids:
     def __init__(self) -> None:
         self._sizes: dict[Quality, float] = {}
 
-    def items(
-        self, result: RobotStiffness, quality: Quality, extent: float
-    ) -> tuple[list[Item], str]:
+    def items(self, result: Stiffness, quality: Quality, extent: float) -> tuple[list[Item], str]:
         """Items of one ellipsoid, and what its size means; nothing where there is none."""
         try:
             axes = principal_axes(result, quality)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import Deflection, RobotStiffness, cable_response
+from robostiff.analysis import Deflection, cable_response
 from robostiff.analysis.result_tables import (
     blocks_html,
     cable_load_blocks,
@@ -26,8 +26,8 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.free_motion_screws import free_motion_items
-from robostiff.plot.geometry.displacement import at_rest
-from robostiff.plot.geometry.ellipsoid import Quality
+from robostiff.plot.geometry.displacement import at_rest, spatial
+from robostiff.plot.geometry.ellipsoid import Quality, Stiffness
 from robostiff.plot.geometry.legs import extent, points_of
 from robostiff.plot.picture import Item, Paint, PlainColour
 from robostiff.plot.posed_robot import displaced
@@ -47,8 +47,10 @@ from robostiff.plot.structures import (
     cable_points,
     colours_of_network,
     displaced_network,
+    loaded_cable_layers,
     network_ghost,
     network_items,
+    network_joint_names,
     network_load,
     network_points,
     size_of,
@@ -111,9 +113,12 @@ class Machine(ABC):
             if "shape without load" in look.seen:
                 layers["shape without load"] = network_ghost(drawn)
             if "load" in look.seen:
-                layers["load"] = network_load(moved, bent)
+                F = spatial(bent.wrench, network.space.rows)
+                layers["load"] = network_load(moved, result.reference_point, F)
             words.append(f"displacements × {short(scale, 6)}")
         layers["robot"] = network_items(moved)
+        if "names of joints" in look.seen:
+            layers["names of joints"] = network_joint_names(moved)
         return answer_of(bent, layers, words, colours)
 
 
@@ -205,7 +210,7 @@ class RobotMachine(Machine):
         size = extent(snapshot)
         shapes, words = shapes_of(bent.stiffness, self._ellipsoids, size, look)
         drawn = {
-            "robot": lambda: robot_items(drawing, {}, PlainColour.MUTED, colours),
+            "robot": lambda: robot_items(drawing, {}, PlainColour.MUTED, colours, colours),
             "names of joints": lambda: joint_names(drawing),
             "shape without load": lambda: ghost(drawing) if scale else [],
             "load": lambda: load_items(drawing, bent, is_flat=False),
@@ -215,7 +220,7 @@ class RobotMachine(Machine):
 
 
 def shapes_of(
-    result: RobotStiffness, ellipsoids: Ellipsoids, size: float, look: Look
+    result: Stiffness, ellipsoids: Ellipsoids, size: float, look: Look
 ) -> tuple[dict[str, list[Item]], list[str]]:
     """Ellipsoids and free motions of a result, as far as they are wanted, and what they mean."""
     layers: dict[str, list[Item]] = {}
@@ -275,8 +280,12 @@ class CableMachine(Machine):
         pose = np.array([values[slider.name] for slider in self.sliders])
         found = cable_response(self.robot, pose, wrench)
         before = found.before
-        shown = before if found.after is None else found.after
-        layers = {"robot": cable_items(shown, 1.0)}
+        layers, words = shapes_of(before, self._ellipsoids, self.size, look)
+        layers["robot"] = cable_items(before, 1.0)
+        if found.has_answer and np.any(wrench):
+            loaded, scale = loaded_cable_layers(found, 1.0, look.exaggeration)
+            layers |= {name: items for name, items in loaded.items() if name in look.seen}
+            words.insert(0, f"displacements × {short(scale, 6)}")
         blocks = cable_load_blocks(found) if np.any(wrench) else []
         status = found.status if np.any(wrench) else before.status
         advice = tuple(dict.fromkeys([*before.advice, *found.advice]))
@@ -287,6 +296,7 @@ class CableMachine(Machine):
             layers,
             cable_stiffness_html(before),
             UNDER_LOAD + blocks_html(blocks) if blocks else "",
+            tuple(words),
         )
 
 

@@ -169,7 +169,10 @@ class LivePage:
             self._add(of_load)
             self._add_reset("no load", of_load, 0.0)
             self._automatic = gui.add_checkbox("automatic scale", initial_value=True)
-            self._exaggeration = gui.add_number("displacements ×", 1000.0, min=0.0, max=_MOST)
+            self._exaggeration = gui.add_number(
+                "displacements ×", 1000.0, min=0.0, max=_MOST, disabled=True
+            )
+            self._automatic.on_update(self._let_scale)
             for handle in (self._automatic, self._exaggeration):
                 self._watch(handle)
         if of_parameters:
@@ -206,6 +209,9 @@ class LivePage:
 
     def _watch(self, handle: Any) -> None:
         handle.on_update(lambda _: self._changed.set())
+
+    def _let_scale(self, _: Any) -> None:
+        self._exaggeration.disabled = bool(self._automatic.value)
 
     def _aim(self) -> None:
         """A grid below the robot, and a view of all of it."""

@@ -35,7 +35,7 @@ def evaluated(name, coordinate, spread, count=12):
     columns = pose_columns(robot, [coordinate])
     random = np.random.default_rng(5)
     poses = np.array(columns.home) + random.uniform(-spread, spread, (count, len(columns.home)))
-    # Loads that free motions do not feel are distinguished at home alone.
+    # Loads that do no work on free motions are distinguished at home alone.
     poses[0] = columns.home
     wrench = tuple([0.0] * (robot.space.translations - 1) + [100.0])
     wrench += tuple([0.0] * (robot.space.size - len(wrench)))

@@ -60,7 +60,7 @@ def finite_load_section(contents: ReportContents) -> Section | None:
             "loads that turn with the platform, is what more load meets."
         )
         parts.append(Paragraph(words, Tone.QUIET))
-    if result.has_answer and result.snapshot is not None:
+    if result.has_answer:
         words = "Where the robot comes to rest, without load in dashed lines."
         parts.append(one_figure("loaded-shape", words, equilibrium_picture(result)))
     if np.any(np.isfinite(known.curve["displacement"].to_numpy())):
