@@ -107,7 +107,7 @@ def equilibrium_picture(
     if snapshot is None or result.problem is None:
         raise InputError(
             f"picture of {result.name!r} under load",
-            got="a network or a linkage",
+            got="cables, a network or a linkage",
             expected="a robot of legs, or a snapshot of one",
         )
     check_exaggeration(exaggeration)
@@ -181,7 +181,7 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     if snapshot is None:
         raise InputError(
             f"picture of a mode of {modes.name!r}",
-            got="a network or a linkage",
+            got="cables, a network or a linkage",
             expected="a robot of legs, or a snapshot of one",
         )
     motion = finite_motion(snapshot, own.motion)

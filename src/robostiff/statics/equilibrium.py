@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.loaded_cables import status_of_cables
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import Near
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint
@@ -36,7 +38,7 @@ _OPEN = 1e-9
 
 
 def equilibrium(
-    robot: Robot | Snapshot | Network | Linkage,
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any = None,
     wrench: ArrayLike | None = None,
     *,
@@ -57,9 +59,9 @@ def equilibrium(
 
     Parameters
     ----------
-    robot : Robot, Snapshot, Network or Linkage
-        Legs with parallel blocks to any depth, on a rigid or a flexible platform; or bodies, joints
-        and elastic parts in any arrangement.
+    robot : Robot, Snapshot, Network, Linkage or CableRobot
+        Legs with parallel blocks to any depth, on a rigid or a flexible platform; bodies, joints
+        and elastic parts in any arrangement; or cables, which pull as at rest without the loads.
     pose : RigidTransform, array, JointCoordinates or None
         The unloaded posture, as for `stiffness`; a batch (N, 6) gives an answer at each.
         Of a linkage the coordinates of its joints, by name.
@@ -101,8 +103,7 @@ def equilibrium(
     Raises
     ------
     InputError
-        When a load does not fit, both wrench and displacement are given, or the robot has what is
-        not covered: cables.
+        When a load does not fit, or both wrench and displacement are given.
 
     Examples
     --------
@@ -145,7 +146,7 @@ def solved(
 ) -> Equilibrium:
     """The equilibrium of one robot at one posture."""
     problem, status = loaded.problem, loaded.status
-    if status & Status.UNREACHABLE:
+    if not loaded.has_posture:
         return Equilibrium(loaded.name, loaded.space, status)
     nothing = np.zeros(problem.size)
     loading = LoadCase(nothing, nothing if wrench is None else wrench)
@@ -239,9 +240,9 @@ def _answer(
         frame=loaded.frame,
         snapshot=loaded.snapshot,
     )
-    if answer.stable:
-        return answer
-    return replace(answer, status=status | Status.UNSTABLE)
+    if isinstance(loaded.posed, CableRobot):
+        status |= status_of_cables(loaded.posed, np.array([own.tension for own in answer.springs]))
+    return replace(answer, status=status if answer.stable else status | Status.UNSTABLE)
 
 
 def _target(problem: EquilibriumProblem, displacement: np.ndarray) -> Target:

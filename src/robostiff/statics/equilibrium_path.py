@@ -77,8 +77,13 @@ def path(
         found = step_along(problem, loading, here, direction, h, unit)
         following = _direction(problem, found, direction, unit) if found.converged else direction
         if not found.converged or (h > SHARP and float(following @ direction) < TURNS):
-            h *= 0.5
-            continue
+            beyond = None
+            if is_stable and h <= SHARP and problem.has_corners:
+                beyond = _beyond_corner(problem, loading, unloaded, here, h * abs(direction[-1]))
+            if beyond is None:
+                h *= 0.5
+                continue
+            found, following = beyond, _direction(problem, beyond, None, unit)
         remains = least_margin(problem, found, unloaded)[1].value >= 0
         step = PathStep(here, found, direction, h, unit)
         point = refined(problem, loading, unloaded, step) if remains != is_stable else None
@@ -99,6 +104,24 @@ def path(
             shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
             more = 2.5 if found.steps <= _STRAIGHT else 1.6 if found.steps < _EASILY - 1 else 1.2
             h = min(of_load, _FURTHEST * problem.length / shift, more * h)
+
+
+def _beyond_corner(
+    problem: EquilibriumProblem,
+    loading: LoadCase,
+    unloaded: Linearised,
+    here: FoundEquilibrium,
+    more: float,
+) -> FoundEquilibrium | None:
+    """The stable equilibrium near by, under so much more of the load; None without one.
+
+    The arc does not lead there where the path turns by a right angle or more.
+    """
+    found = equilibrium_at(problem, loading, here.factor + more, here.state)
+    if not found.converged or least_margin(problem, found, unloaded)[1].value < 0:
+        return None
+    moved = problem.displacement(found.state) - problem.displacement(here.state)
+    return found if problem.size_of(moved) < SHARP else None
 
 
 def first_critical(
