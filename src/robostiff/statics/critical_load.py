@@ -128,7 +128,8 @@ def critical_load(
 
     Equilibria are followed from the wrench zero on, `loads`, weights and `preload` acting
     throughout, until the energy has no minimum any more, or rigid bars lie in a singular
-    posture, where another assembly mode begins; the point between is then solved for.
+    posture, where another assembly mode begins; the point between is then solved for. The factor
+    is 0 where these alone are too large.
 
     Parameters
     ----------

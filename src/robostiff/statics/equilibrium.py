@@ -20,7 +20,7 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint
-from robostiff.statics.equilibrium_path import first_critical
+from robostiff.statics.equilibrium_path import SAFE, first_critical
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_posture import LoadedPosture, postures_of, wrenches_of
@@ -31,8 +31,6 @@ from robostiff.statics.singular_posture import Regular, may_be_singular
 from robostiff.statics.stability import leg_margins, meets_stiffness, platform_margin
 
 _BOWING = Bowing()
-# A margin above which Newton's method has not passed a critical load, if its steps were direct.
-_SAFE = 0.3
 # Of the length of the robot: what is no rounding between legs and platform.
 _OPEN = 1e-9
 
@@ -142,14 +140,22 @@ def equilibrium(
 
 
 def solved(
-    loaded: LoadedPosture, wrench: np.ndarray | None, displacement: np.ndarray | None
+    loaded: LoadedPosture,
+    wrench: np.ndarray | None,
+    displacement: np.ndarray | None,
+    *,
+    standing: bool = False,
 ) -> Equilibrium:
-    """The equilibrium of one robot at one posture."""
+    """The equilibrium of one robot at one posture.
+
+    Where a growing load is followed, all loads grow together; or, `standing`, the wrench alone.
+    """
     problem, status = loaded.problem, loaded.status
     if not loaded.has_posture:
         return Equilibrium(loaded.name, loaded.space, status)
     nothing = np.zeros(problem.size)
-    loading = LoadCase(nothing, nothing if wrench is None else wrench)
+    share = (1.0, 0.0) if standing else (0.0, 1.0)
+    loading = LoadCase(nothing, nothing if wrench is None else wrench, *share)
     unloaded = problem.at_rest
     if unloaded.rigid:
         status |= Status.RIGID_DIRECTION
@@ -160,7 +166,7 @@ def solved(
     found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target, first=first)
     critical: CriticalPoint | None = None
     margins = _margins(problem, found.known, unloaded) if found.converged else {}
-    near = not found.converged or not found.direct or min(margins.values()) < _SAFE
+    near = not found.converged or not found.direct or min(margins.values()) < SAFE
     if displacement is None and (near or _has_branched(problem, unloaded, found)):
         confirmed, critical = _confirmed(problem, loading, unloaded, found)
         if confirmed is not found:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from robostiff.statics.newton import (
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, solve_least
 from robostiff.statics.singular_posture import may_be_singular
 
+#: A margin above which Newton's method has not passed a critical load, if its steps were direct.
+SAFE = 0.3
 # Steps at most, and how far one of them shifts the platform, by the robot's length.
 _LONGEST, _FURTHEST = 250, 0.1
 # The first of them, and how far it does: each may be 1.6 times the one before, 2.5 times on a way
@@ -58,11 +60,14 @@ def path(
     help. Up to the whole load, steps of the load factor are at most `largest`; beyond it they grow
     with the load. `unloaded` is without any load.
     """
-    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
+    here, lost = _start(problem, loading, unloaded)
+    at_once = () if lost is None else (replace(lost, factor=0.0),)
     if not here.converged:
+        yield from (OnPath(point.found, False, at_once) for point in at_once)
         return
     least = least_margin(problem, here, unloaded)
-    at_once = () if least[1].value > 0 else (point_at(problem, loading, here, *least),)
+    if not at_once and least[1].value <= 0:
+        at_once = (point_at(problem, loading, here, *least),)
     is_stable, branches = least[1].value >= 0, may_be_singular(problem)
     yield OnPath(here, is_stable, at_once)
     unit = _unit(problem, here)
@@ -104,6 +109,25 @@ def path(
             shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
             more = 2.5 if found.steps <= _STRAIGHT else 1.6 if found.steps < _EASILY - 1 else 1.2
             h = min(of_load, _FURTHEST * problem.length / shift, more * h)
+
+
+def _start(
+    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised
+) -> tuple[FoundEquilibrium, CriticalPoint | None]:
+    """The equilibrium at factor 0, and where stability is lost on the way to it.
+
+    Loads that act throughout are followed from none of them, where Newton's method is in doubt.
+    """
+    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
+    if loading.share == 0 and not np.any(loading.wrench):
+        return here, None
+    if here.converged and here.direct and least_margin(problem, here, unloaded)[1].value >= SAFE:
+        return here, None
+    growing = LoadCase(np.zeros(problem.size), loading.wrench, 0.0, loading.share)
+    ended, critical, searched_to = first_critical(problem, growing, unloaded, 1.0)
+    if critical is not None or ended is None or searched_to < 1.0:
+        return here, critical
+    return equilibrium_at(problem, loading, 0.0, ended.state), None
 
 
 def _beyond_corner(

@@ -95,7 +95,7 @@ def load_path(
         robot, pose, wrench, at, loads, preload, beams, near, gravity, grows
     )
     loaded = loaded.under(laws)
-    found = Equilibria(tuple(solved(loaded, factor * F, None) for factor in s))
+    found = Equilibria(tuple(solved(loaded, factor * F, None, standing=True) for factor in s))
     return _dataset(loaded, F, s, found, _path(loaded, F, float(s.max())))
 
 
