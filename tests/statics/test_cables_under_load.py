@@ -135,6 +135,32 @@ def test_a_platform_is_lifted_at_the_limit_of_its_path():
     assert np.isclose(response.carried, found.factor, rtol=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("seed", "cables", "force"),
+    [
+        # another branch, and its critical point, lie within a step of the path
+        (131, 11, [326.286, -159.078, -110.654]),
+        # the path turns back at the corner where a cable becomes slack
+        (123, 10, [-209.107, 732.258, 110.285]),
+    ],
+)
+def test_platforms_that_are_lost_where_a_cable_becomes_slack(
+    seed: int, cables: int, force: list[float]
+):
+    robot, F = random_robot(seed, cables), np.array(force)
+    found = rs.critical_load(robot, wrench=[*F, 0, 0, 0])
+    assert found.is_limit
+    carried = rs.cable_response(robot, load=[*(2 * found.factor * F), 0, 0, 0]).carried
+    assert np.isclose(2 * carried, 1, atol=1e-3)
+    start = rested(robot, wrench=[*(found.factor * (1 - 1e-5) * F), 0, 0, 0])
+    assert start.stable
+    for share, holds in ((1 - 1e-5, True), (1 + 1e-3, False)):
+        energy = OwnEnergy(robot, share * found.factor * F, robot.home.R @ robot.reference_point)
+        options = {"gtol": 1e-7 * np.linalg.norm(F), "maxiter": 3000}
+        end = minimize(energy, start.displacement, method="BFGS", options=options).x
+        assert (np.linalg.norm((end - start.displacement)[:3]) < 5e-3) == holds
+
+
 def test_modes_are_those_of_stiffness_and_mass():
     robot, inertia = cable_robot("cable-8"), [0.1, 0.2, 0.3]
     found = rs.modes(robot, masses={"platform": rs.Mass(5, inertia=inertia)})

@@ -15,6 +15,7 @@ from robostiff.statics.critical_point import (
     singular,
 )
 from robostiff.statics.newton import (
+    CAP,
     SHARP,
     TURNS,
     FoundEquilibrium,
@@ -37,6 +38,8 @@ _FIRST, _NEAREST = 0.02, 1e-5
 _EASILY, _STRAIGHT = 7, 3
 # Part of a step that is left of it at least.
 _LEAST = 0.02
+# Arcs that may lead behind a corner; how often the first that does is halved.
+_BEHIND, _HALVES = (1e-5, 1e-4, 1e-3), 30
 # Part of the load by which a stable path may turn back: rounding.
 _BACK = 1e-6
 
@@ -76,8 +79,9 @@ def path(
     shortest, ahead = 1e-7 * h, None  # singular posture beyond a step
     for _ in range(_LONGEST):
         if h < shortest:
-            if ahead is not None:
-                yield OnPath(here, is_stable, (ahead,))
+            if ahead is None and is_stable and problem.has_corners:
+                ahead = _lost_at_corner(problem, loading, unloaded, here, direction, unit)
+            yield from (OnPath(here, is_stable, (point,)) for point in (ahead,) if point)
             return
         found = step_along(problem, loading, here, direction, h, unit)
         following = _direction(problem, found, direction, unit) if found.converged else direction
@@ -94,7 +98,8 @@ def path(
         point = refined(problem, loading, unloaded, step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
         leapt = isinstance(point, float | int)
-        if leapt or (is_stable and remains and following[-1] < -_BACK):
+        falls = following[-1] < -_BACK if remains else _is_below(point, here)
+        if leapt or (is_stable and falls):
             h = max(point, _LEAST * h) if leapt else 0.5 * h
             continue
         known, ahead = ahead, None
@@ -146,6 +151,42 @@ def _beyond_corner(
         return None
     moved = problem.displacement(found.state) - problem.displacement(here.state)
     return found if problem.size_of(moved) < SHARP else None
+
+
+def _is_below(point: CriticalPoint | float | None, here: FoundEquilibrium) -> bool:
+    """Whether a critical point lies at less of the load than the equilibrium before it."""
+    if not isinstance(point, CriticalPoint):
+        return False
+    return point.factor < here.factor - _BACK * (1.0 + abs(here.factor))
+
+
+def _lost_at_corner(
+    problem: EquilibriumProblem,
+    loading: LoadCase,
+    unloaded: Linearised,
+    here: FoundEquilibrium,
+    direction: np.ndarray,
+    unit: float,
+) -> CriticalPoint | None:
+    """The corner at which a stable path ends, if what is behind it is not stable; else None."""
+
+    def behind(arc: float) -> FoundEquilibrium:
+        twist, more = arc * direction[:-1] * unit / problem.scale, arc * float(direction[-1])
+        state, *_ = problem.stepped(here.state, here.known, twist, more, CAP)
+        known = problem.linearised(state, loading, here.factor + more)
+        return replace(here, state=state, known=known, factor=float(here.factor + more))
+
+    def least(arc: float) -> float:
+        return least_margin(problem, behind(arc), unloaded)[1].value
+
+    low, high = 0.0, next((arc for arc in _BEHIND if least(arc) < 0), 0.0)
+    if high == 0:
+        return None
+    for _ in range(_HALVES):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if least(middle) < 0 else (middle, high)
+    found = behind(high)
+    return point_at(problem, loading, found, *least_margin(problem, found, unloaded))
 
 
 def first_critical(
