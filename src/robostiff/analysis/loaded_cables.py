@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +50,8 @@ class CableResponse:
     first_slack : SlackEvent or None
         None where no cable becomes slack up to a hundred times the load, or up to where the
         platform moves away.
+    beyond_limits : tuple of str
+        Cables whose tension is, a sentence each.
     """
 
     load: np.ndarray
@@ -58,6 +61,7 @@ class CableResponse:
     displacement: np.ndarray | None = None
     after: CableStiffness | None = None
     first_slack: SlackEvent | None = None
+    beyond_limits: tuple[str, ...] = ()
 
     @property
     def has_answer(self) -> bool:
@@ -97,7 +101,7 @@ class CableResponse:
     @property
     def advice(self) -> tuple[str, ...]:
         """Advice about this result, a sentence each."""
-        return self.status.advice
+        return (*self.beyond_limits, *self.status.advice)
 
     def __repr__(self) -> str:
         slack = f"slack {', '.join(self.slack) or 'none'}" if self.has_answer else "no rest"
@@ -117,14 +121,26 @@ class CableResponse:
 
 def status_of_cables(robot: CableRobot, tensions: np.ndarray) -> Status:
     """What is to be said of tensions under a load (m,) [N]; those of slack cables are zero."""
-    taut = tensions > 0
-    status = Status.OK if np.all(taut) else Status.SLACK
-    if are_beyond_limits(robot, np.where(taut, tensions, np.nan)):
-        status |= Status.BEYOND_LIMITS
-    return status
+    status = Status.OK if np.all(tensions > 0) else Status.SLACK
+    return status | Status.BEYOND_LIMITS if any(beyond_limits(robot, tensions)) else status
+
+
+def beyond_limits(robot: CableRobot, tensions: np.ndarray) -> Iterator[str]:
+    """The taut cables whose tension (m,) [N] is beyond its limits, a sentence each."""
+    least, greatest = robot.tension_limits
+    for i in np.flatnonzero(_beyond(robot, np.where(tensions > 0, tensions, np.nan))):
+        yield (
+            f"the tension of {robot.cables[i].name!r} is {tensions[i]:.5g} N, "
+            f"outside its limits {least[i]:.5g} to {greatest[i]:.5g} N"
+        )
 
 
 def are_beyond_limits(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
     """Whether some of the tensions (..., m) are beyond their limits (...); NaN are not."""
+    return np.any(_beyond(robot, tensions), axis=-1)
+
+
+def _beyond(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
+    """Which of the tensions (..., m) are."""
     least, greatest = robot.tension_limits
-    return np.any((tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9)), axis=-1)
+    return (tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9))

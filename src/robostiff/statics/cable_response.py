@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis import CableResponse, CableStiffness, SlackEvent, cable_stiffness
 from robostiff.analysis.cable_stiffness import judged
-from robostiff.analysis.loaded_cables import status_of_cables
+from robostiff.analysis.loaded_cables import beyond_limits, status_of_cables
 from robostiff.analysis.result import given_wrenches, require_one_pose
 from robostiff.cables import TensionRule, structure_matrix
 from robostiff.cables.equilibrium import Hanging
@@ -85,7 +85,8 @@ def cable_response(
     after = _after(before, loading.hanging(found), F)
     status = after.status | status_of_cables(robot, after.tensions)
     moved = loading.problem.displacement(found.state)
-    return CableResponse(F, before, status, 1.0, moved, after, slack)
+    beyond = tuple(beyond_limits(robot, after.tensions))
+    return CableResponse(F, before, status, 1.0, moved, after, slack, beyond)
 
 
 @dataclass(frozen=True)
