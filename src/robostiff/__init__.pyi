@@ -10,7 +10,6 @@ from robostiff.analysis import CompiledRobot as CompiledRobot
 from robostiff.analysis import Deflection as Deflection
 from robostiff.analysis import DeflectionsOfPoses as DeflectionsOfPoses
 from robostiff.analysis import RobotStiffness as RobotStiffness
-from robostiff.analysis import cable_response as cable_response
 from robostiff.analysis import cable_stiffness as cable_stiffness
 from robostiff.analysis import cable_tensions as cable_tensions
 from robostiff.analysis import compile as compile
@@ -141,6 +140,7 @@ from robostiff.statics import Linear as Linear
 from robostiff.statics import LoadedAnswer as LoadedAnswer
 from robostiff.statics import Mode as Mode
 from robostiff.statics import Modes as Modes
+from robostiff.statics import cable_response as cable_response
 from robostiff.statics import compile_loaded as compile_loaded
 from robostiff.statics import critical_load as critical_load
 from robostiff.statics import deflection as deflection

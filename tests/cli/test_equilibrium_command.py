@@ -133,10 +133,17 @@ def test_a_network_comes_to_rest_at_its_own_pose():
     assert "a linkage is moved by its joints" in moved.stderr
 
 
-def test_cables_are_sent_elsewhere():
+def test_cables_are_answered_too():
     outcome = run("cable-8", "--wrench", "0 0 -200 0 0 0")
-    assert outcome.exit_code == 2
-    assert "robostiff cables cable-8" in outcome.stderr
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "status: slack" in outcome.stdout
+    assert "cables:\n  cable1: tension 142.64 N" in outcome.stdout
+    lifted = run("cable-8-suspended", "--wrench", "0 0 1.5 kN 0 0 0", "--critical")
+    assert lifted.exit_code == 1
+    assert "critical load: 0.578288 times the wrench" in lifted.stdout
+    refused = run("cable-8", "--preload", "cable1=3 N")
+    assert refused.exit_code == 2
+    assert "cables have tensions" in refused.stderr
 
 
 @pytest.mark.parametrize("ending", ["svg", "html"])

@@ -98,6 +98,19 @@ def test_stiffer_screws_gain_more(page: Page):
     assert page.claims("by 15 % in each of them")
 
 
+@of("how_much_a_hexapod_carries")
+def test_slender_tubes_buckle_and_vibrate_slowly_before(page: Page):
+    found, sooner, euler = (page.names[name] for name in ("found", "sooner", "euler"))
+    assert page.names["carried"] / euler == pytest.approx(1.009, abs=2e-3)
+    assert page.claims(f"{found.factor:.0f} kN straight down, and {sooner.factor:.0f} kN if")
+    pairs = re.findall(r"(\d+)% of the critical load: ([\d.]+) Hz", page.printed)
+    shares, hertz = np.array(pairs, dtype=float).T
+    left = np.sqrt(1 - shares / 100)
+    np.testing.assert_allclose(hertz, hertz[0] * left, rtol=0.01)
+    assert np.abs(page.names["change"]).max() < 0.01
+    assert page.claims("deflection does not announce it, but the vibrations of the tubes do")
+
+
 @of("where_a_delta_robot_is_stiff")
 def test_delta_robot_is_stiffest_high_up(page: Page):
     middle = [float(found) for found in re.findall(r"([\d.]+) um/N in the middle", page.printed)]

@@ -326,7 +326,7 @@ def test_a_package_and_its_names_are_in_step():
 @pytest.mark.parametrize(
     "name",
     [
-        "analysis.cable_response",
+        "statics.cable_response",
         "analysis.cable_stiffness",
         "analysis.cable_tensions",
         "statics.equilibrium",

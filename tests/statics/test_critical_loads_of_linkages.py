@@ -113,6 +113,24 @@ def test_a_shallow_truss_snaps_through():
         assert np.isclose(held.wrench[1], -push, rtol=1e-9, atol=1e-10 * k)
 
 
+@pytest.mark.parametrize("part", [0.5, 0.95, 1.5])
+def test_loads_that_act_throughout_are_followed_too(part: float):
+    """A weight beyond the critical one has snapped the truss through before the wrench acts."""
+    a, h, k = 1.0, 0.2, 500.0
+    robot, length = truss(h, k, 1e3, None), np.hypot(1.0, 0.2)
+    y = np.sqrt((length * a * a) ** (2 / 3) - a * a)
+    exact = 2 * k * y * (length / np.hypot(a, y) - 1)
+    weight = {"apex": [0, -part * exact, 0]}
+    found = rs.critical_load(robot, wrench=DOWN, loads=weight)
+    assert found.is_limit
+    assert np.isclose(found.factor, max(1 - part, 0.0) * exact, rtol=1e-7, atol=0)
+    curve = rs.load_path(robot, wrench=DOWN, factors=[0.04 * exact, 2 * exact], loads=weight)
+    assert np.isclose(curve.critical_factor.values[0], found.factor, rtol=1e-6)
+    codes = curve.status_code.values
+    assert bool(codes[0] & rs.Status.BEYOND_CRITICAL_LOAD) == (part > 1)
+    assert codes[1] & rs.Status.BEYOND_CRITICAL_LOAD
+
+
 def test_a_chain_that_stiffens_is_followed_to_its_load():
     """What its platform moves bounds a step of the path, not the load."""
     bars = pendulum([0.4, 0.9, 0.8], [8.7, 6.8, 5.0])

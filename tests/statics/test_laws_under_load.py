@@ -276,8 +276,6 @@ def test_misuse():
         rs.equilibrium(robot, wrench=[1, 2, 3])
     with pytest.raises(rs.InputError, match="a load that grows"):
         rs.critical_load(robot, wrench=np.zeros(6))
-    with pytest.raises(rs.InputError, match="cable_response"):
-        rs.equilibrium(rs.load("cable-4-planar"))
     with pytest.raises(rs.InputError, match="one joint that moves"):
         rs.equilibrium(rs.load("gough-stewart-b-beams"), preload={"leg1/tube": 5.0})
     with pytest.raises(rs.InputError, match="1 to 64"):

@@ -1,4 +1,3 @@
-from robostiff.analysis.cable_response import CableResponse, SlackEvent, cable_response
 from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness
 from robostiff.analysis.cable_tensions import CableTensions, cable_tensions
 from robostiff.analysis.compiled_answer import CompiledAnswer
@@ -12,6 +11,7 @@ from robostiff.analysis.deflection_under_load import (
     PartShare,
 )
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
+from robostiff.analysis.loaded_cables import CableResponse, SlackEvent
 from robostiff.analysis.many_deflections import DeflectionsOfPoses, deflection
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import compliance, stiffness
@@ -35,7 +35,6 @@ __all__ = [
     "RobotStiffness",
     "SlackEvent",
     "Verification",
-    "cable_response",
     "cable_stiffness",
     "cable_tensions",
     "compile",

@@ -27,9 +27,9 @@ from robostiff.markup import (
 )
 
 if TYPE_CHECKING:
-    from robostiff.analysis.cable_response import CableResponse
     from robostiff.analysis.cable_stiffness import CableStiffness
     from robostiff.analysis.deflection_under_load import Deflection, PartShare
+    from robostiff.analysis.loaded_cables import CableResponse
     from robostiff.analysis.result import RobotStiffness
     from robostiff.analysis.verification import Verification
     from robostiff.spatial import Space

@@ -196,9 +196,10 @@ _RULES = ("nearest", "closed-form")
 
 def print_cables(model: Model, place: Posing, written: WrittenTensions, answer: Answer) -> int:
     """Print tensions and stiffness at a pose, and the response to a load with locked winches."""
-    from robostiff.analysis import cable_response, cable_stiffness
+    from robostiff.analysis import cable_stiffness
     from robostiff.io.results import cables as results
     from robostiff.model.cable import CableRobot
+    from robostiff.statics import cable_response
 
     robot, source = model.load(), model.source
     if not isinstance(robot, CableRobot):

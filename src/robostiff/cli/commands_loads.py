@@ -18,7 +18,8 @@ from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.linkage import Linkage
-from robostiff.model import Mass, PlacedLeg, Robot, Snapshot
+from robostiff.model import Mass, PlacedLeg
+from robostiff.model.cable import CableRobot
 from robostiff.network import DistributedForce, ForceOnBeam, Network
 from robostiff.spatial import Screw, Space
 from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path, modes
@@ -37,7 +38,7 @@ def print_equilibrium(
     answer: Answer,
 ) -> int:
     """Print where a robot comes to rest under loads; 1 for a bad status."""
-    robot = _with_springs("equilibrium", model, place)
+    robot = loaded(model, place)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
@@ -77,7 +78,7 @@ def print_modes(
     from robostiff.io.results.equilibrium import modes_data, modes_text
 
     picture = picture_beside(shown.plot, replacing)
-    robot = _with_springs("modes", model, place)
+    robot = loaded(model, place)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
     for name, mass in _named("--mass", shown.masses, _kilograms):
@@ -91,23 +92,7 @@ def print_modes(
     return answered(found, answer, modes_data, modes_text)
 
 
-Posed = Robot | Snapshot | Network | Linkage
-
-
-def _with_springs(what: str, model: Model, place: Posing) -> Posed:
-    """The robot, whose parts are springs or rigid: any but one of cables."""
-    robot = loaded(model, place)
-    if isinstance(robot, Posed):
-        return robot
-    raise InputError(
-        f"{what} of {model.source!r}",
-        got=Words("cables"),
-        expected="a robot or a snapshot of legs, a network or a linkage",
-        hint=f"cables have 'robostiff cables {model.source} --wrench ...'",
-    )
-
-
-def _options(robot: Posed, place: Posing, written: WrittenLoads) -> dict[str, Any]:
+def _options(robot: Any, place: Posing, written: WrittenLoads) -> dict[str, Any]:
     """Place, and loads beside the wrench."""
     return {
         **where_from(robot, place),
@@ -175,7 +160,7 @@ def _force(text: str) -> DeadForce:
     return DeadForce(parse_quantities(text, [Dimension.FORCE] * 3, _FORCE, "--load"))
 
 
-def _pushes(robot: Posed, texts: tuple[str, ...]) -> dict[str, float]:
+def _pushes(robot: Any, texts: tuple[str, ...]) -> dict[str, float]:
     """Preloads of joints: forces of slides, moments of turns."""
     moments = {name: screw.turns for name, screw in _freedoms(robot)}
 
@@ -188,7 +173,7 @@ def _pushes(robot: Posed, texts: tuple[str, ...]) -> dict[str, float]:
     return {name: push(name, value) for name, value in given.items()}
 
 
-def _freedoms(robot: Posed) -> Iterator[tuple[str, Screw]]:
+def _freedoms(robot: Any) -> Iterator[tuple[str, Screw]]:
     """Freedoms by the names of their joints, as preloads name them."""
     if isinstance(robot, Linkage):
         yield from ((joint.name, own) for joint in robot.joints for own in joint.freedoms)
@@ -197,7 +182,7 @@ def _freedoms(robot: Posed) -> Iterator[tuple[str, Screw]]:
         for joint in robot.joints:
             yield from ((own.name, own) for own in joint.freedoms)
         return
-    for leg in robot.legs:
+    for leg in () if isinstance(robot, CableRobot) else robot.legs:
         if isinstance(leg, PlacedLeg):
             yield from ((f"{leg.name}/{own.name}", own) for own in leg.freedoms)
         else:
@@ -216,7 +201,6 @@ def _factors(text: str) -> np.ndarray:
 def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
     """Print how a network answers its loads."""
     from robostiff.io.results.equilibrium import response_data, response_text
-    from robostiff.model.cable import CableRobot
     from robostiff.network import network_response
     from robostiff.robots import load
 

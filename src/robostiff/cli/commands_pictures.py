@@ -9,7 +9,7 @@ from datetime import date as day
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robostiff.analysis import cable_response, cable_stiffness, stiffness
+from robostiff.analysis import cable_stiffness, stiffness
 from robostiff.cli.command import BAD_STATUS
 from robostiff.cli.options import Answer, Model, Posing, Replacing, named_once
 from robostiff.cli.options_of_pictures import WHAT, Page, Pages, PictureFile, Subject
@@ -35,7 +35,7 @@ from robostiff.plot.maps.slice import overview_picture
 from robostiff.plot.matrix_cells import matrix_picture
 from robostiff.plot.posed_robot import Colouring, picture_of_robot
 from robostiff.plot.posture import surroundings
-from robostiff.statics import deflection, modes
+from robostiff.statics import cable_response, deflection, modes
 
 if TYPE_CHECKING:
     from robostiff.plot.picture import Picture

@@ -9,6 +9,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model import Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import finite_motion, spatial
@@ -112,6 +113,12 @@ def equilibrium_picture(
             expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
         )
     _ = result.displacement  # raises with the reason when there is none
+    if isinstance(result.posed, CableRobot):
+        raise InputError(
+            f"picture of {result.name!r} under load",
+            got="a cable robot",
+            expected="a robot of legs, a snapshot, a network or a linkage",
+        )
     check_exaggeration(exaggeration)
     point = cast("EquilibriumProblem", result.problem).point
     F = spatial(result.wrench, result.space.rows)
@@ -190,6 +197,12 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     own = modes[number - 1]
     rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
     title = f"{modes.name}, mode {number}: {rate}"
+    if isinstance(modes.posed, CableRobot):
+        raise InputError(
+            f"picture of a mode of {modes.name!r}",
+            got="a cable robot",
+            expected="a robot of legs, a snapshot, a network or a linkage",
+        )
     if isinstance(modes.posed, Network):
         network = modes.posed
         motions = motions_of(network, own.motion)

@@ -1,4 +1,5 @@
 from robostiff.statics.beam_bowing import Bowing, Linear
+from robostiff.statics.cable_response import cable_response
 from robostiff.statics.critical_load import CriticalLoad, critical_load
 from robostiff.statics.element import BodyPlace
 from robostiff.statics.equilibrium import equilibrium
@@ -25,6 +26,7 @@ __all__ = [
     "LoadedPart",
     "Mode",
     "Modes",
+    "cable_response",
     "compile_loaded",
     "critical_load",
     "deflection",

@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.spatial import skew
+from robostiff.statics.finite_turn import crossed, skews
 from robostiff.statics.leg_state import Beside, LegState, Share
 
 if TYPE_CHECKING:
     from robostiff.statics.legs import LegGroup
     from robostiff.statics.problem import EquilibriumProblem, State
 
+_IDENTITY = np.eye(3)
 # Of the length of a spring at the unloaded posture, or of its tension: none.
 _NONE = 1e-12
 
@@ -43,6 +44,8 @@ class Anchor:
 class FiniteBodySpring:
     """A spring between two bodies; ``t = s tension + stiffness (l - length)`` at the share s.
 
+    A cable has its tension at any share, and none where that would push.
+
     Raises
     ------
     InputError
@@ -55,6 +58,7 @@ class FiniteBodySpring:
     # at the unloaded posture [m], [N]
     length: float
     tension: float
+    is_cable: bool = False
 
     def __post_init__(self) -> None:
         constant = abs(self.tension - self.stiffness * self.length)
@@ -67,19 +71,6 @@ class FiniteBodySpring:
                 hint="a spring of free length 0 alone may have no length",
             )
 
-    def pulling(self, a: np.ndarray, b: np.ndarray, share: float) -> Pulling:
-        """Between points (3,) [m]."""
-        d = b - a
-        length = float(np.linalg.norm(d))
-        constant = share * self.tension - self.stiffness * self.length
-        D = self.stiffness * np.eye(3)
-        if length == 0:
-            return Pulling(np.zeros(3), np.zeros(3), D, 0.0, constant)
-        u = d / length
-        D = D + (constant / length) * (np.eye(3) - np.outer(u, u))
-        tension = self.stiffness * length + constant
-        return Pulling(tension * u, self.tension * u, D, length, tension)
-
     def energy(self, length: float, tension: float) -> float:
         """Stored from its free length; of a constant force, from the unloaded posture [J]."""
         if self.stiffness > 0:
@@ -88,8 +79,84 @@ class FiniteBodySpring:
 
 
 @dataclass(frozen=True)
-class Pulling:
-    """A spring at a state: its force (3,) on its first point; the opposite acts on the second [N].
+class SpringArrays:
+    """The springs of a group side by side: S of them, with two ends each."""
+
+    points: np.ndarray  # (2, S, 3): of their ends, at the unloaded posture [m]
+    on_platform: np.ndarray  # (2, S): which ends the platform has
+    on_chains: tuple[tuple[int, int, int, int], ...]  # end, spring, chain, and place there
+    stiffness: np.ndarray  # (S,)
+    length: np.ndarray
+    tension: np.ndarray
+    is_cable: np.ndarray
+
+    @staticmethod
+    def of(springs: Sequence[FiniteBodySpring]) -> SpringArrays:
+        """Of some springs."""
+        ends = [[own.ends[side] for own in springs] for side in (0, 1)]
+        return SpringArrays(
+            np.array([[end.point for end in own] for own in ends]),
+            np.array([[end.on_platform for end in own] for own in ends]),
+            tuple(
+                (side, i, end.chain, end.place)
+                for side, own in enumerate(ends)
+                for i, end in enumerate(own)
+                if end.chain is not None
+            ),
+            np.array([own.stiffness for own in springs]),
+            np.array([own.length for own in springs]),
+            np.array([own.tension for own in springs]),
+            np.array([own.is_cable for own in springs]),
+        )
+
+    def at(self, group: LegGroup, state: LegState, R: np.ndarray, p: np.ndarray) -> SpringPlaces:
+        """Where they are at a state of legs, with the platform at (R, p)."""
+        points, count = self.points.copy(), len(self.length)
+        J, J_t = np.zeros((count, 3, group.free_size)), np.zeros((count, 3, 6))
+        arms = np.where(
+            self.on_platform[..., None], (self.points - group.platform_point) @ R.T, 0.0
+        )
+        points[self.on_platform] = p + arms[self.on_platform]
+        sign = np.array([-1.0, 1.0])[:, None]
+        J_t[:, :, :3] = np.sum(sign * self.on_platform, axis=0)[:, None, None] * np.eye(3)
+        J_t[:, :, 3:] = -skews(arms[1] - arms[0])
+        if self.on_chains:
+            anchored = group.anchored(state)
+            for side, i, chain, place in self.on_chains:
+                points[side, i] = anchored[chain][0][place]
+                J[i] += sign[side] * anchored[chain][1][place]
+        return SpringPlaces(points, arms, J, J_t)
+
+    def pulling(self, places: SpringPlaces, share: float) -> Pulls:
+        """What they do there."""
+        d = places.points[1] - places.points[0]
+        length, k = np.sqrt(np.sum(d * d, axis=-1)), self.stiffness
+        apart, steady = length > 0, np.where(self.is_cable, 1.0, share)
+        constant = steady * self.tension - k * self.length
+        tension = k * length + constant
+        safe = np.where(apart, length, 1.0)
+        u, across = d / safe[:, None], np.where(apart, constant / safe, 0.0)
+        slack = self.is_cable & (tension < 0)
+        tension, k = np.where(slack, 0.0, tension), np.where(slack, 0.0, k)
+        across = np.where(slack, 0.0, across)[:, None, None]
+        D = k[:, None, None] * _IDENTITY + across * (_IDENTITY - u[:, :, None] * u[:, None])
+        rate = np.where(self.is_cable, 0.0, self.tension)[:, None] * u
+        return Pulls(tension[:, None] * u, rate, D, length, tension)
+
+
+@dataclass(frozen=True)
+class SpringPlaces:
+    """Where springs between bodies are, and how the vectors between their ends change."""
+
+    points: np.ndarray  # (2, S, 3): of their ends [m]
+    arms: np.ndarray  # (2, S, 3): to ends on the platform from its point [m]; 0 elsewhere
+    J: np.ndarray  # (S, 3, m): by the free unknowns of legs
+    J_t: np.ndarray  # (S, 3, 6): by the twist of the platform
+
+
+@dataclass(frozen=True)
+class Pulls:
+    """What springs do at a state: forces (S, 3) on first points; the opposite on the second [N].
 
     `rate` is that of the force by the share of loads, D that by the vector between the points
     [N/m].
@@ -97,9 +164,9 @@ class Pulling:
 
     force: np.ndarray
     rate: np.ndarray
-    D: np.ndarray
-    length: float
-    tension: float
+    D: np.ndarray  # (S, 3, 3)
+    length: np.ndarray
+    tension: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -118,57 +185,37 @@ class SpringTerms:
         group: LegGroup, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
     ) -> SpringTerms:
         """At a state of legs, with the platform at (R, p)."""
-        m, rows = group.free_size, list(group.rows)
-        r = len(rows)
-        anchored = group.anchored(state)
-        pulls = [np.zeros(points.shape) for points, _ in anchored]
-        stiffness, by_share = np.zeros((m, m)), np.zeros(m)
-        by_twist, carried = np.zeros((m, r)), np.zeros(6)
-        by_unknown, of_twist, of_share = np.zeros((6, m)), np.zeros((6, 6)), np.zeros(6)
-        for spring in group.springs:
-            (a, b), J, J_t = _between(spring, group, anchored, R, p)
-            own = spring.pulling(a, b, share.value)
-            stiffness += J.T @ own.D @ J
-            by_share += J.T @ own.rate
-            by_twist += (J.T @ own.D @ J_t)[:, rows]
-            for sign, at, anchor in zip((1.0, -1.0), (a, b), spring.ends, strict=True):
-                if anchor.chain is not None:
-                    pulls[anchor.chain][anchor.place] += sign * own.force
-                if anchor.on_platform:
-                    f = -sign * own.force  # what the platform exerts
-                    arm = at - p
-                    carried += np.concatenate([f, np.cross(arm, f)])
-                    of_twist[3:, 3:] += skew(f) @ skew(arm)
-            # the platform moves both ends where it has them: its wrench is J_t^T force
-            by_unknown += J_t.T @ own.D @ J
-            of_twist += J_t.T @ own.D @ J_t
-            of_share += J_t.T @ own.rate
-        wide = np.zeros((1, r, group.size))
-        wide[0, :, :m] = by_unknown[rows]
-        beside = Beside(wide, of_twist[np.ix_(rows, rows)][None], share.rate * of_share[None, rows])
-        return SpringTerms(pulls, stiffness, by_share, by_twist, carried[rows], beside)
+        m, rows, arrays = group.free_size, list(group.rows), group.spring_arrays
+        places = arrays.at(group, state, R, p)
+        own = arrays.pulling(places, share.value)
+        count = 3 * len(arrays.length)
+        J, J_t = places.J.reshape(count, m), places.J_t.reshape(count, 6)
+        by_J, by_J_t = (own.D @ places.J).reshape(count, m), (own.D @ places.J_t).reshape(count, 6)
+        # the platform moves both ends where it has them: its wrench is J_t^T force
+        of_share, of_twist = J_t.T @ own.rate.ravel(), J_t.T @ by_J_t
+        on_platform = arrays.on_platform * np.array([-1.0, 1.0])[:, None]
+        f = (on_platform[..., None] * own.force).reshape(-1, 3)  # what the platform exerts
+        arms = places.arms.reshape(-1, 3)
+        turned = arms.T @ f
+        of_twist[3:, 3:] += turned - np.trace(turned) * _IDENTITY  # sum of skew(f) skew(arm)
+        wide = np.zeros((1, len(rows), group.size))
+        wide[0, :, :m] = (J_t.T @ by_J)[rows]
+        return SpringTerms(
+            _on_anchors(group, own.force),
+            J.T @ by_J,
+            J.T @ own.rate.ravel(),
+            (J.T @ by_J_t)[:, rows],
+            np.concatenate([np.sum(f, axis=0), np.sum(crossed(arms, f), axis=0)])[rows],
+            Beside(wide, of_twist[np.ix_(rows, rows)][None], share.rate * of_share[None, rows]),
+        )
 
 
-def _between(
-    spring: FiniteBodySpring,
-    group: LegGroup,
-    anchored: Sequence[tuple[np.ndarray, np.ndarray]],
-    R: np.ndarray,
-    p: np.ndarray,
-) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray, np.ndarray]:
-    """Its points, and the velocity between them by legs (3, m) and platform (3, 6)."""
-    found, J, J_t = [], np.zeros((3, group.free_size)), np.zeros((3, 6))
-    for sign, anchor in zip((-1.0, 1.0), spring.ends, strict=True):
-        point = anchor.point
-        if anchor.chain is not None:
-            points, velocities = anchored[anchor.chain]
-            point, J = points[anchor.place], J + sign * velocities[anchor.place]
-        elif anchor.on_platform:
-            arm = R @ (anchor.point - group.platform_point)
-            point = p + arm
-            J_t = J_t + sign * np.concatenate([np.eye(3), -skew(arm)], axis=1)
-        found.append(point)
-    return (found[0], found[1]), J, J_t
+def _on_anchors(group: LegGroup, force: np.ndarray) -> list[np.ndarray]:
+    """Forces (A, 3) on the anchors of each chain, from those of springs (S, 3) [N]."""
+    found = [np.zeros((len(own.anchors), 3)) for own in group.chains]
+    for side, i, chain, place in group.spring_arrays.on_chains:
+        found[chain][place] += (1.0 if side == 0 else -1.0) * force[i]
+    return found
 
 
 def small_pulls(
@@ -178,18 +225,14 @@ def small_pulls(
 
     The coordinates and bodies of the legs move by a step (m,), the platform by a twist (r,).
     """
-    anchored = group.anchored(group.unloaded())
-    pulls = [np.zeros(points.shape) for points, _ in anchored]
-    moved = np.zeros(6)
+    if not group.springs:
+        return _on_anchors(group, np.zeros((0, 3)))
+    arrays, moved = group.spring_arrays, np.zeros(6)
     moved[list(group.rows)] = twist
-    for spring in group.springs:
-        ends, J, J_t = _between(spring, group, anchored, at_rest.R, at_rest.p)
-        own = spring.pulling(*ends, 0.0)
-        d = J @ step + J_t @ moved
-        for sign, anchor in zip((1.0, -1.0), spring.ends, strict=True):
-            if anchor.chain is not None:
-                pulls[anchor.chain][anchor.place] += sign * (own.D @ d + own.rate)
-    return pulls
+    places = arrays.at(group, group.unloaded(), at_rest.R, at_rest.p)
+    own = arrays.pulling(places, 0.0)
+    d = places.J @ step + places.J_t @ moved
+    return _on_anchors(group, (own.D @ d[..., None])[..., 0] + own.rate)
 
 
 @dataclass(frozen=True)
@@ -207,6 +250,8 @@ class LoadedSpring:
         Negative where it pushes [N].
     energy : float
         Stored [J]: from its free length; of a constant force, from the unloaded posture.
+    is_cable : bool
+        Whether it only pulls.
     """
 
     name: str
@@ -214,6 +259,7 @@ class LoadedSpring:
     length: float
     tension: float
     energy: float
+    is_cable: bool = False
 
 
 def loaded_springs(
@@ -224,10 +270,10 @@ def loaded_springs(
     for group, own in zip(problem.groups, state.legs, strict=True):
         if not group.springs:
             continue
-        anchored = group.anchored(own)
-        for spring in group.springs:
-            ends = _between(spring, group, anchored, state.R, state.p)[0]
-            now = spring.pulling(*ends, share)
-            energy = spring.energy(now.length, now.tension)
-            found.append(LoadedSpring(spring.name, np.array(ends), now.length, now.tension, energy))
+        places = group.spring_arrays.at(group, own, state.R, state.p)
+        now = group.spring_arrays.pulling(places, share)
+        for i, spring in enumerate(group.springs):
+            length, tension = float(now.length[i]), float(now.tension[i])
+            ends, energy = places.points[:, i], spring.energy(length, tension)
+            found.append(LoadedSpring(spring.name, ends, length, tension, energy, spring.is_cable))
     return tuple(found)

@@ -118,7 +118,12 @@ class ChainFamily:
             starts,
             ends,
             points,
-            np.concatenate([g.end_point(i) for g in groups for i in range(len(g.chains))]),
+            np.concatenate(
+                [
+                    np.zeros((0, 3)),
+                    *(g.end_point(i) for g in groups for i in range(len(g.chains))),
+                ]
+            ),
             tuple(held),
         )
 
@@ -140,6 +145,8 @@ class ChainFamily:
             SpringTerms.of(group, state, R, p, share) if group.springs else None
             for group, state in zip(self.groups, states, strict=True)
         ]
+        if not self.rows:
+            return [_springs_alone(own) for own in springs if own is not None]
         W = np.zeros((len(self.taken), 6))
         W[:, rows] = np.concatenate([own for state in states for own in state.W])
         terms = self.arrays.terms(
@@ -231,7 +238,8 @@ class ChainFamily:
 
 def _bodies(groups: Sequence[LegGroup]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bodies at the starts and the ends of all chains, row by row, and the points of all bodies."""
-    starts, ends, first = [], [], 1
+    none = np.zeros(0, dtype=int)
+    starts, ends, first = [none], [none], 1
     for group in groups:
         N = group.count
         for chain in group.chains:
@@ -243,6 +251,13 @@ def _bodies(groups: Sequence[LegGroup]) -> tuple[np.ndarray, np.ndarray, np.ndar
         first += N * len(group.points)
     points = np.concatenate([np.zeros((1, 3)), *(own for g in groups for own in g.points)])
     return np.concatenate(starts), np.concatenate(ends), points
+
+
+def _springs_alone(own: SpringTerms) -> LegEquations:
+    """Of a platform that springs alone hold: there are no unknowns beside its pose."""
+    r, nothing = len(own.carried), np.zeros((1, 0))
+    none = np.zeros((1, 0, 0)), nothing, np.zeros((1, 0, r)), nothing
+    return LegEquations(*none, own.carried[None], own.beside)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import as_float
 from robostiff.statics.beam_bowing import Beams, Bowing
@@ -110,7 +111,7 @@ class CriticalLoad:
 
 
 def critical_load(
-    robot: Robot | Snapshot | Network | Linkage,
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any = None,
     wrench: ArrayLike = (),
     *,
@@ -127,7 +128,8 @@ def critical_load(
 
     Equilibria are followed from the wrench zero on, `loads`, weights and `preload` acting
     throughout, until the energy has no minimum any more, or rigid bars lie in a singular
-    posture, where another assembly mode begins; the point between is then solved for.
+    posture, where another assembly mode begins; the point between is then solved for. The factor
+    is 0 where these alone are too large.
 
     Parameters
     ----------
@@ -164,7 +166,7 @@ def critical_load(
     loaded = loaded.under(laws)
     problem, status = loaded.problem, loaded.status
     nothing = np.zeros(problem.size)
-    if status & Status.UNREACHABLE:
+    if not loaded.has_posture:
         return CriticalLoad(loaded.name, F, status, 0.0, None)
     unloaded = problem.at_rest
     if unloaded.rigid:

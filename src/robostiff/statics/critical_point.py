@@ -115,7 +115,9 @@ def refined(
             at_left *= 0.5
         right, at_right, at_ends[1] = h, value, found
     else:
-        return point_at(problem, loading, found, *least_margin(problem, found, unloaded))
+        # It leaps at a corner, as where a cable becomes slack: the mode is that behind it.
+        leaving = min(at_ends, key=lambda own: least_margin(problem, own, unloaded)[1].value)
+        return point_at(problem, loading, leaving, *least_margin(problem, leaving, unloaded))
     point = point_at(problem, loading, best, *least_margin(problem, best, unloaded))
     return replace(point, factor=_at_zero(met))
 

@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.loaded_cables import status_of_cables
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import Near
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint
-from robostiff.statics.equilibrium_path import first_critical
+from robostiff.statics.equilibrium_path import SAFE, first_critical
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_posture import LoadedPosture, postures_of, wrenches_of
@@ -29,14 +31,12 @@ from robostiff.statics.singular_posture import Regular, may_be_singular
 from robostiff.statics.stability import leg_margins, meets_stiffness, platform_margin
 
 _BOWING = Bowing()
-# A margin above which Newton's method has not passed a critical load, if its steps were direct.
-_SAFE = 0.3
 # Of the length of the robot: what is no rounding between legs and platform.
 _OPEN = 1e-9
 
 
 def equilibrium(
-    robot: Robot | Snapshot | Network | Linkage,
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any = None,
     wrench: ArrayLike | None = None,
     *,
@@ -57,9 +57,9 @@ def equilibrium(
 
     Parameters
     ----------
-    robot : Robot, Snapshot, Network or Linkage
-        Legs with parallel blocks to any depth, on a rigid or a flexible platform; or bodies, joints
-        and elastic parts in any arrangement.
+    robot : Robot, Snapshot, Network, Linkage or CableRobot
+        Legs with parallel blocks to any depth, on a rigid or a flexible platform; bodies, joints
+        and elastic parts in any arrangement; or cables, which pull as at rest without the loads.
     pose : RigidTransform, array, JointCoordinates or None
         The unloaded posture, as for `stiffness`; a batch (N, 6) gives an answer at each.
         Of a linkage the coordinates of its joints, by name.
@@ -101,8 +101,7 @@ def equilibrium(
     Raises
     ------
     InputError
-        When a load does not fit, both wrench and displacement are given, or the robot has what is
-        not covered: cables.
+        When a load does not fit, or both wrench and displacement are given.
 
     Examples
     --------
@@ -141,14 +140,22 @@ def equilibrium(
 
 
 def solved(
-    loaded: LoadedPosture, wrench: np.ndarray | None, displacement: np.ndarray | None
+    loaded: LoadedPosture,
+    wrench: np.ndarray | None,
+    displacement: np.ndarray | None,
+    *,
+    standing: bool = False,
 ) -> Equilibrium:
-    """The equilibrium of one robot at one posture."""
+    """The equilibrium of one robot at one posture.
+
+    Where a growing load is followed, all loads grow together; or, `standing`, the wrench alone.
+    """
     problem, status = loaded.problem, loaded.status
-    if status & Status.UNREACHABLE:
+    if not loaded.has_posture:
         return Equilibrium(loaded.name, loaded.space, status)
     nothing = np.zeros(problem.size)
-    loading = LoadCase(nothing, nothing if wrench is None else wrench)
+    share = (1.0, 0.0) if standing else (0.0, 1.0)
+    loading = LoadCase(nothing, nothing if wrench is None else wrench, *share)
     unloaded = problem.at_rest
     if unloaded.rigid:
         status |= Status.RIGID_DIRECTION
@@ -159,7 +166,7 @@ def solved(
     found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target, first=first)
     critical: CriticalPoint | None = None
     margins = _margins(problem, found.known, unloaded) if found.converged else {}
-    near = not found.converged or not found.direct or min(margins.values()) < _SAFE
+    near = not found.converged or not found.direct or min(margins.values()) < SAFE
     if displacement is None and (near or _has_branched(problem, unloaded, found)):
         confirmed, critical = _confirmed(problem, loading, unloaded, found)
         if confirmed is not found:
@@ -239,9 +246,9 @@ def _answer(
         frame=loaded.frame,
         posed=loaded.posed,
     )
-    if answer.stable:
-        return answer
-    return replace(answer, status=status | Status.UNSTABLE)
+    if isinstance(loaded.posed, CableRobot):
+        status |= status_of_cables(loaded.posed, np.array([own.tension for own in answer.springs]))
+    return replace(answer, status=status if answer.stable else status | Status.UNSTABLE)
 
 
 def _target(problem: EquilibriumProblem, displacement: np.ndarray) -> Target:

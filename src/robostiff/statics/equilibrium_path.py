@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from robostiff.statics.critical_point import (
     singular,
 )
 from robostiff.statics.newton import (
+    CAP,
     SHARP,
     TURNS,
     FoundEquilibrium,
@@ -25,6 +26,8 @@ from robostiff.statics.newton import (
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, solve_least
 from robostiff.statics.singular_posture import may_be_singular
 
+#: A margin above which Newton's method has not passed a critical load, if its steps were direct.
+SAFE = 0.3
 # Steps at most, and how far one of them shifts the platform, by the robot's length.
 _LONGEST, _FURTHEST = 250, 0.1
 # The first of them, and how far it does: each may be 1.6 times the one before, 2.5 times on a way
@@ -35,6 +38,8 @@ _FIRST, _NEAREST = 0.02, 1e-5
 _EASILY, _STRAIGHT = 7, 3
 # Part of a step that is left of it at least.
 _LEAST = 0.02
+# Arcs that may lead behind a corner; how often the first that does is halved.
+_BEHIND, _HALVES = (1e-5, 1e-4, 1e-3), 30
 # Part of the load by which a stable path may turn back: rounding.
 _BACK = 1e-6
 
@@ -58,11 +63,14 @@ def path(
     help. Up to the whole load, steps of the load factor are at most `largest`; beyond it they grow
     with the load. `unloaded` is without any load.
     """
-    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
+    here, lost = _start(problem, loading, unloaded)
+    at_once = () if lost is None else (replace(lost, factor=0.0),)
     if not here.converged:
+        yield from (OnPath(point.found, False, at_once) for point in at_once)
         return
     least = least_margin(problem, here, unloaded)
-    at_once = () if least[1].value > 0 else (point_at(problem, loading, here, *least),)
+    if not at_once and least[1].value <= 0:
+        at_once = (point_at(problem, loading, here, *least),)
     is_stable, branches = least[1].value >= 0, may_be_singular(problem)
     yield OnPath(here, is_stable, at_once)
     unit = _unit(problem, here)
@@ -71,20 +79,27 @@ def path(
     shortest, ahead = 1e-7 * h, None  # singular posture beyond a step
     for _ in range(_LONGEST):
         if h < shortest:
-            if ahead is not None:
-                yield OnPath(here, is_stable, (ahead,))
+            if ahead is None and is_stable and problem.has_corners:
+                ahead = _lost_at_corner(problem, loading, unloaded, here, direction, unit)
+            yield from (OnPath(here, is_stable, (point,)) for point in (ahead,) if point)
             return
         found = step_along(problem, loading, here, direction, h, unit)
         following = _direction(problem, found, direction, unit) if found.converged else direction
         if not found.converged or (h > SHARP and float(following @ direction) < TURNS):
-            h *= 0.5
-            continue
+            beyond = None
+            if is_stable and h <= SHARP and problem.has_corners:
+                beyond = _beyond_corner(problem, loading, unloaded, here, h * abs(direction[-1]))
+            if beyond is None:
+                h *= 0.5
+                continue
+            found, following = beyond, _direction(problem, beyond, None, unit)
         remains = least_margin(problem, found, unloaded)[1].value >= 0
         step = PathStep(here, found, direction, h, unit)
         point = refined(problem, loading, unloaded, step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
         leapt = isinstance(point, float | int)
-        if leapt or (is_stable and remains and following[-1] < -_BACK):
+        falls = following[-1] < -_BACK if remains else _is_below(point, here)
+        if leapt or (is_stable and falls):
             h = max(point, _LEAST * h) if leapt else 0.5 * h
             continue
         known, ahead = ahead, None
@@ -99,6 +114,79 @@ def path(
             shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
             more = 2.5 if found.steps <= _STRAIGHT else 1.6 if found.steps < _EASILY - 1 else 1.2
             h = min(of_load, _FURTHEST * problem.length / shift, more * h)
+
+
+def _start(
+    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised
+) -> tuple[FoundEquilibrium, CriticalPoint | None]:
+    """The equilibrium at factor 0, and where stability is lost on the way to it.
+
+    Loads that act throughout are followed from none of them, where Newton's method is in doubt.
+    """
+    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
+    if loading.share == 0 and not np.any(loading.wrench):
+        return here, None
+    if here.converged and here.direct and least_margin(problem, here, unloaded)[1].value >= SAFE:
+        return here, None
+    growing = LoadCase(np.zeros(problem.size), loading.wrench, 0.0, loading.share)
+    ended, critical, searched_to = first_critical(problem, growing, unloaded, 1.0)
+    if critical is not None or ended is None or searched_to < 1.0:
+        return here, critical
+    return equilibrium_at(problem, loading, 0.0, ended.state), None
+
+
+def _beyond_corner(
+    problem: EquilibriumProblem,
+    loading: LoadCase,
+    unloaded: Linearised,
+    here: FoundEquilibrium,
+    more: float,
+) -> FoundEquilibrium | None:
+    """The stable equilibrium near by, under so much more of the load; None without one.
+
+    The arc does not lead there where the path turns by a right angle or more.
+    """
+    found = equilibrium_at(problem, loading, here.factor + more, here.state)
+    if not found.converged or least_margin(problem, found, unloaded)[1].value < 0:
+        return None
+    moved = problem.displacement(found.state) - problem.displacement(here.state)
+    return found if problem.size_of(moved) < SHARP else None
+
+
+def _is_below(point: CriticalPoint | float | None, here: FoundEquilibrium) -> bool:
+    """Whether a critical point lies at less of the load than the equilibrium before it."""
+    if not isinstance(point, CriticalPoint):
+        return False
+    return point.factor < here.factor - _BACK * (1.0 + abs(here.factor))
+
+
+def _lost_at_corner(
+    problem: EquilibriumProblem,
+    loading: LoadCase,
+    unloaded: Linearised,
+    here: FoundEquilibrium,
+    direction: np.ndarray,
+    unit: float,
+) -> CriticalPoint | None:
+    """The corner at which a stable path ends, if what is behind it is not stable; else None."""
+
+    def behind(arc: float) -> FoundEquilibrium:
+        twist, more = arc * direction[:-1] * unit / problem.scale, arc * float(direction[-1])
+        state, *_ = problem.stepped(here.state, here.known, twist, more, CAP)
+        known = problem.linearised(state, loading, here.factor + more)
+        return replace(here, state=state, known=known, factor=float(here.factor + more))
+
+    def least(arc: float) -> float:
+        return least_margin(problem, behind(arc), unloaded)[1].value
+
+    low, high = 0.0, next((arc for arc in _BEHIND if least(arc) < 0), 0.0)
+    if high == 0:
+        return None
+    for _ in range(_HALVES):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if least(middle) < 0 else (middle, high)
+    found = behind(high)
+    return point_at(problem, loading, found, *least_margin(problem, found, unloaded))
 
 
 def first_critical(

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robostiff.errors import InputError
 from robostiff.linkage import Linkage
 from robostiff.model import Mass, PlacedMass, Robot, Snapshot, gravity_vector
-from robostiff.model.cable import Weight
+from robostiff.model.cable import CableRobot, Weight
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 
@@ -67,7 +67,7 @@ def acting_gravity(robot: Robot | Snapshot | Network, gravity: Gravity) -> np.nd
     return pull
 
 
-def has_masses(robot: Robot | Snapshot | Network | Linkage) -> bool:
+def has_masses(robot: Robot | Snapshot | Network | Linkage | CableRobot) -> bool:
     """Whether any part of a robot has a mass.
 
     Examples
@@ -76,6 +76,8 @@ def has_masses(robot: Robot | Snapshot | Network | Linkage) -> bool:
     >>> has_masses(load("hexapod")), has_masses(load("gough-stewart-b"))
     (True, False)
     """
+    if isinstance(robot, CableRobot):
+        return False
     if isinstance(robot, Linkage):
         return any(_carries(c.element) for c in robot.connections)
     if isinstance(robot, Network):

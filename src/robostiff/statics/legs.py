@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.spatial.rotation import matrix_of_rotation
-from robostiff.statics.body_springs import FiniteBodySpring, SpringTerms
+from robostiff.statics.body_springs import FiniteBodySpring, SpringArrays, SpringTerms
 from robostiff.statics.chain import FiniteChain, Moved
 from robostiff.statics.chain_family import ChainFamily
 from robostiff.statics.couplings import FiniteCoupling
@@ -89,8 +89,8 @@ class LegGroup:
 
     @property
     def count(self) -> int:
-        """Number of legs N; 1 where legs share springs."""
-        return 1 if self.owners else len(self.indices)
+        """Number of legs N; 1 where legs share springs, or there are springs alone."""
+        return 1 if self.owners else len(self.indices) or 1
 
     def rows_of(self, c: int) -> list[tuple[int, int, str]]:
         """Row, index and name of every leg that has chain c."""
@@ -101,6 +101,8 @@ class LegGroup:
 
     def by_legs(self, ends: Sequence[np.ndarray]) -> np.ndarray:
         """What each leg carries, from that of the chains on the platform, (N, ...) each."""
+        if not ends:
+            return np.zeros((0, len(self.rows)))
         if not self.owners:
             return np.sum(ends, axis=0)
         found = np.zeros((len(self.indices), *ends[0].shape[1:]))
@@ -201,8 +203,13 @@ class LegGroup:
 
     def sums(self, state: LegState) -> list[np.ndarray]:
         """Of every coupling: its sum (N,) [m or rad]."""
-        x = np.concatenate(state.x, axis=1)
+        x = np.concatenate([np.zeros((self.count, 0)), *state.x], axis=1)
         return [np.sum(a[:, : x.shape[1]] * x, axis=1) for a in self.sum_rows]
+
+    @cached_property
+    def spring_arrays(self) -> SpringArrays:
+        """Its springs between bodies side by side."""
+        return SpringArrays.of(self.springs)
 
     def anchored(self, state: LegState) -> list[tuple[np.ndarray, np.ndarray]]:
         """Where springs are held on every chain (A, 3) [m], and their velocities (A, 3, m)."""
@@ -252,6 +259,8 @@ class LegGroup:
 
     def load_velocities(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Of the points at which loads act, by coordinates and bodies (N, L, 3, m); the loads."""
+        if not self.chains:
+            return np.zeros((1, 0, 3, 0)), np.zeros((1, 0, 3))
         family, found, forces = self.family, [], []
         rates = family.loaded(state)[1]
         for i, (own, columns) in enumerate(zip(family.rows, family.columns, strict=True)):

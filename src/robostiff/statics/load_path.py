@@ -13,6 +13,7 @@ from robostiff.errors import InputError, needs_extra
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
@@ -33,7 +34,7 @@ _BOWING = Bowing()
 
 
 def load_path(
-    robot: Robot | Snapshot | Network | Linkage,
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any = None,
     wrench: ArrayLike = (),
     factors: ArrayLike = (),
@@ -94,7 +95,7 @@ def load_path(
         robot, pose, wrench, at, loads, preload, beams, near, gravity, grows
     )
     loaded = loaded.under(laws)
-    found = Equilibria(tuple(solved(loaded, factor * F, None) for factor in s))
+    found = Equilibria(tuple(solved(loaded, factor * F, None, standing=True) for factor in s))
     return _dataset(loaded, F, s, found, _path(loaded, F, float(s.max())))
 
 
@@ -104,7 +105,7 @@ def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> list[OnPath]
     Between a stable and an unstable one stands the critical point, which counts as stable.
     """
     problem, nothing = loaded.problem, np.zeros(loaded.problem.size)
-    if furthest <= 0 or loaded.status & Status.UNREACHABLE:
+    if furthest <= 0 or not loaded.has_posture:
         return []
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     found: list[OnPath] = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.beam_bowing import Beams
@@ -31,7 +32,12 @@ from robostiff.statics.given_loads import (
     weights_of,
 )
 from robostiff.statics.joint_laws import Laws, check_own_laws, with_laws
-from robostiff.statics.problem import EquilibriumProblem
+from robostiff.statics.problem import DeadForces, EquilibriumProblem
+
+if TYPE_CHECKING:
+    from robostiff.statics.from_cables import CablePostures
+
+_NO_POSTURE = Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
 
 
 @dataclass(frozen=True)
@@ -47,8 +53,8 @@ class LoadedPosture:
         Axes and origin of the platform frame at the unloaded posture [m].
     status : Status
         What is to be said of the posture.
-    posed : Snapshot or Network
-        The robot at that posture.
+    posed : Snapshot, Network or CableRobot
+        The robot at that posture; of cables the robot itself.
     laws : Laws
         That the robot has.
     """
@@ -58,13 +64,18 @@ class LoadedPosture:
     space: Space
     frame: tuple[np.ndarray, np.ndarray]
     status: Status
-    posed: Snapshot | Network
+    posed: Snapshot | Network | CableRobot
     laws: Laws = field(default_factory=dict)
 
     @property
     def snapshot(self) -> Snapshot | None:
-        """The robot at that posture; None of a network."""
-        return None if isinstance(self.posed, Network) else self.posed
+        """The robot at that posture; None of a network, and of cables."""
+        return self.posed if isinstance(self.posed, Snapshot) else None
+
+    @property
+    def has_posture(self) -> bool:
+        """Whether there is an unloaded posture."""
+        return not self.status & _NO_POSTURE
 
     def under(self, laws: Laws | None) -> LoadedPosture:
         """The same, joints following the laws of the robot, or given ones in their place."""
@@ -76,7 +87,7 @@ class LoadedPosture:
 
 
 def one_loaded_posture(
-    robot: Robot | Snapshot | Network | Linkage,
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any,
     wrench: ArrayLike | None,
     at: ArrayLike | None,
@@ -100,7 +111,7 @@ def one_loaded_posture(
     return postures.loaded(0, at, loads, preload, beams, gravity), given
 
 
-def one_wrench(postures: Postures, wrench: ArrayLike | None) -> np.ndarray:
+def one_wrench(postures: Postures | CablePostures, wrench: ArrayLike | None) -> np.ndarray:
     """The one wrench (r,) at the one posture of a robot."""
     given = wrenches_of("wrench", wrench, postures.robot.space)
     require_one_pose("a robot under load", postures.batch)
@@ -140,7 +151,7 @@ class Postures:
         """The robot at posture i with its loads; `masses`: those without gravity as well."""
         pull = acting_gravity(self.robot, gravity)
         posed, frame, status = self._posed(i, masses or bool(np.any(pull)))
-        point = _point_at(at, posed.reference_point)
+        point = point_at(at, posed.reference_point)
         forces = given_forces(loads, pull, posed.space, frame)
         on_platform, pushes = list(forces.pop("platform", ())), _pushes(preload)
         if isinstance(posed, Network):
@@ -155,7 +166,7 @@ class Postures:
             posed.space.rows,
             point,
             float(posed.characteristic_length) or 1.0,
-            *arms_and_forces([*on_platform, *more], point),
+            DeadForces(*arms_and_forces([*on_platform, *more], point)),
         )
         laws = self.robot.laws if isinstance(self.robot, Robot) else {}
         if laws and isinstance(posed, Snapshot):
@@ -187,8 +198,12 @@ class Postures:
         return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
 
 
-def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
+def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
     """The unloaded postures of a robot at poses, or of a snapshot, network or linkage."""
+    if isinstance(robot, CableRobot):
+        from robostiff.statics.from_cables import CablePostures
+
+        return CablePostures.of(robot, pose, near)
     if isinstance(robot, Linkage):
         robot, pose = robot.network_at(pose), None
     if isinstance(robot, Network) and pose is None and near is None:
@@ -202,8 +217,7 @@ def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
         raise InputError(
             "robot of an equilibrium",
             got=robot,
-            expected="a Robot, a Snapshot, a Network or a Linkage",
-            hint="cable_response answers for cables",
+            expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
         )
     if robot.reference_point.ndim > 1:
         raise InputError(
@@ -214,10 +228,12 @@ def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
     return Postures(robot)
 
 
-def places_of(posed: Snapshot | Network) -> dict[str, np.ndarray]:
+def places_of(posed: Snapshot | Network | CableRobot) -> dict[str, np.ndarray]:
     """Where the parts of the legs, or the nodes, are, by name."""
     if isinstance(posed, Network):
         return {node.name: np.asarray(node.point, dtype=float) for node in posed.nodes}
+    if isinstance(posed, CableRobot):
+        return {}
     found = {}
     for leg in posed.legs:
         for part in leg.parts:
@@ -227,7 +243,7 @@ def places_of(posed: Snapshot | Network) -> dict[str, np.ndarray]:
     return found
 
 
-def _point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:
+def point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:
     """The point of the platform about which wrenches are (3,) [m]."""
     if at is None:
         return np.asarray(reference, dtype=float)

@@ -17,6 +17,7 @@ from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.beam_bowing import Beams, Bowing
@@ -89,7 +90,7 @@ class Modes(InNotebooks):
         Of the equilibrium about which it vibrates.
     each : tuple of Mode
         As many as motions have mass; empty where there is no equilibrium.
-    posed : Snapshot, Network or None
+    posed : Snapshot, Network, CableRobot or None
         The robot at the unloaded posture.
     """
 
@@ -97,7 +98,7 @@ class Modes(InNotebooks):
     space: Space
     status: Status
     each: tuple[Mode, ...] = ()
-    posed: Snapshot | Network | None = None
+    posed: Snapshot | Network | CableRobot | None = None
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -136,7 +137,7 @@ class Modes(InNotebooks):
 
 
 def modes(
-    robot: Robot | Snapshot | Network | Linkage,
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Pose | DriveValues = None,
     masses: Masses | None = None,
     *,
@@ -193,7 +194,7 @@ def modes(
         )
     given = one_wrench(postures, wrench)
     loaded = postures.loaded(0, at, loads, preload, beams, gravity, masses=own).under(laws)
-    if loaded.status & Status.UNREACHABLE:
+    if not loaded.has_posture:
         return Modes(loaded.name, loaded.space, loaded.status)
     problem, known, state, status = _about(loaded, given)
     if known is None or state is None:
@@ -209,7 +210,7 @@ def _about(
 ) -> tuple[EquilibriumProblem, Linearised | None, State | None, Status]:
     """The equilibrium about which a robot vibrates; a direction may be rigid without load."""
     problem = loaded.problem
-    if problem.loads_platform_alone and not len(problem.forces) and not np.any(wrench):
+    if problem.loads_platform_alone and not len(problem.dead.forces) and not np.any(wrench):
         nothing, state = np.zeros(problem.size), problem.unloaded
         known = problem.linearised(state, LoadCase(nothing, nothing), 0.0)
         return problem, known, state, loaded.status

@@ -177,7 +177,7 @@ class MovingChains:
     def _spring_coordinates(self, x: np.ndarray) -> np.ndarray:
         y = np.zeros((self.count, self.modes.shape[1] * 6))
         y[:, self.full] = x[:, self.spring_places]
-        return y.reshape(self.count, -1, 6)
+        return y.reshape(*self.modes.shape[:2], 6)
 
     def terms(
         self,
@@ -277,7 +277,7 @@ class MovingChains:
 
     def _columns_of_springs(self, by: np.ndarray) -> np.ndarray:
         """Of matrices (N, S, 3, 6) the columns that there are (N, m, 3)."""
-        return np.swapaxes(by, -1, -2).reshape(self.count, -1, 3)[:, self.full]
+        return np.swapaxes(by, -1, -2).reshape(self.count, 6 * by.shape[1], 3)[:, self.full]
 
     def _stored(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Energy of the elastic parts (N, S), bowing of beams among it; gradient and curvature."""

@@ -41,6 +41,36 @@ class LoadCase:
 
 
 @dataclass(frozen=True)
+class DeadForces:
+    """Forces on the platform that keep their directions."""
+
+    arms: np.ndarray  # (k, 3): from the point of the platform, at the unloaded posture [m]
+    forces: np.ndarray  # (k, 3): [N]
+
+    def acting(self, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Their wrench (6,) about that point, and its rate (6, 6) by the twist of the platform."""
+        total, turning = np.zeros(6), np.zeros((6, 6))
+        for arm, force in zip(self.arms, self.forces, strict=True):
+            b = R @ arm
+            total += np.concatenate([force, np.cross(b, force)])
+            turning[3:, 3:] += skew(force) @ skew(b)
+        return total, turning
+
+    def potential(self, R: np.ndarray, shift: np.ndarray) -> float:
+        """Of the platform turned by R, and its point shifted [J]."""
+        pairs = zip(self.arms, self.forces, strict=True)
+        return -sum(float(force @ (shift + R @ arm - arm)) for arm, force in pairs)
+
+
+@dataclass(frozen=True)
+class Steady:
+    """What acts on the platform at any load, in balance with cables at the unloaded posture."""
+
+    weights: DeadForces
+    moment: np.ndarray  # (r,): as a wrench
+
+
+@dataclass(frozen=True)
 class State:
     """Where everything is: the platform, and the coordinates of the legs group by group."""
 
@@ -84,8 +114,8 @@ class EquilibriumProblem:
     rows: tuple[int, ...]  # coordinates of the platform: six in space, three in the plane
     point: np.ndarray  # (3,): of the platform, about which wrenches are [m]
     length: float  # characteristic [m]
-    arms: np.ndarray  # (k, 3): of dead forces, from that point at the unloaded posture [m]
-    forces: np.ndarray  # (k, 3): on the platform [N]
+    dead: DeadForces
+    steady: Steady | None = None  # of cables
 
     @cached_property
     def family(self) -> ChainFamily:
@@ -233,6 +263,11 @@ class EquilibriumProblem:
             law is not None for drive in drives for law in drive.laws
         )
 
+    @property
+    def has_corners(self) -> bool:
+        """Whether paths may have corners: laws of joints, and cables that become slack."""
+        return self.has_laws or any(own.is_cable for g in self.groups for own in g.springs)
+
     def under_load(self, known: Linearised, loading: LoadCase, factor: float) -> Linearised:
         """The equations at the unloaded posture, from those without load.
 
@@ -296,9 +331,10 @@ class EquilibriumProblem:
             group.load_potential(own, share)
             for group, own in zip(self.groups, state.legs, strict=True)
         )
-        for arm, force in zip(self.arms, self.forces, strict=True):
-            total -= share * float(force @ (state.p + state.R @ arm - self.point - arm))
-        return total
+        shift = state.p - self.point
+        if self.steady is not None:
+            total += self.steady.weights.potential(state.R, shift)
+        return total + share * self.dead.potential(state.R, shift)
 
     def _on_platform(
         self, state: State, loading: LoadCase, factor: float
@@ -306,17 +342,16 @@ class EquilibriumProblem:
         """What acts on the platform, how that grows, and its rate by the twist."""
         rows = list(self.rows)
         share = loading.shares(factor)
-        if not len(self.arms):
-            acting = loading.wrench + factor * loading.wrench_rate
-            return acting, loading.wrench_rate, np.zeros((self.size, self.size))
-        total, turning = np.zeros(6), np.zeros((6, 6))
-        for arm, force in zip(self.arms, self.forces, strict=True):
-            b = state.R @ arm
-            total += np.concatenate([force, np.cross(b, force)])
-            turning[3:, 3:] += skew(force) @ skew(b)
-        acting = loading.wrench + factor * loading.wrench_rate + share.value * total[rows]
-        rate = loading.wrench_rate + share.rate * total[rows]
-        return acting, rate, share.value * turning[np.ix_(rows, rows)]
+        acting, rate = loading.wrench + factor * loading.wrench_rate, loading.wrench_rate
+        turning = np.zeros((6, 6))
+        if len(self.dead.arms):
+            total, turning = self.dead.acting(state.R)
+            turning = share.value * turning
+            acting, rate = acting + share.value * total[rows], rate + share.rate * total[rows]
+        if self.steady is not None:
+            total, more = self.steady.weights.acting(state.R)
+            acting, turning = acting + self.steady.moment + total[rows], turning + more
+        return acting, rate, turning[np.ix_(rows, rows)]
 
 
 def solve_least(

@@ -13,6 +13,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
@@ -58,7 +59,7 @@ class Equilibrium(InNotebooks):
         Whether the pose of the platform was given, and the wrench follows.
     problem, loading, found, frame, posed
         What was solved, where it ended, the unloaded frame of the platform, and the robot there,
-        as a snapshot or a network.
+        as a snapshot, a network or a cable robot.
     """
 
     name: str
@@ -71,11 +72,11 @@ class Equilibrium(InNotebooks):
     loading: LoadCase | None = None
     found: FoundEquilibrium | None = None
     frame: tuple[np.ndarray, np.ndarray] | None = None
-    posed: Snapshot | Network | None = None
+    posed: Snapshot | Network | CableRobot | None = None
 
     @property
     def snapshot(self) -> Snapshot | None:
-        """The robot without load; None of a network."""
+        """The robot without load; None of a network or a cable robot."""
         return self.posed if isinstance(self.posed, Snapshot) else None
 
     @property

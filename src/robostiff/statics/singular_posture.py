@@ -54,7 +54,7 @@ def may_be_singular(problem: EquilibriumProblem) -> bool:
     An open leg of more coordinates keeps its rank, but by coincidence.
     """
     return any(
-        lacking or len(group.chains) > 1 or group.free_size <= len(group.rows)
+        lacking or len(group.chains) > 1 or (group.chains and group.free_size <= len(group.rows))
         for group, lacking in zip(problem.groups, problem.missing, strict=True)
     )
 

@@ -269,7 +269,7 @@ class _Small:
             if own.beside is not None:
                 total -= float(np.sum(own.beside.by_factor @ t))
         on_platform = np.zeros(6)
-        for arm, force in zip(self.problem.arms, self.problem.forces, strict=True):
+        for arm, force in zip(self.problem.dead.arms, self.problem.dead.forces, strict=True):
             on_platform += np.concatenate([force, np.cross(arm, force)])
         return total + float(on_platform[list(self.problem.rows)] @ t)
 

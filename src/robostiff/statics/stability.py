@@ -127,7 +127,8 @@ def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Li
     """Of the platform, legs in equilibrium; its mode is a twist (r,)."""
     scale = np.outer(problem.scale, problem.scale)
     free = np.eye(problem.size) if known.held is None else known.held.free
-    found = margin(free.T @ (known.K_total / scale) @ free, free.T @ (unloaded.K / scale) @ free)
+    now, before = (free.T @ (own.K_total / scale) @ free for own in (known, unloaded))
+    found = margin(now, before)
     return found.among(free / problem.scale[:, None])
 
 

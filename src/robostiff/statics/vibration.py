@@ -62,7 +62,7 @@ class SmallMotions:
                 rate[..., here] = moving[i] * roots[:, None, None]
                 B.append(rate.reshape(-1, n))
         K[n - r :, n - r :] += known.K_total - known.K
-        for arm, force in zip(weights.arms, weights.forces, strict=True):
+        for arm, force in zip(weights.dead.arms, weights.dead.forces, strict=True):
             b = state.R @ arm
             rate = np.zeros((3, n))
             rate[:, n - r :] = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import Deflection, cable_response
+from robostiff.analysis import Deflection
 from robostiff.analysis.result_tables import (
     blocks_html,
     cable_load_blocks,
@@ -55,7 +55,7 @@ from robostiff.plot.structures import (
     network_points,
     size_of,
 )
-from robostiff.statics import deflection
+from robostiff.statics import cable_response, deflection
 from robostiff.view.answer import (
     UNDER_LOAD,
     Ellipsoids,

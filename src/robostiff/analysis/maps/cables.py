@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.analysis.cable_response import are_beyond_limits
 from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness
+from robostiff.analysis.loaded_cables import are_beyond_limits
 from robostiff.analysis.maps.evaluator import BatchedEvaluator
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.analysis.measures import (

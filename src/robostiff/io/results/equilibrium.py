@@ -56,7 +56,8 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
         if of_parts > 0 and is_strained:
             lines += share_lines(of_parts, result.shares, _MOST)
         if result.springs:
-            lines += ["", "springs between bodies:"]
+            are_cables = all(own.is_cable for own in result.springs)
+            lines += ["", "cables:" if are_cables else "springs between bodies:"]
             lines += [
                 f"  {own.name}: tension {own.tension:.5g} N, length {own.length:.5g} m, "
                 f"energy {own.energy:.4g} J"

@@ -25,7 +25,7 @@ from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.loading import record_loading
 from robostiff.statics.kernels.springs import has_symbols
 from robostiff.statics.kernels.weights import StandingLoads
-from robostiff.statics.loaded_posture import LoadedPosture, postures_of
+from robostiff.statics.loaded_posture import LoadedPosture, Postures, postures_of
 from robostiff.statics.problem import EquilibriumProblem
 
 _BOWING = Bowing()
@@ -180,7 +180,7 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     size = np.where(np.array(places) < 3, finder.length, 1.5)
     shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
     around = postures_of(robot, finder.home_pose[places] + shifts, None)
-    posture = around.posture
+    posture = around.posture if isinstance(around, Postures) else None
     if posture is None:
         return found
     reached = np.flatnonzero(posture.reached & posture.within_limits)[:_POSTURES]

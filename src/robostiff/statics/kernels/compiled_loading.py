@@ -266,5 +266,5 @@ class CompiledLoading:
         answer.stable[rows], answer.status_codes[rows] = found.stable, found.status_codes
         for row, one in zip(rows, found, strict=True):
             if one.problem is not None and one.found is not None:
-                b = one.problem.arms @ one.found.state.R.T
-                answer.arms[row] = b.T @ one.problem.forces
+                b = one.problem.dead.arms @ one.found.state.R.T
+                answer.arms[row] = b.T @ one.problem.dead.forces

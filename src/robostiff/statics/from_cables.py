@@ -1,0 +1,141 @@
+"""Platforms in cables with locked winches, ready to be loaded: springs that only pull."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis import CableStiffness, cable_stiffness
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError
+from robostiff.kinematics import Near, Pose
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model.cable import CableRobot
+from robostiff.statics.beam_bowing import Beams
+from robostiff.statics.body_springs import Anchor, FiniteBodySpring
+from robostiff.statics.given_loads import Gravity, Loads, arms_and_forces, given_forces
+from robostiff.statics.legs import LegGroup
+from robostiff.statics.loaded_posture import LoadedPosture, point_at
+from robostiff.statics.problem import DeadForces, EquilibriumProblem, Steady
+
+# What is said of a pose before the load, and holds under it.
+_LASTING = Status.UNBALANCED | Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
+
+
+@dataclass(frozen=True)
+class CablePostures:
+    """A cable robot at poses, without the loads: its tensions balance its weight.
+
+    Attributes
+    ----------
+    robot : CableRobot
+    before : CableStiffness
+        Of one pose or a batch.
+    """
+
+    robot: CableRobot
+    before: CableStiffness
+
+    @staticmethod
+    def of(robot: CableRobot, pose: Pose, near: Near) -> CablePostures:
+        """At a pose or a batch of poses (N, 6).
+
+        Raises
+        ------
+        InputError
+            When the poses do not fit, or lie along several axes; when a posture is chosen.
+        """
+        if near is not None:
+            raise InputError(
+                f"near of {robot.name!r}", got=near, expected="none: cables have one posture"
+            )
+        before = cable_stiffness(robot, pose)
+        if len(before.batch_shape) > 1:
+            raise InputError(
+                f"poses of {robot.name!r}", got=before.batch_shape, expected="poses along one axis"
+            )
+        return CablePostures(robot, before)
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """Shape of its batch, () for one."""
+        return self.before.batch_shape
+
+    def loaded(
+        self,
+        i: int,
+        at: ArrayLike | None,
+        loads: Loads | None,
+        preload: Mapping[str, Any] | None,
+        beams: Beams,
+        gravity: Gravity = None,
+        *,
+        masses: bool = False,
+    ) -> LoadedPosture:
+        """The robot at pose i with its loads, which act on the platform.
+
+        Raises
+        ------
+        InputError
+            When loads are on anything but the platform, or what a cable robot does not have is
+            given.
+        """
+        del beams, masses  # there are none
+        for name, is_given in (("preload", bool(preload)), ("gravity", gravity is not None)):
+            if is_given:
+                raise InputError(
+                    f"{name} of {self.robot.name!r}",
+                    expected="none: cables have tensions, and the platform its weight",
+                )
+        before = self.before[i] if self.batch else self.before
+        placed, space = before.placed, before.space
+        point = point_at(at, placed.reference_point)
+        frame = turn_by_vector(before.pose[3:]), before.pose[:3]
+        forces = given_forces(loads, np.zeros(3), space, frame)
+        on_platform = forces.pop("platform", ())
+        for name in forces:
+            raise InputError(
+                "loads", got=name, expected="platform: cables have no weight and carry no loads"
+            )
+        problem = cables_loaded(before, point, DeadForces(*arms_and_forces(on_platform, point)))
+        status = before.status & _LASTING
+        return LoadedPosture(before.name, problem, space, frame, status, self.robot)
+
+
+def cables_loaded(
+    before: CableStiffness, point: np.ndarray, loads: DeadForces
+) -> EquilibriumProblem:
+    """The problem of a platform that rests in its cables, as they are without the loads.
+
+    Wrenches are about a point of the platform (3,) [m]. What cables and weight leave without the
+    loads is held by others, as a force at the reference point and a moment.
+    """
+    placed, rows = before.placed, before.space.rows
+    springs = tuple(
+        FiniteBodySpring(
+            name,
+            (Anchor(placed.exit_points[i]), Anchor(placed.attachments[i], on_platform=True)),
+            float(before.axial[i]),
+            float(placed.lengths[i]),
+            float(before.tensions[i]),
+            is_cable=True,
+        )
+        for i, name in enumerate(before.cable_names)
+    )
+    left = np.zeros(6)
+    if before.answered:
+        left[list(rows)] = before.missing_wrench
+    steady = Steady(
+        DeadForces(
+            np.array([placed.weight_point, placed.reference_point]) - point,
+            np.array([placed.weight_force, left[:3]]),
+        ),
+        np.where(np.arange(6) < 3, 0.0, left)[list(rows)],
+    )
+    group = LegGroup((), (), (), (), point, rows, springs=springs)
+    size = float(placed.characteristic_length)
+    return EquilibriumProblem((group,), rows, point, size, loads, steady)

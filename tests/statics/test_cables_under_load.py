@@ -1,0 +1,240 @@
+"""Cables as springs that only pull: equilibrium, buckling, paths and modes, by energies of ours."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.model.cable import Cable, CableRobot, Weight
+from robostiff.spatial import Frame, Space
+from tests.cables.machines import cable_robot, random_robot
+
+
+def rested(robot: CableRobot, **given: Any) -> rs.Equilibrium:
+    """One equilibrium."""
+    answer = rs.equilibrium(robot, **given)
+    assert isinstance(answer, rs.Equilibrium)
+    return answer
+
+
+class OwnEnergy:
+    """Elastic energy of cables less the work of the weight and of a dead force, from geometry."""
+
+    def __init__(self, robot: CableRobot, force: np.ndarray, at: np.ndarray) -> None:
+        before = rs.cable_stiffness(robot)
+        self.k, self.t = before.axial, before.tensions
+        R, p = robot.home.R, robot.home.p
+        self.exits = np.array([own.exit_point for own in robot.cables])
+        self.ends = np.array([p + R @ own.attachment for own in robot.cables])
+        self.lengths = np.linalg.norm(self.ends - self.exits, axis=1)
+        self.loads = [(force, at)]
+        if robot.weight is not None:
+            self.loads.append((robot.weight.force, p + R @ robot.weight.point))
+        self.centre = at
+        self.rows = list(robot.space.rows)
+
+    def moved(self, x: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """Where points of the platform are: shifted by x, and turned about the centre."""
+        six = np.zeros(6)
+        six[self.rows] = x
+        R = Rotation.from_rotvec(six[3:]).as_matrix()
+        return self.centre + six[:3] + (point - self.centre) @ R.T
+
+    def __call__(self, x: np.ndarray) -> float:
+        stretch = np.linalg.norm(self.moved(x, self.ends) - self.exits, axis=1) - self.lengths
+        pulls = np.maximum(self.t + self.k * stretch, 0.0)
+        work = sum(float(f @ (self.moved(x, at) - at)) for f, at in self.loads)
+        return float(np.sum(pulls**2 / (2 * self.k))) - work
+
+    def gradient(self, x: np.ndarray, h: float = 1e-5) -> np.ndarray:
+        """By central differences of fourth order."""
+        steps = h * np.eye(len(x))
+        return np.array(
+            [
+                (8 * (self(x + s) - self(x - s)) - (self(x + 2 * s) - self(x - 2 * s))) / (12 * h)
+                for s in steps
+            ]
+        )
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("size", [30.0, 400.0])
+def test_equilibrium_is_a_minimum_of_an_energy_of_ours(seed: int, size: float):
+    robot = random_robot(seed)
+    random = np.random.default_rng(seed)
+    F, at = size * random.normal(size=3), random.uniform(-0.3, 0.3, 3)
+    loaded = rested(robot, wrench=[*F, 0, 0, 0], at=at)
+    if not rs.cable_stiffness(robot).answered:
+        assert loaded.status == rs.Status.INFEASIBLE
+        return
+    energy = OwnEnergy(robot, F, at)
+    x = loaded.displacement
+    assert np.max(np.abs(energy.gradient(x))) < 1e-5 * size
+    found = minimize(energy, 1.01 * x, method="BFGS", options={"gtol": 1e-6 * size})
+    np.testing.assert_allclose(found.x, x, atol=2e-5)
+    stored = sum(own.tension**2 / (2 * k) for own, k in zip(loaded.springs, energy.k, strict=True))
+    assert np.isclose(loaded.energy, stored, rtol=1e-9)
+    assert np.isclose(
+        loaded.potential - F @ x[:3],
+        energy(x),
+        rtol=1e-9,
+        atol=1e-9 * loaded.energy,
+    )
+    slack = any(own.tension == 0 for own in loaded.springs)
+    assert bool(loaded.status & rs.Status.SLACK) == slack
+
+
+def test_the_same_as_the_response_with_locked_winches():
+    """Where the path turns by more than a right angle: a cable becomes slack (0.47 of the load)."""
+    robot, load = cable_robot("cable-4-planar"), [30.0, -100, 2]
+    loaded, response = rested(robot, wrench=load), rs.cable_response(robot, load=load)
+    assert response.displacement is not None
+    np.testing.assert_allclose(loaded.displacement, response.displacement, atol=1e-13)
+    np.testing.assert_allclose(loaded.K_total, response.K, rtol=1e-9, atol=1e-6)
+    assert [own.tension for own in loaded.springs] == pytest.approx(list(response.tensions))
+    assert loaded.status == response.status
+
+
+def test_a_load_above_topples_a_platform_at_one_cable():
+    """``W c theta^2 / 2 - P h theta^2 / 2``, as both turn about the attachment."""
+    W, c, h = 300.0, 0.4, 0.25
+    rope = Cable("rope", [0, 2, 0], [0, 0, 0], EA=1e6)
+    weight = Weight([0, -W, 0], [0, -c, 0])
+    robot = CableRobot("plumb", (rope,), Frame.identity(), weight, space=Space.PLANAR)
+    found = rs.critical_load(robot, wrench=[0, -1.0, 0], at=[0, h, 0])
+    assert np.isclose(found.factor, W * c / h, rtol=1e-8)
+    assert found.mode.startswith("the platform buckles: rotation about z")
+    below, above = (
+        rested(robot, wrench=[0, -s * found.factor, 0], at=[0, h, 0]) for s in (0.99, 1.01)
+    )
+    assert below.stable
+    assert rs.Status.BEYOND_CRITICAL_LOAD in above.status
+
+
+def test_a_platform_is_lifted_at_the_limit_of_its_path():
+    robot, load = cable_robot("cable-8-suspended"), np.array([0, 0, 1500.0, 0, 0, 0])
+    found = rs.critical_load(robot, wrench=load)
+    assert found.is_limit
+    for share, holds in ((1 - 1e-5, True), (1 + 1e-3, False)):
+        F = share * found.factor * load[:3]
+        start = rested(robot, wrench=0.9999 * found.factor * load).displacement
+        energy = OwnEnergy(robot, F, robot.home.p + robot.home.R @ robot.reference_point)
+        end = minimize(energy, start, method="BFGS", options={"gtol": 1e-6}).x
+        assert (np.linalg.norm((end - start)[:3]) < 2e-3) == holds
+    curve = rs.load_path(robot, wrench=load, factors=[0.3, 0.57, 1.0])
+    assert curve.stable.values.tolist() == [True, True, False]
+    assert np.isclose(curve.critical_factor.values[0], found.factor, rtol=1e-9)
+    assert curve.critical_mode.values[0] == found.mode
+    response = rs.cable_response(robot, load=load)
+    assert np.isclose(response.carried, found.factor, rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("seed", "cables", "force"),
+    [
+        # another branch, and its critical point, lie within a step of the path
+        (131, 11, [326.286, -159.078, -110.654]),
+        # the path turns back at the corner where a cable becomes slack
+        (123, 10, [-209.107, 732.258, 110.285]),
+    ],
+)
+def test_platforms_that_are_lost_where_a_cable_becomes_slack(
+    seed: int, cables: int, force: list[float]
+):
+    robot, F = random_robot(seed, cables), np.array(force)
+    found = rs.critical_load(robot, wrench=[*F, 0, 0, 0])
+    assert found.is_limit
+    carried = rs.cable_response(robot, load=[*(2 * found.factor * F), 0, 0, 0]).carried
+    assert np.isclose(2 * carried, 1, atol=1e-3)
+    start = rested(robot, wrench=[*(found.factor * (1 - 1e-5) * F), 0, 0, 0])
+    assert start.stable
+    for share, holds in ((1 - 1e-5, True), (1 + 1e-3, False)):
+        energy = OwnEnergy(robot, share * found.factor * F, robot.home.R @ robot.reference_point)
+        options = {"gtol": 1e-7 * np.linalg.norm(F), "maxiter": 3000}
+        end = minimize(energy, start.displacement, method="BFGS", options=options).x
+        assert (np.linalg.norm((end - start.displacement)[:3]) < 5e-3) == holds
+
+
+def test_modes_are_those_of_stiffness_and_mass():
+    robot, inertia = cable_robot("cable-8"), [0.1, 0.2, 0.3]
+    found = rs.modes(robot, masses={"platform": rs.Mass(5, inertia=inertia)})
+    squares = eigh(rs.stiffness(robot).K, np.diag([5, 5, 5, *inertia]), eigvals_only=True)
+    np.testing.assert_allclose(2 * np.pi * found.frequencies, np.sqrt(squares), rtol=1e-9)
+
+
+def test_loads_and_wrenches_are_one():
+    robot, at = cable_robot("cable-8"), np.array([0.05, -0.02, 1.1])
+    by_load = rested(robot, loads={"platform": rs.DeadForce([9, 5, -60], at)})
+    by_wrench = rested(robot, wrench=[9, 5, -60, 0, 0, 0], at=at)
+    np.testing.assert_allclose(by_load.pose, by_wrench.pose, atol=1e-13)
+    mass = rested(robot, loads={"platform": rs.Mass(7)})
+    force = rested(robot, wrench=[0, 0, -7 * 9.80665, 0, 0, 0])
+    np.testing.assert_allclose(mass.pose, force.pose, atol=1e-12)
+
+
+def test_a_pose_is_held_by_the_wrench_that_leads_there():
+    robot, F = cable_robot("cable-8"), np.array([60.0, 40, -150, 1, 2, -1])
+    loaded = rested(robot, wrench=F)
+    held = rested(robot, displacement=loaded.displacement)
+    assert loaded.status & rs.Status.SLACK
+    np.testing.assert_allclose(held.wrench, F, atol=1e-8)
+
+
+def test_what_tensions_leave_is_held_throughout():
+    """Nothing moves without a load, and with one wherever wrenches are taken."""
+    tensions = rs.cable_tensions(random_robot(3)).values
+    robot = random_robot(3)
+    given = tuple(
+        Cable(
+            own.name,
+            own.exit_point,
+            own.attachment,
+            own.EA,
+            own.guide_length,
+            own.winch_stiffness,
+            tension=float(t) + 20.0,
+        )
+        for own, t in zip(robot.cables, tensions, strict=True)
+    )
+    unbalanced = CableRobot("given", given, robot.home, robot.weight, robot.reference_point)
+    still = rested(unbalanced)
+    np.testing.assert_allclose(still.displacement, 0, atol=1e-12)
+    assert still.status & rs.Status.UNBALANCED
+    load = {"platform": rs.DeadForce([3, -2, 1], [0.1, 0.2, -0.1])}
+    one, other = (rested(unbalanced, loads=load, at=at) for at in (None, [0.3, 0.1, 0.2]))
+    assert np.max(np.abs(one.displacement)) > 1e-6
+    np.testing.assert_allclose(one.pose, other.pose, atol=1e-13)
+
+
+def test_batches_say_where_there_are_no_tensions():
+    poses = [[0, 0, 1, 0, 0, 0], [0, 0, 3, 0, 0, 0]]
+    found = rs.equilibrium(cable_robot("cable-8"), poses, [0, 0, -10, 0, 0, 0])
+    assert isinstance(found, rs.Equilibria)
+    assert found.answered.tolist() == [True, False]
+    assert found[1].status == rs.Status.INFEASIBLE
+    robot = cable_robot("cable-8")
+    lost = rs.critical_load(robot, poses[1], [0, 0, 1, 0, 0, 0])
+    assert not lost.is_found
+    assert lost.status == rs.Status.INFEASIBLE
+    assert rs.modes(robot, poses[1], masses={"platform": 1}).status == rs.Status.INFEASIBLE
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"preload": {"cable1": 3}}, "preload"),
+        ({"gravity": "-z"}, "gravity"),
+        ({"loads": {"cable1": [0, 0, 1]}}, "platform"),
+        ({"laws": {"cable1": rs.ForceLaw([[0, 0], [1, 1]])}}, "laws"),
+        ({"near": [1, 2]}, "near"),
+    ],
+)
+def test_what_cables_do_not_have_is_refused(given: dict[str, Any], words: str):
+    with pytest.raises(rs.InputError, match=words):
+        rs.equilibrium(cable_robot("cable-8"), **given)
