@@ -147,11 +147,11 @@ def test_cables_at_home():
 
 
 def test_freedoms_of_one_leg(tmp_path):
-    """A serial arm of three joints whose pose would have six coordinates."""
+    """A leg with three joints, alone: its pose has their three freedoms."""
     file = tmp_path / "ram.yaml"
     file.write_text(RAM)
     assert facts(str(file))["mobility"] == {"freedoms": 3, "coordinates": ["x", "y", "z"]}
-    assert "this platform has 3 freedoms at home: x y z" in run(str(file)).stdout
+    assert "free coordinates: x y z\n" in run(str(file)).stdout
 
 
 def test_a_beam_longer_than_its_telescope_is_named_instead_of_parts_of_negative_length(tmp_path):

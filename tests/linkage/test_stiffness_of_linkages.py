@@ -176,7 +176,7 @@ def test_values_that_do_not_fit_are_refused(four_bar, values, complaint):
 
 
 def test_what_a_linkage_does_not_have_is_refused(four_bar):
-    with pytest.raises(rs.InputError, match="solved as a network"):
+    with pytest.raises(rs.InputError, match="a linkage is solved as a whole"):
         rs.stiffness(four_bar, method=rs.Block())
     with pytest.raises(rs.InputError, match="near"):
         rs.stiffness(four_bar, near=[0.1])

@@ -158,7 +158,12 @@ _LEGS = _many(
 )
 _CONDITIONS = _many(
     _object(
-        Condition, "condition", words=_TEXT, expression=_EXPRESSION, equations=_many(_EXPRESSION)
+        Condition,
+        "condition",
+        words=_TEXT,
+        expression=_EXPRESSION,
+        equations=_many(_EXPRESSION),
+        leg=_TEXT,
     )
 )
 _PARTS = {
