@@ -339,3 +339,17 @@ def test_every_name_of_the_generic_leg_is_in_the_nomenclature(name):
     for equation in derivation.vectors.leg:
         if equation.name[0] not in "wc":
             assert re.search(rf"\b{equation.name}\b.*:", listed), equation.name
+
+
+@pytest.mark.parametrize("pose", [AtHome(), AtSymbols()])
+def test_conditions_and_vectors_are_found_when_they_are_first_looked_at(pose, monkeypatch):
+    def looked_at(*_, **__):
+        raise NotImplementedError
+
+    for name in ("conditions_of", "_at_vector_level"):
+        monkeypatch.setattr(f"robostiff.analytic.robot_formula.{name}", looked_at)
+    derivation = rs.derive("gough-stewart-b", pose=pose)
+    assert derivation.K.shape == (6, 6)
+    for name in ("conditions", "vectors"):
+        with pytest.raises(NotImplementedError):
+            getattr(derivation, name)

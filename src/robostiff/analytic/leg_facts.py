@@ -8,7 +8,9 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, used_definitions
+from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.recorded import RecordedRobot
 
 
 def passive_freedoms(leg: PlacedLeg) -> tuple[str, ...]:
@@ -64,13 +66,17 @@ def facts_of(placed: PlacedLeg, redundant: Sequence[bool]) -> dict[str, Any]:
     return _facts(placed.name, passive_freedoms(placed), redundant, elastic_parts(placed))
 
 
-def facts_of_all(
-    name: str, legs: Sequence[PlacedLeg], redundant: Sequence[bool], further: Sequence[str]
-) -> dict[str, Any]:
-    """The same of several legs as one, with names of further elastic parts."""
+def facts_of_robot(placed: PlacedRobot, recorded: RecordedRobot) -> list[dict[str, Any]]:
+    """Facts of each leg; of legs on a flexible platform together with its parts."""
+    legs = [own.leg for own in placed.legs]
+    if placed.robot.platform is None:
+        return [facts_of(leg, own.redundant) for leg, own in zip(legs, recorded.legs, strict=True)]
+    (whole,) = recorded.legs
     joints = tuple(f"{leg.name}/{joint}" for leg in legs for joint in passive_freedoms(leg))
+    parts = [f"platform/{part.name}" for part in placed.robot.platform.parts]
     elastic = (f"{leg.name}/{part}" for leg in legs for part in elastic_parts(leg))
-    return _facts(name, joints, redundant, (*elastic, *further))
+    name = "all legs, on the flexible platform"
+    return [_facts(name, joints, whole.redundant, (*elastic, *parts))]
 
 
 def _facts(

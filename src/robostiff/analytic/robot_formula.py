@@ -17,7 +17,7 @@ from robostiff.analytic.closed_sum import closed_sum
 from robostiff.analytic.conditions import conditions_of
 from robostiff.analytic.derivation import Definition, Unwritten
 from robostiff.analytic.exact_points import ExactPoints, writes_the_same
-from robostiff.analytic.leg_facts import facts_of, facts_of_all, shared_out
+from robostiff.analytic.leg_facts import facts_of, facts_of_robot, shared_out
 from robostiff.analytic.legs_at_points import (
     LegAtPoints,
     is_in_series,
@@ -148,10 +148,9 @@ def derive_robot(
             at = within(enough, recorded, "record of a formula")
         except FormulaTooLargeError:
             pass
-    found = _in_steps(at.placed, at.recorded, remark)
     # On a record of its own: this one has steps of the elimination, longer for the same values.
     level = VectorLevel(lambda: _at_vector_level(place_robot(robot, pose)))
-    return replace(found, steps_asked=asked, at_vector_level=level)
+    return _in_steps(at.placed, at.recorded, level, remark, asked=asked)
 
 
 @dataclass(frozen=True)
@@ -251,7 +250,9 @@ def _stiffness(leg: SpringLeg, n: int) -> sp.ImmutableMatrix:
     return sp.ImmutableMatrix(sum(products, sp.zeros(n)))
 
 
-def _in_steps(placed: PlacedRobot, recorded: RecordedRobot, remark: str) -> RobotDerivation:
+def _in_steps(
+    placed: PlacedRobot, recorded: RecordedRobot, level: VectorLevel, remark: str, *, asked: bool
+) -> RobotDerivation:
     """The record itself, its steps named."""
     for number, leg in enumerate(recorded.legs, start=1):
         _give_names(leg, number)
@@ -265,14 +266,22 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot, remark: str) -> Robo
     K = sp.ImmutableMatrix(n, n, lambda i, j: reading(K_entries[min(i, j), max(i, j)]))
     of_legs = [[reading(x) for x in leg] for leg in of_legs]
     legs = []
-    each = _facts_of_all(placed, recorded)
+    each = facts_of_robot(placed, recorded)
     for i, own in enumerate(shared_out(reading.definitions, of_legs)):
         leg, facts = recorded.legs[i], each[i]
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in leg.wrenches)
         c = tuple(reading(mu) for mu in leg.mu)
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, definitions=own, K=None))
-    steps = reading.definitions
-    return _derivation(placed, K, legs, steps, remark=remark, recorded=lambda: recorded)
+    return _derivation(
+        placed,
+        K,
+        legs,
+        reading.definitions,
+        remark=remark,
+        recorded=lambda: recorded,
+        level=level,
+        steps_asked=asked,
+    )
 
 
 def _added(recorded: RecordedRobot) -> dict[tuple[int, int], Any]:
@@ -304,7 +313,7 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
     ]
     found = closed_sum(written, recorded.space.size, limit)
     legs = []
-    for i, facts in enumerate(_facts_of_all(placed, recorded)):
+    for i, facts in enumerate(facts_of_robot(placed, recorded)):
         w, c = found.wrenches[i], found.compliances[i]
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, K=found.legs[i]))
     return _derivation(placed, found.K, legs, recorded=lambda: recorded)
@@ -319,6 +328,9 @@ def _derivation(
     written_out: Callable[[Any], Any] | None = None,
     remark: str = "",
     recorded: Callable[[], RecordedRobot] | None = None,
+    level: VectorLevel | None = None,
+    *,
+    steps_asked: bool = False,
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
     numbers = RobotInNumbers.of(placed)
@@ -345,9 +357,10 @@ def _derivation(
         remark=remark,
         conditions=Unwritten(lambda: conditions_of(placed, recorded=recorded and recorded())),
         named=named,
-        at_vector_level=VectorLevel(lambda: _at_vector_level(placed)),
+        at_vector_level=level or VectorLevel(lambda: _at_vector_level(placed)),
         general_rank=numbers.rank,
         meanings=placed.meanings,
+        steps_asked=steps_asked,
     )
 
 
@@ -367,16 +380,6 @@ def _check_platform(robot: Robot) -> None:
                 expected="parts of platforms that hold in all directions",
                 hint="use stiffness(robot, poses)",
             )
-
-
-def _facts_of_all(placed: PlacedRobot, recorded: RecordedRobot) -> list[dict[str, Any]]:
-    """Facts of each leg; of legs on a flexible platform together with its parts."""
-    legs = [own.leg for own in placed.legs]
-    if placed.robot.platform is None:
-        return [facts_of(leg, own.redundant) for leg, own in zip(legs, recorded.legs, strict=True)]
-    (whole,) = recorded.legs
-    parts = [f"platform/{part.name}" for part in placed.robot.platform.parts]
-    return [facts_of_all("all legs, on the flexible platform", legs, whole.redundant, parts)]
 
 
 def _give_names(leg: RecordedLeg, number: int) -> None:
