@@ -285,6 +285,8 @@ def _of_cables(
     hints = {
         "at": "the load of a cable robot acts at its reference point",
         "other": "write a report of each robot",
+        "finite": "its section on the load has the equilibrium; rs.equilibrium and `robostiff "
+        "equilibrium` have stiffness and stability under it",
     }
     for name, value in refused.items():
         if value is not None and value is not False:
