@@ -193,7 +193,9 @@ def _may_vanish(square: Any, met: Sequence[Any]) -> bool:
         return not square.is_positive
     above = sp.fraction(sp.together(square))[0]
     if above.atoms(sp.sin, sp.cos):
-        above = sp.collect(above, [x for x in square.free_symbols if x.is_positive], sp.trigsimp)
+        above = sp.collect(
+            above, [x for x in square.free_symbols if x.is_positive], shortest_trigonometry
+        )
     elif not above.is_positive and count_of(above) <= _SHORT:
         above = factored_fraction(above)
     factors = [x.as_base_exp()[0] for x in sp.Mul.make_args(above)]

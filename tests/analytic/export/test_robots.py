@@ -188,3 +188,13 @@ def test_a_factor_stands_apart_from_a_function():
     written = mathml_expression(a * sp.cos(phi))
     assert '<mi>a</mi><mo>&#8290;</mo><mspace width="0.17em"/><mi>cos</mi>' in written
     assert "mspace" not in mathml_expression(a * phi)
+
+
+def test_long_conditions_are_in_words_and_never_multiplied_out():
+    """A product of squares of five legs with 2,000 operations kept the printer busy for minutes."""
+    derivation = rs.derive("hexapod-pus", pose=rs.AtSymbols())
+    longest = max(int(c.expression.count_ops()) for c in derivation.conditions)
+    assert longest > 1000
+    text = " ".join(derivation_text(derivation).split())
+    assert "It holds only where" in text
+    assert "are independent" in text

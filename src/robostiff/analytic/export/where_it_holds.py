@@ -31,18 +31,17 @@ def with_conditions(blocks: Sequence[Block], conditions: Sequence[Condition]) ->
     letter = _LETTER
     while any(name.startswith(letter) for name in taken):
         letter += "'"
+    long = {_of_any_leg(c) for c in beside if _operations(c.expression) > _LONG}
     groups: dict[Any, list[Condition]] = {}  # of legs alike one
     for c in beside:
-        groups.setdefault(sp.expand(c.expression), []).append(c)
-    alike = list(groups.values())
-    long = {_of_any_leg(c) for c in beside if _operations(c.expression) > _LONG}
-    short = [own for own in alike if _of_any_leg(own[0]) not in long]
-    named = [(f"{letter}_{i}", own) for i, own in enumerate(short, start=1)]
+        if _of_any_leg(c) not in long:
+            groups.setdefault(sp.expand(c.expression), []).append(c)
+    named = [(f"{letter}_{i}", own) for i, own in enumerate(groups.values(), start=1)]
     section: list[Block] = [OutlineHeading("Where the formula holds")]
     if named:
         section.append(OutlineText("It holds where these differences are positive."))
         section.append(ScalarEquations(tuple((x, own[0].expression) for x, own in named)))
-    rest = [c for own in alike if own not in short for c in own]
+    rest = [c for c in beside if _of_any_leg(c) in long]
     if rest:
         section.append(OutlineText(f"It holds only where {_words(rest)}."))
     rows = (((name,), f"positive where {_words(own)}") for name, own in named)
