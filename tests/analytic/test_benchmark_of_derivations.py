@@ -36,7 +36,7 @@ def test_robots_are_compared_with_numbers():
     home = rows["gsb-drive", "home"]
     assert home[0] == "springs"
     assert rows["3-rpr", "home"][0] == "closed"
-    assert rows["gsb-drive", "symbolic"][0] == rows["3-rpr", "symbolic"][0] == "steps"
+    assert rows["gsb-drive", "symbolic"][0] == rows["3-rpr", "symbolic"][0] == "vectors"
     assert int(home[2]) <= 60
     assert int(home[3]) <= 10
     assert float(home[-1]) < 1e-12

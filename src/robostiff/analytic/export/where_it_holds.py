@@ -31,17 +31,20 @@ def with_conditions(blocks: Sequence[Block], conditions: Sequence[Condition]) ->
     letter = _LETTER
     while any(name.startswith(letter) for name in taken):
         letter += "'"
-    long = {_of_any_leg(c) for c in beside if _operations(c.expression) > _LONG}
+    short = [c for c in beside if _operations(c.expression) <= _LONG]
+    # What is short for some legs alone is in words for all of them.
+    of_legs = {(_of_any_leg(c), c.leg) for c in short}
+    in_words = {_of_any_leg(c) for c in beside if (_of_any_leg(c), c.leg) not in of_legs}
+    short = [c for c in short if _of_any_leg(c) not in in_words]
     groups: dict[Any, list[Condition]] = {}  # of legs alike one
-    for c in beside:
-        if _of_any_leg(c) not in long:
-            groups.setdefault(sp.expand(c.expression), []).append(c)
+    for c in short:
+        groups.setdefault(sp.expand(c.expression), []).append(c)
     named = [(f"{letter}_{i}", own) for i, own in enumerate(groups.values(), start=1)]
     section: list[Block] = [OutlineHeading("Where the formula holds")]
     if named:
         section.append(OutlineText("It holds where these differences are positive."))
         section.append(ScalarEquations(tuple((x, own[0].expression) for x, own in named)))
-    rest = [c for c in beside if _of_any_leg(c) in long]
+    rest = [c for c in beside if c not in short]
     if rest:
         section.append(OutlineText(f"It holds only where {_words(rest)}."))
     rows = (((name,), f"positive where {_words(own)}") for name, own in named)
