@@ -28,7 +28,7 @@ from robostiff.kinematics.formula import PlacedFormula, other_modes, place_leg_a
 from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, Robot, with_entries
 from robostiff.model.entries import bounds_of
 from robostiff.record import Entry, Operation, Record, is_zero
-from robostiff.recorded import RecordedRobot, entry_reader
+from robostiff.recorded import RecordedLeg, RecordedRobot, entry_reader
 from robostiff.recorded.leg import at_samples, lower_bound
 from robostiff.spatial import cross, exact_number
 
@@ -58,6 +58,7 @@ def conditions_of(
     legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
     part = placed.robot if only is None else next(x for x in placed.robot.legs if x.name == only)
     found = list(_existing(part))
+    divisors = [] if recorded is None else _divisors(recorded, placed.record)
     for i, leg in enumerate(legs):
         for length in leg.lengths:
             if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
@@ -69,7 +70,7 @@ def conditions_of(
         stretched = list(_stretched(leg.leg, read))
         found += [own for own, _ in stretched]
         if recorded is not None and placed.robot.platform is None:
-            found += _independent(leg.leg, recorded, i, read, stretched)
+            found += _independent(leg.leg, recorded.legs[i], read, stretched, divisors)
     found += _nearest_to_home(placed, legs, read)
     return (*found, *(_following(placed, read) if placed.following else ()))
 
@@ -156,29 +157,32 @@ def _existing(part: Robot | Leg) -> Iterator[Condition]:
                 yield Condition(f"{own.subject} of {name!r} is {words}", _decisive(expression))
 
 
+def _divisors(recorded: RecordedRobot, record: Record) -> list[np.ndarray]:
+    """What K is divided by and does not vanish, at the samples, and the squares of it."""
+    K = [x.step for x in recorded.K.values() if isinstance(x, Entry)]
+    inverses = [x for x in record.needed(K) if record.operations[x][0] is Operation.RECIPROCAL]
+    values = [record.sample(record.arguments(step)[0]) for step in inverses]
+    return [x for at in values for x in (at, at**2)]
+
+
 def _independent(
     leg: PlacedLeg,
-    recorded: RecordedRobot,
-    i: int,
+    recorded: RecordedLeg,
     read: ClosedReading,
     stretched: Sequence[tuple[Condition, np.ndarray]],
+    divisors: Sequence[np.ndarray],
 ) -> Iterator[Condition]:
-    """That no further passive joint of leg i depends on those before it: it would transmit more.
+    """That no further passive joint of a leg depends on those before it: it would transmit more.
 
-    `stretched`: the conditions that are there, see `_stretched`.
+    `stretched`: the conditions that are there, see `_stretched`; `divisors`: see `_divisors`.
     """
-    known, met = [x for _, x in stretched], [own.expression for own, _ in stretched]
-    record, product = read.record, sp.Integer(1)
-    K = [x.step for x in recorded.K.values() if isinstance(x, Entry)]
-    for step in record.needed(K):  # what is divided by does not vanish
-        if record.operations[step][0] is Operation.RECIPROCAL:
-            at = record.sample(record.arguments(step)[0])
-            known = [*known, at, at**2]
-    for own in recorded.legs[i].alone:
+    known, product = [1.0, *(x for _, x in stretched), *divisors], sp.Integer(1)
+    met = [own.expression for own, _ in stretched]
+    for own in recorded.alone:
         at = own.sample if isinstance(own, Entry) else np.ones(1)
-        if any(_is_same(at, x) for x in (1.0, *known)):
+        if any(_is_same(at, x) for x in known):
             continue
-        known = [*known, at]
+        known.append(at)
         square = sp.sympify(read(own))
         if _may_vanish(square, met):
             product *= square / sp.Integer(10) ** int(np.log10(np.mean(at)))
