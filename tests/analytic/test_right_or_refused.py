@@ -237,7 +237,7 @@ def test_checks_of_robots_chains_and_snapshots_see_a_difference(monkeypatch):
     joints = {"tip": sp.ImmutableMatrix([0, 0, 0, 0, 1, 0])}
     chain = derive_chain(FULL, joints, Steps())
     with pytest.raises(DisagreementError):
-        check_chain(replace(chain, K=chain.K + sp.eye(6) / 1000), joints)
+        check_chain(replace(chain, K=chain.K + sp.eye(6) / 1000), FULL.flat(), joints)
     module = sys.modules["robostiff.analytic.snapshot_formula"]
     whole = module.closed_sum
     monkeypatch.setattr(

@@ -184,7 +184,7 @@ def derive_chain(
         derivation = _by_steps(start, columns, name)
     else:
         derivation = _in_closed_form(start, entries, columns, name, form.limit)
-    check_chain(derivation, columns)
+    check_chain(derivation, entries, columns)
     return derivation
 
 

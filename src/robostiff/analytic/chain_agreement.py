@@ -68,8 +68,10 @@ def _largest(M: Any) -> float:
     return max(abs(float(x)) for x in M.entries())
 
 
-def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
+def check_chain(derivation: Derivation, entries: Sequence[Any], columns: Mapping[str, Any]) -> None:
     """Compare the formula of a chain with the block form, eq. (9), at random values.
+
+    `entries`: those of K0, row by row.
 
     Raises
     ------
@@ -78,7 +80,7 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
     """
     K0 = derivation.K0
     n, count = K0.rows, len(columns)
-    entries = [*K0.flat(), *(x for J in columns.values() for x in J)]
+    entries = [*entries, *(x for J in columns.values() for x in J)]
     # Formulas that differ do so at almost all values: the first at which the block form decides.
     for values, numbers in random_values(entries, _SEED):
         K = numbers[: n * n].reshape(n, n)

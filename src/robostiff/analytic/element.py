@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, cmp_to_key
-from itertools import compress
+from itertools import combinations
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +19,8 @@ _IN_ORDER = cmp_to_key(sp.Basic.compare)
 # SymPy sorts by class first: any product stands for all of them among numbers, symbols, powers and
 # functions.
 _PRODUCT = 2 * sp.Symbol("x")
-_A_PRODUCT = ("product",)
-_ONE = ("number", 1, 1)
+_A_PRODUCT = "product"
+_FEW = 4
 _first = itemgetter(0)
 
 
@@ -113,86 +113,66 @@ class PolynomialWriter:
     the result is the same expression, arguments in the same order. Roots are left to SymPy, as
     they may merge with each other and with what they are roots of.
 
-    `generators`: symbols, sines, cosines and roots.
+    Terms are taken from FLINT as text, which it writes in a third of the time in which it hands
+    out exponents and coefficients one by one.
+
+    `generators`: symbols, sines, cosines and roots; in the text they are g0, g1, ...
     """
 
     def __init__(self, generators: Sequence[Any]) -> None:
         self._generators = tuple(generators)
-        self._merges = [not (g.is_Symbol or isinstance(g, sp.sin | sp.cos)) for g in generators]
-        self._some_merge = any(self._merges)
-        # The parts of products: generators to a power, and coefficients.
-        self._parts: dict[Any, Any] = {_A_PRODUCT: _PRODUCT}
-        # Parts in order and their ranks, set at once: a budget may end between two statements.
-        self._ranked: tuple[list[Any], dict[Any, int]] = [_PRODUCT], {_A_PRODUCT: 0}
+        merging = (not (g.is_Symbol or isinstance(g, sp.sin | sp.cos)) for g in generators)
+        self._merging = {f"g{i}" for i, merges in enumerate(merging) if merges}
+        # Factors of products by their text, in order, and their ranks; set at once: a budget may
+        # end between two statements.
+        self._ranked: tuple[list[Any], dict[str, int]] = [_PRODUCT], {_A_PRODUCT: 0}
 
     def expressions(self, polynomials: Sequence[Any]) -> list[Any]:
         """Several of them as canonical sums of products; their factors are ranked together."""
-        read = [_rows(polynomial) for polynomial in polynomials]
-        needed: set[Any] = {c for numbers, _, _ in read for c in numbers}
-        for _, rows, degrees in read:
-            for place, degree in enumerate(degrees):
-                if degree == 1:
-                    needed.add((place, 1))
-                elif degree:
-                    needed |= {(place, row[place]) for row in rows if row[place]}
-        self._write(needed)
-        return [self._sum(*own) for own in read]
+        texts = [_terms_of(polynomial) for polynomial in polynomials]
+        self._rank({factor for terms in texts for term in terms for factor in term})
+        return list(map(self._sum, texts))
 
-    def _sum(self, numbers: list[Any], rows: list[tuple[int, ...]], degrees: list[int]) -> Any:
-        parts, ranks = self._parts, self._ranked[1]
-        if self._some_merge and any(compress(self._merges, degrees)):
-            return sp.Add(
-                *(
-                    sp.Mul(parts[c], *(parts[own] for own in enumerate(row) if own[1]))
-                    for c, row in zip(numbers, rows, strict=True)
-                )
-            )
-        once = [ranks.get((place, 1), 0) for place in range(len(degrees))]
-        has_powers = max(degrees, default=0) > 1
-        written = []
-        for c, row in zip(numbers, rows, strict=True):
-            if has_powers and max(row) > 1:
-                keys = sorted([ranks[own] for own in enumerate(row) if own[1]])
-            else:
-                keys = sorted(compress(once, row))
-            written.append(self._product(c, keys))
+    def _sum(self, terms: list[list[str]]) -> Any:
+        ordered, ranks = self._ranked
+        if self._merging and any(self._merges(factor) for term in terms for factor in term):
+            return sp.Add(*(sp.Mul(*(ordered[ranks[x]] for x in term)) for term in terms))
+        among_terms, make, written = ranks[_A_PRODUCT], sp.Mul._from_args, []
+        for term in terms:
+            if len(term) == 1:
+                rank = ranks[term[0]]
+                written.append(((rank,), ordered[rank]))
+                continue
+            keys = sorted([ranks[factor] for factor in term])
+            product = make(tuple([ordered[rank] for rank in keys]), True)
+            written.append(((among_terms, len(keys), *keys), product))
         if len(written) == 1:
             return written[0][1]
         written.sort(key=_first)
         whole: Any = sp.Add._from_args(tuple([term for _, term in written]), True)
         return whole
 
-    def _product(self, c: Any, keys: list[int]) -> tuple[tuple[int, ...], Any]:
-        """A product of ranked factors, and the key that sorts it."""
-        if not keys:
-            # A number leads its sum.
-            return (-1,), self._parts[c]
+    def _merges(self, factor: str) -> bool:
+        return factor.partition("^")[0] in self._merging
+
+    def _rank(self, factors: set[str]) -> None:
+        """Write and rank factors that are new."""
         ordered, ranks = self._ranked
-        if c != _ONE:
-            keys.insert(0, ranks[c])
-        if len(keys) == 1:
-            return (keys[0],), ordered[keys[0]]
-        product = sp.Mul._from_args(tuple([ordered[key] for key in keys]), True)
-        return (ranks[_A_PRODUCT], len(keys), *keys), product
-
-    def _write(self, needed: set[Any]) -> None:
-        """Write and rank the parts that are needed."""
-        parts = self._parts
-        known = self._ranked[1]
-        missing = [part for part in needed if part not in known]
+        missing = factors - ranks.keys()
         if missing:
-            parts |= {part: self._written(part) for part in missing}
-            ordered = sorted((*known, *missing), key=self._order)
-            ranks = {part: rank for rank, part in enumerate(ordered)}
-            self._ranked = [parts[part] for part in ordered], ranks
+            written = {factor: ordered[rank] for factor, rank in ranks.items()}
+            written |= {factor: self._written(factor) for factor in missing}
+            names = sorted(written, key=lambda factor: self._order(factor, written[factor]))
+            self._ranked = [written[x] for x in names], {x: rank for rank, x in enumerate(names)}
 
-    def _order(self, part: Any) -> Any:
-        """Where a part stands among others: as SymPy compares them, or a short cut to the same."""
+    def _order(self, factor: str, written: Any) -> Any:
+        """Where a factor stands among others, as SymPy compares them."""
         if self._symbols is None:
-            return _IN_ORDER(self._parts[part])
-        if len(part) == 2:
-            return (2, part[1] > 1, self._symbols[part[0]], part[1])
-        return (3,) if part is _A_PRODUCT else (1, _IN_ORDER(self._parts[part]))
+            return _IN_ORDER(written)
+        if factor.startswith("g"):
+            name, _, power = factor.partition("^")
+            return (2, bool(power), self._symbols[int(name[1:])], int(power or 1))
+        return (3,) if factor == _A_PRODUCT else (1, _IN_ORDER(written))
 
     @cached_property
     def _symbols(self) -> list[Any] | None:
@@ -202,15 +182,20 @@ class PolynomialWriter:
         contents = [g._hashable_content() for g in self._generators]
         return [(len(own), own) for own in contents]
 
-    def _written(self, part: Any) -> Any:
-        if len(part) == 2:
-            place, power = part
-            generator = self._generators[place]
-            if power == 1:
-                return generator
-            return sp.Pow(generator, power, evaluate=not generator.is_Symbol)
-        _, p, q = part
-        return sp.Rational(p, q)
+    def _written(self, factor: str) -> Any:
+        name, _, power = factor.partition("^")
+        if not name.startswith("g"):
+            return sp.Rational(*map(int, name.split("/")))
+        generator = self._generators[int(name[1:])]
+        if not power:
+            return generator
+        return sp.Pow(generator, int(power), evaluate=not generator.is_Symbol)
+
+
+def _terms_of(polynomial: Any) -> list[list[str]]:
+    """Factors of the terms of a polynomial as text, ["-2", "g0", "g1^3"]."""
+    text = str(polynomial).replace(" - ", " + -").replace("-g", "-1*g")
+    return [term.split("*") for term in text.split(" + ")]
 
 
 def quotient_of(above: Any, below: Any) -> Any:
@@ -255,10 +240,17 @@ def product_of(*parts: Any) -> Any:
             return sp.Mul(*parts)
         number *= own[0]
         factors += own[1]
-    bases = {x.base if x.is_Pow else x for x in factors}
-    if len(bases) < len(factors) or (len(factors) == 1 and factors[0].is_Add):
+    bases = [x.base if x.is_Pow else x for x in factors]
+    if not _are_different(bases) or (len(factors) == 1 and factors[0].is_Add):
         return sp.Mul(*parts)
     return product_in_order(number, factors)
+
+
+def _are_different(expressions: list[Any]) -> bool:
+    """Whether no two are the same; of a few, comparing is quicker than hashing all their parts."""
+    if len(expressions) > _FEW:
+        return len(set(expressions)) == len(expressions)
+    return not any(a == b for a, b in combinations(expressions, 2))
 
 
 def made_of(expression: Any, parts: Sequence[Any]) -> Any:
@@ -321,14 +313,3 @@ def _has_no_sign(factor: Any) -> bool:
     ):
         return True
     return len({x.could_extract_minus_sign() for x in factor.args if not x.is_Add}) == 2
-
-
-def _rows(polynomial: Any) -> tuple[list[Any], list[tuple[int, ...]], list[int]]:
-    """Coefficients of a polynomial, powers of its generators by terms, and the largest of them."""
-    degrees = list(map(int, polynomial.degrees())) if len(polynomial) else []
-    return list(map(_number, polynomial.coeffs())), polynomial.monoms(), degrees
-
-
-def _number(c: Any) -> tuple[str, int, int]:
-    """A coefficient as a key: FLINT's own numbers are slow to look up."""
-    return _ONE if c == 1 else ("number", int(c.p), int(c.q))
