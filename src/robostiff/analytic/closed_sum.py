@@ -12,7 +12,7 @@ import sympy as sp
 from robostiff.analytic.closed import canonical, eliminate_exactly
 from robostiff.analytic.element import Element
 from robostiff.analytic.exact_matrix import ExactMatrix, common_denominator, over
-from robostiff.analytic.factors import factored
+from robostiff.analytic.factors import factored, starts_with_minus
 from robostiff.analytic.field import ExactField, shared_field
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.errors import InputError
@@ -257,13 +257,21 @@ def factored_fraction(expression: Any) -> Any:
     (R - r)/R**2
     """
     parts = expression.args if expression.is_Mul else (expression,)
-    if all(
-        x.is_Rational or x.is_Symbol or (x.is_Pow and x.base.is_Symbol and x.exp.is_Integer)
-        for x in parts
-    ):
-        return expression  # a product of powers
+    if all(x.is_Rational or _is_factor(*x.as_base_exp()) for x in parts):
+        return expression  # nothing cancels
     field = shared_field(expression)
     return fraction_in_factors(field, field.element(expression))
+
+
+def _is_factor(base: Any, exponent: Any) -> bool:
+    """Whether a power is irreducible as it stands: of a symbol, or of a plain a - b or a + b."""
+    if not exponent.is_Integer:
+        return False
+    if base.is_Add:
+        terms = (x.args if x.is_Mul else (sp.S.One, x) for x in base.args)
+        is_plain = all(len(x) == 2 and abs(x[0]) is sp.S.One and x[1].is_Symbol for x in terms)
+        return is_plain and not starts_with_minus(base)
+    return base.is_Symbol
 
 
 def fraction_in_factors(field: ExactField, element: Element) -> sp.Expr:

@@ -207,7 +207,7 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
     d_a*h*k/L_a**2
     """
     K = sp.ImmutableMatrix(K)
-    entries, unchanged = list(K), NamedCombinations(K, ())
+    entries, unchanged = K.flat(), NamedCombinations(K, ())
     if not _is_manageable(entries):
         return unchanged
     try:
@@ -218,7 +218,8 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
     if any(len(base) > _MOST_TERMS for s in written.values() for p in s for base, _ in p.powers):
         return unchanged
     names = CombinationNames(field, {*taken, *(symbol.name for symbol in K.free_symbols)})
-    for base in _recurring(field, K, written):
+    products = [written[entry] for entry in entries]
+    for base in _recurring(field, products, K):
         names.give(base)
     if not names.definitions:
         return unchanged
@@ -226,8 +227,9 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
     shown = {x: min(names.sum_of(written[x]), x, key=count_of) for x in written}
     named = sp.ImmutableMatrix(K.rows, K.cols, [shown[entry] for entry in entries])
     definitions = used_definitions(names.definitions, [named])
-    after = sum(map(count_of, [*named, *(d.expression for d in definitions)]))
-    return NamedCombinations(named, definitions) if after < sum(map(count_of, K)) else unchanged
+    after = sum(map(count_of, [*named.flat(), *(d.expression for d in definitions)]))
+    is_shorter = after < sum(map(count_of, entries))
+    return NamedCombinations(named, definitions) if is_shorter else unchanged
 
 
 def _is_manageable(entries: list[Any]) -> bool:
@@ -263,7 +265,7 @@ def _summands(field: ExactField, entry: Any) -> list[Product]:
     return [product_of(field, element) for element in by_denominator.values()]
 
 
-def _recurring(field: ExactField, K: Any, written: dict[Any, list[Product]]) -> list[Any]:
+def _recurring(field: ExactField, products: list[list[Product]], K: Any) -> list[Any]:
     """Sums that are factors in two or more places on or above the diagonal, short ones first."""
     is_symmetric = K.rows == K.cols and K.T == K
     places: Counter[str] = Counter()
@@ -275,7 +277,8 @@ def _recurring(field: ExactField, K: Any, written: dict[Any, list[Product]]) -> 
 
     for i in range(K.rows):
         for j in range(i if is_symmetric else 0, K.cols):
-            bases = {str(b): b for product in written[K[i, j]] for b, _ in product.powers}
+            own = products[i * K.cols + j]
+            bases = {str(b): b for product in own for b, _ in product.powers}
             for base in bases.values():
                 if len(base) > 1:
                     occurs(base)

@@ -182,15 +182,15 @@ def writes_the_same(K: Any, stiffness: Iterable[Any]) -> bool:
 
     `K` (n, n); `stiffness`: iterable of (n, n) flint.arb_mat.
     """
-    n = K.rows
+    n, entries = K.rows, K.flat()
     with flint.ctx.workprec(BITS):
         for at in stiffness:
-            values = {(i, j): at[i, j] for i in range(n) for j in range(i, n)}
-            size = sum((abs(x) for x in values.values()), flint.arb(1))
+            values = [(entries[i * n + j], at[i, j]) for i in range(n) for j in range(i, n)]
+            size = sum((abs(x) for _, x in values), flint.arb(1))
             known: dict[Any, Any] = {sp.Integer(0): flint.arb(0)}
-            for place, value in values.items():
-                first = known.setdefault(K[place], value)
-                known.setdefault(-K[place], -value)
+            for entry, value in values:
+                first = known.setdefault(entry, value)
+                known.setdefault(-entry, -value)
                 if not bool(abs(value - first) < _NOTHING * size):
                     return False
     return True

@@ -166,6 +166,11 @@ class ExactField:
             Element(self, num, den) if leading == 1 else Element(self, num / leading, den / leading)
         )
 
+    @property
+    def has_angles(self) -> bool:
+        """Whether sines and cosines are among its generators."""
+        return bool(self._angles.independent)
+
     def has_roots(self, polynomial: Any) -> bool:
         """Whether a root or sine occurs in a polynomial."""
         degrees = polynomial.degrees()

@@ -167,7 +167,7 @@ class LegReader:
                 return name
         plain = write()
         total = min(plain, self.read.without_shifts(plain), key=count_of)
-        cancelled = self.read.written_out(total)
+        cancelled = self.read.written_out(total, _CANCELLED * count_of(total))
         if count_of(cancelled) <= _CANCELLED * count_of(total):
             total = cancelled
         short = not total.is_Add and count_of(total) <= _SHORT

@@ -13,7 +13,13 @@ from robostiff.analytic.closed_sum import factored_fraction, fraction_in_factors
 from robostiff.analytic.combinations import free_names
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.element import above_and_below, root_of
-from robostiff.analytic.factors import bound_of_terms, by_powers, completed_squares, factored
+from robostiff.analytic.factors import (
+    bound_of_terms,
+    by_powers,
+    completed_squares,
+    factored,
+    sums_in_factors,
+)
 from robostiff.analytic.field import ExactField, shared_field
 from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.operation_count import count_of, parts_of, symbols_in
@@ -148,15 +154,19 @@ class NamedReading:
     def quotient(self, above: Any, below: Any) -> Any:
         """A quotient as it stands or cancelled, whichever is shorter."""
         plain = above / below
-        found = [plain, self.written_out(plain)]
+        found = [plain, self.written_out(plain, count_of(plain))]
         if count_of(plain) <= _LONG_ON_THE_WAY:
             found.append(factored_fraction(plain))
         return min(found, key=count_of)
 
-    def written_out(self, expression: Any) -> Any:
-        """One fraction without names of compliances and shifts; itself where that would be long."""
+    def written_out(self, expression: Any, most: float) -> Any:
+        """One fraction without names of compliances and shifts; itself where that would be long.
+
+        `most`: operations beyond which a fraction is not wanted.
+        """
         try:
-            return _fraction(self.without_shifts(expression, ("c_", "k_", "e_")))
+            plain = self.without_shifts(expression, ("c_", "k_", "e_"))
+            return expression if _least_operations(plain) > most else _fraction(plain)
         except FormulaTooLargeError:
             return expression
 
@@ -291,14 +301,29 @@ class NamedReading:
 @cacheit
 def _fraction(expression: Any) -> Any:
     """A factored fraction of an expression that is short enough."""
-    if bound_of_terms(expression, _WRITTEN) > _WRITTEN and any(
-        bound_of_terms(part, _WRITTEN) > _WRITTEN for part in above_and_below(expression)
-    ):
-        raise FormulaTooLargeError.beyond(_WRITTEN)
+    _check_terms(expression)
     fraction = _in_sines(factored_fraction(expression))
     if count_of(fraction) > 2 * _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
     return fraction
+
+
+def _check_terms(expression: Any) -> None:
+    """Raise where an expression has too many terms when it is multiplied out."""
+    if bound_of_terms(expression, _WRITTEN) > _WRITTEN and any(
+        bound_of_terms(part, _WRITTEN) > _WRITTEN for part in above_and_below(expression)
+    ):
+        raise FormulaTooLargeError.beyond(_WRITTEN)
+
+
+def _least_operations(expression: Any) -> int:
+    """Operations that an expression has as a fraction in factors, at least: those of its sums.
+
+    Found without writing it. Of sines none: (cos x - 1) (cos x + 1) may become one.
+    """
+    _check_terms(expression)
+    field = shared_field(expression)
+    return 0 if field.has_angles else sums_in_factors(field.element(expression))
 
 
 def _without_powers(fraction: Any, symbol: Any, square: Any) -> Any:

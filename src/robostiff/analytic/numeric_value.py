@@ -70,9 +70,10 @@ def matrix_value(
     K: Any, values: Mapping[Any, Any], definitions: Iterable[Definition], *, careful: bool = False
 ) -> np.ndarray:
     """A symmetric matrix of formulas as numbers (..., n, n), see `values_of`."""
-    n = K.rows
+    n, entries = K.rows, K.flat()
     places = [(i, j) for i in range(n) for j in range(i, n)]
-    found = values_of([K[i, j] for i, j in places], values, definitions, careful=careful)
+    upper = [entries[i * n + j] for i, j in places]
+    found = values_of(upper, values, definitions, careful=careful)
     matrix = np.zeros((*np.broadcast_shapes(*map(np.shape, values.values())), n, n))
     for (i, j), value in zip(places, found, strict=True):
         matrix[..., i, j] = matrix[..., j, i] = value

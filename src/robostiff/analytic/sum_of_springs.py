@@ -154,9 +154,8 @@ def sum_of_springs(
     found = SumOfSprings(plain, in_names, used_definitions(definitions, results))
     if not in_short_steps:
         found = _with_components(found, shorter, placed)
-    at_most = sum(
-        map(count_of, (*different_entries(found.K), *(d.expression for d in found.definitions)))
-    )
+    formulas = *different_entries(found.K.flat()), *(d.expression for d in found.definitions)
+    at_most = sum(map(count_of, formulas))
     if at_most > PRINTED and operations_of(found.K, found.definitions) > PRINTED:
         raise FormulaTooLargeError.beyond(PRINTED)
     return found
@@ -216,7 +215,7 @@ def _with_components(
 
     K may be the same in shorter averages.
     """
-    entries = different_entries(K)
+    entries = different_entries(K.flat())
     others = [
         tuple(x)
         for leg in found.legs.values()
@@ -240,7 +239,7 @@ def _with_components(
         )
         for i, leg in found.legs.items()
     }
-    matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K])
+    matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K.flat()])
     used = used_definitions(written.definitions, [matrix, *(x for one in of_others for x in one)])
     return SumOfSprings(matrix, legs, used, before=found)
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.element import product_of
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.orbits import COMPONENTS, Image, Orbit, Products, averages, orbits_of
@@ -119,6 +120,7 @@ def matrix_of(
         entries = averages(group.needed, group.orbits)
         others = _by_unit_length(group)
         known: dict[Any, Any] = {}
+        below = 1 / group.compliance
         written: dict[Any, Any] = {}  # averages of x and of y are one
         for i in range(n):
             for j in range(i, n):
@@ -134,7 +136,7 @@ def matrix_of(
                         squares[symbol] = term, other
                         term = symbol
                 if term not in known:
-                    known[term] = term / group.compliance
+                    known[term] = product_of(term, below)
                     operations += count_of(known[term])
                     if operations > PRINTED:
                         return None
@@ -150,7 +152,7 @@ def _written(
     total = _total(products, search, scale)
     if not isinstance(total, Entry):
         return read(total)
-    apart = sp.Add(*(number * (read(a) * read(b)) for number, a, b in products))
+    apart = sp.Add(*(number * product_of(read(a), read(b)) for number, a, b in products))
     if count_of(apart) <= _PLAIN or (
         len(products) > _FEW and written_size(search.record, [total]) > _MOST
     ):

@@ -345,7 +345,10 @@ class Symbolic:
             return known[entry]
 
         nominal = {name: value for name, value in self.nominal.items() if name not in given}
-        return replace(with_entries(self, put_in), nominal=nominal)  # pyright: ignore
+        found = replace(with_entries(self, put_in), nominal=nominal)  # pyright: ignore
+        if not left:
+            vars(found).update(symbols=(), has_formulas=False)  # as they are, without looking
+        return found
 
 
 def _allowed(symbol: Any, value: Any) -> Any:

@@ -49,7 +49,7 @@ def _tidy(value: Any, scale: float) -> Any:
     if isinstance(value, Entry):
         return value.record.simplified(value, scale)
     if is_exact(value):
-        return value
+        return int(value) if value.is_Integer and -1 <= value.p <= 1 else value
     if abs(value) <= ROUNDING * scale:
         return 0
     for unit in (1, -1):
