@@ -35,7 +35,8 @@ from robostiff.analytic.operation_count import operations_of
 
 BEGINNING, END = "<!-- table of the expert -->", "<!-- end of the expert's table -->"
 ROUNDS = 5
-RUNS = 4  # of one route after another: the first finds the processor's caches as the other left them
+# Of one route after another: the first run finds caches as the other route left them.
+RUNS = 4
 AGREED = 1e-10  # of both matrices in numbers
 DATA = Path(__file__).parent.parent / "tests" / "analytic" / "data"
 R, r, h, k = sp.symbols("R r h k", positive=True)
