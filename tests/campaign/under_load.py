@@ -23,7 +23,7 @@ from robostiff.linkage import essential
 from robostiff.model import PlacedBlock, PlacedLeg, Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import Space, skew
-from robostiff.statics.given_loads import has_masses
+from robostiff.statics.loading.given_loads import has_masses
 from tests.campaign import coupled_joints, placed
 from tests.campaign.answers import Complaint, Judge
 from tests.campaign.moved_linkages import random_linkage

@@ -7,7 +7,7 @@ import robostiff as rs
 from robostiff.elastostatics import Status
 from robostiff.model import ForceLaw
 from robostiff.statics import Equilibrium, equilibrium
-from robostiff.statics.problem import EquilibriumProblem, solve_least
+from robostiff.statics.equations.problem import EquilibriumProblem, solve_least
 
 
 def test_what_has_no_stiffness_moves_along_the_pull_whatever_its_basis():

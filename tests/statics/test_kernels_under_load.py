@@ -16,7 +16,7 @@ from robostiff.kinematics import posture_finder
 from robostiff.model import PlacedFreedom
 from robostiff.recorded.closure import LAST
 from robostiff.statics.kernels.buckling import buckling_of
-from robostiff.statics.loaded_posture import postures_of
+from robostiff.statics.loading.loaded_posture import postures_of
 
 COUNT = 3
 # One answer or a batch, as the question is.

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 import robostiff as rs
 from robostiff.elasticity import elasticity_from_stiffness
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
-from robostiff.statics.from_snapshot import legs_of
-from robostiff.statics.legs import LegGroup, LegState, Share
+from robostiff.statics.chains.legs import LegGroup, LegState, Share
+from robostiff.statics.loading.from_snapshot import legs_of
 from tests.cases.metric import distance
 from tests.statics.robots_under_load import beam_legs, case, loaded, planar_chain, stewart
 

@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 import robostiff as rs
 from robostiff.model import PlacedLeg, Snapshot
 from robostiff.spatial import Space
-from robostiff.statics import critical_point, equilibrium_path
+from robostiff.statics.equations import critical_point, equilibrium_path
 from tests.statics.robots_under_load import joint, loaded
 
 A, B, K = 0.5, 0.1, 1e5

@@ -8,7 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.model import PlacedLeg, Snapshot
 from robostiff.spatial import Space
-from robostiff.statics import equilibrium_path
+from robostiff.statics.equations import equilibrium_path
 from tests.statics.robots_under_load import column, joint, loaded
 
 PAGE = (Path(__file__).parents[2] / "docs/under-load.md").read_text()

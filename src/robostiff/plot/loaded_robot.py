@@ -53,7 +53,7 @@ from robostiff.statics import Equilibrium, Modes
 if TYPE_CHECKING:
     import xarray
 
-    from robostiff.statics.problem import EquilibriumProblem
+    from robostiff.statics.equations.problem import EquilibriumProblem
 
 _COILS, _WIDE = 7, 0.012  # of a spring, and how wide they are, of the robot
 

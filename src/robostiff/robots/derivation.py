@@ -23,7 +23,7 @@ from robostiff.io.model_file import ParameterChoice
 from robostiff.model import Robot
 from robostiff.robots import load, robot_of_legs
 from robostiff.statics import Bowing, Linear, equilibrium
-from robostiff.statics.beam_bowing import uniform_beam
+from robostiff.statics.chains.beam_bowing import uniform_beam
 
 if TYPE_CHECKING:
     from robostiff.analytic.robot_pose import PoseFormula

@@ -18,9 +18,15 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.from_cables import cables_loaded
-from robostiff.statics.newton import FoundEquilibrium, equilibrium_at
-from robostiff.statics.problem import LOST, DeadForces, EquilibriumProblem, LoadCase, State
+from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
+from robostiff.statics.equations.problem import (
+    LOST,
+    DeadForces,
+    EquilibriumProblem,
+    LoadCase,
+    State,
+)
+from robostiff.statics.loading.from_cables import cables_loaded
 
 _FURTHEST = 100.0  # times the load, up to which slack is searched for
 _SHORTEST_STEP = 1e-4  # of the load, before the path is given up

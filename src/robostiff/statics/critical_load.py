@@ -17,14 +17,14 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import as_float
-from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.critical_point import CriticalPoint
-from robostiff.statics.equilibrium_path import first_critical
-from robostiff.statics.given_loads import Gravity, Loads
-from robostiff.statics.joint_laws import Laws
-from robostiff.statics.loaded_posture import one_loaded_posture
-from robostiff.statics.problem import LoadCase
-from robostiff.statics.stability import meets_stiffness
+from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.equations.critical_point import CriticalPoint
+from robostiff.statics.equations.equilibrium_path import first_critical
+from robostiff.statics.equations.problem import LoadCase
+from robostiff.statics.equations.stability import meets_stiffness
+from robostiff.statics.loading.given_loads import Gravity, Loads
+from robostiff.statics.loading.joint_laws import Laws
+from robostiff.statics.loading.loaded_posture import one_loaded_posture
 
 _BOWING = Bowing()
 

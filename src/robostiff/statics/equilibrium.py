@@ -18,17 +18,17 @@ from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.critical_point import CriticalPoint
-from robostiff.statics.equilibrium_path import SAFE, first_critical
-from robostiff.statics.given_loads import Gravity, Loads
-from robostiff.statics.joint_laws import Laws
-from robostiff.statics.loaded_posture import LoadedPosture, postures_of, wrenches_of
-from robostiff.statics.newton import FREE, FoundEquilibrium, Target, equilibrium_at
-from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.equations.critical_point import CriticalPoint
+from robostiff.statics.equations.equilibrium_path import SAFE, first_critical
+from robostiff.statics.equations.newton import FREE, FoundEquilibrium, Target, equilibrium_at
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.equations.singular_posture import Regular, may_be_singular
+from robostiff.statics.equations.stability import leg_margins, meets_stiffness, platform_margin
+from robostiff.statics.loading.given_loads import Gravity, Loads
+from robostiff.statics.loading.joint_laws import Laws
+from robostiff.statics.loading.loaded_posture import LoadedPosture, postures_of, wrenches_of
 from robostiff.statics.result import Equilibria, Equilibrium
-from robostiff.statics.singular_posture import Regular, may_be_singular
-from robostiff.statics.stability import leg_margins, meets_stiffness, platform_margin
 
 _BOWING = Bowing()
 # Of the length of the robot: what is no rounding between legs and platform.

@@ -16,15 +16,15 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import as_floats
-from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.critical_point import least_margin
+from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.equations.critical_point import least_margin
+from robostiff.statics.equations.equilibrium_path import OnPath, path
+from robostiff.statics.equations.newton import equilibrium_at
+from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equilibrium import solved
-from robostiff.statics.equilibrium_path import OnPath, path
-from robostiff.statics.given_loads import Gravity, Loads
-from robostiff.statics.joint_laws import Laws
-from robostiff.statics.loaded_posture import LoadedPosture, one_loaded_posture
-from robostiff.statics.newton import equilibrium_at
-from robostiff.statics.problem import LoadCase
+from robostiff.statics.loading.given_loads import Gravity, Loads
+from robostiff.statics.loading.joint_laws import Laws
+from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture
 from robostiff.statics.result import Equilibria
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ import numpy as np
 
 from robostiff.analysis import PartShare
 from robostiff.spatial import cross, move_wrench
-from robostiff.statics.body_springs import SpringTerms
-from robostiff.statics.chain import BodyLoad, FiniteChain, Moved
-from robostiff.statics.element import BodyPlace, FiniteJoint
-from robostiff.statics.leg_state import LegState, Share
-from robostiff.statics.legs import LegGroup
-from robostiff.statics.problem import EquilibriumProblem, State
+from robostiff.statics.chains.body_springs import SpringTerms
+from robostiff.statics.chains.chain import BodyLoad, FiniteChain, Moved
+from robostiff.statics.chains.element import BodyPlace, FiniteJoint
+from robostiff.statics.chains.leg_state import LegState, Share
+from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.equations.problem import EquilibriumProblem, State
 
 
 @dataclass(frozen=True)

@@ -20,15 +20,20 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
-from robostiff.statics.beam_bowing import Beams, Bowing
+from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase, State
+from robostiff.statics.equations.vibration import SmallMotions
 from robostiff.statics.equilibrium import solved
-from robostiff.statics.given_loads import Gravity, Loads, Masses, has_masses, unit_weights
-from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
-from robostiff.statics.loaded_posture import LoadedPosture, one_wrench, places_of, postures_of
-from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
+from robostiff.statics.loading.given_loads import Gravity, Loads, Masses, has_masses, unit_weights
+from robostiff.statics.loading.joint_laws import Laws
+from robostiff.statics.loading.loaded_posture import (
+    LoadedPosture,
+    one_wrench,
+    places_of,
+    postures_of,
+)
 from robostiff.statics.result_tables import modes_html
-from robostiff.statics.vibration import SmallMotions
 
 _BOWING = Bowing()
 # Gravity that makes forces of masses, whose size alone counts [m/s^2].

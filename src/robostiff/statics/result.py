@@ -17,9 +17,11 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.body_springs import LoadedSpring, loaded_springs
-from robostiff.statics.critical_point import CriticalPoint
-from robostiff.statics.flexible_platform import about_the_tool
+from robostiff.statics.chains.body_springs import LoadedSpring, loaded_springs
+from robostiff.statics.equations.critical_point import CriticalPoint
+from robostiff.statics.equations.flexible_platform import about_the_tool
+from robostiff.statics.equations.newton import FoundEquilibrium
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.loaded_parts import (
     BodyPlaces,
     LoadedPart,
@@ -28,8 +30,6 @@ from robostiff.statics.loaded_parts import (
     loaded_parts,
     shares_of,
 )
-from robostiff.statics.newton import FoundEquilibrium
-from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.result_tables import equilibrium_html, without_rounding
 
 _NOT_FREE = (

@@ -20,14 +20,14 @@ from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network, NodeForce, held_under
 from robostiff.spatial import Space, move_twist, move_wrench
-from robostiff.statics.beam_bowing import Linear
-from robostiff.statics.body_springs import small_pulls
-from robostiff.statics.equilibrated import LOST
-from robostiff.statics.from_snapshot import load_vector
-from robostiff.statics.given_loads import Gravity, Loads, acting_gravity, given_forces
+from robostiff.statics.chains.beam_bowing import Linear
+from robostiff.statics.chains.body_springs import small_pulls
+from robostiff.statics.chains.equilibrated import LOST
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares_of
-from robostiff.statics.loaded_posture import one_loaded_posture, places_of, postures_of
-from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.loading.from_snapshot import load_vector
+from robostiff.statics.loading.given_loads import Gravity, Loads, acting_gravity, given_forces
+from robostiff.statics.loading.loaded_posture import one_loaded_posture, places_of, postures_of
 
 # Of the terms of an equation of a leg: what is left says that a load drives a free motion in it.
 _DRIVEN = 1e-6

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from robostiff.spatial import move_wrench
-from robostiff.statics.chain import FiniteChain
-from robostiff.statics.element import FiniteSpring
-from robostiff.statics.leg_state import LegState, Share
-from robostiff.statics.problem import EquilibriumProblem
-from robostiff.statics.stability import margins_of
+from robostiff.statics.chains.chain import FiniteChain
+from robostiff.statics.chains.element import FiniteSpring
+from robostiff.statics.chains.leg_state import LegState, Share
+from robostiff.statics.equations.problem import EquilibriumProblem
+from robostiff.statics.equations.stability import margins_of
 
 _DEGREE = 3
 # Between the lengths of a fit: a part of it, and how many times what it misses at these.

@@ -18,15 +18,15 @@ from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, record_robot, sample_postures
-from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.given_loads import Gravity, Loads
+from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.loading import record_loading
 from robostiff.statics.kernels.springs import has_symbols
 from robostiff.statics.kernels.weights import StandingLoads
-from robostiff.statics.loaded_posture import LoadedPosture, Postures, postures_of
-from robostiff.statics.problem import EquilibriumProblem
+from robostiff.statics.loading.given_loads import Gravity, Loads
+from robostiff.statics.loading.loaded_posture import LoadedPosture, Postures, postures_of
 
 _BOWING = Bowing()
 # Operations of a step beyond which compiling takes longer than NumPy needs for many poses.

@@ -21,7 +21,7 @@ from robostiff.model import Robot
 from robostiff.recorded import CLOSED
 from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.kernels.weights import StandingLoads
-from robostiff.statics.loaded_posture import wrenches_of
+from robostiff.statics.loading.loaded_posture import wrenches_of
 
 
 @dataclass(frozen=True, repr=False)

@@ -10,8 +10,8 @@ import numpy as np
 from robostiff.model import PlacedFreedom, PlacedSpring
 from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
-from robostiff.statics.beam_bowing import shortening
-from robostiff.statics.element import FiniteSpring
+from robostiff.statics.chains.beam_bowing import shortening
+from robostiff.statics.chains.element import FiniteSpring
 
 # Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
 _LOST = 1e-20

@@ -13,9 +13,8 @@ from robostiff.record import is_zero, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import Space, cross
-from robostiff.statics.chain import BodyLoad
-from robostiff.statics.element import FiniteSpring
-from robostiff.statics.from_snapshot import LegWalk
+from robostiff.statics.chains.chain import BodyLoad
+from robostiff.statics.chains.element import FiniteSpring
 from robostiff.statics.kernels.couplings import RecordedCoupling, recorded_couplings
 from robostiff.statics.kernels.elements import (
     RecordedElement,
@@ -32,6 +31,7 @@ from robostiff.statics.kernels.motion import (
 )
 from robostiff.statics.kernels.springs import RecordedBodySpring, SpringEnds
 from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
+from robostiff.statics.loading.from_snapshot import LegWalk
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from robostiff.record import Entry, is_zero, least, reciprocal, usual_size
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, contraction, handed_on
 from robostiff.spatial import Space, cross
+from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.kernels.buckling import Buckling
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
 from robostiff.statics.kernels.leg import MovedBody, RecordedLoadedLeg
@@ -25,7 +26,6 @@ from robostiff.statics.kernels.strut import (
     strut_terms,
     turning_forces,
 )
-from robostiff.statics.newton import FALLS, HALF, LITTLE
 
 #: Least ratio of stiffness under load to that without it at which an answer is given.
 SAFE = 0.3

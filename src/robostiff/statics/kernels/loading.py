@@ -13,9 +13,7 @@ from robostiff.model import Robot
 from robostiff.record import Program
 from robostiff.recorded.closure import RecordedSteps
 from robostiff.recorded.robot import RobotOnEntries
-from robostiff.statics.from_snapshot import walks_of
-from robostiff.statics.given_loads import acting_gravity
-from robostiff.statics.held_springs import joined_legs
+from robostiff.statics.chains.held_springs import joined_legs
 from robostiff.statics.kernels.buckling import buckling_of
 from robostiff.statics.kernels.leg import MovedBody, RecordedLoadedLeg, recorded_leg
 from robostiff.statics.kernels.loaded_robot import HANDED, LoadedRobot
@@ -28,7 +26,9 @@ from robostiff.statics.kernels.weights import (
     loads_on_platform,
     with_recorded_masses,
 )
-from robostiff.statics.loaded_posture import LoadedPosture
+from robostiff.statics.loading.from_snapshot import walks_of
+from robostiff.statics.loading.given_loads import acting_gravity
+from robostiff.statics.loading.loaded_posture import LoadedPosture
 
 
 @dataclass(frozen=True, kw_only=True)

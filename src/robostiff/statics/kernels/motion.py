@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.record import cosine, is_zero, sine
 from robostiff.spatial import cross
-from robostiff.statics.chain import BodyLoad
+from robostiff.statics.chains.chain import BodyLoad
 from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
 
 #: Square of the turn of an elastic part beyond which its series lose digits [rad^2].

@@ -1,4 +1,4 @@
-"""Springs between points of two bodies on recorded entries; see `statics.body_springs`."""
+"""Springs between points of two bodies on recorded entries; see `statics.chains.body_springs`."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from robostiff.model.body_spring import BASE, PLATFORM, BodySpring
 from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import cross, is_formula
-from robostiff.statics.chain import BodyLoad
-from robostiff.statics.from_snapshot import LegWalk
+from robostiff.statics.chains.chain import BodyLoad
 from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.marks import marked
 from robostiff.statics.kernels.motion import Body, MovingChain, identity
+from robostiff.statics.loading.from_snapshot import LegWalk
 
 # Names a rigid part without extent, which shows where the frame of a body is that holds a spring.
 _ANCHOR = "\0anchor"

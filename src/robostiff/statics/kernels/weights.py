@@ -29,12 +29,12 @@ from robostiff.model import (
 )
 from robostiff.record import is_zero
 from robostiff.recorded.robot import RobotOnEntries
-from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.chain import BodyLoad
+from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.chains.chain import BodyLoad
 from robostiff.statics.equilibrium import equilibrium
-from robostiff.statics.from_snapshot import DeadForce, LegWalk
-from robostiff.statics.given_loads import Gravity, Loads, given_forces
 from robostiff.statics.kernels.marks import marked
+from robostiff.statics.loading.from_snapshot import DeadForce, LegWalk
+from robostiff.statics.loading.given_loads import Gravity, Loads, given_forces
 from robostiff.statics.result import Equilibria
 
 # Names a rigid part without extent, which shows where the frame of the next one is.

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.statics.critical_point import (
+from robostiff.statics.equations.critical_point import (
     CriticalPoint,
     least_margin,
     point_at,
     refined,
     singular,
 )
-from robostiff.statics.newton import (
+from robostiff.statics.equations.newton import (
     CAP,
     SHARP,
     TURNS,
@@ -23,8 +23,13 @@ from robostiff.statics.newton import (
     equilibrium_at,
     step_along,
 )
-from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, solve_least
-from robostiff.statics.singular_posture import may_be_singular
+from robostiff.statics.equations.problem import (
+    EquilibriumProblem,
+    Linearised,
+    LoadCase,
+    solve_least,
+)
+from robostiff.statics.equations.singular_posture import may_be_singular
 
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.
 SAFE = 0.3

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robostiff.statics.element import FiniteJoint, stacked
-from robostiff.statics.leg_state import LegState, Share
+from robostiff.statics.chains.element import FiniteJoint, stacked
+from robostiff.statics.chains.leg_state import LegState, Share
 
 if TYPE_CHECKING:
-    from robostiff.statics.legs import LegGroup
+    from robostiff.statics.chains.legs import LegGroup
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.body_springs import SpringTerms
-from robostiff.statics.chain import BodyLoad, stacked_loads
-from robostiff.statics.couplings import add_couplings
-from robostiff.statics.element import BodyPlace, FiniteJoint
-from robostiff.statics.leg_state import LegEquations, LegState, Share
-from robostiff.statics.moving_chain import MovingChains
+from robostiff.statics.chains.body_springs import SpringTerms
+from robostiff.statics.chains.chain import BodyLoad, stacked_loads
+from robostiff.statics.chains.couplings import add_couplings
+from robostiff.statics.chains.element import BodyPlace, FiniteJoint
+from robostiff.statics.chains.leg_state import LegEquations, LegState, Share
+from robostiff.statics.chains.moving_chain import MovingChains
 
 if TYPE_CHECKING:
-    from robostiff.statics.legs import LegGroup
+    from robostiff.statics.chains.legs import LegGroup
 
 
 @dataclass(frozen=True)

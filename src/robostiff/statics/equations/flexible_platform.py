@@ -10,11 +10,11 @@ import numpy as np
 
 from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring
 from robostiff.spatial import skew
-from robostiff.statics.beam_bowing import Beams, elements_of, uniform_beam
-from robostiff.statics.chain import FiniteChain
-from robostiff.statics.legs import LegGroup
-from robostiff.statics.problem import State
-from robostiff.statics.spring_elements import SpringElements
+from robostiff.statics.chains.beam_bowing import Beams, elements_of, uniform_beam
+from robostiff.statics.chains.chain import FiniteChain
+from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.spring_elements import SpringElements
+from robostiff.statics.equations.problem import State
 
 #: What its parts belong to, as the parts of a leg do to their leg.
 _PLATFORM = "platform"

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.statics.legs import LegGroup
-from robostiff.statics.problem import EquilibriumProblem, Linearised
+from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 
 # Of the largest eigenvalue: below this there is no stiffness.
 _NONE = 1e-10

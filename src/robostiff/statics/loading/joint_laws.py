@@ -8,8 +8,8 @@ from difflib import get_close_matches
 
 from robostiff.errors import InputError
 from robostiff.model import ForceLaw, Snapshot
-from robostiff.statics.element import FiniteJoint
-from robostiff.statics.legs import LegGroup
+from robostiff.statics.chains.element import FiniteJoint
+from robostiff.statics.chains.legs import LegGroup
 
 Laws = Mapping[str, ForceLaw]
 # Of the stiffness of a drive: how far that of its law without motion may be off.

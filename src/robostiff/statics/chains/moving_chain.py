@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.statics.chain import BodyLoad, ChainTerms, FiniteChain, Moved
-from robostiff.statics.element import BodyPlace, Element, FiniteJoint, Law
-from robostiff.statics.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
+from robostiff.statics.chains.chain import BodyLoad, ChainTerms, FiniteChain, Moved
+from robostiff.statics.chains.element import BodyPlace, Element, FiniteJoint, Law
+from robostiff.statics.chains.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
 
 _IDENTITY = np.eye(3)
 _Steps = tuple[np.ndarray, np.ndarray, FiniteTurn]

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from robostiff.analysis.free_motion import free_motions_in_words
-from robostiff.statics.newton import FoundEquilibrium, PathStep
-from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.singular_posture import Regular
-from robostiff.statics.stability import Margin, leg_margins, platform_margin
+from robostiff.statics.equations.newton import FoundEquilibrium, PathStep
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.equations.singular_posture import Regular
+from robostiff.statics.equations.stability import Margin, leg_margins, platform_margin
 
 # Of the margins around a critical point: where interpolation begins, and how many are tried before
 # the interval is halved, and then.

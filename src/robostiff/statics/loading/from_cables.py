@@ -15,12 +15,12 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model.cable import CableRobot
-from robostiff.statics.beam_bowing import Beams
-from robostiff.statics.body_springs import Anchor, FiniteBodySpring
-from robostiff.statics.given_loads import Gravity, Loads, arms_and_forces, given_forces
-from robostiff.statics.legs import LegGroup
-from robostiff.statics.loaded_posture import LoadedPosture, point_at
-from robostiff.statics.problem import DeadForces, EquilibriumProblem, Steady
+from robostiff.statics.chains.beam_bowing import Beams
+from robostiff.statics.chains.body_springs import Anchor, FiniteBodySpring
+from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem, Steady
+from robostiff.statics.loading.given_loads import Gravity, Loads, arms_and_forces, given_forces
+from robostiff.statics.loading.loaded_posture import LoadedPosture, point_at
 
 # What is said of a pose before the load, and holds under it.
 _LASTING = Status.UNBALANCED | Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD

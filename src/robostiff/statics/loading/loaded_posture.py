@@ -20,10 +20,11 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
-from robostiff.statics.beam_bowing import Beams
-from robostiff.statics.from_network import group_of
-from robostiff.statics.from_snapshot import legs_of
-from robostiff.statics.given_loads import (
+from robostiff.statics.chains.beam_bowing import Beams
+from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem
+from robostiff.statics.loading.from_network import group_of
+from robostiff.statics.loading.from_snapshot import legs_of
+from robostiff.statics.loading.given_loads import (
     Gravity,
     Loads,
     acting_gravity,
@@ -31,11 +32,10 @@ from robostiff.statics.given_loads import (
     given_forces,
     weights_of,
 )
-from robostiff.statics.joint_laws import Laws, check_own_laws, with_laws
-from robostiff.statics.problem import DeadForces, EquilibriumProblem
+from robostiff.statics.loading.joint_laws import Laws, check_own_laws, with_laws
 
 if TYPE_CHECKING:
-    from robostiff.statics.from_cables import CablePostures
+    from robostiff.statics.loading.from_cables import CablePostures
 
 _NO_POSTURE = Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
 
@@ -201,7 +201,7 @@ class Postures:
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
     """The unloaded postures of a robot at poses, or of a snapshot, network or linkage."""
     if isinstance(robot, CableRobot):
-        from robostiff.statics.from_cables import CablePostures
+        from robostiff.statics.loading.from_cables import CablePostures
 
         return CablePostures.of(robot, pose, near)
     if isinstance(robot, Linkage):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.statics.equilibrated import Equilibrated, equilibrated, unit_free
+from robostiff.statics.chains.equilibrated import Equilibrated, equilibrated, unit_free
 
 # Of the largest singular value of a closure, in robot lengths and radians: a lost direction.
 _LOST = 1e-9

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.statics.problem import EquilibriumProblem, Linearised
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 
 # Of the largest singular value of a closure: a direction that is missing all along; of the largest
 # entry of a triangular factor: none is missing.

@@ -11,8 +11,8 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import PlacedBodySpring, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
-from robostiff.statics.body_springs import Anchor, FiniteBodySpring
-from robostiff.statics.legs import LegGroup
+from robostiff.statics.chains.body_springs import Anchor, FiniteBodySpring
+from robostiff.statics.chains.legs import LegGroup
 
 
 def joined_legs(groups: Iterable[set[int]]) -> list[list[int]]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.spatial import skew
-from robostiff.statics.problem import EquilibriumProblem, Linearised, State
-from robostiff.statics.stability import unit_sizes
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
+from robostiff.statics.equations.stability import unit_sizes
 
 # Of the largest singular value: of closure, and of the masses, whose roots are taken.
 _CLOSED, _MASSLESS = 1e-10, 1e-9

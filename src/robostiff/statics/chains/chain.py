@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.statics.element import BodyPlace, Element, stacked
+from robostiff.statics.chains.element import BodyPlace, Element, stacked
 
 
 @dataclass(frozen=True)

@@ -20,15 +20,15 @@ from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
-from robostiff.statics.beam_bowing import Beams, elements_of, is_rigid, moves
-from robostiff.statics.chain import BodyLoad, FiniteChain
-from robostiff.statics.couplings import FiniteCoupling
-from robostiff.statics.element import Element
-from robostiff.statics.flexible_platform import from_its_end, held_together
-from robostiff.statics.from_snapshot import finite_joint
-from robostiff.statics.given_loads import DeadForce, load_vector, weights_of
-from robostiff.statics.legs import LegGroup
-from robostiff.statics.spring_elements import SpringElements
+from robostiff.statics.chains.beam_bowing import Beams, elements_of, is_rigid, moves
+from robostiff.statics.chains.chain import BodyLoad, FiniteChain
+from robostiff.statics.chains.couplings import FiniteCoupling
+from robostiff.statics.chains.element import Element
+from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.spring_elements import SpringElements
+from robostiff.statics.equations.flexible_platform import from_its_end, held_together
+from robostiff.statics.loading.from_snapshot import finite_joint
+from robostiff.statics.loading.given_loads import DeadForce, load_vector, weights_of
 
 
 def group_of(

@@ -7,7 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State, solve_least
+from robostiff.statics.equations.problem import (
+    EquilibriumProblem,
+    Linearised,
+    LoadCase,
+    State,
+    solve_least,
+)
 
 #: Largest step of a rotation [rad], and of a shift by the robot's length.
 CAP = 0.2

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.statics.finite_turn import crossed, skews
-from robostiff.statics.leg_state import Beside, LegState, Share
+from robostiff.statics.chains.finite_turn import crossed, skews
+from robostiff.statics.chains.leg_state import Beside, LegState, Share
 
 if TYPE_CHECKING:
-    from robostiff.statics.legs import LegGroup
-    from robostiff.statics.problem import EquilibriumProblem, State
+    from robostiff.statics.chains.legs import LegGroup
+    from robostiff.statics.equations.problem import EquilibriumProblem, State
 
 _IDENTITY = np.eye(3)
 # Of the length of a spring at the unloaded posture, or of its tension: none.

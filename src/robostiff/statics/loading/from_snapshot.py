@@ -21,15 +21,15 @@ from robostiff.model import (
     Snapshot,
     StiffnessLaw,
 )
-from robostiff.statics.beam_bowing import Beams, elements_of, moves
-from robostiff.statics.chain import BodyLoad, FiniteChain
-from robostiff.statics.couplings import FiniteCoupling
-from robostiff.statics.element import Element, FiniteJoint
-from robostiff.statics.flexible_platform import on_flexible_platform
-from robostiff.statics.given_loads import DeadForce, load_vector
-from robostiff.statics.held_springs import HeldSprings
-from robostiff.statics.legs import LegGroup
-from robostiff.statics.spring_elements import SpringElements
+from robostiff.statics.chains.beam_bowing import Beams, elements_of, moves
+from robostiff.statics.chains.chain import BodyLoad, FiniteChain
+from robostiff.statics.chains.couplings import FiniteCoupling
+from robostiff.statics.chains.element import Element, FiniteJoint
+from robostiff.statics.chains.held_springs import HeldSprings
+from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.spring_elements import SpringElements
+from robostiff.statics.equations.flexible_platform import on_flexible_platform
+from robostiff.statics.loading.given_loads import DeadForce, load_vector
 
 _NO_GRAVITY = np.zeros(3)
 

@@ -10,12 +10,12 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.spatial.rotation import matrix_of_rotation
-from robostiff.statics.body_springs import FiniteBodySpring, SpringArrays, SpringTerms
-from robostiff.statics.chain import FiniteChain, Moved
-from robostiff.statics.chain_family import ChainFamily
-from robostiff.statics.couplings import FiniteCoupling
-from robostiff.statics.equilibrated import Arrowhead
-from robostiff.statics.leg_state import LegState, MovingBody, Share
+from robostiff.statics.chains.body_springs import FiniteBodySpring, SpringArrays, SpringTerms
+from robostiff.statics.chains.chain import FiniteChain, Moved
+from robostiff.statics.chains.chain_family import ChainFamily
+from robostiff.statics.chains.couplings import FiniteCoupling
+from robostiff.statics.chains.equilibrated import Arrowhead
+from robostiff.statics.chains.leg_state import LegState, MovingBody, Share
 
 
 @dataclass(frozen=True)

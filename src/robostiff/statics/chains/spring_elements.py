@@ -9,8 +9,8 @@ import numpy as np
 
 from robostiff.model import PlacedSpring
 from robostiff.spatial import Space, block_rotation, compliance_modes
-from robostiff.statics.beam_bowing import UniformBeam, uniform_beam
-from robostiff.statics.element import Element, FiniteSpring
+from robostiff.statics.chains.beam_bowing import UniformBeam, uniform_beam
+from robostiff.statics.chains.element import Element, FiniteSpring
 
 # Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
 _BEAM, _OWN = "_beam", "_as_elements"

@@ -1,0 +1,1 @@
+"""Legs as chains of elements in finite motion: joints, beams, springs, and their tangents."""

@@ -1,0 +1,1 @@
+"""The equations of a robot under load: equilibrium, closure, stability, critical points."""

@@ -1,0 +1,1 @@
+"""What is loaded and by what: robots, networks and cables at a pose, loads, force laws."""
