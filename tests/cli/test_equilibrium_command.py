@@ -158,9 +158,10 @@ def test_plot_of_the_curve(tmp_path, ending: str):
     assert "--overwrite" in again.stderr
 
 
-def test_plot_of_the_loaded_shape(tmp_path):
+@pytest.mark.parametrize("robot", ["3-puu", "cable-8"])
+def test_plot_of_the_loaded_shape(tmp_path, robot: str):
     path = tmp_path / "shape.svg"
-    outcome = run("3-puu", "--wrench", "500 0 0 0 0 0", "--plot", str(path))
+    outcome = run(robot, "--wrench", "0 0 -200 0 0 0", "--plot", str(path))
     assert outcome.exit_code == 0, outcome.stderr
     assert "under load" in path.read_text(encoding="utf-8")
     wrong = run("3-puu", "--wrench", "500 0 0 0 0 0", "--plot", str(tmp_path / "shape.doc"))

@@ -92,6 +92,8 @@ class Modes(InNotebooks):
         As many as motions have mass; empty where there is no equilibrium.
     posed : Snapshot, Network, CableRobot or None
         The robot at the unloaded posture.
+    problem : EquilibriumProblem or None
+        Whose equilibrium it vibrates about.
     """
 
     name: str
@@ -99,6 +101,7 @@ class Modes(InNotebooks):
     status: Status
     each: tuple[Mode, ...] = ()
     posed: Snapshot | Network | CableRobot | None = None
+    problem: EquilibriumProblem | None = None
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -186,12 +189,7 @@ def modes(
     postures = postures_of(robot, pose, near)
     own = has_masses(postures.robot)
     if not (masses or own):
-        raise InputError(
-            f"masses of {robot.name!r}",
-            expected="what moves, by name [kg]",
-            hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
-            '--mass "platform=150 kg"; or mass: in the model file',
-        )
+        raise _without_mass(robot.name)
     given = one_wrench(postures, wrench)
     loaded = postures.loaded(0, at, loads, preload, beams, gravity, masses=own).under(laws)
     if not loaded.has_posture:
@@ -202,7 +200,18 @@ def modes(
     more = unit_weights(masses or {}, {"platform": problem.point, **places_of(loaded.posed)})
     weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
     each = _vibrating(problem, weights, known, state)
-    return Modes(loaded.name, loaded.space, status, each, loaded.posed)
+    if not each:
+        raise _without_mass(robot.name)
+    return Modes(loaded.name, loaded.space, status, each, loaded.posed, problem)
+
+
+def _without_mass(name: str) -> InputError:
+    return InputError(
+        f"masses of {name!r}",
+        expected="what moves, by name [kg]",
+        hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
+        '--mass "platform=150 kg"; or mass: in the model file',
+    )
 
 
 def _about(
