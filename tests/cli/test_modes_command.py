@@ -44,6 +44,9 @@ def test_bad_status_and_bad_input():
     nothing = run("gough-stewart-b")
     assert nothing.exit_code == 2
     assert "expected what moves, by name [kg]" in nothing.stderr
+    unknown = run("hexapod", "--mass", "leg9=1 kg")
+    assert unknown.exit_code == 2
+    assert "masses: got 'leg9', expected platform or leg/part" in unknown.stderr
     words = run("hexapod", "--mass", "platform")
     assert words.exit_code == 2
     assert 'such as "leg1/strut=12 kg"' in words.stderr

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness, 
 from robostiff.analysis.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
-from robostiff.markup import row, text_of
+from robostiff.markup import STIFFNESS_UNITS, row, text_of
 from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Role, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
@@ -19,6 +20,7 @@ from robostiff.network import BeamElement, Network, Node, SpringElement
 
 #: Of the parts of those that have no legs.
 _HEADS = {"network": "parts of the network", "cable robot": "cables at home"}
+_STIFFNESS = {"stiffness": asdict(STIFFNESS_UNITS)}
 #: Words whose singular is not their plural without an s.
 _ONE = {"bodies": "body"}
 
@@ -35,6 +37,7 @@ def head_facts(
         "source": "" if is_frozen else robot.source,
         "space": robot.space.name.lower(),
         "coordinates": [] if is_frozen else [own.value for own in robot.coordinates],
+        "units": {"length": "m", "angle": "rad", "force": "N", "mass": "kg", **_STIFFNESS},
         "legs": legs,
     }
 

@@ -198,7 +198,12 @@ def modes(
     if known is None or state is None:
         return Modes(loaded.name, loaded.space, status)
     more = unit_weights(masses or {}, {"platform": problem.point, **places_of(loaded.posed)})
-    weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
+    try:
+        weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
+    except InputError as error:
+        if error.subject != "loads":
+            raise
+        raise InputError("masses", got=error.got, expected=error.expected) from None
     each = _vibrating(problem, weights, known, state)
     if not each:
         raise _without_mass(robot.name)
