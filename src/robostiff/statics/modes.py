@@ -57,7 +57,7 @@ class Mode:
         Of the platform about its point, world axes, at the amplitude at which the velocity one
         second^-1 has the kinetic energy of half a joule [m, rad].
     shares : tuple of PartShare
-        Who bends: elastic energy of the parts, largest first.
+        Elastic energy of the parts, largest first.
     words : str
         How the platform moves, a translation where its rotation times the length of the robot is
         less than 1 % of it; or the leg that vibrates while it stays.

@@ -264,7 +264,7 @@ class Equilibrium(InNotebooks):
 
     @property
     def shares(self) -> tuple[PartShare, ...]:
-        """Who bends: energy of every elastic part, largest first."""
+        """Energy of every elastic part, largest first."""
         return shares_of(self.parts)
 
     def __repr__(self) -> str:
