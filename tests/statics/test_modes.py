@@ -187,6 +187,8 @@ def test_misuse():
     weightless = rs.beam_link([0.5, 0, 0], rs.material("steel"), circle(0.02), mass=0.0)
     with pytest.raises(rs.InputError, match="expected what moves"):
         rs.modes(model_arm(weightless))
+    with pytest.raises(rs.InputError, match="masses: got 10, expected masses by names"):
+        rs.modes(robot, masses=10)  # pyright: ignore[reportArgumentType]
     with pytest.raises(rs.InputError, match="more than zero"):
         rs.modes(robot, masses={"platform": -1.0})
     with pytest.raises(rs.InputError, match="masses: got 'leg1/strutt', .* such as 'leg1/strut"):
