@@ -215,6 +215,12 @@ def test_json_is_a_short_word_for_the_format():
     assert run(*command, "--json").stdout == run(*command, "--format", "json").stdout
     assert json.loads(run(*command, "--json").stdout)["schema"] == "robostiff derive 1"
     assert run(*command, "--json", "--format", "c").exit_code == 2
+    program = run(*command, "--json", "-o", "stiffness.c")
+    assert program.exit_code == 2
+    assert "got 'stiffness.c', expected a name that ends in .json" in program.stderr
+    rate = run(*command, "--json", "--derivative", "k")
+    assert rate.exit_code == 2
+    assert "--derivative: got 'k', expected another format than json" in rate.stderr
 
 
 def test_angles_of_a_pose_are_named():

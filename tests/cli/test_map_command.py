@@ -40,6 +40,22 @@ def test_a_grid_with_units():
         np.testing.assert_allclose(found.rotational_stiffness[1, 2, 0], K[2, 2], rtol=1e-6)
 
 
+def test_the_summary_names_the_weakest_pose_and_its_status():
+    outcome = run("hexapod", "--x", "0 0.9 4", "--quantity", "worst-deflection", "-o", "map.csv")
+    assert "greatest at x 0.9 (m, rad): beyond-limits" in outcome.stdout
+    assert "least at x 0 (m, rad): ok" in outcome.stdout
+    unreachable = run("3-puu", "--x", "2 3 2", "-o", "none.csv")
+    assert unreachable.exit_code == 1
+    assert "least" not in unreachable.stdout
+
+
+def test_standard_output_has_the_map_or_the_summary():
+    outcome = run(*GRID, "-o", "-", "--json")
+    assert outcome.exit_code == 2
+    assert not outcome.stdout
+    assert "--output beside --json: got '-', expected a file" in outcome.stderr
+
+
 @pytest.mark.parametrize("output", ["map.zarr", "map.nc", "map.csv"])
 def test_three_files_say_the_same(output):
     outcome = run(*GRID, "--json", "-o", output)
@@ -50,6 +66,14 @@ def test_three_files_say_the_same(output):
     low, high, unit = facts["ranges"]["translational_stiffness"]
     assert 0 < low < high
     assert unit == "N/m"
+    if output == "map.zarr":  # may be larger than memory
+        assert "extremes" not in facts
+    else:
+        weakest = facts["extremes"]["translational_stiffness"]["least"]
+        pose = [weakest["pose"]["x"], rs.load("3-rpr").home.p[1], weakest["pose"]["rz"]]
+        K = rs.stiffness(rs.load("3-rpr"), pose).K
+        np.testing.assert_allclose(np.linalg.eigvalsh(K[:2, :2])[0], low, rtol=1e-6)
+        assert weakest["status"] == "ok"
     again = run(*GRID, "-o", output)
     assert again.exit_code == 2
     if output == "map.zarr":

@@ -34,7 +34,10 @@ def test_text_lists_the_slowest_first():
     text = run("hexapod", "--mass", "platform=150 kg").stdout
     assert "  1. 49.47 Hz: the platform moves: rotation about" in text
     assert "elastic energy: leg" in text
-    assert text.rstrip().endswith("more at higher frequencies")
+    assert "more at higher frequencies" in text
+    # those of bodies that only the command line has are not of the model
+    assert text.splitlines()[-1].startswith("masses of the model: 6 x strut.beam1 13.81 kg, 6 x")
+    assert "masses of" not in run("gough-stewart-b", "--mass", "platform=150 kg").stdout
 
 
 def test_bad_status_and_bad_input():
@@ -44,6 +47,9 @@ def test_bad_status_and_bad_input():
     nothing = run("gough-stewart-b")
     assert nothing.exit_code == 2
     assert "expected what moves, by name [kg]" in nothing.stderr
+    unknown = run("hexapod", "--mass", "leg9=1 kg")
+    assert unknown.exit_code == 2
+    assert "masses: got 'leg9', expected platform or leg/part" in unknown.stderr
     words = run("hexapod", "--mass", "platform")
     assert words.exit_code == 2
     assert 'such as "leg1/strut=12 kg"' in words.stderr

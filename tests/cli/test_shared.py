@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 from typing import get_type_hints
 
 import numpy as np
@@ -22,14 +23,48 @@ DECLARED = {
     **options_of_files.COMMANDS,
 }
 COMMANDS = tuple(app.list_commands(Context(app)))
+ROOT = Path(__file__).resolve().parents[2]
+SPRUNG = """\
+robostiff: 1
+name: balanced arm
+source: a test
+gravity: -z
+legs:
+  - name: arm
+    chain:
+      - {type: revolute, axis: y, role: actuated, stiffness: 1e4 N m/rad}
+      - {type: beam, to: [300 mm, 0, 0], material: steel, section: {circle: {diameter: 20 mm}}}
+springs:
+  - name: balance
+    between: [{body: base, at: [0, 0, 400 mm]}, {body: platform, at: [0, 0, 0]}]
+    stiffness: 100 N/m
+    free_length: 100 mm
+"""
 WITH_JSON = {
-    "robots": (),
-    "check": ("planar-link",),
-    "stiffness": ("planar-link",),
-    "deflection": ("planar-link", "--wrench", "1 0 0"),
-    "indices": ("hexapod",),
-    "verify": ("3-rpr",),
-    "cables": ("cable-8",),
+    "robots": ((),),
+    "check": (
+        ("planar-link", "--parts", "--plot", "parts.png"),
+        ("hexapod", "--set", "k_joint=250"),
+        ("sprung.yaml",),
+        ("cable-4-planar",),
+        ("double-pantograph",),
+        (str(ROOT / "docs" / "star-platform.yaml"),),
+    ),
+    "stiffness": (("planar-link",), ("cable-4-planar",)),
+    "deflection": (("planar-link", "--wrench", "0 1 0"),),
+    "equilibrium": (("planar-link", "--wrench", "0 1 0", "--critical", "--factors", "0 1 2"),),
+    "modes": (("planar-link",),),
+    "response": ((str(ROOT / "examples" / "portal.json"), "--load", "top=1 0 0"),),
+    "indices": (("planar-link",),),
+    "verify": (("3-rpr",),),
+    "cables": (("cable-4-planar",), ("cable-4-planar", "--wrench", "0 -1 0")),
+    "map": (("3-rpr", "--x", "0 10mm 2", "-o", "map.csv"),),
+    "derive": (("planar-link",),),
+    "plot": (("planar-link", "-o", "link.png"),),
+    "report": (("3-rpr", "-o", "page.html"),),
+    "schema": (("graph",), ("graph", "-o", "page.json")),
+    "new": (("page", "--template", "planar"),),
+    "convert": (("planar-link", "-o", "link.json"),),
 }
 
 
@@ -139,9 +174,28 @@ def test_json_of_commands_that_write_files(command, more, tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("command", WITH_JSON)
-def test_json_names_its_form_and_version(command):
-    outcome = run(command, *WITH_JSON[command], "--json")
-    assert next(iter(json.loads(outcome.stdout).items())) == ("schema", f"robostiff {command} 1")
+def test_json_has_the_keys_that_the_documents_list(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("sprung.yaml").write_text(SPRUNG, encoding="utf-8")
+    found = set()
+    for words in WITH_JSON[command]:
+        outcome = run(command, *words, "--json")
+        assert outcome.exit_code in (0, 1), outcome.stderr
+        answer = json.loads(outcome.stdout, parse_constant=pytest.fail)
+        assert next(iter(answer.items())) == ("schema", f"robostiff {command} 1")
+        if {"pose", "modes", "parts", "displacements"} & set(answer):
+            assert "units" in answer or command in ("indices", "verify")
+        found |= set(answer)
+    common = {"schema", "robostiff", "robot", "status", "advice", "order", "units"}
+    assert found - common == _documented(command) - common
+
+
+def _documented(command: str) -> set[str]:
+    """Keys of a command that the page on JSON lists."""
+    page = (ROOT / "docs" / "json.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `([a-z]+(?: --wrench)?)` \| (.*) \|$", page, re.MULTILINE))
+    also = {"stiffness": ("cables",), "cables": ("cables --wrench",)}.get(command, ())
+    return {key for name in (command, *also) for key in re.findall(r"`(\w+)`", rows[name])}
 
 
 def test_json_of_a_schema_has_it_inside():

@@ -98,6 +98,18 @@ def test_misspelt_keys_name_the_nearest():
         assert complaint(change).endswith(place)
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("[0, 0, 800 mm]", "[max(R, 1 m), 0, 0]"),
+        ("{R: 500 mm, k: 1e6 N/m}", "{R: max(1 m, 2 m), k: 1e6 N/m}"),
+        ("[{z: phi}]", "[{z: atan2(1, phi)}]"),
+    ],
+)
+def test_expressions_that_yaml_cuts_at_commas(change):
+    assert complaint(change).endswith('in quotes, such as "atan2(h, b)"')
+
+
 # --- values ---
 
 
@@ -235,10 +247,11 @@ def test_frames(written, message):
          "translational stiffness, such as 1e8 N/m"),
         (DRIVE.replace(": k", ": -k"),
          "legs.chain[1].stiffness: translational stiffness (in leg1): got '-k', which is -1e+06 "
-         "N/m (a translational stiffness), expected a positive one"),
+         "N/m (a translational stiffness), expected a positive one; a joint without resistance has "
+         "role: passive, a rigid drive or lock no stiffness"),
         (DRIVE.replace(": k", ": 0"),
          "legs.chain[1].stiffness: translational stiffness (in leg1): got 0, expected a positive "
-         "one"),
+         "one; a joint without resistance has role: passive, a rigid drive or lock no stiffness"),
         (DRIVE.replace("z", "[0, 0, 0]"),
          "legs.chain[1].axis: direction (in leg1): got [0.0, 0.0, 0.0], expected a direction; a "
          "zero vector points nowhere"),

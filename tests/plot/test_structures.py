@@ -8,12 +8,13 @@ import pytest
 import robostiff as rs
 from robostiff.kinematics import freedom_twist
 from robostiff.network import network_of_snapshot
+from robostiff.plot.cable_robot import cable_scene
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.geometry.displacement import finite_motion, motion_under, network_motion
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
 from robostiff.plot.posed_robot import robot_picture
-from robostiff.plot.structures import cable_scene, network_scene
+from robostiff.plot.structures import network_scene
 from tests.plot.machines import robot
 
 
@@ -154,6 +155,55 @@ def test_a_loaded_cable_robot_is_drawn_where_it_rests():
         np.testing.assert_allclose(drawn[name].points[1], end)
         assert drawn[name].dashed == (name in found.slack)
     assert sum(not one.about for one in lines) == 8  # the cables without load
+
+
+@pytest.mark.parametrize(
+    ("name", "pose", "load"),
+    [
+        ("cable-8", [0.1, 0.05, 1.1, 0, 0.1, 0], [100, 0, -250, 0, 0, 0]),
+        ("cable-4-planar", [0.9, 0.7, 0.1], [10, -100, 0]),
+    ],
+)
+def test_a_cable_robot_in_equilibrium_is_drawn_as_its_response_is(name, pose, load):
+    known = robot(name)
+    rest = rs.equilibrium(known, pose, load)
+    found = rs.cable_response(known, pose, load)
+    assert isinstance(rest, rs.Equilibrium)
+    assert found.slack
+    for times in (1.0, 20.0):
+        one, other = equilibrium_picture(rest, exaggeration=times), cable_scene(found, times)
+        assert one.title == f"{name} under load"
+        ways = [[own for own in scene.items if isinstance(own, Path)] for scene in (one, other)]
+        for a, b in zip(*ways, strict=True):
+            np.testing.assert_allclose(a.points, b.points, atol=1e-8)
+            assert (a.dashed, a.about) == (b.dashed, b.about)
+
+
+@pytest.mark.parametrize("name", ["3-puu", "h4", "double-pantograph", "cable-8"])
+def test_rounding_of_places_is_not_drawn_without_a_load(name):
+    rest = rs.equilibrium(robot(name))
+    assert isinstance(rest, rs.Equilibrium)
+    assert equilibrium_picture(rest).notes == ()
+
+
+def test_a_mode_of_a_cable_robot_swings_about_its_rest():
+    known = robot("cable-8")
+    modes = rs.modes(known, masses={"platform": rs.Mass(5, inertia=[0.1, 0.1, 0.1])})
+    rest = {cable.name: cable.attachment + known.home.p for cable in known.cables}
+    for number in (1, 4):
+        ends = []
+        for side in (1.0, -1.0):
+            items = mode_picture(modes, number, side).items
+            lines = [own for own in items if isinstance(own, Path) and own.about]
+            ends.append({own.about: own.points[1] for own in lines})
+        for name, at in rest.items():
+            np.testing.assert_allclose((ends[0][name] + ends[1][name]) / 2, at, atol=1e-9)
+        moved = np.array([ends[0][name] - at for name, at in rest.items()])
+        twist = modes[number - 1].twist
+        arms = np.array([at - known.home.p for at in rest.values()])
+        wanted = twist[:3] + np.cross(twist[3:], arms)
+        wanted *= np.linalg.norm(moved) / np.linalg.norm(wanted)
+        np.testing.assert_allclose(moved, wanted, atol=2e-3 * np.abs(wanted).max())
 
 
 def test_a_linkage_is_drawn_where_its_joints_are():

@@ -184,9 +184,14 @@ def test_misuse():
     robot = rs.load("hexapod")
     with pytest.raises(rs.InputError, match="expected what moves"):
         rs.modes(rs.load("gough-stewart-b"))
+    weightless = rs.beam_link([0.5, 0, 0], rs.material("steel"), circle(0.02), mass=0.0)
+    with pytest.raises(rs.InputError, match="expected what moves"):
+        rs.modes(model_arm(weightless))
+    with pytest.raises(rs.InputError, match="masses: got 10, expected masses by names"):
+        rs.modes(robot, masses=10)  # pyright: ignore[reportArgumentType]
     with pytest.raises(rs.InputError, match="more than zero"):
         rs.modes(robot, masses={"platform": -1.0})
-    with pytest.raises(rs.InputError, match="such as 'leg1/strut"):
+    with pytest.raises(rs.InputError, match="masses: got 'leg1/strutt', .* such as 'leg1/strut"):
         rs.modes(robot, masses={"leg1/strutt": 1.0})
     with pytest.raises(rs.InputError, match="the other two together"):
         rs.modes(robot, masses={"platform": rs.Mass(1.0, inertia=[1, 1, 3])})

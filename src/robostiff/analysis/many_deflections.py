@@ -26,7 +26,7 @@ from robostiff.spatial import move_twist, move_wrench
 
 @dataclass(frozen=True, repr=False)
 class DeflectionsOfPoses:
-    """How a robot deflects at a batch of poses; who bends at a pose is worked out when asked for.
+    """How a robot deflects at a batch of poses; shares of energy are computed when first used.
 
     ``found[i]`` is the `Deflection` of one pose, ``found[found.answered]`` are those of some.
 

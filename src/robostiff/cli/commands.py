@@ -176,6 +176,7 @@ def _comparison(comparison: Comparison) -> str:
 def _verification_data(result: Verification) -> dict[str, Any]:
     reference = result.reference
     return {
+        "robostiff": __version__,
         "robot": reference.name,
         "pose": plain(reference.pose),
         "status": str(reference.status),
@@ -187,7 +188,6 @@ def _verification_data(result: Verification) -> dict[str, Any]:
         ],
         "agreement": result.agreement,
         "agree": result.agree,
-        "robostiff": __version__,
     }
 
 

@@ -264,6 +264,9 @@ def _check_questions(questions: Questions, asked: FormulaRequest, language: str)
             got=f"--leg {asked.leg}",
             expected="the whole robot: --rank, --free-motions and --eigenvalues without --leg",
         )
+    if asked.derivative is not None and language == "json":
+        expected = "another format than json: text, a typeset one, or a program"
+        raise InputError("--derivative", got=asked.derivative, expected=expected)
     if asked.wrench is not None and (questions.any or asked.leg is not None):
         raise InputError(
             "--wrench", got=asked.wrench, expected="no --leg and no question beside it"
@@ -323,6 +326,9 @@ def _language(sheet: Sheet, replacing: Replacing, answer: Answer) -> tuple[str, 
     if answer.as_json:
         if name not in (None, "json"):
             raise InputError("--json and --format", got=name, expected="one of them")
+        if output is not None and _SUFFIXES.get(output.suffix, "json") != "json":
+            expected = "a name that ends in .json"
+            raise InputError("--output beside --json", got=sheet.output, expected=expected)
         name = "json"
     if name is None:
         name = "text" if output is None else _SUFFIXES.get(output.suffix)

@@ -75,6 +75,7 @@ def print_modes(
     answer: Answer,
 ) -> int:
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
+    from robostiff.cli.robot_facts import masses_at_home, masses_in_words
     from robostiff.io.results.equilibrium import modes_data, modes_text
 
     picture = picture_beside(shown.plot, replacing)
@@ -89,7 +90,13 @@ def print_modes(
 
         number = shown.number
         draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
-    return answered(found, answer, modes_data, modes_text)
+    masses = masses_at_home(robot)
+    return answered(
+        found,
+        answer,
+        lambda own: {**modes_data(own), "masses": masses.get("masses")},
+        lambda own: "\n".join([modes_text(own), *masses_in_words(masses, "masses of the model")]),
+    )
 
 
 def _options(robot: Any, place: Posing, written: WrittenLoads) -> dict[str, Any]:

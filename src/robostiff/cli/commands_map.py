@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -46,6 +47,7 @@ from robostiff.cli.written_arguments import (
     near_from,
     wrench_from,
 )
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.map_files import (
     check_netcdf,
@@ -55,7 +57,7 @@ from robostiff.io.map_files import (
     write_map_netcdf,
 )
 from robostiff.io.units import Dimension, parse_quantities
-from robostiff.markup import text_of
+from robostiff.markup import number, text_of
 from robostiff.model import Robot
 
 if TYPE_CHECKING:
@@ -196,7 +198,7 @@ def make_map(
     answer: Answer,
 ) -> int:
     """Compute a map, write it, and print a summary."""
-    output = _checked_output(run, replacing)
+    output = _checked_output(run, replacing, answer)
     picture = picture_beside(run.plot, replacing)
     robot, source = loaded(model, by_joints=bool(asked.joints)), model.source
     if not isinstance(robot, Mapped):
@@ -253,12 +255,15 @@ def make_map(
     return 0 if facts["poses_reachable"] else BAD_STATUS
 
 
-def _checked_output(run: Run, replacing: Replacing) -> Path | None:
+def _checked_output(run: Run, replacing: Replacing, answer: Answer) -> Path | None:
     """Where to write; None for standard output."""
     output = Path(run.output)
     if run.threads is not None and (run.scheduler is not None or run.workers is not None):
         raise InputError("--threads, --workers and --scheduler", expected="one of them")
     if run.output == "-" and not run.resume:
+        if answer.as_json:
+            expected = "a file: standard output has the map as CSV, or the summary"
+            raise InputError("--output beside --json", got="-", expected=expected)
         return None
     if output.suffix not in _WRITERS:
         raise InputError(
@@ -316,9 +321,25 @@ def _facts(
         for name, array in found.data_vars.items()
         if "actual_range" in array.attrs
     }
+    if output is None or output.suffix != ".zarr":  # a store may be larger than memory
+        facts["extremes"] = {str(name): _extremes(found, str(name)) for name in facts["ranges"]}
     facts["seconds"] = seconds
     facts["poses_a_second"] = bar.rate
     return facts
+
+
+def _extremes(found: xarray.Dataset, name: str) -> dict[str, Any]:
+    """Poses of the least and the greatest value of a variable, and their statuses."""
+    array, dims = found[name], found["status"].dims
+    values, own = array.to_numpy(), {}
+    for end, chosen_index in (("least", np.nanargmin), ("greatest", np.nanargmax)):
+        index = np.unravel_index(chosen_index(values), values.shape)
+        place = dict(zip(array.dims, index, strict=True))
+        here = found.isel({dim: place[dim] for dim in dims})
+        units = {str(n): c.attrs.get("units") for n, c in here.coords.items()}
+        pose = {n: float(here[n]) for n, unit in units.items() if unit in {"m", "rad", "1"}}
+        own[end] = {"pose": pose, "status": str(Status(int(here["status"])))}
+    return own
 
 
 def _facts_text(facts: Mapping[str, Any]) -> str:
@@ -334,6 +355,9 @@ def _facts_text(facts: Mapping[str, Any]) -> str:
     for name, (low, high, unit) in facts["ranges"].items():
         shown = "" if unit == "1" else f" {unit}"
         lines.append(f"{name}: {low:.5g} to {high:.5g}{shown}")
+        for end, own in facts.get("extremes", {}).get(name, {}).items():
+            at = ", ".join(f"{n} {number(x)}" for n, x in own["pose"].items())
+            lines.append(f"  {end} at {at} (m, rad): {own['status']}")
     if facts["poses_guarded"]:
         share = facts["poses_guarded"] / computed
         lines.append(f"recomputed by the batched form: {100 * share:.3g} %")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness, 
 from robostiff.analysis.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
-from robostiff.markup import row, text_of
+from robostiff.linkage import Linkage
+from robostiff.markup import STIFFNESS_UNITS, row, text_of
 from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Role, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
@@ -19,6 +21,7 @@ from robostiff.network import BeamElement, Network, Node, SpringElement
 
 #: Of the parts of those that have no legs.
 _HEADS = {"network": "parts of the network", "cable robot": "cables at home"}
+_STIFFNESS = {"stiffness": asdict(STIFFNESS_UNITS)}
 #: Words whose singular is not their plural without an s.
 _ONE = {"bodies": "body"}
 
@@ -35,6 +38,7 @@ def head_facts(
         "source": "" if is_frozen else robot.source,
         "space": robot.space.name.lower(),
         "coordinates": [] if is_frozen else [own.value for own in robot.coordinates],
+        "units": {"length": "m", "angle": "rad", "force": "N", "mass": "kg", **_STIFFNESS},
         "legs": legs,
     }
 
@@ -244,24 +248,7 @@ def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
 
 def _mass_lines(facts: Mapping[str, Any]) -> list[str]:
     """Masses of a robot at home, those that are equal in all its legs together, and its gravity."""
-    lines = []
-    if "masses" in facts:
-        masses = facts["masses"]
-        values: dict[str, dict[str, str]] = {}
-        for name, value in masses["parts"].items():
-            leg, _, part = name.partition("/")
-            called = name if leg == "platform" or facts["kind"] == "network" else part
-            values.setdefault(called, {})[name] = f"{value:.4g} kg"
-        parts = []
-        for called, own in values.items():
-            if len(own) > 1 and len(set(own.values())) == 1:
-                parts.append(f"{len(own)} x {called} {next(iter(own.values()))}")
-            else:
-                names = [called] if len(own) == 1 else own
-                parts += [f"{n} {v}" for n, v in zip(names, own.values(), strict=True)]
-        lines.append(f"masses: {', '.join(parts)}; {masses['total']:.4g} kg in all")
-        if "centre" in masses:
-            lines[-1] += f" at ({row(np.array(masses['centre']))}) m"
+    lines = masses_in_words(facts)
     if "gravity" in facts:
         lines.append(f"gravity: ({row(np.array(facts['gravity']))}) m/s^2")
     for own in facts.get("springs", ()) if facts["kind"] == "model" else ():
@@ -271,3 +258,38 @@ def _mass_lines(facts: Mapping[str, Any]) -> list[str]:
             f"tension {own['tension']:.4g} N; under finite loads alone"
         )
     return lines
+
+
+def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str]:
+    """Masses as one line, those that are equal in all legs together; none without any."""
+    if "masses" not in facts:
+        return []
+    masses = facts["masses"]
+    values: dict[str, dict[str, str]] = {}
+    for name, value in masses["parts"].items():
+        leg, _, part = name.partition("/")
+        called = name if leg == "platform" or facts["kind"] == "network" else part
+        values.setdefault(called, {})[name] = f"{value:.4g} kg"
+    parts = []
+    for called, own in values.items():
+        if len(own) > 1 and len(set(own.values())) == 1:
+            parts.append(f"{len(own)} x {called} {next(iter(own.values()))}")
+        else:
+            names = [called] if len(own) == 1 else own
+            parts += [f"{n} {v}" for n, v in zip(names, own.values(), strict=True)]
+    at = f" at ({row(np.array(masses['centre']))}) m" if "centre" in masses else ""
+    return [f"{label}: {', '.join(parts)}; {masses['total']:.4g} kg in all{at}"]
+
+
+def masses_at_home(robot: Robot | CableRobot | Snapshot | Network | Linkage) -> dict[str, Any]:
+    """Masses of the model, as `masses_in_words` takes them; nothing where there are none."""
+    if isinstance(robot, Linkage):
+        robot = robot.network_at({})
+    if isinstance(robot, Network):
+        carriers = (*robot.nodes, *robot.beams, *robot.springs)
+        return {"kind": "network", **mass_facts(_in_parts(carriers), None)}
+    if isinstance(robot, Snapshot):
+        return {"kind": "snapshot", **mass_facts(_masses_of(robot), None)}
+    if isinstance(robot, Robot):
+        return {"kind": "model", **placed_facts(robot)}
+    return {}

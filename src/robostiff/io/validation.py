@@ -372,6 +372,8 @@ def _complaint(
         expected = chief.cause.expected or ""
     if isinstance(chief.cause, FileError):
         place = chief.cause.location
+    if _is_cut(path, document.data):
+        hint = 'write an expression with commas in quotes, such as "atan2(h, b)"'
     return FileError(
         place,
         subject,
@@ -381,3 +383,13 @@ def _complaint(
         others=others,
         uncounted=uncounted,
     )
+
+
+def _is_cut(path: tuple[Step, ...], data: Any) -> bool:
+    """Whether YAML has cut an expression at a comma there, as in ``[max(a, b), 0, 0]``."""
+    try:
+        value = reduce(getitem, path, data)
+    except (LookupError, TypeError):  # a key that is missing
+        return False
+    pieces = [*path[-1:], *(value if isinstance(value, list) else [])]
+    return any(isinstance(own, str) and own.count("(") != own.count(")") for own in pieces)

@@ -10,7 +10,13 @@ from robostiff.analysis import PartShare
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import BodyMotion, FiniteMotion
 from robostiff.plot.picture import Item, PlainColour, Scene
-from robostiff.plot.robot_parts import energy_scale, exaggerated, robot_scene, unit_of
+from robostiff.plot.robot_parts import (
+    energy_scale,
+    exaggerated,
+    finite_factor,
+    robot_scene,
+    unit_of,
+)
 from robostiff.plot.structures import (
     NetworkDrawing,
     energies_by_name,
@@ -82,8 +88,7 @@ def loaded_network_scene(
     motions = motions_of(network, places)
     scale = exaggeration
     if scale is None:
-        scale = network_factor(network, motions)
-        scale = max(scale, 1.0) if scale else 0.0
+        scale = finite_factor(network_factor(network, motions))
     title = f"{network.name} under load"
     notes = (*exaggerated(scale), *notes)
     return moved_network_scene(title, network, motions, scale, shares, load, notes)

@@ -12,6 +12,7 @@ from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
+from robostiff.plot.cable_robot import loaded_cables_scene, swinging_cables
 from robostiff.plot.geometry.displacement import finite_motion, spatial
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.loaded_network import (
@@ -41,6 +42,7 @@ from robostiff.plot.robot_parts import (
     Drawing,
     energy_scale,
     exaggerated,
+    finite_factor,
     ghost,
     robot_items,
     robot_scene,
@@ -113,16 +115,12 @@ def equilibrium_picture(
             expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
         )
     _ = result.displacement  # raises with the reason when there is none
-    if isinstance(result.posed, CableRobot):
-        raise InputError(
-            f"picture of {result.name!r} under load",
-            got="a cable robot",
-            expected="a robot of legs, a snapshot, a network or a linkage",
-        )
     check_exaggeration(exaggeration)
+    away = () if result.stable else ("the robot does not stay there",)
+    if isinstance(result.posed, CableRobot):
+        return loaded_cables_scene(result, exaggeration, away)
     point = cast("EquilibriumProblem", result.problem).point
     F = spatial(result.wrench, result.space.rows)
-    away = () if result.stable else ("the robot does not stay there",)
     if isinstance(result.posed, Network):
         load = point, F
         return loaded_network_scene(
@@ -132,8 +130,7 @@ def equilibrium_picture(
     motion = finite_motion(snapshot, result.places)
     scale = exaggeration
     if scale is None:
-        scale = chosen_exaggeration(snapshot, motion)
-        scale = max(scale, 1.0) if scale else 0.0
+        scale = finite_factor(chosen_exaggeration(snapshot, motion))
     factor, unit = unit_of(extent(snapshot))
     drawing = Drawing(snapshot, motion, scale, factor)
     if len(snapshot.legs) == 1 and colouring is Colouring.LEGS:
@@ -198,11 +195,8 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
     title = f"{modes.name}, mode {number}: {rate}"
     if isinstance(modes.posed, CableRobot):
-        raise InputError(
-            f"picture of a mode of {modes.name!r}",
-            got="a cable robot",
-            expected="a robot of legs, a snapshot, a network or a linkage",
-        )
+        problem = cast("EquilibriumProblem", modes.problem)
+        return _with_room(*swinging_cables(title, problem, own.motion.platform, side))
     if isinstance(modes.posed, Network):
         network = modes.posed
         motions = motions_of(network, own.motion)

@@ -17,6 +17,7 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
+from robostiff.plot.cable_robot import cable_scene
 from robostiff.plot.geometry.displacement import RobotMotion, at_rest, motion_under, spatial
 from robostiff.plot.geometry.legs import extent, joint_marks
 from robostiff.plot.picture import PlainColour, Scene
@@ -37,7 +38,7 @@ from robostiff.plot.robot_parts import (
     round_factor,
     unit_of,
 )
-from robostiff.plot.structures import cable_scene, network_scene
+from robostiff.plot.structures import network_scene
 
 _MISSED = 1e-4
 _ROUNDING = 1e-9

@@ -15,14 +15,13 @@ from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.plot.cable_robot import CableLines
 from robostiff.plot.geometry.ellipsoid import Stiffness
 from robostiff.plot.geometry.legs import points_of
 from robostiff.plot.picture import Item, PlainColour
 from robostiff.plot.robot_parts import backdrop, is_plane, unit_of
 from robostiff.plot.structures import (
     NetworkDrawing,
-    cable_items,
-    cable_points,
     is_level,
     network_items,
     network_points,
@@ -89,8 +88,9 @@ def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None
         robot = cable_stiffness(robot, result.pose)
     cables = robot if isinstance(robot, CableStiffness) else result
     if isinstance(cables, CableStiffness):
-        points = cable_points(cables)
-        return _around(points, is_level(points), lambda f: cable_items(cables, f, muted))
+        lines = CableLines.of(cables)
+        points = lines.points
+        return _around(points, is_level(points), lambda f: lines.items(f, muted))
     if robot is None or isinstance(robot, CableStiffness) or isinstance(result, CableStiffness):
         return None
     if isinstance(robot, Network):

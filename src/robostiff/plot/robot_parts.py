@@ -42,6 +42,7 @@ from robostiff.plot.prefix import prefixed, short
 from robostiff.spatial import Screw, Space
 
 _ARROW = 0.2  # of the robot
+_ROUNDING = 1e-12  # of the robot
 _SEEN = 0.1  # of the robot: the largest displacement drawn with the default exaggeration
 _ONE_PLACE = 0.08  # of the robot: names nearer than that would overlap
 
@@ -77,6 +78,20 @@ def round_factor(displacements: np.ndarray, size: float) -> float:
     wanted = _SEEN * size / largest
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(max(step * power for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9)))
+
+
+def finite_factor(factor: float) -> float:
+    """How far displacements under finite loads are exaggerated, from what `round_factor` has.
+
+    They are drawn at least as large as they are. Below a 1e-12 of the robot they are rounding of
+    places, and not drawn.
+
+    Examples
+    --------
+    >>> finite_factor(0.5), finite_factor(2000.0), finite_factor(2e15)
+    (1.0, 2000.0, 0.0)
+    """
+    return max(factor, 1.0) if 0 < factor < _SEEN / _ROUNDING else 0.0
 
 
 def exaggerated(scale: float) -> tuple[str, ...]:

@@ -1,14 +1,13 @@
-"""Networks and cable robots as lines, faces and marks, at rest and under a load."""
+"""Networks as lines, faces and marks, at rest and under a load."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import cast
 
 import numpy as np
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare
+from robostiff.analysis import Deflection, PartShare
 from robostiff.kept import kept
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import BodyMotion, network_motion, spatial
@@ -149,7 +148,7 @@ def network_items(d: NetworkDrawing) -> list[Item]:
     fixed = set(network.fixed)
     for name, body in _bodies(network).items():
         paint = PlainColour.FAINT if name in fixed else PlainColour.PLATE
-        corners = _face(body)
+        corners = flat_face(body)
         if corners is not None:
             label = "platform" if name == network.platform else ""
             items.append(Face(d.moved(name, corners), paint, 0.35, label))
@@ -232,7 +231,7 @@ def network_joint_names(d: NetworkDrawing) -> list[Item]:
     return words_at(places, d.factor * size_of(network_points(d.network)))
 
 
-def _face(points: np.ndarray) -> np.ndarray | None:
+def flat_face(points: np.ndarray) -> np.ndarray | None:
     """Corners of the face through points in one plane (n, 3); None where they are not."""
     if len(points) < 3:
         return None
@@ -256,92 +255,6 @@ def _bodies(network: Network) -> dict[str, np.ndarray]:
                 apart.append(point)
         bodies[name] = np.array(apart)
     return bodies
-
-
-def cable_scene(result: CableStiffness | CableResponse, exaggeration: float | None = None) -> Scene:
-    """A cable robot at a pose, slack cables dashed; under a load displaced, with that load."""
-    if isinstance(result, CableStiffness):
-        points = cable_points(result)
-        factor, unit = unit_of(size_of(points))
-        is_flat = result.space is Space.PLANAR or is_level(points)
-        return robot_scene(result.name, cable_items(result, factor), unit, is_flat)
-    _ = result.tensions  # raises with the reason where the load is not carried
-    points = cable_points(result.before)
-    factor, unit = unit_of(size_of(points))
-    layers, scale = loaded_cable_layers(result, factor, exaggeration)
-    items = [item for layer in layers.values() for item in layer]
-    is_flat = result.before.space is Space.PLANAR
-    return robot_scene(result.before.name, items, unit, is_flat, notes=exaggerated(scale))
-
-
-def loaded_cable_layers(
-    result: CableResponse, factor: float, exaggeration: float | None
-) -> tuple[dict[str, list[Item]], float]:
-    """A cable robot that carries a load: its cables before it, those under it, and the load.
-
-    The displacements are drawn larger by the second result.
-    """
-    before, after = result.before, cast("CableStiffness", result.after)
-    size = size_of(cable_points(before))
-    moved = after.placed.attachments - before.placed.attachments
-    scale = round_factor(moved, size) if exaggeration is None else float(exaggeration)
-    at = after.placed.reference_point
-    at = at + (scale - 1.0) * (at - before.placed.reference_point)
-    F = spatial(result.load, before.space.rows)
-    ends = zip(before.placed.exit_points, before.placed.attachments, strict=True)
-    layers = {
-        "shape without load": dashed((factor * np.array(line) for line in ends), "without load"),
-        "robot": cable_items(after, factor, shift=(scale - 1.0) * moved, point=at),
-        "load": wrench_items(factor * at, factor * size, F, before.space is Space.PLANAR),
-    }
-    return layers, scale
-
-
-def cable_points(result: CableStiffness) -> np.ndarray:
-    """Ends of all cables (2 m, 3) [m]."""
-    return np.concatenate([result.placed.exit_points, result.placed.attachments])
-
-
-def cable_items(
-    result: CableStiffness,
-    factor: float,
-    plain: PlainColour = PlainColour.INK,
-    *,
-    shift: np.ndarray | float = 0.0,
-    point: np.ndarray | None = None,
-) -> list[Item]:
-    """The items of a cable robot, in metres times `factor`.
-
-    The attachments are drawn a `shift` (m, 3) [m] from their place, and the reference point at
-    `point` (3,) [m], where it is given.
-    """
-    placed = result.placed
-    attachments = placed.attachments + shift
-    items: list[Item] = []
-    for points, paint, label in (
-        (placed.exit_points, PlainColour.FAINT, ""),
-        (attachments, PlainColour.PLATE, "platform"),
-    ):
-        corners = _face(points)
-        if corners is not None:
-            items.append(Face(factor * corners, paint, 0.35, label))
-    names = zip(result.cable_names, result.tensions, strict=True)
-    slack = "slack cable"
-    for i, (name, tension) in enumerate(names):
-        line = factor * np.array([placed.exit_points[i], attachments[i]])
-        is_slack = bool(np.all(result.answered)) and result.axial[i] == 0
-        about = f"{name}: {tension:.4g} N" if np.all(result.answered) else name
-        weight = LineWeight.THIN if is_slack else LineWeight.LINE
-        label = slack if is_slack else ""
-        slack = "" if is_slack else slack
-        items.append(Path(line, plain, weight, is_slack, label, about))
-    exits = factor * placed.exit_points
-    names_of = tuple(result.cable_names)
-    items.append(Marks(exits, plain, Shape.SQUARE, "winch", names_of))
-    items.append(Marks(factor * attachments, plain, Shape.RING, "attachment"))
-    at = placed.reference_point if point is None else point
-    items.append(Marks(factor * at[None], PlainColour.INK, Shape.CROSS, "reference point"))
-    return items
 
 
 def size_of(points: np.ndarray) -> float:

@@ -84,7 +84,7 @@ def described(
 
 
 def load_linkage(
-    path: str | Path,
+    path: Any,
     parameters: Mapping[str, str | float] | None = None,
     *,
     symbols: Symbols = (),
@@ -98,9 +98,9 @@ def load_linkage(
 
     Parameters
     ----------
-    path : str or path
-        URDF, xacro or MJCF; a side file that names its description under ``robot:``; or the name of
-        a shipped linkage.
+    path : str, path, or object
+        URDF, xacro or MJCF; a side file that names its description under ``robot:``; the name of a
+        shipped linkage; or a model of another program, as `robostiff.load` takes it.
     parameters : mapping of str to (str or float), optional
         Other values for some of the side file's parameters.
     symbols : iterable of str
@@ -120,9 +120,9 @@ def load_linkage(
     from robostiff.io.rigid_tree import linkage_of_tree
     from robostiff.robots import robot_file, shipped_linkages
 
-    if path in shipped_linkages():
-        path = robot_file(str(path))
-    if is_description(path):
+    if isinstance(path, str) and path in shipped_linkages():
+        path = robot_file(path)
+    if kind_of(path) is not None or is_description(path):
         return linkage_of_tree(*described(path, side), parameters, symbols)
     document = read_document(path)
     if not names_description(document):

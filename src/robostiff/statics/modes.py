@@ -62,7 +62,7 @@ class Mode:
         Of the platform about its point, world axes, at the amplitude at which the velocity one
         second^-1 has the kinetic energy of half a joule [m, rad].
     shares : tuple of PartShare
-        Who bends: elastic energy of the parts, largest first.
+        Elastic energy of the parts, largest first.
     words : str
         How the platform moves, a translation where its rotation times the length of the robot is
         less than 1 % of it; or the leg that vibrates while it stays.
@@ -97,6 +97,8 @@ class Modes(InNotebooks):
         As many as motions have mass; empty where there is no equilibrium.
     posed : Snapshot, Network, CableRobot or None
         The robot at the unloaded posture.
+    problem : EquilibriumProblem or None
+        Whose equilibrium it vibrates about.
     """
 
     name: str
@@ -104,6 +106,7 @@ class Modes(InNotebooks):
     status: Status
     each: tuple[Mode, ...] = ()
     posed: Snapshot | Network | CableRobot | None = None
+    problem: EquilibriumProblem | None = None
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -191,12 +194,7 @@ def modes(
     postures = postures_of(robot, pose, near)
     own = has_masses(postures.robot)
     if not (masses or own):
-        raise InputError(
-            f"masses of {robot.name!r}",
-            expected="what moves, by name [kg]",
-            hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
-            '--mass "platform=150 kg"; or mass: in the model file',
-        )
+        raise _without_mass(robot.name)
     given = one_wrench(postures, wrench)
     loaded = postures.loaded(0, at, loads, preload, beams, gravity, masses=own).under(laws)
     if not loaded.has_posture:
@@ -205,9 +203,25 @@ def modes(
     if known is None or state is None:
         return Modes(loaded.name, loaded.space, status)
     more = unit_weights(masses or {}, {"platform": problem.point, **places_of(loaded.posed)})
-    weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
+    try:
+        weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
+    except InputError as error:
+        if error.subject != "loads":
+            raise
+        raise InputError("masses", got=error.got, expected=error.expected) from None
     each = _vibrating(problem, weights, known, state)
-    return Modes(loaded.name, loaded.space, status, each, loaded.posed)
+    if not each:
+        raise _without_mass(robot.name)
+    return Modes(loaded.name, loaded.space, status, each, loaded.posed, problem)
+
+
+def _without_mass(name: str) -> InputError:
+    return InputError(
+        f"masses of {name!r}",
+        expected="what moves, by name [kg]",
+        hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
+        '--mass "platform=150 kg"; or mass: in the model file',
+    )
 
 
 def _about(

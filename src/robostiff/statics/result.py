@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.analysis import PartShare
+from robostiff.analysis.loaded_cables import beyond_limits
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import InNotebooks
@@ -89,12 +90,13 @@ class Equilibrium(InNotebooks):
         """What to know about this answer, a sentence each."""
         if self.held and not self.has_answer:
             return (_NOT_FREE, *Status.RIGID_DIRECTION.advice)
+        own = self.status.advice
+        if self.has_answer and isinstance(self.posed, CableRobot):
+            tensions = np.array([cable.tension for cable in self.springs])
+            own = (*beyond_limits(self.posed, tensions), *own)
         if self.critical is None:
-            return self.status.advice
-        return (
-            f"at {self.critical.factor:.4g} of the load {self.critical.words}",
-            *self.status.advice,
-        )
+            return own
+        return (f"at {self.critical.factor:.4g} of the load {self.critical.words}", *own)
 
     @property
     def critical_factor(self) -> float | None:
@@ -262,7 +264,7 @@ class Equilibrium(InNotebooks):
 
     @property
     def shares(self) -> tuple[PartShare, ...]:
-        """Who bends: energy of every elastic part, largest first."""
+        """Energy of every elastic part, largest first."""
         return shares_of(self.parts)
 
     def __repr__(self) -> str:

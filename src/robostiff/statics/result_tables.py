@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
 
 from robostiff.analysis.result_tables import (
     MOST_PARTS,
@@ -29,9 +31,11 @@ from robostiff.markup import (
 
 if TYPE_CHECKING:
     from robostiff.statics.modes import Modes
+    from robostiff.statics.problem import EquilibriumProblem
     from robostiff.statics.result import Equilibrium
 
 _LISTED = 8
+_CANCELLED = 1e-15  # of the largest entry, rotations in lengths of the robot
 KNOWN = 1e-9  # of the largest: what is smaller is rounding
 
 
@@ -60,10 +64,17 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
     """K under load; the compliance where a direction is rigid, none beside a free motion."""
     F, t = result.space.wrench_order, result.space.twist_order
     if result.status.has_stiffness:
-        return LabelledMatrix("K under load", result.K, F, t, STIFFNESS_UNITS)
+        return LabelledMatrix("K under load", _without_cancelled(result), F, t, STIFFNESS_UNITS)
     if result.status & Status.FREE_MOTIONS:
         return None
     return LabelledMatrix("C under load", result.compliance, t, F, COMPLIANCE_UNITS)
+
+
+def _without_cancelled(result: Equilibrium) -> np.ndarray:
+    """K under load; zero where terms of the size of its largest entry cancel up to rounding."""
+    K, scale = result.K, cast("EquilibriumProblem", result.problem).scale
+    sizes = np.abs(K) / np.outer(scale, scale)
+    return np.where(sizes > _CANCELLED * sizes.max(initial=0.0), K, 0.0)
 
 
 def modes_html(found: Modes) -> str:

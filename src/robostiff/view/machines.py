@@ -25,6 +25,7 @@ from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.plot.cable_robot import CableLines, loaded_cable_layers
 from robostiff.plot.free_motion_screws import free_motion_items
 from robostiff.plot.geometry.displacement import at_rest, spatial
 from robostiff.plot.geometry.ellipsoid import Quality, Stiffness
@@ -43,11 +44,8 @@ from robostiff.plot.robot_parts import (
 )
 from robostiff.plot.structures import (
     NetworkDrawing,
-    cable_items,
-    cable_points,
     colours_of_network,
     displaced_network,
-    loaded_cable_layers,
     network_ghost,
     network_items,
     network_joint_names,
@@ -271,7 +269,7 @@ class CableMachine(Machine):
 
     def __init__(self, robot: CableRobot, pose: Any = None) -> None:
         first = cable_response(robot, pose, np.zeros(robot.space.size)).before
-        super().__init__(robot, cable_points(first))
+        super().__init__(robot, CableLines.of(first).points)
         home = cable_response(robot, None, np.zeros(robot.space.size)).before.pose
         self.sliders = coordinate_sliders(robot.coordinates, home, first.pose, self.size)
 
@@ -281,7 +279,7 @@ class CableMachine(Machine):
         found = cable_response(self.robot, pose, wrench)
         before = found.before
         layers, words = shapes_of(before, self._ellipsoids, self.size, look)
-        layers["robot"] = cable_items(before, 1.0)
+        layers["robot"] = CableLines.of(before).items(1.0)
         if found.has_answer and np.any(wrench):
             loaded, scale = loaded_cable_layers(found, 1.0, look.exaggeration)
             layers |= {name: items for name, items in loaded.items() if name in look.seen}

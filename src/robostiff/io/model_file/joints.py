@@ -175,6 +175,7 @@ _STIFFNESS_OF = {
 
 
 #: What a joint is called in formulas of its force or stiffness.
+_NOT_ZERO = "a joint without resistance has role: passive, a rigid drive or lock no stiffness"
 _MOTION = "q"
 
 
@@ -214,7 +215,7 @@ def build_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension,
         turns = dimensions[0] is Dimension.ANGLE
         stiffness = stiffness_law(here, written.stiffness, turns)
         if stiffness is None:
-            stiffness = here.positive(written.stiffness, dimension)
+            stiffness = here.positive(written.stiffness, dimension, _NOT_ZERO)
         elif written.role != "actuated" or written.limits is None or dimensions[1:]:
             raise here.error(
                 "stiffness by the coordinate q of its joint",

@@ -88,11 +88,12 @@ class Place(DocumentPlace):
             question(number, dimension, self.document.location, self.path, has_unit=has_unit)
         return number
 
-    def positive(self, value: str | float, dimension: Dimension) -> Any:
-        """What is written here, which must be positive, in SI units."""
+    def positive(self, value: str | float, dimension: Dimension, hint: str | None = None) -> Any:
+        """What is written here, which must be positive, in SI units; the hint says what else."""
         number, has_unit = self._number(value, dimension)
         if is_above(0, number, or_at=True):
-            raise self.error(dimension.noun, got=self._came(value), expected="a positive one")
+            got = self._came(value)
+            raise self.error(dimension.noun, got=got, expected="a positive one", hint=hint)
         least = _LEAST_OF.get(dimension, _LEAST)
         if is_above(least, number):
             expected = f"at least {least:g} in SI units"

@@ -57,6 +57,8 @@ def cable_response_data(result: CableResponse) -> dict[str, Any]:
     moved = result.displacement
     return {
         **head(result.before.name, result),
+        "order": order(result.before.space),
+        "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m"},
         "load": result.load.tolist(),
         "carried": result.carried,
         "displacement": plain(moved),

@@ -84,6 +84,8 @@ def _rounding(result: Equilibrium) -> tuple[float, bool]:
 
 def _critical_lines(critical: CriticalLoad) -> list[str]:
     if not critical.is_found and critical.searched_to == 0:
+        if critical.status & Status.FREE_MOTIONS:
+            return ["no critical load is determined: hold the free motions of the platform"]
         return ["no critical load: there is no stable equilibrium to start from"]
     if not critical.is_found:
         return [f"no critical load up to {critical.searched_to:g} times the wrench"]
@@ -149,7 +151,7 @@ def curve_data(curve: xarray.Dataset) -> dict[str, Any]:
         "factors": curve["factor"].to_numpy().tolist(),
         "displacement": moved,
         "stable": curve["stable"].to_numpy().tolist(),
-        "status": [int(code) for code in curve["status_code"].to_numpy()],
+        "status": [str(Status(int(code))) for code in curve["status_code"].to_numpy()],
         "path_factor": curve["path_factor"].to_numpy().tolist(),
         "path_displacement": curve["path_displacement"].to_numpy().tolist(),
         "path_stable": curve["path_stable"].to_numpy().tolist(),
@@ -177,6 +179,7 @@ def modes_text(found: Modes) -> str:
 def modes_data(found: Modes) -> dict[str, Any]:
     """Natural vibrations, slowest first, as plain data, JSON-ready; none without an equilibrium."""
     return {
+        "robostiff": __version__,
         "robot": found.name,
         "status": str(found.status),
         "advice": list(found.status.advice),
@@ -186,7 +189,6 @@ def modes_data(found: Modes) -> dict[str, Any]:
             {**own, "shares": picked(mode.shares, "leg part share")}
             for own, mode in zip(picked(found, "frequency growth twist words"), found, strict=True)
         ],
-        "robostiff": __version__,
     }
 
 
@@ -242,6 +244,7 @@ def response_data(network: Network, result: NetworkResponse) -> dict[str, Any]:
     """
     names = [node.name for node in network.nodes]
     return {
+        "robostiff": __version__,
         "network": network.name,
         "status": str(result.status),
         "order": order(network.space),
@@ -257,5 +260,4 @@ def response_data(network: Network, result: NetworkResponse) -> dict[str, Any]:
             for before, after, energy in result.loads.energies
         ],
         "energy": result.energy,
-        "robostiff": __version__,
     }

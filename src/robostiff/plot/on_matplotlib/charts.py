@@ -300,10 +300,11 @@ def draw_curves(picture: Curves, canvas: Canvas) -> Axes:
     ax = canvas.axes(canvas.width * (1.0 if canvas.is_narrow else 0.6))
     handles = []
     for curve in picture.curves:
-        style = "--" if curve.is_dashed else "" if curve.has_marks else "-"
+        style = "--" if curve.is_dashed else "none" if curve.has_marks else "-"
         marker = "o" if curve.has_marks else ""
         colour = colour_of(curve.paint, canvas.palette)
-        handles += ax.plot(curve.x, curve.y, style, color=colour, marker=marker, markersize=4)
+        look = {"linestyle": style, "color": colour, "marker": marker, "markersize": 4}
+        handles += ax.plot(curve.x, curve.y, **look)
     ax.set_xlabel(picture.x_label)
     ax.set_ylabel(picture.y_label)
     ax.set_title(picture.title)

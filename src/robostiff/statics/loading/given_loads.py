@@ -194,8 +194,10 @@ def unit_weights(
     Raises
     ------
     InputError
-        When a mass is not more than zero.
+        When they have no names, or one is not more than zero.
     """
+    if not isinstance(masses, Mapping):
+        raise InputError("masses", got=masses, expected='masses by names, such as {"platform": 150}')
     found = {}
     for name, value in masses.items():
         several = isinstance(value, Sequence) and not isinstance(value, str)
