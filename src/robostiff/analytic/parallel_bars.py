@@ -13,6 +13,7 @@ end, s = |j x u|. Moved as one they hold three wrenches that share no energy:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -49,8 +50,7 @@ class ParallelBars:
         cls, leg: PlacedLeg, rod: Bar, reader: LegReader, placed: PlacedRobot
     ) -> ParallelBars | None:
         """The bars of a leg; None where it has others, or where they always cross j squarely."""
-        count = placed.record.count
-        j, u = rod.joint, rod.unit
+        j, u, count = rod.joint, rod.unit, placed.record.count
         if j is None or np.min(sampled(rod.width, count)) <= 0 or len(leg.blocks) != 1:
             return None
         across = np.cross(sampled(j, count), u)
@@ -59,23 +59,20 @@ class ParallelBars:
             return None
         pin = across / sine[:, None]
         beams = [_bar_of(branch, u, pin, count) for branch in leg.blocks[0].branches]
-        if len(beams) != 2 or None in beams:
+        first = beams[0]
+        if len(beams) != 2 or first is None or not _are_equal(beams, count):
             return None
-        first, other = (beam for beam in beams if beam is not None)
-        C = [sampled(beam.elasticity.compliance, count) for beam in (first, other)]
         found = recognised_beam(first, placed.record)
-        if found is None or np.any(np.abs(C[0] - C[1]) > _SAME * np.abs(C[0])):
+        axes = [sampled(axis, count) for axis in first.rotation.T]
+        letters = ("EI_z", axes[1]), ("EI_y", axes[2])
+        bends = next((letter for letter, axis in letters if _are_along(axis, pin)), None)
+        if found is None or bends is None:
             return None
-        y_axis = sampled(first.rotation[:, 1], count)
-        bends = "EI_z" if _are_along(y_axis, pin) else "EI_y"
-        if bends == "EI_y" and not _are_along(sampled(first.rotation[:, 2], count), pin):
-            return None
-        whole = np.linalg.norm(rod.end - rod.start, axis=1)
-        if np.max(np.abs(sampled(found[0], count) - whole)) > _SAME * placed.length:
+        between = np.linalg.norm(rod.end - rod.start, axis=1)
+        if np.max(np.abs(sampled(found[0], count) - between)) > _SAME * placed.length:
             return None
         products = reader.contributions.products.of(found[1])
-        along = reader.read.length(found[0])
-        width = reader.read(rod.width)
+        along, width = reader.read.length(found[0]), reader.read(rod.width)
         return cls(reader, along, products, bends, first.name, width, u, pin)
 
     def of_pair(self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench) -> list[Contribution]:
@@ -114,6 +111,12 @@ def _bar_of(
         if not _are_along(sampled(joint.axis, count), pin):
             return None
     return beam if _are_along(sampled(beam.rotation[:, 0], count), unit) else None
+
+
+def _are_equal(beams: Sequence[PlacedSpring | None], count: int) -> bool:
+    each = [sampled(x.elasticity.compliance, count) for x in beams if x is not None]
+    apart = [np.abs(C - each[0]) <= _SAME * np.abs(each[0]) for C in each]
+    return len(each) == len(beams) and bool(np.all(apart))
 
 
 def _are_along(own: np.ndarray, other: np.ndarray) -> bool:

@@ -177,9 +177,16 @@ class _Recognition:
         plain, first = self.plain, legs[0]
         carrier = rods[0].carrier
 
-        def of_all(letter: str, angle: str, each: list[Any]) -> Equation:
-            read = [tuple(plain(x) for x in v) for v in each]
-            return Equation(f"{letter}_i", Coordinates(self.table.vectors(letter, angle, read)))
+        def of_all(
+            letter: str, angle: str, each: list[Any], *, in_platform: bool = False
+        ) -> list[Equation]:
+            turns = in_platform and self.turns
+            read = [tuple(map(plain, v)) for v in each]
+            found = self.table.vectors(letter, angle, read, as_whole=not turns)
+            if found is None:
+                return []
+            own = Coordinates(found)
+            return [Equation(f"{letter}_i", self.writer.turned(own) if turns else own)]
 
         a = of_all("a", "phi", [rod.base for rod in rods])
         b = of_all("b", "psi", [rod.tip for rod in rods])
@@ -187,19 +194,16 @@ class _Recognition:
         used = vectors_of(first.wrenches)
         all_met = [c for leg in legs for c in leg.entries.values()]
         scalars = set().union(*(c.free_symbols for c in all_met))
-        equations = [a, b]
+        equations = [*a, *b]
         is_rod = carrier is not Carrier.NOTHING
         if is_rod:
-            equations.append(of_all("e", "theta", [rod.axis for rod in rods]))
+            equations += of_all("e", "theta", [rod.axis for rod in rods])
         equations += [Equation("d_i", Sum(away)), *closure_of(rods, self.table, plain)]
         joint = joint_of(rods[0], self.count)
         if not is_rod and used & {_E, _G, _N}:
-            equations.append(of_all("e", "theta", [rod.axis for rod in rods]))
+            equations += of_all("e", "theta", [rod.axis for rod in rods])
         if _J in used or (joint == _J and used & {_G, _N}):
-            j = of_all("j", "chi", [rod.joint for rod in rods])
-            equations.append(
-                j if is_rod else replace(j, expression=self.writer.turned(j.expression))
-            )
+            equations += of_all("j", "chi", [rod.joint for rod in rods], in_platform=not is_rod)
         equations += self._across(used, joint, rods[0])
         equations += equations_of_felt(carrier, scalars)
         if _S in scalars:

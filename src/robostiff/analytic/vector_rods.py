@@ -111,7 +111,7 @@ def rod_of(placed: PlacedRobot, number: int) -> Bar | None:
     start, first = sampled(ends[0], count), next(own.freedoms)
     of_joints = sampled(ends[1], count)
     if np.max(np.abs(end - of_joints)) > close:
-        if own.blocks:
+        if own.blocks or _elbow_of(own, count) is not None:
             tip, end = in_the_platform(placed, ends[1] - placed.platform.p), of_joints
         elif np.max(np.abs(start - of_joints)) > close:  # a post has all joints at its base
             return None
@@ -137,7 +137,7 @@ def _carried(
     begins, stops = ends_of(at_zero) or ends[:2]
     drive = next(at_zero.freedoms)
     e = sampled(drive.axis, count)
-    elbows = [_elbow_of(leg, e, count) for leg in (at_zero, own)]
+    elbows = [_elbow_of(leg, count) for leg in (at_zero, own)]
     joint, now = (next(f for f in leg.freedoms if f.is_passive).axis for leg in (at_zero, own))
     apart = np.max(np.abs(sampled(joint, count) - sampled(now, count)))
     kept = joint if apart < _SAME else None
@@ -295,15 +295,15 @@ def ends_of(leg: PlacedLeg) -> tuple[np.ndarray, np.ndarray] | None:
     return begins, stops
 
 
-def _elbow_of(leg: PlacedLeg, e: np.ndarray, count: int) -> Any:
+def _elbow_of(leg: PlacedLeg, count: int) -> Any:
     """The joint between two links that turn about a slide's direction; None where this differs."""
-    if leg.blocks:
+    first, *others = leg.freedoms
+    turns = [f for f in others if f.is_passive and f.is_rotation]
+    if leg.blocks or not first.is_translation or len(turns) != len(others) or len(turns) != 3:
         return None
-    turns = [f for f in leg.freedoms if f.is_passive]
-    is_dyad = len(turns) == 3 and all(
-        f.is_rotation and np.max(np.abs(np.cross(sampled(f.axis, count), e))) < _SAME for f in turns
-    )
-    return np.asarray(turns[1].point, dtype=object) if is_dyad else None
+    e = sampled(first.axis, count)
+    apart = [np.max(np.abs(np.cross(sampled(f.axis, count), e))) for f in turns]
+    return np.asarray(turns[1].point, dtype=object) if max(apart) < _SAME else None
 
 
 def _units(vectors: np.ndarray) -> np.ndarray:
