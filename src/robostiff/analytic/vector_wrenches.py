@@ -108,7 +108,7 @@ class WrenchWriter:
     def of(self, number: int, basis: Basis, rod: Bar) -> WrittenLeg | None:
         """A leg; None where a wrench has another direction, or acts along another line."""
         own, count = self.placed.legs[number].leg, self.placed.record.count
-        if rod.carrier is Carrier.NOTHING:
+        if rod.carrier in (Carrier.NOTHING, Carrier.DYAD):
             basis = self._with_couples(own, basis, rod)
         known, joint = self._directions(rod)
         e = dict(known)[joint]
@@ -188,20 +188,29 @@ class WrenchWriter:
         return known, joint
 
     def _with_couples(self, own: PlacedLeg, basis: Basis, rod: Bar) -> Basis:
-        """Of two forces along parallel lines across a strut, one at its end, and a couple."""
-        count, units = self.placed.record.count, basis.wrenches
+        """Of forces along parallel lines across a bar, one at an end of it, and couples.
+
+        Of links on a slide also the couples along and across the second one, where more than one
+        pair of wrenches shares energy.
+        """
+        record, units = self.placed.record, basis.wrenches
         forces = [w for w in units if w.point is not None]
-        at = [sampled(w.direction, count) for w in forces]
-        along = next((w.direction for w in units if _is_along(w, rod.unit, count)), None)
+        at = [sampled(w.direction, record.count) for w in forces]
+        along = _axis_along(own, rod.unit, record.count)
+        if along is None or basis.couplings == 0:
+            return basis
         for i, j in _pairs(len(forces)):
-            across = np.max(np.abs(np.sum(at[i] * rod.unit, axis=1))) < _SAME
-            if along is None or rod.tip is None or not (across and are_alike(at[i], at[j])):
+            is_across = np.max(np.abs(np.sum(at[i] * rod.unit, axis=1))) < _SAME
+            if not (is_across and are_alike(at[i], at[j])):
                 continue
-            force = UnitWrench(forces[i].direction, own.end)
-            turning = np.array(cross(forces[i].direction, along), dtype=object)
-            simpler = np.array([self.placed.record.simplified(x) for x in turning], dtype=object)
+            force, turning = forces[i].direction, cross(forces[i].direction, along)
+            across = np.array([record.simplified(x) for x in turning], dtype=object)
             kept = [w for w in units if w not in (forces[i], forces[j])]
-            found = self.springs.search.of_wrenches(own, (*kept, UnitWrench(simpler, None), force))
+            point = own.end
+            if rod.carrier is Carrier.DYAD:
+                kept, point = [UnitWrench(along, None)], [*own.freedoms][2].point
+            chosen = (*kept, UnitWrench(across, None), UnitWrench(force, point))
+            found = self.springs.search.of_wrenches(own, chosen)
             return basis if found is None or found.couplings > basis.couplings else found
         return basis
 
@@ -269,8 +278,10 @@ def are_alike(own: np.ndarray, other: np.ndarray) -> bool:
     return any(bool(np.max(np.abs(own - sign * other)) < _SAME) for sign in (1, -1))
 
 
-def _is_along(wrench: UnitWrench, unit: np.ndarray, count: int) -> bool:
-    return are_alike(sampled(wrench.direction, count), unit)
+def _axis_along(leg: PlacedLeg, unit: np.ndarray, count: int) -> np.ndarray | None:
+    """The axis of a spring of the leg that lies along a direction, on entries."""
+    axes = (axis for spring in leg.springs for axis in np.asarray(spring.rotation).T)
+    return next((axis for axis in axes if are_alike(sampled(axis, count), unit)), None)
 
 
 def _pairs(count: int) -> list[tuple[int, int]]:
