@@ -8,6 +8,7 @@ the first axis of its joints, and what is square to these.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from robostiff.analytic.parallel_rods import cluster_of, rods_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot
+from robostiff.analytic.spherical_legs import axes_of, spherical_bar, spherical_leg
 from robostiff.analytic.unit_wrenches import WrenchSearch
 from robostiff.analytic.vector_expressions import (
     Coordinates,
@@ -121,20 +123,19 @@ class _Recognition:
         if _NAMES & set(placed.symbols) or (pose := self._pose()) is None:
             return None
         count = len(placed.legs)
-        rods = [rod for i in range(count) if (rod := rod_of(placed, i)) is not None]
+        found = (rod_of(placed, i) or spherical_bar(placed, i) for i in range(count))
+        rods = [rod for rod in found if rod is not None]
         if len(rods) < count:
             return None
-        found = [self.search.basis(own.leg) for own in placed.legs]
-        bases = [basis for basis in found if basis is not None and basis.wrenches]
-        if len(bases) < count:
-            return None
-        each = [self.writer.of(i, basis, rods[i]) for i, basis in enumerate(bases)]
+        each = [self._leg(i, rod) for i, rod in enumerate(rods)]
         parallel: dict[str, Any] = {}
         if None in each:
             each, parallel = self._clusters(rods)
+        if self.is_about_reference(rods):
+            pose = pose[1:]  # the centre does not move
         kinds: dict[Any, list[int]] = {}
         for i, own in enumerate(each):
-            kinds.setdefault(own and (rods[i].carrier, own.wrenches), []).append(i)
+            kinds.setdefault(own and (*rods[i].kind, own.wrenches), []).append(i)
         if None in kinds or 1 < len(kinds) == len(each):
             return None
         forms = []
@@ -146,6 +147,23 @@ class _Recognition:
         if None in forms:
             return None
         return replace(forms[0], others=tuple(forms[1:]), **parallel)
+
+    def _leg(self, number: int, rod: Bar) -> WrittenLeg | None:
+        if rod.carrier is Carrier.CENTRE:
+            self.read.known = []
+            moved = None if self.is_about_reference([rod]) else self.writer.end
+            return spherical_leg(self.placed, number, self.springs, moved)
+        basis = self.search.basis(self.placed.legs[number].leg)
+        return self.writer.of(number, basis, rod) if basis and basis.wrenches else None
+
+    def is_about_reference(self, rods: list[Bar]) -> bool:
+        """Whether all joints turn about the reference point."""
+        at = sampled(self.placed.reference, self.count)
+        return all(
+            rod.carrier is Carrier.CENTRE
+            and np.max(np.abs(rod.end - at)) < _SAME * self.placed.length
+            for rod in rods
+        )
 
     def _clusters(self, rods: list[Bar]) -> tuple[list[WrittenLeg | None], dict[str, Any]]:
         """Legs of parallel rods, and what the vector form has of the rods."""
@@ -174,44 +192,8 @@ class _Recognition:
         rods: list[Bar],
         legs: list[WrittenLeg],
     ) -> VectorForm | None:
-        plain, first = self.plain, legs[0]
-        carrier = rods[0].carrier
-
-        def of_all(
-            letter: str, angle: str, each: list[Any], *, in_platform: bool = False
-        ) -> list[Equation]:
-            turns = in_platform and self.turns
-            read = [tuple(map(plain, v)) for v in each]
-            found = self.table.vectors(letter, angle, read, as_whole=not turns)
-            if found is None:
-                return []
-            own = Coordinates(found)
-            return [Equation(f"{letter}_i", self.writer.turned(own) if turns else own)]
-
-        a = of_all("a", "phi", [rod.base for rod in rods])
-        b = of_all("b", "psi", [rod.tip for rod in rods])
-        away = ((1, _P), (1, self.writer.turned(_B)), (-1, _A))
-        used = vectors_of(first.wrenches)
-        all_met = [c for leg in legs for c in leg.entries.values()]
-        scalars = set().union(*(c.free_symbols for c in all_met))
-        equations = [*a, *b]
-        is_rod = carrier is not Carrier.NOTHING
-        if is_rod:
-            equations += of_all("e", "theta", [rod.axis for rod in rods])
-        equations += [Equation("d_i", Sum(away)), *closure_of(rods, self.table, plain)]
-        joint = joint_of(rods[0], self.count)
-        if not is_rod and used & {_E, _G, _N}:
-            equations += of_all("e", "theta", [rod.axis for rod in rods])
-        if _J in used or (joint == _J and used & {_G, _N}):
-            equations += of_all("j", "chi", [rod.joint for rod in rods], in_platform=not is_rod)
-        equations += self._across(used, joint, rods[0])
-        equations += equations_of_felt(carrier, scalars)
-        if _S in scalars:
-            equations.append(Equation("s_i", Dot(self._other(used, joint), _U), is_vector=False))
-        if _T in scalars:
-            across = Norm(Cross(self._other(used, joint), _U))
-            t = Dot(_E, _U) if _N in used and not is_rod else across
-            equations.append(Equation("t_i", t, is_vector=False))
+        first = legs[0]
+        equations = self._geometry(rods, legs)
         named = self._of_wrenches(legs)
         if named is None:
             return None
@@ -236,6 +218,52 @@ class _Recognition:
             space=self.placed.entries.space,
             coupled=coupled,
         )
+
+    def _geometry(self, rods: list[Bar], legs: list[WrittenLeg]) -> list[Equation]:
+        """Points, directions and scalars of a leg."""
+        used = vectors_of(legs[0].wrenches)
+        carrier, joint = rods[0].carrier, joint_of(rods[0], self.count)
+        all_met = [c for leg in legs for c in leg.entries.values()]
+        scalars = set().union(*(c.free_symbols for c in all_met))
+        e = partial(self._of_all, "e", "theta", [rod.axis for rod in rods])
+        b = partial(self._of_all, "b", "psi", [rod.tip for rod in rods])
+        if carrier is Carrier.CENTRE:
+            found = [] if self.is_about_reference(rods) else b()
+            found += [*e(), *self._of_all("j", "chi", [rod.joint for rod in rods])]
+            found += [Equation("u_i", self.writer.turned(_J)), *axes_of(rods)]
+            return [*found, *equations_of_felt(carrier, scalars)]
+        away = ((1, _P), (1, self.writer.turned(_B)), (-1, _A))
+        equations = [*self._of_all("a", "phi", [rod.base for rod in rods]), *b()]
+        is_rod = carrier is not Carrier.NOTHING
+        if is_rod:
+            equations += e()
+        equations += [Equation("d_i", Sum(away)), *closure_of(rods, self.table, self.plain)]
+        if not is_rod and used & {_E, _G, _N}:
+            equations += e()
+        if _J in used or (joint == _J and used & {_G, _N}):
+            axes = [rod.joint for rod in rods]
+            equations += self._of_all("j", "chi", axes, in_platform=not is_rod)
+        equations += self._across(used, joint, rods[0])
+        equations += equations_of_felt(carrier, scalars)
+        if _S in scalars:
+            equations.append(Equation("s_i", Dot(self._other(used, joint), _U), is_vector=False))
+        if _T in scalars:
+            across = Norm(Cross(self._other(used, joint), _U))
+            t = Dot(_E, _U) if _N in used and not is_rod else across
+            equations.append(Equation("t_i", t, is_vector=False))
+        return equations
+
+    def _of_all(
+        self, letter: str, angle: str, each: list[Any], *, in_platform: bool = False
+    ) -> list[Equation]:
+        """The equation of a vector of all legs; none where the vector itself is in the table."""
+        turns = in_platform and self.turns
+        read = [tuple(map(self.plain, v)) for v in each]
+        found = self.table.vectors(letter, angle, read, as_whole=not turns)
+        if found is None:
+            return []
+        own = Coordinates(found)
+        return [Equation(f"{letter}_i", self.writer.turned(own) if turns else own)]
 
     def _across(self, used: set[Vector], joint: Vector, rod: Bar) -> list[Equation]:
         """The directions across the leg that are used."""

@@ -244,19 +244,23 @@ class WrenchWriter:
         """A vector of the platform in the world."""
         return vector if self.rotation is None else Turned(self.rotation, vector)
 
+    @property
+    def end(self) -> VectorExpression:
+        """From the reference point to the leg's joint on the platform."""
+        return self.turned(Sum(((1, _B), (-1, _R0))) if self.shifted else _B)
+
     def _arm(self, point: np.ndarray, direction: np.ndarray, rod: Bar) -> VectorExpression | None:
         """From the reference point to the line of a force."""
         close = _SAME * self.placed.length
         both = rod.end, rod.start
         away = [float(np.max(np.abs(np.cross(x - point, direction)))) for x in both]
-        at_end = self.turned(Sum(((1, _B), (-1, _R0))) if self.shifted else _B)
         if away[0] < close:
-            return at_end
+            return self.end
         if away[1] < close and rod.carrier is Carrier.NOTHING:
             terms: tuple[tuple[int, VectorExpression], ...] = ((1, _A), (-1, _P))
             return Sum((*terms, (-1, self.turned(_R0))) if self.shifted else terms)
         if away[1] < close and rod.carrier is Carrier.DYAD:
-            return Sum(((1, at_end), (-1, Times(self.plain(rod.length), _U))))
+            return Sum(((1, self.end), (-1, Times(self.plain(rod.length), _U))))
         return None
 
 

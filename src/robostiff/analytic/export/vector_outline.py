@@ -53,7 +53,7 @@ _MEANINGS = {
     "g_i": "unit vector across the first axis of the joint and the leg",
     "n_i": "unit vector across both axes of the joint",
     "k_i": "stiffness of the drive",
-    "C_i": "compliances c_i_jk that pairs of the wrenches of leg i meet",
+    "C_i": "compliances c_i_jk that the wrenches j and k of leg i share",
     "o_i": "what of the couple comes with the force, so that both share no energy",
     "r_ij": "from the middle of the rods to the end of rod j, in the platform's axes",
     "v_ij": "couple by which rod j of leg i turns its middle",
@@ -103,6 +103,16 @@ _OF_LINKS = {
     "u_i": "unit vector along the second link",
     "v_i": "unit vector along the first link",
     "f_i": "cosine of the angle between the links",
+    "h_i": "its sine",
+}
+_ABOUT_A_CENTRE = {
+    "e_i": "axis of the motor of leg i",
+    "j_i": "axis of its platform joint, in the platform's axes",
+    "u_i": "the same in the world",
+    "v_i": "axis of its elbow",
+    "g_i": "unit vector across both passive axes",
+    "b_i": "centre of all axes, in the platform's axes",
+    "z_i": "cosine of the angle between the axes of motor and platform joint",
     "h_i": "its sine",
 }
 
@@ -263,6 +273,8 @@ def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...
     names |= {name: isinstance(c[0], Coordinates) for name, c in columns if name in _MEANINGS}
     of_slides = _OF_SLIDES if "q_i" in names else {}
     of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
+    of_carrier = of_carrier if "d_i" in names else _ABOUT_A_CENTRE
+    names |= {"C_i": True} if found.coupled else {}
     listed = {**_MEANINGS, **of_carrier}
     return [
         ((MatrixName(name) if names[name] else name,), text)
