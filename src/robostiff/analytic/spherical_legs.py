@@ -18,6 +18,7 @@ import sympy as sp
 
 from robostiff.analytic.contributions import summed
 from robostiff.analytic.leg_springs import LegReader
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.analytic.unit_wrenches import UnitWrench
 from robostiff.analytic.vector_expressions import (
