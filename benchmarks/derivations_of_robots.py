@@ -128,7 +128,7 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     defects += hidden_zeros(named.K, K)
     form = "springs" if derivation.named else "closed" if derivation.is_closed else "steps"
     entries, definitions = named.K.flat(), named.definitions
-    series = derivation.in_series if pose == "home" and len(derivation.legs) == 1 else None
+    series = derivation.in_series if len(derivation.legs) == 1 else None
     equations: Sequence[Equation] = ()
     if isinstance(series, ArmOfSprings):
         form, definitions, equations = "vectors", series.names, series.equations
@@ -249,17 +249,23 @@ def lines_of(named: InNames) -> str:
 
 
 def _write_table(page: Path, rows: Sequence[Row]) -> None:
-    """Put the table in place of the one between the marks of a page."""
+    """Put rows in place of those of the same robots and poses between the marks of a page."""
     before, mark, rest = page.read_text(encoding="utf-8").partition(_BEGINNING)
-    _, end, after = rest.partition(_END)
+    old, end, after = rest.partition(_END)
     if not (mark and end):
         raise ValueError(f"{page} has no place for the table: {_BEGINNING} and {_END}")
+    written = {}
+    for line in (line for line in old.splitlines() if line.startswith("|")):
+        robot, pose = (cell.strip() for cell in line.split("|")[1:3])
+        if pose in POSES:
+            written[robot, pose] = line
+    written |= {(row.robot, row.pose): row.in_table for row in rows}
     lines = [
         f"Processor: {_processor()}, one thread, SymPy {sp.__version__}.",
         "",
         "| robot | pose | form | s | operations | lines | names | sets | difference |",
         "|---|---|---|---|---|---|---|---|---|",
-        *(row.in_table for row in rows),
+        *(written[place] for place in sorted(written)),
     ]
     table = "\n".join(lines)
     page.write_text(f"{before}{mark}\n\n{table}\n\n{end}{after}", encoding="utf-8")

@@ -116,7 +116,8 @@ def spherical_leg(
             for (a, x), (b, y) in ((p, q) for p in shares[i].items() for q in shares[j].items()):
                 own = summed(reader.contributions.of(link, pool[a], pool[b]))
                 for term in sp.Add.make_args(own):
-                    terms[term] = terms.get(term, 0) + x * y
+                    sign, size = _signed(term)
+                    terms[size] = terms.get(size, 0) + sign * x * y
         return _shortest_sum({term: sp.factor(sp.sympify(share)) for term, share in terms.items()})
 
     forces = [Stacked(d, None if moved is None else Cross(moved, d)) for d in (_V, _U, _G)]
@@ -132,11 +133,16 @@ def _shortest_sum(terms: dict[Any, Any]) -> Any:
     """A sum of products, as it stands or with what shares a factor in one bracket."""
     of_share: dict[Any, Any] = {}
     for term, share in terms.items():
-        sign, size = (-1, -share) if share.could_extract_minus_sign() else (1, share)
+        sign, size = _signed(share)
         of_share[size] = of_share.get(size, 0) + sign * term
     together = sp.Add(*(share * own for share, own in of_share.items()))
     apart = sp.Add(*(share * term for term, share in terms.items()))
     return min(apart, together, key=count_of)
+
+
+def _signed(expression: Any) -> tuple[int, Any]:
+    """The sign of an expression, and what it is without."""
+    return (-1, -expression) if expression.could_extract_minus_sign() else (1, expression)
 
 
 def _links_of(leg: PlacedLeg) -> tuple[PlacedLeg, PlacedLeg] | None:

@@ -83,6 +83,8 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
 _P, _A, _B, _U, _E, _J, _G, _N = map(Vector, ("p", "a_i", "b_i", "u_i", "e_i", "j_i", "g_i", "n_i"))
 _S, _T = (sp.Symbol(name, positive=True) for name in ("s_i", "t_i"))
 _SHIFT, _DRIVE = sp.Symbol("o_i", real=True), "k_i"
+# Legs whose wrenches are shorter by their entries where the pose is given
+_LONG_AT_HOME = {Carrier.DYAD, Carrier.CENTRE}
 _NAMES = {
     "p",
     "r_0",
@@ -125,7 +127,9 @@ class _Recognition:
         count = len(placed.legs)
         found = (rod_of(placed, i) or spherical_bar(placed, i) for i in range(count))
         rods = [rod for rod in found if rod is not None]
-        if len(rods) < count:
+        if len(rods) < count or (
+            placed.given is None and {r.carrier for r in rods} & _LONG_AT_HOME
+        ):
             return None
         each = [self._leg(i, rod) for i, rod in enumerate(rods)]
         parallel: dict[str, Any] = {}
@@ -243,7 +247,7 @@ class _Recognition:
         if _J in used or (joint == _J and used & {_G, _N}):
             axes = [rod.joint for rod in rods]
             equations += self._of_all("j", "chi", axes, in_platform=not is_rod)
-        equations += self._across(used, joint, rods[0])
+        equations += self._across(used, joint, rods)
         equations += equations_of_felt(carrier, scalars)
         if _S in scalars:
             equations.append(Equation("s_i", Dot(self._other(used, joint), _U), is_vector=False))
@@ -265,13 +269,14 @@ class _Recognition:
         own = Coordinates(found)
         return [Equation(f"{letter}_i", self.writer.turned(own) if turns else own)]
 
-    def _across(self, used: set[Vector], joint: Vector, rod: Bar) -> list[Equation]:
+    def _across(self, used: set[Vector], joint: Vector, rods: list[Bar]) -> list[Equation]:
         """The directions across the leg that are used."""
-        across, found = Cross(joint, _U), []
-        if used & {_G, _N} and not (rod.carrier is Carrier.DYAD and _G not in used):
-            is_unit = rod.joint is not None and rod.is_square
+        across, is_dyad = Cross(joint, _U), rods[0].carrier is Carrier.DYAD
+        found = []
+        if _G in used or (_N in used and not is_dyad):
+            is_unit = all(rod.joint is not None and rod.is_square for rod in rods)
             found.append(Equation("g_i", across if is_unit else Over(across, Norm(across))))
-        if _N in used and rod.carrier is not Carrier.DYAD:
+        if _N in used and not is_dyad:
             found.append(Equation("n_i", Cross(_G, joint)))
         return found
 
