@@ -7,7 +7,7 @@ numbers.
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,8 @@ from robostiff.analytic.agreement import closed_places
 from robostiff.analytic.export.derivative_outline import is_vectors_alone
 from robostiff.analytic.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.robot_derivation import InNames
-from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.robot_placement import PlacedRobot, place_robot
+from robostiff.analytic.series_form import stiffness_of
 from robostiff.analytic.vector_expressions import (
     ArmOfSprings,
     Coordinates,
@@ -123,6 +124,10 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     values, K = random_places(robot, pose, sets)
     found = derivation.lambdify()(**{s.name: values[s.name] for s in derivation.symbols})
     error = largest_error(np.broadcast_to(found, K.shape), K)
+    printed = printed_stiffness(derivation, place_robot(robot, POSES[pose]))
+    if printed is not None:
+        each = [{name: float(x[i]) for name, x in values.items()} for i in range(len(K))]
+        error = max(error, largest_error(np.array([printed(at) for at in each]), K))
     defects = [f"differs from rs.stiffness by {error:.1e}"] if error > _DIFFERENT else []
     defects += wasted(named.definitions, values)
     defects += hidden_zeros(named.K, K)
@@ -160,6 +165,19 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
         defects=tuple(defects),
     )
     return row, derivation
+
+
+def printed_stiffness(
+    derivation: RobotDerivation, placed: PlacedRobot
+) -> Callable[[dict[str, float]], np.ndarray] | None:
+    """K by what is printed at given values, where that is not K entry by entry."""
+    if is_vectors_alone(derivation) and derivation.vectors is not None:
+        return derivation.vectors.stiffness
+    series = derivation.in_series
+    if series is None or isinstance(series, ArmOfSprings):
+        return series and series.stiffness
+    symbols = placed.symbols
+    return lambda at: stiffness_of(series, {symbols[name]: x for name, x in at.items()}, placed)
 
 
 def operations_of_vectors(expression: Any) -> int:

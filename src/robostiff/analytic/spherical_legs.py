@@ -131,13 +131,14 @@ def spherical_leg(
 
 def _shortest_sum(terms: dict[Any, Any]) -> Any:
     """A sum of products, as it stands or with what shares a factor in one bracket."""
-    of_share: dict[Any, Any] = {}
+    apart, of_share = [], dict[Any, Any]()
     for term, share in terms.items():
         sign, size = _signed(share)
+        apart.append(sp.Mul(size, sign * term))
         of_share[size] = of_share.get(size, 0) + sign * term
-    together = sp.Add(*(share * own for share, own in of_share.items()))
-    apart = sp.Add(*(share * term for term, share in terms.items()))
-    return min(apart, together, key=count_of)
+    signed = ((share, *_signed(own)) for share, own in of_share.items())
+    together = sp.Add(*(sp.Mul(sign, share, own) for share, sign, own in signed))
+    return min(sp.Add(*apart), together, key=count_of)
 
 
 def _signed(expression: Any) -> tuple[int, Any]:
