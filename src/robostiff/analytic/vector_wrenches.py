@@ -108,13 +108,14 @@ class WrenchWriter:
     def of(self, number: int, basis: Basis, rod: Bar) -> WrittenLeg | None:
         """A leg; None where a wrench has another direction, or acts along another line."""
         own, count = self.placed.legs[number].leg, self.placed.record.count
-        if rod.carrier in (Carrier.NOTHING, Carrier.DYAD):
+        if rod.carrier is not Carrier.SLIDE:
             basis = self._with_couples(own, basis, rod)
         known, joint = self._directions(rod)
         e = dict(known)[joint]
         self.read.known = felt_by_carrier(rod, self.plain(rod.crank))
         if rod.carrier is Carrier.NOTHING and rod.joint is not None:
-            self.read.known.append((np.linalg.norm(rod.end - rod.start, axis=1), _LENGTH))
+            L = np.linalg.norm(rod.end - rod.start, axis=1)
+            self.read.known += [(L, _LENGTH), (L / 2, _LENGTH / 2)]
         written: list[_Written] = []
         at_samples: dict[VectorExpression, np.ndarray] = {}
         for place, found in enumerate(basis.wrenches):
@@ -190,8 +191,7 @@ class WrenchWriter:
     def _with_couples(self, own: PlacedLeg, basis: Basis, rod: Bar) -> Basis:
         """Of forces along parallel lines across a bar, one at an end of it, and couples.
 
-        Of links on a slide also the couples along and across the second one, where more than one
-        pair of wrenches shares energy.
+        Couples are along and across the bar. Of two links the force is at the joint between them.
         """
         record, units = self.placed.record, basis.wrenches
         forces = [w for w in units if w.point is not None]
@@ -207,8 +207,10 @@ class WrenchWriter:
             across = np.array([record.simplified(x) for x in turning], dtype=object)
             kept = [w for w in units if w not in (forces[i], forces[j])]
             point = own.end
-            if rod.carrier is Carrier.DYAD:
-                kept, point = [UnitWrench(along, None)], [*own.freedoms][2].point
+            if rod.carrier is not Carrier.NOTHING:
+                point = [f for f in own.freedoms if f.is_passive][-2].point
+                others = (w for w, d in zip(forces, at, strict=True) if not are_alike(d, at[i]))
+                kept = [*others, UnitWrench(along, None)]
             chosen = (*kept, UnitWrench(across, None), UnitWrench(force, point))
             found = self.springs.search.of_wrenches(own, chosen)
             return basis if found is None or found.couplings > basis.couplings else found
@@ -252,16 +254,19 @@ class WrenchWriter:
     def _arm(self, point: np.ndarray, direction: np.ndarray, rod: Bar) -> VectorExpression | None:
         """From the reference point to the line of a force."""
         close = _SAME * self.placed.length
-        both = rod.end, rod.start
-        away = [float(np.max(np.abs(np.cross(x - point, direction)))) for x in both]
+        places = rod.end, rod.start, (rod.end + rod.start) / 2
+        away = [float(np.max(np.abs(np.cross(x - point, direction)))) for x in places]
         if away[0] < close:
             return self.end
         if away[1] < close and rod.carrier is Carrier.NOTHING:
             terms: tuple[tuple[int, VectorExpression], ...] = ((1, _A), (-1, _P))
             return Sum((*terms, (-1, self.turned(_R0))) if self.shifted else terms)
-        if away[1] < close and rod.carrier is Carrier.DYAD:
-            return Sum(((1, self.end), (-1, Times(self.plain(rod.length), _U))))
-        return None
+        back = None
+        if away[1] < close:
+            back = self.plain(rod.length)
+        elif away[2] < close and rod.carrier is Carrier.NOTHING:
+            back = _LENGTH / 2
+        return None if back is None else Sum(((1, self.end), (-1, Times(back, _U))))
 
 
 def shared_name(i: int, j: int) -> str:
