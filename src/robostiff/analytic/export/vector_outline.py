@@ -32,7 +32,10 @@ from robostiff.analytic.robot_derivation import InSeries
 from robostiff.analytic.vector_expressions import (
     ArmOfSprings,
     Coordinates,
+    Cross,
+    Dot,
     Equation,
+    Norm,
     Sum,
     Vector,
     VectorForm,
@@ -275,12 +278,24 @@ def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...
     of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
     of_carrier = of_carrier if "d_i" in names else _ABOUT_A_CENTRE
     names |= {"C_i": True} if found.coupled else {}
-    listed = {**_MEANINGS, **of_carrier}
+    listed = {**_MEANINGS, **of_carrier, **_of_angles(all_legs)}
     return [
         ((MatrixName(name) if names[name] else name,), text)
         for name, text in listed.items()
         if name in names
     ]
+
+
+def _of_angles(equations: Sequence[Equation]) -> dict[str, str]:
+    """Meanings of the cosine s_i and of t_i, which are of one direction and of the leg's own."""
+    found = {}
+    for equation in (e for e in equations if e.name in ("s_i", "t_i")):
+        match equation.expression:
+            case Dot(Vector(name), _):
+                found[equation.name] = f"cosine of the angle between {name} and u_i"
+            case Norm(Cross(Vector(name), _)):
+                found[equation.name] = f"sine of the angle between {name} and u_i"
+    return found
 
 
 def _in_known_names(
