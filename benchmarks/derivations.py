@@ -23,7 +23,8 @@ the best one counts. Every answer is checked at random rational numbers.
     python benchmarks/derivations.py --quick    one and two joints, 5 s a route
     python benchmarks/derivations.py --robots   time and size of K of all shipped robots, at home
                                                 and at a symbolic pose, see derivations_of_robots
-    python benchmarks/derivations.py --robots --table docs/derivations.md    the table there
+    python benchmarks/derivations.py --robots --table docs/derivations.md    the table there, or
+                                                the rows of the robots that are named
 """
 
 import argparse
@@ -280,7 +281,9 @@ def main() -> None:
     )
     parser.add_argument("--sets", type=int, default=100, help="random parameters of each robot")
     parser.add_argument("--pose", nargs="+", choices=POSES, default=list(POSES), dest="poses")
-    parser.add_argument("--table", type=Path, help="page in which the table of robots is replaced")
+    parser.add_argument(
+        "--table", type=Path, help="page in which the rows of these robots are replaced"
+    )
     options = parser.parse_args()
     if options.robots is not None:
         names = options.robots or list(rs.shipped_robots())

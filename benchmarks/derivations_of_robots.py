@@ -7,7 +7,7 @@ numbers.
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,8 @@ from robostiff.analytic.agreement import closed_places
 from robostiff.analytic.export.derivative_outline import is_vectors_alone
 from robostiff.analytic.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.robot_derivation import InNames
-from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.robot_placement import PlacedRobot, place_robot
+from robostiff.analytic.series_form import stiffness_of
 from robostiff.analytic.vector_expressions import (
     ArmOfSprings,
     Coordinates,
@@ -123,12 +124,16 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     values, K = random_places(robot, pose, sets)
     found = derivation.lambdify()(**{s.name: values[s.name] for s in derivation.symbols})
     error = largest_error(np.broadcast_to(found, K.shape), K)
+    printed = printed_stiffness(derivation, place_robot(robot, POSES[pose]))
+    if printed is not None:
+        each = [{name: float(x[i]) for name, x in values.items()} for i in range(len(K))]
+        error = max(error, largest_error(np.array([printed(at) for at in each]), K))
     defects = [f"differs from rs.stiffness by {error:.1e}"] if error > _DIFFERENT else []
     defects += wasted(named.definitions, values)
     defects += hidden_zeros(named.K, K)
     form = "springs" if derivation.named else "closed" if derivation.is_closed else "steps"
     entries, definitions = named.K.flat(), named.definitions
-    series = derivation.in_series if pose == "home" and len(derivation.legs) == 1 else None
+    series = derivation.in_series if len(derivation.legs) == 1 else None
     equations: Sequence[Equation] = ()
     if isinstance(series, ArmOfSprings):
         form, definitions, equations = "vectors", series.names, series.equations
@@ -160,6 +165,19 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
         defects=tuple(defects),
     )
     return row, derivation
+
+
+def printed_stiffness(
+    derivation: RobotDerivation, placed: PlacedRobot
+) -> Callable[[dict[str, float]], np.ndarray] | None:
+    """K by what is printed at given values, where that is not K entry by entry."""
+    if is_vectors_alone(derivation) and derivation.vectors is not None:
+        return derivation.vectors.stiffness
+    series = derivation.in_series
+    if series is None or isinstance(series, ArmOfSprings):
+        return series and series.stiffness
+    symbols = placed.symbols
+    return lambda at: stiffness_of(series, {symbols[name]: x for name, x in at.items()}, placed)
 
 
 def operations_of_vectors(expression: Any) -> int:
@@ -249,17 +267,23 @@ def lines_of(named: InNames) -> str:
 
 
 def _write_table(page: Path, rows: Sequence[Row]) -> None:
-    """Put the table in place of the one between the marks of a page."""
+    """Put rows in place of those of the same robots and poses between the marks of a page."""
     before, mark, rest = page.read_text(encoding="utf-8").partition(_BEGINNING)
-    _, end, after = rest.partition(_END)
+    old, end, after = rest.partition(_END)
     if not (mark and end):
         raise ValueError(f"{page} has no place for the table: {_BEGINNING} and {_END}")
+    written = {}
+    for line in (line for line in old.splitlines() if line.startswith("|")):
+        robot, pose = (cell.strip() for cell in line.split("|")[1:3])
+        if pose in POSES:
+            written[robot, pose] = line
+    written |= {(row.robot, row.pose): row.in_table for row in rows}
     lines = [
         f"Processor: {_processor()}, one thread, SymPy {sp.__version__}.",
         "",
         "| robot | pose | form | s | operations | lines | names | sets | difference |",
         "|---|---|---|---|---|---|---|---|---|",
-        *(row.in_table for row in rows),
+        *(written[place] for place in sorted(written)),
     ]
     table = "\n".join(lines)
     page.write_text(f"{before}{mark}\n\n{table}\n\n{end}{after}", encoding="utf-8")

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -22,11 +23,13 @@ def test_all_routes_agree_on_one_joint():
     assert "no answer" not in run.stdout
 
 
-def test_robots_are_compared_with_numbers():
+def test_robots_are_compared_with_numbers(tmp_path: Path):
     script = ROOT / "benchmarks/derivations.py"
     model = ROOT / "tests/analytic/data/gsb-drive.yaml"
+    page, before = tmp_path / "page.md", (ROOT / "docs/derivations.md").read_text(encoding="utf-8")
+    page.write_text(before, encoding="utf-8")
     run = subprocess.run(
-        [sys.executable, script, "--robots", model, "3-rpr", "--sets", "5"],
+        [sys.executable, script, "--robots", model, "3-rpr", "--sets", "5", "--table", page],
         capture_output=True,
         text=True,
         check=True,
@@ -42,6 +45,12 @@ def test_robots_are_compared_with_numbers():
     assert float(home[-1]) < 1e-12
     assert "  c_a = 1/k + L_a/EA_1" in run.stdout
     assert "K15 = -K24" in run.stdout
+    # Rows of these robots are written, all others stay.
+    old, new = (text.splitlines() for text in (before, page.read_text(encoding="utf-8")))
+    assert sum(line.startswith("| gsb-drive | ") for line in new) == 2
+    named = "| gsb-drive ", "| 3-rpr ", "Processor: "
+    own, others = ([x for x in lines if not x.startswith(named)] for lines in (new, old))
+    assert own == others
 
 
 @pytest.mark.parametrize("problems", [["gsb", "3-rrr", "planar"], ["platform", "3-p", "hexapod"]])

@@ -99,7 +99,7 @@ def test_the_locus_at_a_general_pose_is_where_the_rank_drops():
 
 
 def test_free_motions_in_steps_are_those_of_the_wrenches():
-    link = rs.derive("planar-link", pose=rs.AtSymbols())
+    link = rs.derive("planar-link", pose=rs.AtSymbols(), form=rs.Steps())
     assert not link.is_closed
     (motion,) = free_motion_formulas(link)
     assert motion.T == sp.Matrix([[0, 0, 1]])

@@ -11,6 +11,7 @@ import sympy as sp
 
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.numeric_value import values_of
+from robostiff.analytic.vector_expressions import Coordinates
 from robostiff.errors import InputError
 
 _FULL_TURN = 1440  # quarters of a degree
@@ -31,8 +32,12 @@ class LegTable:
     columns: dict[str, list[Any]] = field(default_factory=dict)  # by name
     angles: list[str] = field(default_factory=list)
 
-    def vectors(self, letter: str, angle: str, each: Sequence[Sequence[Any]]) -> tuple[Any, ...]:
+    def vectors(
+        self, letter: str, angle: str, each: Sequence[Sequence[Any]], *, as_whole: bool = True
+    ) -> tuple[Any, ...] | None:
         """Coordinates of a vector of all legs: with an angle where they lie on a circle about z.
+
+        None where all three differ between the legs and the vector itself may be a column.
 
         Examples
         --------
@@ -48,6 +53,11 @@ class LegTable:
             return first
         polar = self._on_a_circle(each)
         if polar is None:
+            differ = (any(not _are_same((v[k],), (first[k],)) for v in each[1:]) for k in range(3))
+            if as_whole and all(differ):
+                own = (tuple(map(sp.sympify, v)) for v in each)
+                self.columns[f"{letter}_i"] = [Coordinates(v) for v in own]
+                return None
             return tuple(
                 self._coordinate(f"{letter}_i{axis}", [v[k] for v in each])
                 for k, axis in enumerate("xyz")

@@ -170,7 +170,9 @@ class RobotDerivation(Derivation):
 
     @property
     def vectors(self) -> VectorForm | None:
-        """One generic leg, a table of what differs, and the sum; None where legs are no struts.
+        """One generic leg, a table of what differs, and the sum; None of other legs than these.
+
+        Struts, rods on slides and cranks, two links, and links about a centre have one.
 
         Found when first looked at, and compared with the numerical form.
         """

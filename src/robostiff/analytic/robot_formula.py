@@ -40,6 +40,7 @@ from robostiff.analytic.robot_pose import (
     AtJoints,
     AtSymbols,
     PoseFormula,
+    is_short_in_angles,
 )
 from robostiff.analytic.series_form import series_form
 from robostiff.analytic.sum_of_springs import SpringLeg, sum_of_springs
@@ -80,7 +81,8 @@ def derive_robot(
         Home when left out.
     form : Closed or Steps
         One canonical expression an entry, in exact arithmetic; or named steps, which never explode.
-        When left out, closed at home as long as that can be read, and steps otherwise.
+        When left out, closed at home as long as that can be read, and steps otherwise; of a chain
+        in the plane with passive joints closed at any joint coordinates.
     budget : float or None
         Seconds of computing for a closed form; None for no limit. When it does not end in time,
         the answer is in steps, and its `remark` says so; with `Closed()` it is an error.
@@ -124,7 +126,7 @@ def derive_robot(
     # Steps have no budget, but numbers with many roots may grow without end on the way to them.
     enough = None if budget is None else max(budget, BUDGET)
     at_joints = isinstance(pose, AtJoints) and not robot.is_posed_by_joints
-    is_home = isinstance(pose, AtHome) or at_joints
+    is_home = isinstance(pose, AtHome) or at_joints or is_short_in_angles(robot)
     asked = isinstance(form, Steps)
 
     def recorded() -> _Recording:

@@ -14,8 +14,8 @@ from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation, Uni
 from robostiff.errors import InputError
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.pose import held_sums
-from robostiff.model import Coordinate, Robot
-from robostiff.spatial import exact_number
+from robostiff.model import Coordinate, Passive, Robot
+from robostiff.spatial import Space, exact_number
 
 _A_QUARTER = 1e-9  # of a degree: rounding of a float
 
@@ -179,3 +179,13 @@ def platform_pose(
 def home_coordinates(point: np.ndarray, rotation: PoseRotation) -> dict[str, float]:
     """Coordinates of a pose formula near which those of a general pose are chosen."""
     return dict(zip("xyz", map(float, point), strict=True)) | dict.fromkeys(rotation.names, 0.0)
+
+
+def is_short_in_angles(robot: Robot) -> bool:
+    """Whether it is a chain in the plane whose passive joints leave it one wrench, or two.
+
+    What these meet is short at any joint coordinates.
+    """
+    roles = (joint.role for leg in robot.legs for joint, _ in leg.chain.moving)
+    is_passive = any(isinstance(role, Passive) for role in roles)
+    return robot.is_posed_by_joints and robot.space is Space.PLANAR and is_passive

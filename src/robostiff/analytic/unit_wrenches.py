@@ -73,12 +73,16 @@ class Basis:
     compliance: np.ndarray  # (count, m, m): W^T C W at the samples
 
     @property
-    def couplings(self) -> int:
-        """How many pairs of its wrenches share energy."""
+    def coupled(self) -> np.ndarray:
+        """Which of its wrenches share energy (m, m)."""
         A = np.abs(self.compliance)
         sizes = np.sqrt(np.einsum("naa,nbb->nab", A, A))
-        shared = np.max(A / np.where(sizes > 0, sizes, 1), axis=0) > IDLE
-        return int(np.sum(np.triu(shared, 1)))
+        return np.max(A / np.where(sizes > 0, sizes, 1), axis=0) > IDLE
+
+    @property
+    def couplings(self) -> int:
+        """How many pairs of its wrenches share energy."""
+        return int(np.sum(np.triu(self.coupled, 1)))
 
 
 @dataclass(frozen=True)
@@ -117,6 +121,20 @@ class WrenchSearch(PointAndSizes):
         while count < len(found) and comb(count + 1, own.transmitted) <= _MOST:
             count += 1
         return _combined(sorted(found, key=lambda one: one.cost)[:count], own)
+
+    def of_wrenches(self, leg: PlacedLeg, wrenches: tuple[UnitWrench, ...]) -> Basis | None:
+        """A basis of given wrenches; None where they are none of what a leg transmits."""
+        own, count = SampledLeg.of(leg, self), self.record.count
+        if own is None or own.transmitted != len(wrenches):
+            return None
+        each = [w.about(self.reference, self.record, self.length) for w in wrenches]
+        W = np.stack([at_samples(w, count) / self.scale for w in each], axis=1)
+        W = W[:, :, self.space.rows]
+        if own.J.size and np.max(np.abs(W @ own.J)) > IDLE * np.max(np.abs(W)):
+            return None
+        if np.min(np.linalg.svd(W, compute_uv=False)) < _INDEPENDENT:
+            return None
+        return Basis(wrenches, W @ own.C @ np.swapaxes(W, 1, 2))
 
     def _transmitted(self, leg: PlacedLeg, own: SampledLeg) -> list[list[_PlacedWrench]]:
         """Unit wrenches that do no work on passive joints, alike ones together."""

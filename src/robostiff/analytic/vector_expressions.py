@@ -163,6 +163,9 @@ class VectorForm:
         The couple v_ij of a rod, and its compliance c_r.
     others : tuple of VectorForm
         Of legs of another kind, such as a post.
+    coupled : tuple of tuples of str
+        Where wrenches of a leg share energy: names of the entries of the matrix C_i of what pairs
+        of them meet, empty for zero. The leg's stiffness is W_i C_i^-1 W_i^T.
     """
 
     pose: tuple[Equation, ...]
@@ -177,6 +180,7 @@ class VectorForm:
     rods: tuple[tuple[int, str, tuple[Any, ...]], ...] = ()
     of_rod: tuple[Equation, ...] = ()
     others: tuple[VectorForm, ...] = ()
+    coupled: tuple[tuple[str, ...], ...] = ()
 
     def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
         """K (n, n) at values of the given symbols, by the very equations that are printed."""
@@ -187,7 +191,7 @@ class VectorForm:
         return sum((form.stiffness(values) for form in self.others), K[np.ix_(rows, rows)])
 
     def wrenches_at(self, values: Mapping[str, float]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Wrenches (k, 6) and compliances (k) of each leg in numbers."""
+        """Wrenches (k, 6) that share no energy, and compliances (k) of each leg in numbers."""
         known: dict[str, Any] = dict(values)
         for definition in self.names:
             given = {s: known[str(s)] for s in definition.expression.free_symbols}
@@ -204,6 +208,10 @@ class VectorForm:
             for name in compliances:  # which may depend on the length of the leg
                 own[name] = vector_value(self.columns[name][number], own)
             met = [(own[w], own[c]) for w, c in self.wrenches]
+            if self.coupled:
+                C = np.array([[own[c] if c else 0.0 for c in row] for row in self.coupled])
+                W = np.linalg.solve(np.linalg.cholesky(C), np.array([w for w, _ in met]))
+                met = [(w, 1.0) for w in W]
             for leg, _, arm in self.rods:
                 if leg == number:
                     own["r_ij"] = vector_value(Coordinates(arm), known)

@@ -1,9 +1,11 @@
-"""What carries the wrenches of a leg: a strut between two joints, or a rod on a slide or a crank.
+"""What carries the wrenches of a leg: a strut between two joints, or a rod that is driven.
 
 The places of a rod follow from those of its joints by equations that are the same for all legs:
 
 * on a slide through a_i along e_i: ``|d_i - q_i e_i| = l``;
-* on a crank of length a about e_i, along v_i: ``|d_i - a v_i| = l``.
+* on a crank of length a about e_i, along v_i: ``|d_i - a v_i| = l``;
+* on a link of length a that turns on a slide about its direction e_i, with all joints about e_i, as
+  in a Tripteron: ``|d_i - q_i e_i - a v_i| = l``.
 """
 
 from __future__ import annotations
@@ -27,7 +29,6 @@ from robostiff.analytic.vector_expressions import (
     Sum,
     Times,
     Vector,
-    VectorExpression,
 )
 from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import Leg, PlacedLeg, Telescope
@@ -36,7 +37,7 @@ from robostiff.recorded.leg import at_samples as sampled
 from robostiff.recorded.working_frame import turned_back
 
 _SAME = 1e-9
-_D, _E, _M, _U, _V = map(Vector, ("d_i", "e_i", "m_i", "u_i", "v_i"))
+_D, _E, _M, _N, _U, _V = map(Vector, ("d_i", "e_i", "m_i", "n_i", "u_i", "v_i"))
 _SINE = sp.Symbol("t_i", positive=True)
 _LENGTH, _OFF = (sp.Symbol(name, positive=True) for name in ("L_i", "y_i"))
 _ALONG, _SHIFT = (sp.Symbol(name, real=True) for name in ("x_i", "q_i"))
@@ -49,6 +50,8 @@ class Carrier(Enum):
     NOTHING = "nothing: it is a strut"
     SLIDE = "slide"
     CRANK = "crank"
+    DYAD = "link on a slide"
+    CENTRE = "link about a centre"
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +68,8 @@ class Bar:
     # start, end: (count, 3): its joints, at the samples
     start: np.ndarray
     end: np.ndarray
-    arm: np.ndarray  # (count, 3): the crank, at the samples; zero without
-    # crank, length: of the crank and of the rod [m]; of a strut both are zero
+    arm: np.ndarray  # (count, 3): the crank or first link, at the samples; zero without
+    # crank, length: of the crank or first link, and of the rod [m]; of a strut both are zero
     crank: Any
     length: Any
     side: int  # in which of its two ways it closes
@@ -74,10 +77,32 @@ class Bar:
     width: Any = 0  # between two parallel rods [m], along the axis of their joints; zero of one rod
 
     @property
+    def kind(self) -> tuple[Any, ...]:
+        """Bars of one kind have the same equations."""
+        return self.carrier, self.side if self.carrier is Carrier.CENTRE else 0
+
+    @property
     def unit(self) -> np.ndarray:
         """Unit vectors along it, at the samples (count, 3)."""
-        d = self.end - self.start
-        return d / np.linalg.norm(d, axis=1)[:, None]
+        return _units(self.end - self.start)
+
+    @property
+    def is_square(self) -> bool:
+        """Whether it lies across its axis, or of a rod across the axis of its joint."""
+        of = self.axis if self.carrier is Carrier.NOTHING or self.joint is None else self.joint
+        return bool(
+            np.max(np.abs(np.sum(sampled(of, len(self.start)) * self.unit, axis=1))) < _SAME
+        )
+
+    @property
+    def along(self) -> np.ndarray:
+        """Unit vectors along its crank or first link, at the samples (count, 3)."""
+        return _units(self.arm)
+
+    @property
+    def across(self) -> np.ndarray:
+        """Unit vectors across the axis and the line from there to its end (count, 3)."""
+        return _units(np.cross(sampled(self.axis, len(self.arm)), self.end - self.start + self.arm))
 
 
 def rod_of(placed: PlacedRobot, number: int) -> Bar | None:
@@ -92,7 +117,7 @@ def rod_of(placed: PlacedRobot, number: int) -> Bar | None:
     start, first = sampled(ends[0], count), next(own.freedoms)
     of_joints = sampled(ends[1], count)
     if np.max(np.abs(end - of_joints)) > close:
-        if own.blocks:
+        if own.blocks or _elbow_of(own, count) is not None:
             tip, end = in_the_platform(placed, ends[1] - placed.platform.p), of_joints
         elif np.max(np.abs(start - of_joints)) > close:  # a post has all joints at its base
             return None
@@ -118,6 +143,7 @@ def _carried(
     begins, stops = ends_of(at_zero) or ends[:2]
     drive = next(at_zero.freedoms)
     e = sampled(drive.axis, count)
+    elbows = [_elbow_of(leg, count) for leg in (at_zero, own)]
     joint, now = (next(f for f in leg.freedoms if f.is_passive).axis for leg in (at_zero, own))
     apart = np.max(np.abs(sampled(joint, count) - sampled(now, count)))
     kept = joint if apart < _SAME else None
@@ -126,6 +152,13 @@ def _carried(
         arm = start - sampled(base, count)
         across = np.cross(e, end - sampled(base, count))
         way, missed = np.sum(arm * across, axis=1), np.sum(arm * e, axis=1)
+        crank = _distance(base, begins, placed)
+    elif elbows[0] is not None:
+        carrier, base = Carrier.DYAD, begins
+        begins, rail, start = elbows[0], start, sampled(elbows[1], count)
+        arm, across = start - rail, np.cross(e, end - rail)
+        way = np.sum(arm * across, axis=1)
+        missed = np.einsum("mni,ni->mn", np.stack([end - rail, arm]), e)
         crank = _distance(base, begins, placed)
     else:
         carrier, base, arm, crank = Carrier.SLIDE, begins, np.zeros_like(start), 0
@@ -160,35 +193,50 @@ def closure_of(rods: list[Bar], table: LegTable, write: Callable[[Any], Any]) ->
         ]
     side = table.scalar("sigma_i", [sp.Integer(rod.side) for rod in rods])
     length = table.scalar("l_i", [write(rod.length) for rod in rods])
-    found = [Equation("y_i", Norm(Cross(_E, _D)), is_vector=False)]
+    y = Equation("y_i", Norm(Cross(_E, _D)), is_vector=False)
     if carrier is Carrier.SLIDE:
         shift = _ALONG - side * sp.sqrt(length**2 - _OFF**2)
-        found += [
+        return [
+            y,
             Equation("x_i", Dot(_E, _D), is_vector=False),
             Equation("q_i", shift, is_vector=False),
+            Equation("u_i", Over(Sum(((1, _D), (-1, Times(_SHIFT, _E)))), length)),
         ]
-        carried: VectorExpression = Times(_SHIFT, _E)
-    else:
-        a = table.scalar("crank_i", [write(rod.crank) for rod in rods])
-        cosine = (_LENGTH**2 + a**2 - length**2) / (2 * a * _OFF)
-        across: Any = sp.sqrt(1 - _ALONG**2)
-        sign = int(side) if side.is_Integer else 1
-        across = across if side.is_Integer else side * across
-        turned = (1, Times(_ALONG, Cross(_M, _E))), (sign, Times(across, _M))
-        found += [
-            Equation("L_i", Norm(_D), is_vector=False),
-            Equation("m_i", Over(Cross(_E, _D), _OFF)),
+    a = table.scalar("crank_i", [write(rod.crank) for rod in rods])
+    sine: Any = sp.sqrt(1 - _ALONG**2)
+    sign = int(side) if side.is_Integer else 1
+    across = sign, Times(sine if side.is_Integer else side * sine, _M)
+    m = Equation("m_i", Over(Cross(_E, _D), _OFF))
+    if carrier is Carrier.DYAD:
+        cosine = (_OFF**2 + a**2 - length**2) / (2 * a * _OFF)
+        return [
+            y,
+            Equation("q_i", Dot(_E, _D), is_vector=False),
+            m,
+            Equation("n_i", Cross(_M, _E)),
             Equation("x_i", cosine, is_vector=False),
-            Equation("v_i", Sum(turned)),
+            Equation("v_i", Sum(((1, Times(_ALONG, _N)), across))),
+            Equation(
+                "u_i",
+                Over(Sum(((1, _D), (-1, Times(_SHIFT, _E)), (-1, Times(a, _V)))), length),
+            ),
         ]
-        carried = Times(a, _V)
-    return [*found, Equation("u_i", Over(Sum(((1, _D), (-1, carried))), length))]
+    cosine = (_LENGTH**2 + a**2 - length**2) / (2 * a * _OFF)
+    return [
+        y,
+        Equation("L_i", Norm(_D), is_vector=False),
+        m,
+        Equation("x_i", cosine, is_vector=False),
+        Equation("v_i", Sum(((1, Times(_ALONG, Cross(_M, _E))), across))),
+        Equation("u_i", Over(Sum(((1, _D), (-1, Times(a, _V)))), length)),
+    ]
 
 
 def felt_by_carrier(rod: Bar, crank: Any) -> list[tuple[np.ndarray, Any]]:
     """What slides and cranks feel of a unit force along the rod: values at the samples, in names.
 
-    Along a slide f; along a crank f, across it h, and along its axis z.
+    Along a slide f; along a crank f, across it h, and along its axis z. Of links on a slide the
+    same of directions across the slide.
     """
     if rod.carrier is Carrier.NOTHING:
         return []
@@ -197,11 +245,14 @@ def felt_by_carrier(rod: Bar, crank: Any) -> list[tuple[np.ndarray, Any]]:
     if rod.carrier is Carrier.SLIDE:
         f = np.einsum("ni,ni->n", e, u)
         return [(f, _ALONG_CARRIER)] if varies(f) else []
-    a = np.linalg.norm(rod.arm, axis=1)
-    v = rod.arm / a[:, None]
+    a, v = np.linalg.norm(rod.arm, axis=1), rod.along
     f, h, z = (np.einsum("ni,ni->n", x, u) for x in (v, np.cross(e, v), e))
     found = [(f, _ALONG_CARRIER), (h, _ACROSS), (a * h, crank * _ACROSS), (z, _SIDEWAYS)]
     rest = np.sqrt(np.maximum(1 - f**2, 0)), sp.sqrt(1 - _ALONG_CARRIER**2)
+    if rod.carrier is Carrier.DYAD:
+        x = np.einsum("ni,ni->n", v, np.cross(rod.across, e))
+        across = np.sqrt(np.maximum(1 - x**2, 0)), sp.sqrt(1 - _ALONG**2)
+        found = [(x, _ALONG), across, *found[:2]]
     return [(x, name) for x, name in (*found, rest) if varies(x)]
 
 
@@ -248,6 +299,21 @@ def ends_of(leg: PlacedLeg) -> tuple[np.ndarray, np.ndarray] | None:
     share = sp.Rational(1, len(both))
     begins, stops = (np.sum(np.stack(points), axis=0) * share for points in zip(*both, strict=True))
     return begins, stops
+
+
+def _elbow_of(leg: PlacedLeg, count: int) -> Any:
+    """The joint between two links that turn about a slide's direction; None where this differs."""
+    first, *others = leg.freedoms
+    turns = [f for f in others if f.is_passive and f.is_rotation]
+    if leg.blocks or not first.is_translation or len(turns) != len(others) or len(turns) != 3:
+        return None
+    e = sampled(first.axis, count)
+    apart = [np.max(np.abs(np.cross(sampled(f.axis, count), e))) for f in turns]
+    return np.asarray(turns[1].point, dtype=object) if max(apart) < _SAME else None
+
+
+def _units(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
 def in_the_platform(placed: PlacedRobot, vector: np.ndarray) -> Any:

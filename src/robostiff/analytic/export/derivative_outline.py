@@ -248,10 +248,13 @@ def _summary(derivation: RobotDerivation) -> str:
         form = "leg by leg"
     count = len(derivation.legs)
     legs = "one leg" if count == 1 else f"{count} legs"
+    share = "made conjugate to one another; each has a compliance c"
+    if is_vectors_alone(derivation) and derivation.vectors and derivation.vectors.coupled:
+        share = "and which share the compliances c"
     return (
         f"Stiffness about the reference point in world axes, {derivation.where}, {form}. Passive "
-        f"joints leave each chain the wrenches w that they transmit, made conjugate to one "
-        f"another; each has a compliance c. The stiffness is a sum over {legs}, eq. (12)."
+        f"joints leave each chain the wrenches w that they transmit, {share}. The stiffness is a "
+        f"sum over {legs}, eq. (12)."
     )
 
 

@@ -183,8 +183,10 @@ def listed_names(names: Sequence[MatrixName | str], language: MathLanguage, dots
     return ", ".join(dots if x == "..." else in_cell(x, language) for x in names)
 
 
-def in_cell(part: MatrixName | str | sp.Expr, language: MathLanguage) -> str:
+def in_cell(part: MatrixName | str | Coordinates | sp.Expr, language: MathLanguage) -> str:
     """A vector, a name or an expression as a formula in a sentence or in a cell of a table."""
+    if isinstance(part, Coordinates):
+        return language.inline(written_vector(part, language))
     if isinstance(part, MatrixName):
         return language.inline(language.matrix_name(part.name))
     is_name = isinstance(part, str)
@@ -242,18 +244,9 @@ def displays(
             w = language.matrix_name("w")
             part = language.fraction(f"{w} {w}{language.transposed}", language.name("c"))
             written = f"{language.total} {part}"
-        case LegSum(left, wrenches, rods):
-            parts = [
-                language.fraction(f"{own} {own}{language.transposed}", language.name(c))
-                for w, c in (*wrenches, *([rods] if rods else []))
-                for own in [language.matrix_name(w)]
-            ]
-            if rods:
-                parts[-1] = f"{language.total_over('j')} {parts[-1]}"
-            inner = parts[0] if len(parts) == 1 else language.brackets(" + ".join(parts))
-            written = f"{language.total_over('i')} {inner}"
-        case SpringSum(left, drives, beams):
-            return [_sum_of_springs(left, language, drives=drives, beams=beams)]
+        case LegSum() | SpringSum():
+            is_legs = isinstance(block, LegSum)
+            return [_sum_of_legs(block, language) if is_legs else _sum_of_springs(block, language)]
         case Inverse(left, right):
             written = f"{named(right)}{language.inverse}"
         case EqualMatrices(left, right):
@@ -261,15 +254,35 @@ def displays(
     return [(Row(named(left), (written,)),)]
 
 
-def _sum_of_springs(
-    left: MatrixName, language: MathLanguage, *, drives: bool, beams: bool
-) -> Display:
+def _sum_of_legs(block: LegSum, language: MathLanguage) -> Display:
+    """A sum over legs, before it where they share energy the wrenches of one and what they meet."""
+    named = language.matrix_name
+    K, over = named(block.result.name), language.total_over("i")
+    if block.coupled:
+        W, C = named("W_i"), named("C_i")
+        columns = language.matrix([[named(w) for w, _ in block.wrenches]])
+        entries = [
+            [language.name(c) if c else language.number(0) for c in row] for row in block.coupled
+        ]
+        whole = f"{over} {W} {C}{language.inverse} {W}{language.transposed}"
+        return Row(W, (columns,)), Row(C, (language.matrix(entries),)), Row(K, (whole,))
+    parts = [
+        language.fraction(f"{named(w)} {named(w)}{language.transposed}", language.name(c))
+        for w, c in (*block.wrenches, *([block.rods] if block.rods else []))
+    ]
+    if block.rods:
+        parts[-1] = f"{language.total_over('j')} {parts[-1]}"
+    inner = parts[0] if len(parts) == 1 else language.brackets(" + ".join(parts))
+    return (Row(K, (f"{over} {inner}",)),)
+
+
+def _sum_of_springs(block: SpringSum, language: MathLanguage) -> Display:
     """A compliance, and by what the twists of a beam are moved to the reference point."""
     t, T, D, Q, m = (language.matrix_name(name) for name in "tTDQm")
-    parts = [f"{language.total} {language.name('c')} {t} {t}{language.transposed}"] * drives
-    parts += [f"{language.total} {T} {D} {T}{language.transposed}"] * beams
-    rows = [Row(language.matrix_name(left.name), (" + ".join(parts),))]
-    if beams:
+    parts = [f"{language.total} {language.name('c')} {t} {t}{language.transposed}"] * block.drives
+    parts += [f"{language.total} {T} {D} {T}{language.transposed}"] * block.beams
+    rows = [Row(language.matrix_name(block.result.name), (" + ".join(parts),))]
+    if block.beams:
         moved = [[Q, f"({m} {language.times}) {Q}"], [language.number(0), Q]]
         rows.append(Row(T, (language.matrix(moved),)))
     return tuple(rows)

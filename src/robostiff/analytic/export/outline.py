@@ -19,7 +19,7 @@ from robostiff.analytic.export.entries import (
     readable_matrix,
     without_lost_digits,
 )
-from robostiff.analytic.vector_form import Equation
+from robostiff.analytic.vector_expressions import Coordinates, Equation
 from robostiff.errors import printable
 from robostiff.spatial import Space
 
@@ -137,7 +137,7 @@ class FormulaTable:
     """Rows of a name in words and of formulas, under a head of names."""
 
     head: tuple[MatrixName | str, ...]
-    rows: tuple[tuple[str, tuple[MatrixName | sp.Expr, ...]], ...]
+    rows: tuple[tuple[str, tuple[MatrixName | Coordinates | sp.Expr, ...]], ...]
     of: str = "leg"  # what the rows are
 
     def __post_init__(self) -> None:
@@ -147,11 +147,15 @@ class FormulaTable:
 
 @dataclass(frozen=True)
 class LegSum:
-    """``result = sum over i of w_i w_i^T / c_i`` of the wrenches of a generic leg."""
+    """``result = sum over i of w_i w_i^T / c_i`` of the wrenches of a generic leg.
+
+    Of wrenches that share energy ``W_i C_i^-1 W_i^T``, and the matrices W_i and C_i.
+    """
 
     result: MatrixName
     wrenches: tuple[tuple[str, str], ...]
     rods: tuple[str, str] | None = None  # of parallel rods j: the couple and its compliance
+    coupled: tuple[tuple[str, ...], ...] = ()  # names of the entries of C_i, empty for zero
 
 
 @dataclass(frozen=True)

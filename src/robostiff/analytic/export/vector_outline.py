@@ -29,7 +29,17 @@ from robostiff.analytic.export.outline import (
     matrix_equation,
 )
 from robostiff.analytic.robot_derivation import InSeries
-from robostiff.analytic.vector_expressions import ArmOfSprings, Equation, Sum, Vector, VectorForm
+from robostiff.analytic.vector_expressions import (
+    ArmOfSprings,
+    Coordinates,
+    Cross,
+    Dot,
+    Equation,
+    Norm,
+    Sum,
+    Vector,
+    VectorForm,
+)
 
 _MEANINGS = {
     "p": "point of the platform",
@@ -45,6 +55,8 @@ _MEANINGS = {
     "j_i": "axis of the leg's last joint",
     "g_i": "unit vector across the first axis of the joint and the leg",
     "n_i": "unit vector across both axes of the joint",
+    "k_i": "stiffness of the drive",
+    "C_i": "compliances c_i_jk that the wrenches j and k of leg i share",
     "o_i": "what of the couple comes with the force, so that both share no energy",
     "r_ij": "from the middle of the rods to the end of rod j, in the platform's axes",
     "v_ij": "couple by which rod j of leg i turns its middle",
@@ -78,6 +90,33 @@ _OF_CRANKS = {
     "f_i": "force along the crank, of a unit force in the rod",
     "h_i": "force across the crank",
     "z_i": "force along the axis of the crank",
+}
+_OF_LINKS = {
+    **_OF_CRANKS,
+    "a_i": "first joint of leg i where its slide is at zero",
+    "b_i": "its last joint, in the platform's axes",
+    "e_i": "direction of the slide and of the joints",
+    "d_i": "from a_i to the last joint",
+    "q_i": "coordinate of the slide",
+    "y_i": "distance of the last joint from the first one",
+    "x_i": "cosine of the angle between the first link and n_i",
+    "m_i": "unit vector across the slide and n_i",
+    "n_i": "unit vector from the first joint to the last one",
+    "g_i": "unit vector across the slide and the second link",
+    "u_i": "unit vector along the second link",
+    "v_i": "unit vector along the first link",
+    "f_i": "cosine of the angle between the links",
+    "h_i": "its sine",
+}
+_ABOUT_A_CENTRE = {
+    "e_i": "axis of the motor of leg i",
+    "j_i": "axis of its platform joint, in the platform's axes",
+    "u_i": "the same in the world",
+    "v_i": "axis of its elbow",
+    "g_i": "unit vector across both passive axes",
+    "b_i": "centre of all axes, in the platform's axes",
+    "z_i": "cosine of the angle between the axes of motor and platform joint",
+    "h_i": "its sine",
 }
 
 
@@ -144,9 +183,12 @@ def _of_kind(
         blocks.append(equations(names))
     blocks.append(VectorEquations(tuple(rest)))
     if found.columns:
-        columns = [[x.xreplace(dict(renamed)) for x in c] for c in found.columns.values()]
+        columns = [[_cell_renamed(x, renamed) for x in c] for c in found.columns.values()]
         rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
-        blocks.append(FormulaTable(tuple(found.columns), tuple(rows)))
+        of_vectors = [isinstance(c[0], Coordinates) for c in columns]
+        pairs = zip(found.columns, of_vectors, strict=True)
+        head = tuple(MatrixName(name) if is_vector else name for name, is_vector in pairs)
+        blocks.append(FormulaTable(head, tuple(rows)))
     if found.turned:
         same = "; ".join(", ".join(group) for group in found.turned)
         blocks.append(OutlineText(f"Legs that are turns of one another about z: {same}."))
@@ -164,7 +206,7 @@ def _of_kind(
             ),
         ]
     rods = (found.of_rod[0].name, found.of_rod[1].name) if found.rods else None
-    blocks.append(LegSum(result, found.wrenches, rods))
+    blocks.append(LegSum(result, found.wrenches, rods, found.coupled))
     return blocks
 
 
@@ -230,13 +272,30 @@ def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...
     all_legs = [e for form in (found, *found.others) for e in form.leg]
     names = {e.name: e.is_vector for e in (*found.pose, *all_legs, *found.of_rod)}
     names |= {"r_ij": True} if found.rods else {}
-    of_carrier = _OF_CRANKS if "v_i" in names else _OF_SLIDES if "q_i" in names else {}
-    listed = {**_MEANINGS, **of_carrier}
+    columns = [pair for form in (found, *found.others) for pair in form.columns.items()]
+    names |= {name: isinstance(c[0], Coordinates) for name, c in columns if name in _MEANINGS}
+    of_slides = _OF_SLIDES if "q_i" in names else {}
+    of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
+    of_carrier = of_carrier if "d_i" in names else _ABOUT_A_CENTRE
+    names |= {"C_i": True} if found.coupled else {}
+    listed = {**_MEANINGS, **of_carrier, **_of_angles(all_legs)}
     return [
         ((MatrixName(name) if names[name] else name,), text)
         for name, text in listed.items()
         if name in names
     ]
+
+
+def _of_angles(equations: Sequence[Equation]) -> dict[str, str]:
+    """Meanings of the cosine s_i and of t_i, which are of one direction and of the leg's own."""
+    found = {}
+    for equation in (e for e in equations if e.name in ("s_i", "t_i")):
+        match equation.expression:
+            case Dot(Vector(name), _):
+                found[equation.name] = f"cosine of the angle between {name} and u_i"
+            case Norm(Cross(Vector(name), _)):
+                found[equation.name] = f"sine of the angle between {name} and u_i"
+    return found
 
 
 def _in_known_names(
@@ -259,6 +318,13 @@ def _in_known_names(
         new.append(replace(definition, symbol=own, expression=expression))
         renamed[definition.symbol] = own
     return renamed, tuple(new)
+
+
+def _cell_renamed(cell: Any, names: Mapping[Any, Any]) -> Any:
+    """A cell of the table in other names."""
+    if isinstance(cell, Coordinates):
+        return Coordinates(tuple(x.xreplace(dict(names)) for x in cell.entries))
+    return cell.xreplace(dict(names))
 
 
 def _renamed(equation: Any, names: Mapping[Any, Any]) -> Any:

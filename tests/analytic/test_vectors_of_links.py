@@ -1,0 +1,280 @@
+"""Legs of several links, of parallel bars and about a centre at a general pose, in vectors."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.spatial.transform import RigidTransform, Rotation
+
+import robostiff as rs
+from robostiff.analytic import AtSymbols, Steps
+from robostiff.analytic.agreement import matrix_distance
+from robostiff.analytic.export import (
+    c_function,
+    derivation_data,
+    derivation_from_data,
+    derivation_html,
+    derivation_latex,
+    derivation_markdown,
+    derivation_text,
+    derivation_typst,
+    python_function,
+)
+from robostiff.kinematics import posture_finder
+from robostiff.robots import robot_file
+
+# Lines that a person would write, and the most lines of all.
+WRITTEN = {
+    "3-rpr-beams": (
+        "c_i_1 = 1/k_i + L_i/(2*EA_2) + L_i/(2*EA_1)",
+        "c_i_3 = L_i/(2*GJ_2) + L_i/(2*GJ_1)",
+        "w_i_4 = [0; g_i]",
+        "g_i = e_i x u_i",
+        "o_i = (-L_i**2/(8*EI_y_2) - 3*L_i**2/(8*EI_y_1))/c_i_4",
+        "w_i_2 = [e_i; (R b_i) x e_i] - o_i w_i_4",
+        "c_i_2 = L_i**3/(24*EI_y_2) - c_i_4*o_i**2 + 7*L_i**3/(24*EI_y_1)",
+    ),
+    "tripteron": (
+        "x_i = y_i/(2*l)",
+        "v_i = x_i n_i + sqrt(1 - x_i**2) m_i",
+        "w_i_1 = [e_i; (b_i - l u_i) x e_i] - o_i w_i_3",
+        "c_i_1 = 1/k - c_i_3*o_i**2 + 2*l**3/(3*EI_1)",
+        "c_i_3 = 2*l*x_i**2/GJ_1 + 2*l*(1 - x_i**2)/EI_1",
+    ),
+    "orthoglide": (
+        "w_i_1 = [u_i; b_i x u_i]",
+        "c_i_1 = f_i**2/k + l/(2*EA_1)",
+        "c_i_2 = 2*l/(EA_1*s_i**2*w**2)",
+        "c_i_3 = 1/(6*EI_1*w**2/l**3 + 1/(l*s_i**2/(2*GJ_1) + l*(1 - s_i**2)/(2*EI_1)))",
+        "leg-y  (0, -l - r, 0)  (0, -r, 0)  (0, 1, 0)  (1, 0, 0)",
+    ),
+    "agile-eye": (
+        "v_i = (u_i x e_i)/|u_i x e_i|",
+        "w_i_1 = [v_i; 0]",
+        "w_i_4 = [0; g_i]",
+        "c_i_14 = sqrt(2)*rho**2*(z_i + 1)/(2*EI_y_1)",
+        "W_i = [w_i_1, w_i_2, w_i_3, w_i_4]",
+        "K_C = sum over i of W_i C_i^-1 W_i^T",
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def derived():
+    """Robots at a general pose, their parameters symbols."""
+    found = {}
+
+    def derive(name):
+        if name not in found:
+            robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+            found[name] = robot, rs.derive(robot, pose=AtSymbols())
+        return found[name]
+
+    return derive
+
+
+def check_away_from_home(robot, derivation, seed):
+    """Compare the vectors with numbers at parameters and poses that no check of theirs has met."""
+    form, random = derivation.vectors, np.random.default_rng(seed)
+    assert form is not None
+    compared = 0
+    for _ in range(8):
+        values = {k: v * random.uniform(0.98, 1.02) for k, v in robot.nominal.items()}
+        numeric = robot.substituted(values)
+        finder = posture_finder(numeric)
+        places = numeric.coordinate_places
+        size = np.where(np.array(places) < 3, finder.length, 1.0)
+        away = 0.2 * size * random.uniform(-1, 1, len(places))
+        posture = finder.find(finder.home_pose[places] + away)
+        if not posture.reached[0]:
+            continue
+        x, y, z, *turn = posture.pose[0]
+        alpha, beta, gamma = Rotation.from_rotvec(turn).as_euler("xyz")
+        known = {"x": x, "y": y, "z": z, "alpha": alpha, "beta": beta, "gamma": gamma}
+        pose = RigidTransform.from_components((x, y, z), Rotation.from_rotvec(turn))
+        result = rs.stiffness(numeric, pose)
+        at = values | {name: known[name] for name in derivation.coordinates}
+        assert matrix_distance(form.stiffness(at), result.K, finder.length) < 1e-9
+        compared += 1
+    assert compared >= 3
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_they_are_one_leg_a_table_and_the_sum(derived, name):
+    text = derivation_text(derived(name)[1])
+    assert set(WRITTEN[name]) <= set(text.splitlines())
+    assert "K_C_11" not in text
+    formulas = text.split("Nomenclature")[0]
+    assert not any(word.replace(".", "").isdigit() and "." in word for word in formulas.split())
+    assert len(formulas.splitlines()) < 60
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_they_have_the_stiffness_of_the_robot_away_from_home(derived, name):
+    check_away_from_home(*derived(name), seed=7)
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_all_of_their_names_are_explained(derived, name):
+    _, derivation = derived(name)
+    listed = derivation_text(derivation).split("Nomenclature")[1]
+    names = {e.name for e in derivation.vectors.leg} | set(derivation.vectors.columns)
+    assert "C_i" in listed or not derivation.vectors.coupled
+    for own in names:
+        if own[0] not in "wc" and own[-1] not in "xyz":
+            assert f"\n{own}: " in listed, own
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_steps_are_there_when_they_are_asked_for(name):
+    text = derivation_text(rs.derive(name, pose=AtSymbols(), form=Steps()))
+    assert WRITTEN[name][-1] in text
+    assert "K_C_11 = " in text
+
+
+@pytest.mark.parametrize("name", ["agile-eye", "orthoglide"])
+def test_all_languages_write_them(derived, name):
+    _, derivation = derived(name)
+    latex = derivation_latex(derivation)
+    assert r"leg & $\mathbf{" in latex
+    for write in (derivation_markdown, derivation_typst):
+        assert "(1, 0, 0)" in write(derivation)
+    assert "<table>" in derivation_html(derivation)
+    if name == "agile-eye":
+        assert r"\mathbf{C}_{i}^{-1} \mathbf{W}_{i}^{\mathsf{T}}" in latex
+        assert r"c_{i,34} & c_{i,44}" in latex
+    # Programs are those of the entries of K.
+    assert "double" in c_function(derivation, name="K")
+    data = json.loads(json.dumps(derivation_data(derivation)))
+    assert derivation_from_data(data).K.shape == (6, 6)
+    namespace = {}
+    exec(python_function(derivation, name="K"), namespace)  # noqa: S102
+    values = {s.name: 0.1 for s in derivation.symbols} | {
+        k: float(v) for k, v in derived(name)[0].nominal.items()
+    }
+    K = np.array(namespace["K"](**values), dtype=float)
+    assert matrix_distance(derivation.vectors.stiffness(values), K, 0.5) < 1e-9
+
+
+def test_links_of_two_materials_have_a_matrix_of_compliances(tmp_path: Path):
+    written = robot_file("tripteron").read_text(encoding="utf-8")
+    outer = "outer link, to: [0, l, 0], material: aluminium"
+    path = tmp_path / "of-two.yaml"
+    path.write_text(written.replace(outer, outer.replace("aluminium", "steel")), encoding="utf-8")
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=AtSymbols())
+    lines = derivation_text(derivation).splitlines()
+    for line in (
+        "c_i_11 = 1/k + l**3/(3*EI_2) + l**3/(3*EI_1)",
+        "c_i_12 = -h_i*l**2/(2*EI_1)",
+        "c_i_22 = l/GJ_2 + f_i**2*l/GJ_1 + h_i**2*l/EI_1",
+        "w_i_1 = [e_i; (b_i - l u_i) x e_i]",
+        "C_i = [c_i_11, c_i_12, c_i_13; c_i_12, c_i_22, c_i_23; c_i_13, c_i_23, c_i_33]",
+    ):
+        assert line in lines
+    check_away_from_home(robot, derivation, seed=11)
+
+
+def test_a_strut_of_one_beam_holds_across_at_its_middle(tmp_path: Path):
+    """There a force and a couple share no energy, as in textbooks: L^3/(12 EI) and L/(EI)."""
+    halves = "        - {share: 0.5, material: steel, section: near}\n"
+    other = "        - {share: 0.5, material: steel, section: far}\n"
+    written = robot_file("3-rpr-beams").read_text(encoding="utf-8")
+    assert halves + other in written
+    path = tmp_path / "of-one.yaml"
+    whole = halves.replace("0.5", "1")
+    path.write_text(written.replace(halves + other, whole), encoding="utf-8")
+    derivation = rs.derive(path, pose=AtSymbols())
+    lines = derivation_text(derivation).splitlines()
+    assert "w_i_2 = [e_i; (R b_i - L_i/2 u_i) x e_i]" in lines
+    assert "c_i_2 = L_i**3/(12*EI_y_1)" in lines
+    assert "c_i_4 = L_i/EI_y_1" in lines
+    check_away_from_home(rs.load(path), derivation, seed=3)
+
+
+def test_cranks_in_space_hold_out_of_their_plane_as_well(tmp_path: Path):
+    path = tmp_path / "in-space.yaml"
+    path.write_text(
+        robot_file("3-rrr").read_text(encoding="utf-8").replace("planar: true\n", ""),
+        encoding="utf-8",
+    )
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=AtSymbols())
+    lines = derivation_text(derivation).splitlines()
+    assert "w_i_2 = [e_i; (Q b_i - l2 u_i) x e_i]" in lines
+    assert "c_i_22 = l1**3/(3*EI_y_1) + l2**3/(3*EI_y_1)" in lines
+    form = derivation.vectors
+    assert form is not None
+    assert form.coupled[0] == ("c_i_11", "", "", "")
+    check_away_from_home(robot, derivation, seed=5)
+
+
+@pytest.mark.parametrize(
+    "section",
+    ["y_axis: y\n          section: {rectangle: {width_y: 10 mm, height_z: 20 mm}}",
+     "y_axis: z\n          section: {rectangle: {width_y: 10 mm, height_z: 20 mm}}"],
+)  # fmt: skip
+def test_sheared_bars_bend_about_the_axis_across_their_pins(tmp_path: Path, section: str):
+    tube = "section: {tube: {outer_diameter: 16 mm, inner_diameter: 12 mm}}"
+    written = robot_file("orthoglide").read_text(encoding="utf-8")
+    assert tube in written
+    path = tmp_path / "flat-bars.yaml"
+    path.write_text(written.replace(tube, section), encoding="utf-8")
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=AtSymbols())
+    EI = "EI_z_1" if "y_axis: y" in section else "EI_y_1"
+    assert f"1/(6*{EI}*w**2/l**3" in derivation_text(derivation)
+    check_away_from_home(robot, derivation, seed=2)
+
+
+@pytest.mark.parametrize("name", ["tripteron", "agile-eye"])
+def test_at_home_their_entries_are_shorter(name):
+    assert rs.derive(name, symbols=rs.ALL_PARAMETERS).vectors is None
+
+
+def test_a_planar_chain_is_a_sum_of_springs_at_any_joint_coordinates(tmp_path: Path):
+    beam = "material: steel, section: {rectangle: {width_y: 20 mm, height_z: 40 mm}}}"
+    path = tmp_path / "chain.yaml"
+    path.write_text(
+        f"""robostiff: 1
+name: chain
+title: A crank and a rod
+source: dimensions are chosen here
+parameters: {{l_1: 400 mm, l_2: 300 mm, k: 2e4 N m/rad}}
+planar: true
+legs:
+  - name: leg
+    chain:
+      - {{type: revolute, name: motor, axis: z, role: actuated, stiffness: k, home: 20 deg}}
+      - {{type: beam, name: crank, to: [l_1, 0, 0], y_axis: y, {beam}
+      - {{type: revolute, name: elbow, axis: z, role: passive, home: 60 deg}}
+      - {{type: beam, name: rod, to: [l_2, 0, 0], y_axis: y, {beam}
+      - {{type: revolute, name: tip, axis: z, role: passive}}
+""",
+        encoding="utf-8",
+    )
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=AtSymbols())
+    assert derivation.named is not None
+    (leg,) = derivation.named.legs
+    (c,), (w,) = leg.compliances, leg.wrenches
+    q1, q2 = sp.symbols("q1 q2", real=True)
+    k, l_1, l_2, EA, EI = sp.symbols("k l_1 l_2 EA_1 EI_z_1", positive=True)
+    assert w == sp.Matrix([sp.cos(q1 + q2), sp.sin(q1 + q2), 0])
+    (met,) = (d.expression for d in derivation.named.definitions if d.symbol == c)
+    across = sp.sin(q2) ** 2 * (l_1**2 / k + l_1**3 / (3 * EI))
+    assert sp.expand(met - across - l_1 * sp.cos(q2) ** 2 / EA - l_2 / EA) == 0
+    at = rs.JointCoordinates([0.3, 0.9, 0.2])
+    values = {"q1": 0.3, "q2": 0.9, **{k: float(v) for k, v in robot.nominal.items()}}
+    wanted = rs.stiffness(robot.numeric, at).K
+    found = np.array(derivation.K.subs({s: values[s.name] for s in derivation.symbols}), float)
+    assert np.allclose(found, wanted, rtol=1e-9, atol=1e-3)
+
+
+def test_the_link_of_the_paper_is_the_same_at_all_joint_coordinates():
+    robot = rs.load("planar-link", symbols=rs.ALL_PARAMETERS)
+    at_home, anywhere = rs.derive(robot), rs.derive(robot, pose=AtSymbols())
+    assert at_home.named is not None
+    assert anywhere.named == at_home.named
