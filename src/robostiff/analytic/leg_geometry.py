@@ -141,7 +141,7 @@ class LegInSteps:
 
     def __init__(self, geometry: LegGeometry) -> None:
         placed = geometry.placed
-        self._read = StepReading(placed.record, placed.symbols, geometry.entries)
+        self._read = StepReading(placed.record, placed.symbols, geometry.entries, placed.springs)
         self.definitions = list(self._read.definitions)
 
     def __call__(self, value: Any) -> Any:

@@ -261,7 +261,11 @@ def _in_steps(
     of_legs = [[*(x for w in leg.wrenches for x in w), *leg.mu] for leg in recorded.legs]
     results = [*K_entries.values(), *(x for leg in of_legs for x in leg)]
     reading = StepReading(
-        placed.record, placed.symbols, results, at_closed_postures=placed.follows.any
+        placed.record,
+        placed.symbols,
+        results,
+        placed.springs,
+        at_closed_postures=placed.follows.any,
     )
     K = sp.ImmutableMatrix(n, n, lambda i, j: reading(K_entries[min(i, j), max(i, j)]))
     of_legs = [[reading(x) for x in leg] for leg in of_legs]
@@ -306,7 +310,7 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
     wanted = [x for leg in recorded.legs for x in (*(e for w in leg.wrenches for e in w), *leg.mu)]
     if written_size(placed.record, wanted) > _OPERATIONS_A_TERM * limit:
         raise FormulaTooLargeError.beyond(limit)
-    read = ClosedReading(placed.record, placed.symbols)
+    read = ClosedReading(placed.record, placed.written_out)
     written = [
         ([[read(x) for x in w] for w in leg.basis], [[read(x) for x in row] for row in leg.energy])
         for leg in recorded.legs

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
@@ -12,9 +12,12 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.closed_posture import AROUND, Following, Sample, leg_coordinates
+from robostiff.analytic.derivation import Definition
 from robostiff.analytic.exact_points import ExactPoints
 from robostiff.analytic.guiding_post import guiding_post, place_guiding_post
 from robostiff.analytic.legs_at_points import turned_legs
+from robostiff.analytic.named_springs import with_named_springs
+from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.orbits import Image
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.robot_pose import (
@@ -63,6 +66,7 @@ class PlacedRobot:
     closed: dict[int, np.ndarray]  # by leg number: coordinates of the legs that close by iteration
     record: Record
     symbols: dict[str, sp.Symbol]  # by name: one for each input of the record
+    springs: tuple[Definition, ...]  # what those of them stand for that are no given symbols
     platform: FormulaPose
     # legs that are an earlier one turned, by leg number, and how; not placed before they are needed
     turned: dict[int, tuple[int, Image]]
@@ -94,18 +98,29 @@ class PlacedRobot:
         return found | self.follows.meanings(self.solvers) | dict(self.robot.meanings)
 
     @cached_property
+    def written_out(self) -> dict[str, Any]:
+        """The symbols by name, and what those of springs stand for in given symbols."""
+        found: dict[str, Any] = dict(self.symbols)
+        for d in self.springs:
+            found[d.symbol.name] = d.expression.xreplace(
+                {x: found[x.name] for x in d.expression.free_symbols}
+            )
+        return found
+
+    @cached_property
     def legs(self) -> tuple[PlacedFormula, ...]:
         """All legs."""
         return tuple(map(self.place, range(len(self.entries.legs))))
 
 
-def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
+def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> PlacedRobot:
     """Close all legs of a robot in formulas.
 
     Symbols are entries of a record whose samples lie around the nominal values; the working modes
     of the legs are those of home.
 
-    `pose`: AtHome, AtSymbols or AtCoordinates.
+    `pose`: AtHome, AtSymbols or AtCoordinates; `with_names`: whether stiffnesses of beams that are
+    numbers have names.
 
     Raises
     ------
@@ -126,10 +141,14 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
     if given is not None and not robot.is_posed_by_joints and not follows.pose:
         _check_reach(robot, finder, given, rotation)
-    record = Record(_samples(symbols, given, robot, finder, follows, rotation))
+    named, springs = robot, ()
+    if symbols and with_names:
+        named, springs = with_named_springs(robot, symbols)
+    samples = _samples(symbols, given, robot, finder, follows, rotation)
+    record = Record(_with_springs(samples, symbols, springs))
     read = entry_reader(record, exact=True)
     exact = cache(exact_number)  # most numbers are 0 or 1
-    entries = with_entries(robot, lambda value: read(exact(value)))
+    entries = with_entries(named, lambda value: read(exact(value)))
     coordinates = None
     if given is not None:
         coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
@@ -180,6 +199,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         closed={} if robot.is_posed_by_joints else at_joints,
         record=record,
         symbols=symbols,
+        springs=springs,
         platform=platform,
         turned=turned,
         place=place,
@@ -343,6 +363,17 @@ def _samples(
         spread = _SPREAD * (abs(value) if value else 1.0)
         samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
     return samples
+
+
+def _with_springs(
+    samples: Mapping[str, Any], symbols: dict[str, sp.Symbol], springs: Sequence[Definition]
+) -> dict[str, Any]:
+    """The samples with those of springs, whose symbols are added to the others."""
+    at = {symbols[name]: sample for name, sample in samples.items()}
+    own = [d.symbol for d in springs]
+    symbols |= {symbol.name: symbol for symbol in own}
+    each = zip(own, values_of(own, at, springs), strict=True)
+    return {**samples, **{s.name: np.broadcast_to(values, _SAMPLES) for s, values in each}}
 
 
 def home_values(finder: PostureFinder, rotation: PoseRotation) -> dict[str, float]:

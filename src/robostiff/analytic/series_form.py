@@ -71,7 +71,7 @@ def series_form(placed: PlacedRobot) -> InSeries | ArmOfSprings | None:
 def _in_entries(geometry: LegGeometry) -> InSeries | None:
     """The compliance entry by entry; None where that is long."""
     placed = geometry.placed
-    read = NamedReading(placed.record, placed.symbols)
+    read = NamedReading(placed.record, placed.symbols, placed.springs)
     try:
         C = sp.ImmutableMatrix(geometry.compliance(read, _PRINTED))
         R = sp.ImmutableMatrix(3, 3, [read(x) for x in geometry.frame.R.flat])
@@ -94,7 +94,7 @@ class _Walk:
 
     def __init__(self, placed: PlacedRobot) -> None:
         self.placed = placed
-        self.read = NamedReading(placed.record, placed.symbols)
+        self.read = NamedReading(placed.record, placed.symbols, placed.springs)
         self.products = BeamProducts(self.read)
         self.equations: list[Equation] = []
         self.rotation: str | None = None

@@ -114,7 +114,7 @@ class _Recognition:
         self.count = placed.record.count
         self.close = _SAME * placed.length
         self.plain = ClosedReading(placed.record, placed.symbols)
-        self.read = KnownReading(placed.record, placed.symbols)
+        self.read = KnownReading(placed.record, placed.symbols, placed.springs)
         space = placed.entries.space
         self.search = WrenchSearch(self.record, placed.reference, space, placed.length)
         self.springs = LegReader(self.search, self.read, KnownContributions)

@@ -303,6 +303,8 @@ def _is_value(definition: Definition) -> bool:
 
 
 _OF_BEAMS = {
+    "E": ("Young's modulus", "GPa"),
+    "G": ("shear modulus", "GPa"),
     "EA": ("axial stiffness E A", "N"),
     "EI": ("bending stiffness E I", "N m²"),
     "EI_y": ("bending stiffness E I about y", "N m²"),
@@ -317,21 +319,33 @@ def with_stiffnesses_of_beams(blocks: Sequence[Block]) -> tuple[Block, ...]:
     if not isinstance(last, Nomenclature):
         return tuple(blocks)
     named = {
-        d.symbol.name.rpartition("_"): d
+        d.symbol.name: d
         for block in others
         if isinstance(block, ScalarEquations)
         for d in block.of_beams
     }
     rows = list(last.rows)
-    for letter, _, number in sorted(named, key=lambda own: (int(own[2]), own[0])):
-        d = named[letter, "_", number]
-        words, unit = _OF_BEAMS[letter.replace("'", "")]
-        value = f", {float(d.expression):.12g} {unit}" if _is_value(d) else ""
+    for name in sorted(named, key=_place_in_list):
+        d = named[name]
+        words, unit = _OF_BEAMS[_letter_and_number(name)[0]]
+        size = 1e9 if unit == "GPa" else 1.0
+        value = f", {float(d.expression) / size:.12g} {unit}" if _is_value(d) else ""
         rows.append(((d.symbol.name,), f"{words} of {', '.join(d.parts)}{value}"))
     shown = [b for b in others if not isinstance(b, ScalarEquations) or b.rows]
     after = [*shown[1:], last]
     kept = [b for b, then in zip(shown, after, strict=True) if not _is_bare(b, then)]
     return (*kept, Nomenclature(tuple(rows)))
+
+
+def _letter_and_number(name: str) -> tuple[str, int]:
+    letter, _, number = name.rpartition("_")
+    return (letter.replace("'", ""), int(number)) if letter else (name, 0)
+
+
+def _place_in_list(name: str) -> tuple[bool, int, str]:
+    """Moduli first, then the stiffnesses of one beam after the other."""
+    letter, number = _letter_and_number(name)
+    return len(letter) > 1, number, letter
 
 
 def _is_bare(block: Block, after: Block) -> bool:
