@@ -76,12 +76,15 @@ class Definition:
     symbol : sympy.Symbol
     expression : sympy.Expr
     parts : tuple of str
-        Beams of which it is a stiffness: E A, E I or G J.
+        Of a stiffness, its beams or drives; of a modulus, its material.
+    unit : str
+        Of the stiffness of a drive.
     """
 
     symbol: sp.Symbol
     expression: sp.Expr
     parts: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    unit: str = field(default="", compare=False, repr=False)
 
 
 def used_definitions(

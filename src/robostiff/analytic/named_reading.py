@@ -174,7 +174,7 @@ class NamedReading:
         """An expression without names that begin with some letters."""
         put: dict[Any, Any] = {}
         for d in self.definitions:
-            if d.symbol.name.startswith(letters):
+            if d.symbol.name.startswith(letters) and not d.parts:
                 put[d.symbol] = d.expression.xreplace(put)
         return expression.xreplace(put)
 

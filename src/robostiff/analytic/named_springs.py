@@ -1,11 +1,14 @@
-"""Names in place of the numbers of beams: of materials, and of E A, E I and G J of each beam."""
+"""Names in place of the numbers of springs: moduli, E A, E I and G J of beams, drives.
+
+Each has its value in the nomenclature.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import Any
+from typing import Any, Protocol
 
 import sympy as sp
 
@@ -18,20 +21,29 @@ from robostiff.elasticity import (
     SlenderBeam,
     cantilever_compliance,
 )
-from robostiff.model import Chain, Link, ParallelBlock, Robot, Telescope, TelescopicBeam
-from robostiff.spatial import exact_number
+from robostiff.model import (
+    Chain,
+    Joint,
+    Link,
+    ParallelBlock,
+    Robot,
+    StiffnessLaw,
+    Telescope,
+    TelescopicBeam,
+)
+from robostiff.spatial import Screw, exact_number
 
-#: Operations of a stiffness that needs no name, such as E*A.
-SHORT = 1
+_SHORT = 1  # operations of a stiffness that needs no name, such as E*A
 #: Letters of the stiffnesses of a beam.
 LETTERS = ("EA", "EI", "EI_y", "EI_z", "GJ")
 
 
 def with_named_springs(robot: Robot, taken: Iterable[str]) -> tuple[Robot, tuple[Definition, ...]]:
-    """The robot with names for the stiffnesses of its beams, and what the names stand for.
+    """The robot with names for the stiffnesses of its springs, and what the names stand for.
 
-    A modulus that is a number has a name of its own where the section has symbols. Beams in which
-    shear counts, tapered ones and given matrices stay as they are.
+    Beams have names for their products, drives for a stiffness that is a number. A modulus that is
+    a number has a name where the section has symbols. Beams in which shear counts, tapered ones
+    and given matrices stay as they are.
 
     `taken`: names that stand for something else.
 
@@ -41,19 +53,68 @@ def with_named_springs(robot: Robot, taken: Iterable[str]) -> tuple[Robot, tuple
     >>> symbols = ("b", "h", "l1", "l2")
     >>> _, names = with_named_springs(load("two-link-arm", symbols=symbols), symbols)
     >>> [str(d.symbol) for d in names]
-    ['E', 'G', 'EA_1', 'EI_y_1', 'EI_z_1', 'GJ_1', 'EA_2', 'EI_2', 'GJ_2']
-    >>> names[0].expression, names[3].expression
-    (210000000000, E*b*h**3/12)
+    ['E', 'G', 'EA_1', 'EI_y_1', 'EI_z_1', 'GJ_1', 'EA_2', 'EI_2', 'GJ_2', 'k_1', 'k_2']
+    >>> names[0].expression, names[3].expression, names[-1].expression
+    (210000000000, E*b*h**3/12, 100000)
     """
-    beams: list[tuple[str, SlenderBeam]] = []
-    _changed(robot, lambda *own: beams.append(own))
-    if not beams:
+    springs = _Springs([], [])
+    _changed(robot, springs)
+    if not (springs.beams or springs.drives):
         return robot, ()
     table = _Table({*taken})
-    table.name_moduli([beam for _, beam in beams])
-    for name, beam in beams:
-        table.name_products(name, beam)
-    return _changed(robot, lambda _, beam: table.known[beam]), table.definitions
+    table.name_moduli([own for _, own in springs.beams])
+    for name, own in springs.beams:
+        table.name_products(name, own)
+    for drive in springs.drives:
+        table.name_stiffness(*drive)
+    return _changed(robot, table), table.definitions
+
+
+def named_products(written: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """Products of a beam, by letter: a short formula as it is, of others (letter, formula, name).
+
+    Examples
+    --------
+    >>> E, A, b = sp.symbols("E A b")
+    >>> found = named_products({"EA": E * A, "EI_y": E * b**4 / 12, "EI_z": E * b**4 / 12}, 3)
+    >>> found["EA"], found["EI_y"] == found["EI_z"], found["EI_y"]
+    (A*E, True, ('EI', E*b**4/12, 'EI_3'))
+    """
+    named: dict[str, Any] = {}
+    for letter, expression in written.items():
+        if count_of(expression) <= _SHORT and expression.free_symbols:
+            named[letter] = expression
+        else:
+            alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
+            own = "EI" if alike else letter
+            named[letter] = (own, expression, f"{own}_{number}")
+    return named
+
+
+class _Names(Protocol):
+    """Names for springs; None for one that stays as it is."""
+
+    def of_beam(self, name: str, beam: SlenderBeam) -> _Stiffnesses | None:
+        """Products of a beam."""
+        ...
+
+    def of_drive(self, name: str, stiffness: Any, unit: str) -> Any:
+        """Stiffness of a drive."""
+        ...
+
+
+@dataclass(frozen=True)
+class _Springs:
+    """Lists springs, and names none."""
+
+    beams: list[tuple[str, SlenderBeam]]
+    drives: list[tuple[str, Any, str]]
+
+    def of_beam(self, name: str, beam: SlenderBeam) -> None:
+        self.beams.append((name, beam))
+
+    def of_drive(self, name: str, stiffness: Any, unit: str) -> None:
+        self.drives.append((name, stiffness, unit))
 
 
 @dataclass(frozen=True)
@@ -77,15 +138,13 @@ class _Stiffnesses:
         return replace(beam, material=Material(beam.material.name, 1, 1), section=section)
 
 
-_Named = Callable[[str, SlenderBeam], _Stiffnesses | None]
-
-
 class _Table:
     """Names of materials and of beams; those that are alike have one."""
 
     def __init__(self, taken: set[str]) -> None:
-        self.known: dict[SlenderBeam, _Stiffnesses] = {}
         self._taken = taken
+        self._beams: dict[SlenderBeam, _Stiffnesses] = {}
+        self._drives: dict[tuple[Any, str], Any] = {}
         self._moduli: dict[tuple[str, Any], Any] = {}
         self._sets: dict[tuple[Any, ...], _Stiffnesses] = {}
         self._definitions: dict[Any, Definition] = {}
@@ -94,6 +153,21 @@ class _Table:
     def definitions(self) -> tuple[Definition, ...]:
         """What the names stand for, in the order in which it can be computed."""
         return tuple(self._definitions.values())
+
+    def of_beam(self, name: str, beam: SlenderBeam) -> _Stiffnesses:
+        """Products of a beam."""
+        return self._beams[beam]
+
+    def of_drive(self, name: str, stiffness: Any, unit: str) -> Any:
+        """Stiffness of a drive."""
+        return self._drives[stiffness, unit]
+
+    def name_stiffness(self, name: str, stiffness: Any, unit: str) -> None:
+        """A name for the stiffness of a drive."""
+        if (stiffness, unit) not in self._drives:
+            own = f"k_{self._number(('k',))}"
+            self._drives[stiffness, unit] = self._define(own, exact_number(stiffness), unit=unit)
+        self._of_part(self._drives[stiffness, unit], name)
 
     def name_moduli(self, beams: Iterable[SlenderBeam]) -> None:
         """Names for the moduli of materials that are numbers beside symbols."""
@@ -112,7 +186,9 @@ class _Table:
             for letter, value in (("E", E), ("G", G)):
                 if letter in found[E, G, material]:
                     name = letter if is_one else f"{letter}_{number}"
-                    self._moduli[letter, value, material] = self._define(name, value, material)
+                    own = self._define(name, value)
+                    self._of_part(own, material)
+                    self._moduli[letter, value, material] = own
 
     def name_products(self, name: str, beam: SlenderBeam) -> None:
         """Names for the products of a beam that are no short formulas."""
@@ -127,26 +203,29 @@ class _Table:
         key = tuple(written.values())
         if key not in self._sets:
             self._sets[key] = self._named(written)
-        self.known[beam] = found = self._sets[key]
+        self._beams[beam] = found = self._sets[key]
         for symbol in (found.EA, found.EI_y, found.EI_z, found.GJ):
-            own = self._definitions.get(symbol)
-            if own is not None and name not in own.parts:
-                self._definitions[symbol] = replace(own, parts=(*own.parts, name))
+            self._of_part(symbol, name)
 
     def _named(self, written: dict[str, Any]) -> _Stiffnesses:
-        number = self._number(LETTERS)
-        alike = written["EI_y"] == written["EI_z"]
-        named: dict[str, Any] = {}
-        for letter, expression in written.items():
-            own = "EI" if alike and letter.startswith("EI") else letter
-            short = expression.free_symbols and count_of(expression) <= SHORT
-            named[letter] = expression if short else self._define(f"{own}_{number}", expression)
-        return _Stiffnesses(**named)
+        named = named_products(written, self._number(LETTERS))
+        return _Stiffnesses(
+            **{
+                letter: self._define(own[2], own[1]) if isinstance(own, tuple) else own
+                for letter, own in named.items()
+            }
+        )
 
-    def _define(self, name: str, expression: Any, *parts: str) -> Any:
+    def _define(self, name: str, expression: Any, unit: str = "") -> Any:
         symbol = sp.Symbol(name, positive=True)
-        self._definitions.setdefault(symbol, Definition(symbol, expression, parts))
+        self._definitions.setdefault(symbol, Definition(symbol, expression, unit=unit))
         return symbol
+
+    def _of_part(self, symbol: Any, name: str) -> None:
+        """List a part of which it is a stiffness."""
+        own = self._definitions.get(symbol)
+        if own is not None and name not in own.parts:
+            self._definitions[symbol] = replace(own, parts=(*own.parts, name))
 
     def _number(self, letters: Iterable[str]) -> int:
         """The first number with which no letter stands for something else."""
@@ -160,54 +239,88 @@ def _has_symbols(value: Any) -> bool:
     return bool(exact_number(value).free_symbols)
 
 
-def _changed(robot: Robot, named: _Named) -> Robot:
-    """A robot with named stiffnesses in place of those of its beams, where they have names."""
+def _changed(robot: Robot, names: _Names) -> Robot:
+    """A robot with names in place of its springs, where they have names."""
+    users: dict[int, list[str]] = {}
+    for leg in robot.legs:
+        users.setdefault(id(leg.chain), []).append(leg.name)
     chains: dict[int, Chain] = {}
     legs = []
     for leg in robot.legs:
-        if id(leg.chain) not in chains:
-            chains[id(leg.chain)] = _chain(leg.chain, "", named)
-        legs.append(replace(leg, chain=chains[id(leg.chain)]))
+        own = id(leg.chain)
+        if own not in chains:
+            alone = len(users) > 1 and len(users[own]) == 1
+            chains[own] = _Walk(names, f"{leg.name}/" if alone else "").chain(leg.chain, "")
+        legs.append(replace(leg, chain=chains[own]))
     platform = robot.platform
     if platform is not None:
+        walk = _Walk(names, "")
         parts = (
-            replace(x, elasticity=_elasticity(x.elasticity, f"platform/{x.name}", named))
+            replace(x, elasticity=walk.elasticity(x.elasticity, f"platform/{x.name}"))
             for x in platform.parts
         )
         platform = replace(platform, parts=tuple(parts))
     return replace(robot, legs=tuple(legs), platform=platform)
 
 
-def _chain(chain: Chain, prefix: str, named: _Named) -> Chain:
-    return replace(chain, elements=tuple(_element(x, prefix, named) for x in chain.elements))
+@dataclass(frozen=True)
+class _Walk:
+    """Goes along a chain."""
 
+    names: _Names
+    leg: str  # before the names of drives, where that of another leg may be called alike
 
-def _element(element: Any, prefix: str, named: _Named) -> Any:
-    name = prefix + getattr(element, "name", "")
-    if isinstance(element, Link):
-        return replace(element, elasticity=_elasticity(element.elasticity, name, named))
-    if isinstance(element, Telescope):
-        several = len(element.beams) > 1
-        beams = (
-            _telescopic(beam, f"{name}.beam{i}" if several else f"{name}.beam", named)
-            for i, beam in enumerate(element.beams, start=1)
+    def chain(self, chain: Chain, prefix: str) -> Chain:
+        """The same with named springs."""
+        elements = tuple(self.element(x, prefix) for x in chain.elements)
+        freedoms = {x.name: x.freedoms for x in chain.elements if isinstance(x, Joint | Telescope)}
+        couplings = tuple(
+            replace(x, role=self.role(x.role, freedoms.get(x.terms[0][0], ()), prefix + x.name))
+            for x in chain.couplings
         )
-        return replace(element, beams=tuple(beams))
-    if isinstance(element, ParallelBlock):
-        branches = (
-            replace(own, chain=_chain(own.chain, f"{name}/{own.name}/", named))
-            for own in element.branches
-        )
-        return replace(element, branches=tuple(branches))
-    return element
+        return replace(chain, elements=elements, couplings=couplings)
 
+    def element(self, element: Any, prefix: str) -> Any:
+        """The same with named springs."""
+        name = prefix + getattr(element, "name", "")
+        if isinstance(element, Link):
+            return replace(element, elasticity=self.elasticity(element.elasticity, name))
+        if isinstance(element, Joint):
+            return replace(element, role=self.role(element.role, element.freedoms, name))
+        if isinstance(element, Telescope):
+            several = len(element.beams) > 1
+            beams = (
+                self.telescopic(beam, f"{name}.beam{i}" if several else f"{name}.beam")
+                for i, beam in enumerate(element.beams, start=1)
+            )
+            role = self.role(element.role, element.freedoms, name)
+            return replace(element, beams=tuple(beams), role=role)
+        if isinstance(element, ParallelBlock):
+            branches = (
+                replace(own, chain=self.chain(own.chain, f"{name}/{own.name}/"))
+                for own in element.branches
+            )
+            return replace(element, branches=tuple(branches))
+        return element
 
-def _elasticity(own: Elasticity, name: str, named: _Named) -> Elasticity:
-    found = None if own.beam is None else named(name, own.beam)
-    return own if found is None or own.beam is None else found.elasticity(own, own.beam.length)
+    def role(self, role: Any, freedoms: tuple[Screw, ...], name: str) -> Any:
+        """The same with a name for a stiffness that is a number."""
+        units = {"N m/rad" if screw.turns else "N/m" for screw in freedoms}
+        stiffness = getattr(role, "stiffness", None)
+        if stiffness is None or isinstance(stiffness, StiffnessLaw) or len(units) != 1:
+            return role
+        if exact_number(stiffness).free_symbols:
+            return role
+        found = self.names.of_drive(self.leg + name, stiffness, *units)
+        return role if found is None else replace(role, stiffness=found)
 
+    def elasticity(self, own: Elasticity, name: str) -> Elasticity:
+        """The same with names for the products of a beam."""
+        found = None if own.beam is None else self.names.of_beam(name, own.beam)
+        return own if found is None or own.beam is None else found.elasticity(own, own.beam.length)
 
-def _telescopic(beam: TelescopicBeam, name: str, named: _Named) -> TelescopicBeam:
-    own = SlenderBeam.of(1, beam.material, beam.section, beam.theory)
-    found = None if own is None else named(name, own)
-    return beam if found is None else found.telescopic(beam)
+    def telescopic(self, beam: TelescopicBeam, name: str) -> TelescopicBeam:
+        """The same with names for its products."""
+        own = SlenderBeam.of(1, beam.material, beam.section, beam.theory)
+        found = None if own is None else self.names.of_beam(name, own)
+        return beam if found is None else found.telescopic(beam)

@@ -119,8 +119,8 @@ def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> 
     Symbols are entries of a record whose samples lie around the nominal values; the working modes
     of the legs are those of home.
 
-    `pose`: AtHome, AtSymbols or AtCoordinates; `with_names`: whether stiffnesses of beams that are
-    numbers have names.
+    `pose`: AtHome, AtSymbols or AtCoordinates; `with_names`: whether stiffnesses that are numbers
+    have names.
 
     Raises
     ------
@@ -141,9 +141,7 @@ def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> 
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
     if given is not None and not robot.is_posed_by_joints and not follows.pose:
         _check_reach(robot, finder, given, rotation)
-    named, springs = robot, ()
-    if symbols and with_names:
-        named, springs = with_named_springs(robot, symbols)
+    named, springs = with_named_springs(robot, symbols) if symbols and with_names else (robot, ())
     samples = _samples(symbols, given, robot, finder, follows, rotation)
     record = Record(_with_springs(samples, symbols, springs))
     read = entry_reader(record, exact=True)

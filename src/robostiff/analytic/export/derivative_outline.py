@@ -151,7 +151,7 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         )
     if derivation.in_series is not None:
         # K as the inverse of C is the whole formula: wrenches of an arm say no more.
-        blocks += series_blocks(derivation.in_series, names, (), taken)
+        blocks += series_blocks(derivation.in_series, names, (), set(names.given))
         blocks.append(OutlineText(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
         return (*blocks, _nomenclature(derivation, names))
     closing = [x for c in derivation.conditions for x in c.equations]

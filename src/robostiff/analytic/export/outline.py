@@ -305,6 +305,7 @@ def _is_value(definition: Definition) -> bool:
 _OF_BEAMS = {
     "E": ("Young's modulus", "GPa"),
     "G": ("shear modulus", "GPa"),
+    "k": ("stiffness", ""),
     "EA": ("axial stiffness E A", "N"),
     "EI": ("bending stiffness E I", "N m²"),
     "EI_y": ("bending stiffness E I about y", "N m²"),
@@ -329,7 +330,7 @@ def with_stiffnesses_of_beams(blocks: Sequence[Block]) -> tuple[Block, ...]:
         d = named[name]
         words, unit = _OF_BEAMS[_letter_and_number(name)[0]]
         size = 1e9 if unit == "GPa" else 1.0
-        value = f", {float(d.expression) / size:.12g} {unit}" if _is_value(d) else ""
+        value = f", {float(d.expression) / size:.12g} {unit or d.unit}" if _is_value(d) else ""
         rows.append(((d.symbol.name,), f"{words} of {', '.join(d.parts)}{value}"))
     shown = [b for b in others if not isinstance(b, ScalarEquations) or b.rows]
     after = [*shown[1:], last]

@@ -213,10 +213,11 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
         ),
         VectorEquations(found.equations),
     ]
+    if found.names:
+        blocks.append(equations(found.names))
     if drives:
         blocks.append(FormulaTable((MatrixName("t"), "c"), tuple(drives), "joint"))
     if beams:
-        blocks += [equations(found.names)] if found.names else []
         blocks.append(
             FormulaTable((MatrixName("Q"), MatrixName("m"), *letters), tuple(beams), "beam")
         )
