@@ -105,7 +105,7 @@ def _refuse_meeting_postures(where: str, solvers: Iterable[LegSolver]) -> None:
             continue
         raise InputError(
             f"formula of {where}",
-            got=f"two postures of leg {solver.leg.name!r} that meet at home, at the border of reach",
+            got=f"two postures of leg {solver.leg.name!r} that meet at home, at the end of reach",
             expected="values of the model at which home coordinates choose one of them",
             hint="derive it with other values of the model, and put yours in: "
             'derivation.subs({"name": value})',
@@ -218,7 +218,8 @@ def _near_home(
         if expression.is_Symbol and expression.name not in known:
             size = finder.length if name in ("x", "y", "z") else 1.0
             values[expression.name] = at_home[name] + AROUND * size * random.uniform(-1, 1)
-    for name in placed.symbols.keys() - known - values.keys():
+    named = {d.symbol.name for d in placed.springs}
+    for name in placed.symbols.keys() - known - named - values.keys():
         values[name] = 1.0 + AROUND * random.uniform(-1, 1)
     return values
 

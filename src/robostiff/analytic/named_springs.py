@@ -5,14 +5,16 @@ Each has its value in the nomenclature.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any, Protocol
 
+import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.operation_count import count_of
 from robostiff.elasticity import (
     CrossSection,
@@ -68,6 +70,18 @@ def with_named_springs(robot: Robot, taken: Iterable[str]) -> tuple[Robot, tuple
     for drive in springs.drives:
         table.name_stiffness(*drive)
     return _changed(robot, table), table.definitions
+
+
+def with_samples(
+    springs: Sequence[Definition], samples: Mapping[str, Any], symbols: dict[str, sp.Symbol]
+) -> dict[str, Any]:
+    """Samples of symbols with those of named springs, whose symbols are added to the others."""
+    at = {symbols[name]: sample for name, sample in samples.items()}
+    own = [d.symbol for d in springs]
+    symbols |= {symbol.name: symbol for symbol in own}
+    shape = np.shape(next(iter(samples.values()), 0.0))
+    each = zip(own, values_of(own, at, springs), strict=True)
+    return {**samples, **{s.name: np.broadcast_to(values, shape) for s, values in each}}
 
 
 def named_products(written: Mapping[str, Any], number: int) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
@@ -16,8 +16,7 @@ from robostiff.analytic.derivation import Definition
 from robostiff.analytic.exact_points import ExactPoints
 from robostiff.analytic.guiding_post import guiding_post, place_guiding_post
 from robostiff.analytic.legs_at_points import turned_legs
-from robostiff.analytic.named_springs import with_named_springs
-from robostiff.analytic.numeric_value import values_of
+from robostiff.analytic.named_springs import with_named_springs, with_samples
 from robostiff.analytic.orbits import Image
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.robot_pose import (
@@ -143,7 +142,7 @@ def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> 
         _check_reach(robot, finder, given, rotation)
     named, springs = with_named_springs(robot, symbols) if symbols and with_names else (robot, ())
     samples = _samples(symbols, given, robot, finder, follows, rotation)
-    record = Record(_with_springs(samples, symbols, springs))
+    record = Record(with_samples(springs, samples, symbols))
     read = entry_reader(record, exact=True)
     exact = cache(exact_number)  # most numbers are 0 or 1
     entries = with_entries(named, lambda value: read(exact(value)))
@@ -361,17 +360,6 @@ def _samples(
         spread = _SPREAD * (abs(value) if value else 1.0)
         samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
     return samples
-
-
-def _with_springs(
-    samples: Mapping[str, Any], symbols: dict[str, sp.Symbol], springs: Sequence[Definition]
-) -> dict[str, Any]:
-    """The samples with those of springs, whose symbols are added to the others."""
-    at = {symbols[name]: sample for name, sample in samples.items()}
-    own = [d.symbol for d in springs]
-    symbols |= {symbol.name: symbol for symbol in own}
-    each = zip(own, values_of(own, at, springs), strict=True)
-    return {**samples, **{s.name: np.broadcast_to(values, _SAMPLES) for s, values in each}}
 
 
 def home_values(finder: PostureFinder, rotation: PoseRotation) -> dict[str, float]:

@@ -53,10 +53,9 @@ def series_form(placed: PlacedRobot) -> InSeries | ArmOfSprings | None:
     DisagreementError
         When it differs from the numerical form at random parameters and poses.
     """
-    own = placed.legs[0].leg
-    passive = any(f.is_passive for f in own.freedoms)
-    if not placed.robot.is_posed_by_joints or passive or own.blocks:
+    if not is_arm(placed):
         return None
+    own = placed.legs[0].leg
     geometry = LegGeometry.of(own, placed)
     try:
         geometry.check_elastic()
@@ -66,6 +65,15 @@ def series_form(placed: PlacedRobot) -> InSeries | ArmOfSprings | None:
     if found is not None:
         check_series(found, placed)
     return found
+
+
+def is_arm(placed: PlacedRobot, links: int = 0) -> bool:
+    """Whether it is an arm without passive joints, of so many elastic links at least."""
+    if not placed.robot.is_posed_by_joints:
+        return False
+    own = placed.legs[0].leg
+    passive = any(f.is_passive for f in own.freedoms)
+    return not (passive or own.blocks) and len([*own.springs]) >= links
 
 
 def _in_entries(geometry: LegGeometry) -> InSeries | None:
