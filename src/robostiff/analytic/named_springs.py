@@ -160,6 +160,7 @@ class _Table:
         self._beams: dict[SlenderBeam, _Stiffnesses] = {}
         self._drives: dict[tuple[Any, str], Any] = {}
         self._moduli: dict[tuple[str, Any], Any] = {}
+        self._products: dict[tuple[str, Any], Any] = {}
         self._sets: dict[tuple[Any, ...], _Stiffnesses] = {}
         self._definitions: dict[Any, Definition] = {}
 
@@ -180,7 +181,7 @@ class _Table:
         """A name for the stiffness of a drive."""
         if (stiffness, unit) not in self._drives:
             own = f"k_{self._number(('k',))}"
-            self._drives[stiffness, unit] = self._define(own, exact_number(stiffness), unit=unit)
+            self._drives[stiffness, unit] = self._define(own, exact_number(stiffness), unit)
         self._of_part(self._drives[stiffness, unit], name)
 
     def name_moduli(self, beams: Iterable[SlenderBeam]) -> None:
@@ -223,12 +224,14 @@ class _Table:
 
     def _named(self, written: dict[str, Any]) -> _Stiffnesses:
         named = named_products(written, self._number(LETTERS))
-        return _Stiffnesses(
-            **{
-                letter: self._define(own[2], own[1]) if isinstance(own, tuple) else own
-                for letter, own in named.items()
-            }
-        )
+        for letter, own in named.items():
+            if isinstance(own, tuple):
+                # A stiffness that another beam has, too, keeps its name.
+                key = own[:2]
+                if key not in self._products:
+                    self._products[key] = self._define(own[2], own[1])
+                named[letter] = self._products[key]
+        return _Stiffnesses(**named)
 
     def _define(self, name: str, expression: Any, unit: str = "") -> Any:
         symbol = sp.Symbol(name, positive=True)
@@ -264,11 +267,11 @@ def _changed(robot: Robot, names: _Names) -> Robot:
         own = id(leg.chain)
         if own not in chains:
             alone = len(users) > 1 and len(users[own]) == 1
-            chains[own] = _Walk(names, f"{leg.name}/" if alone else "").chain(leg.chain, "")
+            chains[own] = _Naming(names, f"{leg.name}/" if alone else "").chain(leg.chain, "")
         legs.append(replace(leg, chain=chains[own]))
     platform = robot.platform
     if platform is not None:
-        walk = _Walk(names, "")
+        walk = _Naming(names, "")
         parts = (
             replace(x, elasticity=walk.elasticity(x.elasticity, f"platform/{x.name}"))
             for x in platform.parts
@@ -278,7 +281,7 @@ def _changed(robot: Robot, names: _Names) -> Robot:
 
 
 @dataclass(frozen=True)
-class _Walk:
+class _Naming:
     """Goes along a chain."""
 
     names: _Names

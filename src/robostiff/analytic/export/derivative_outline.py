@@ -34,8 +34,8 @@ from robostiff.analytic.export.outline import (
     outline,
     stiffness_equation,
     title_of,
-    with_stiffnesses_of_beams,
 )
+from robostiff.analytic.export.springs import with_springs
 from robostiff.analytic.export.vector_outline import (
     series_blocks,
     vector_blocks,
@@ -335,7 +335,7 @@ def outline_of(
         blocks = loaded_outline(derivation)
     else:
         blocks = outline(derivation)
-    return with_conditions(with_stiffnesses_of_beams(blocks), derivation.conditions)
+    return with_conditions(with_springs(blocks), derivation.conditions)
 
 
 def refuse_derivative(derivation: Derivation) -> None:

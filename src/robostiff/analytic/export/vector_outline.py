@@ -245,11 +245,14 @@ def _in_known_names(
 ) -> tuple[dict[Any, Any], tuple[Definition, ...]]:
     """Names that the rest of the derivation has for the same formulas, otherwise free ones."""
     by_formula = {d.expression: d.symbol for d in known}
+    same = {(d.symbol, d.expression) for d in known}
     used = taken | {d.symbol.name for d in known}
     renamed: dict[Any, Any] = {}
     new = []
     for definition in names:
         own = by_formula.get(definition.expression)
+        if (definition.symbol, definition.expression) in same:
+            own = definition.symbol
         if own is None:
             name = definition.symbol.name
             while name in used:
