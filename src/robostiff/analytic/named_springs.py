@@ -5,7 +5,7 @@ Each has its value in the nomenclature.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any, Protocol
@@ -40,8 +40,8 @@ _SHORT = 1  # operations of a stiffness that needs no name, such as E*A
 LETTERS = ("EA", "EI", "EI_y", "EI_z", "GJ")
 
 
-def with_named_springs(robot: Robot, taken: Iterable[str]) -> tuple[Robot, tuple[Definition, ...]]:
-    """The robot with names for the stiffnesses of its springs, and what the names stand for.
+def named_springs(robot: Robot, taken: Iterable[str]) -> NamedSprings:
+    """Names for the stiffnesses of springs.
 
     Beams have names for their products, drives for a stiffness that is a number. A modulus that is
     a number has a name where the section has symbols. Beams in which shear counts, tapered ones
@@ -53,7 +53,7 @@ def with_named_springs(robot: Robot, taken: Iterable[str]) -> tuple[Robot, tuple
     --------
     >>> from robostiff.robots import load
     >>> symbols = ("b", "h", "l1", "l2")
-    >>> _, names = with_named_springs(load("two-link-arm", symbols=symbols), symbols)
+    >>> names = named_springs(load("two-link-arm", symbols=symbols), symbols).definitions
     >>> [str(d.symbol) for d in names]
     ['E', 'G', 'EA_1', 'EI_y_1', 'EI_z_1', 'GJ_1', 'EA_2', 'EI_2', 'GJ_2', 'k_1', 'k_2']
     >>> names[0].expression, names[3].expression, names[-1].expression
@@ -61,15 +61,13 @@ def with_named_springs(robot: Robot, taken: Iterable[str]) -> tuple[Robot, tuple
     """
     springs = _Springs([], [])
     _changed(robot, springs)
-    if not (springs.beams or springs.drives):
-        return robot, ()
-    table = _Table({*taken})
+    table = NamedSprings({*taken})
     table.name_moduli([own for _, own in springs.beams])
     for name, own in springs.beams:
         table.name_products(name, own)
     for drive in springs.drives:
         table.name_stiffness(*drive)
-    return _changed(robot, table), table.definitions
+    return table
 
 
 def with_samples(
@@ -140,11 +138,10 @@ class _Stiffnesses:
     EI_z: Any
     GJ: Any
 
-    def elasticity(self, own: Elasticity, length: Any) -> Elasticity:
-        """That of a beam of some length."""
-        products = self.EA, self.EI_y, self.EI_z, self.GJ
-        C = cantilever_compliance(exact_number(length), 1, 1, *products)
-        return replace(own, compliance=C, beam=None)
+    def elasticity(self, own: Elasticity, length: Any, read: Callable[[Any], Any]) -> Elasticity:
+        """That of a beam of some length, on what is read."""
+        L, *products = map(read, (exact_number(length), self.EA, self.EI_y, self.EI_z, self.GJ))
+        return replace(own, compliance=cantilever_compliance(L, 1, 1, *products), beam=None)
 
     def telescopic(self, beam: TelescopicBeam) -> TelescopicBeam:
         """A beam of a telescope that has them: products in place of a section, and moduli of 1."""
@@ -152,7 +149,7 @@ class _Stiffnesses:
         return replace(beam, material=Material(beam.material.name, 1, 1), section=section)
 
 
-class _Table:
+class NamedSprings:
     """Names of materials and of beams; those that are alike have one."""
 
     def __init__(self, taken: set[str]) -> None:
@@ -163,6 +160,10 @@ class _Table:
         self._products: dict[tuple[str, Any], Any] = {}
         self._sets: dict[tuple[Any, ...], _Stiffnesses] = {}
         self._definitions: dict[Any, Definition] = {}
+
+    def put_into(self, robot: Robot, read: Callable[[Any], Any]) -> Robot:
+        """The robot with names in place of its springs; compliances are those of what is read."""
+        return _changed(robot, self, read) if self._definitions else robot
 
     @property
     def definitions(self) -> tuple[Definition, ...]:
@@ -256,7 +257,19 @@ def _has_symbols(value: Any) -> bool:
     return bool(exact_number(value).free_symbols)
 
 
-def _changed(robot: Robot, names: _Names) -> Robot:
+def _with(part: Any, **new: Any) -> Any:
+    """A part with other members, itself where they are the same."""
+
+    def is_same(old: Any, value: Any) -> bool:
+        if isinstance(old, tuple) and isinstance(value, tuple):
+            return len(old) == len(value) and all(a is b for a, b in zip(old, value, strict=True))
+        return old is value
+
+    kept = all(is_same(getattr(part, name), value) for name, value in new.items())
+    return part if kept else replace(part, **new)
+
+
+def _changed(robot: Robot, names: _Names, read: Callable[[Any], Any] = lambda x: x) -> Robot:
     """A robot with names in place of its springs, where they have names."""
     users: dict[int, list[str]] = {}
     for leg in robot.legs:
@@ -267,17 +280,17 @@ def _changed(robot: Robot, names: _Names) -> Robot:
         own = id(leg.chain)
         if own not in chains:
             alone = len(users) > 1 and len(users[own]) == 1
-            chains[own] = _Naming(names, f"{leg.name}/" if alone else "").chain(leg.chain, "")
-        legs.append(replace(leg, chain=chains[own]))
+            chains[own] = _Naming(names, read, f"{leg.name}/" if alone else "").chain(leg.chain, "")
+        legs.append(_with(leg, chain=chains[own]))
     platform = robot.platform
     if platform is not None:
-        walk = _Naming(names, "")
+        walk = _Naming(names, read, "")
         parts = (
-            replace(x, elasticity=walk.elasticity(x.elasticity, f"platform/{x.name}"))
+            _with(x, elasticity=walk.elasticity(x.elasticity, f"platform/{x.name}"))
             for x in platform.parts
         )
-        platform = replace(platform, parts=tuple(parts))
-    return replace(robot, legs=tuple(legs), platform=platform)
+        platform = _with(platform, parts=tuple(parts))
+    return _with(robot, legs=tuple(legs), platform=platform)
 
 
 @dataclass(frozen=True)
@@ -285,6 +298,7 @@ class _Naming:
     """Goes along a chain."""
 
     names: _Names
+    read: Callable[[Any], Any]
     leg: str  # before the names of drives, where that of another leg may be called alike
 
     def chain(self, chain: Chain, prefix: str) -> Chain:
@@ -292,18 +306,18 @@ class _Naming:
         elements = tuple(self.element(x, prefix) for x in chain.elements)
         freedoms = {x.name: x.freedoms for x in chain.elements if isinstance(x, Joint | Telescope)}
         couplings = tuple(
-            replace(x, role=self.role(x.role, freedoms.get(x.terms[0][0], ()), prefix + x.name))
+            _with(x, role=self.role(x.role, freedoms.get(x.terms[0][0], ()), prefix + x.name))
             for x in chain.couplings
         )
-        return replace(chain, elements=elements, couplings=couplings)
+        return _with(chain, elements=elements, couplings=couplings)
 
     def element(self, element: Any, prefix: str) -> Any:
         """The same with named springs."""
         name = prefix + getattr(element, "name", "")
         if isinstance(element, Link):
-            return replace(element, elasticity=self.elasticity(element.elasticity, name))
+            return _with(element, elasticity=self.elasticity(element.elasticity, name))
         if isinstance(element, Joint):
-            return replace(element, role=self.role(element.role, element.freedoms, name))
+            return _with(element, role=self.role(element.role, element.freedoms, name))
         if isinstance(element, Telescope):
             several = len(element.beams) > 1
             beams = (
@@ -311,13 +325,13 @@ class _Naming:
                 for i, beam in enumerate(element.beams, start=1)
             )
             role = self.role(element.role, element.freedoms, name)
-            return replace(element, beams=tuple(beams), role=role)
+            return _with(element, beams=tuple(beams), role=role)
         if isinstance(element, ParallelBlock):
             branches = (
-                replace(own, chain=self.chain(own.chain, f"{name}/{own.name}/"))
+                _with(own, chain=self.chain(own.chain, f"{name}/{own.name}/"))
                 for own in element.branches
             )
-            return replace(element, branches=tuple(branches))
+            return _with(element, branches=tuple(branches))
         return element
 
     def role(self, role: Any, freedoms: tuple[Screw, ...], name: str) -> Any:
@@ -329,12 +343,14 @@ class _Naming:
         if exact_number(stiffness).free_symbols:
             return role
         found = self.names.of_drive(self.leg + name, stiffness, *units)
-        return role if found is None else replace(role, stiffness=found)
+        return role if found is None else _with(role, stiffness=found)
 
     def elasticity(self, own: Elasticity, name: str) -> Elasticity:
         """The same with names for the products of a beam."""
         found = None if own.beam is None else self.names.of_beam(name, own.beam)
-        return own if found is None or own.beam is None else found.elasticity(own, own.beam.length)
+        if found is None or own.beam is None:
+            return own
+        return found.elasticity(own, own.beam.length, self.read)
 
     def telescopic(self, beam: TelescopicBeam, name: str) -> TelescopicBeam:
         """The same with names for its products."""

@@ -16,7 +16,7 @@ from robostiff.analytic.derivation import Definition
 from robostiff.analytic.exact_points import ExactPoints
 from robostiff.analytic.guiding_post import guiding_post, place_guiding_post
 from robostiff.analytic.legs_at_points import turned_legs
-from robostiff.analytic.named_springs import with_named_springs, with_samples
+from robostiff.analytic.named_springs import named_springs, with_samples
 from robostiff.analytic.orbits import Image
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.robot_pose import (
@@ -140,12 +140,14 @@ def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> 
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
     if given is not None and not robot.is_posed_by_joints and not follows.pose:
         _check_reach(robot, finder, given, rotation)
-    named, springs = with_named_springs(robot, symbols) if symbols and with_names else (robot, ())
+    names = named_springs(robot, symbols) if symbols and with_names else None
+    springs = () if names is None else names.definitions
     samples = _samples(symbols, given, robot, finder, follows, rotation)
     record = Record(with_samples(springs, samples, symbols))
     read = entry_reader(record, exact=True)
     exact = cache(exact_number)  # most numbers are 0 or 1
-    entries = with_entries(named, lambda value: read(exact(value)))
+    named = robot if names is None else names.put_into(robot, read)
+    entries = with_entries(named, lambda x: x if isinstance(x, Entry) else read(exact(x)))
     coordinates = None
     if given is not None:
         coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
