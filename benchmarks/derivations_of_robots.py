@@ -200,7 +200,7 @@ def random_places(
     """Values of all symbols at which the legs close, and K in numbers (sets, n, n)."""
     placed = place_robot(robot, POSES[pose])
     at_all = list(closed_places(placed, sets=sets, poses=1 if robot.symbols else sets))
-    values = {name: np.array([own[name] for own, _, _ in at_all]) for name in placed.symbols}
+    values = {name: np.array([own[name] for own, _, _ in at_all]) for name in at_all[0][0]}
     return values, np.array([result.K for _, result, _ in at_all])
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,8 @@ from robostiff.analytic.robot_placement import PlacedRobot, home_values, number_
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import JointCoordinates, PostureFinder
+from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.closure.rod import Rod
 from robostiff.model import Robot
 
 #: Largest relative difference of two ways: rounding of either is far below it.
@@ -32,6 +34,7 @@ _SPREADS = (0.02, 0.005, 0.0)  # of the parameters: some robots close at few val
 _SEED = 74
 _DRAWN = 12  # random values of symbols without nominal ones
 _PARTS = 2**20
+_MEET = 1e-6  # difference of coordinates [m, rad]: the root of rounding
 
 
 _Place = tuple[dict[str, float], Any, bool]  # values, answer, and whether it is in doubt
@@ -45,6 +48,7 @@ class RobotInNumbers:
     symbols: tuple[sp.Symbol, ...]  # those that have values
     places: tuple[_Place, ...]  # (values, answer, whether it is in doubt)
     length: float  # characteristic length [m]
+    solvers: tuple[LegSolver, ...]  # of the legs at nominal values
 
     @classmethod
     def of(cls, placed: PlacedRobot) -> RobotInNumbers:
@@ -57,7 +61,8 @@ class RobotInNumbers:
         """
         places = tuple(closed_places(placed, placed.where))
         symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
-        return cls(f"{placed.robot.name!r} {placed.where}", symbols, places, placed.length)
+        where = f"{placed.robot.name!r} {placed.where}"
+        return cls(where, symbols, places, placed.length, placed.solvers)
 
     @property
     def rank(self) -> int:
@@ -71,6 +76,8 @@ class RobotInNumbers:
         ------
         DisagreementError
             When they differ.
+        InputError
+            When they do as two postures of a leg meet at the nominal values.
         """
         at_all = {s: np.array([at[s.name] for at, _, _ in self.places]) for s in self.symbols}
         found = matrix_value(K, at_all, definitions)
@@ -79,7 +86,30 @@ class RobotInNumbers:
             limit = _AGREED_IN_DOUBT if doubtful else AGREED
             if matrix_distance(own, result.K, self.length) > limit:
                 given = {s: values[s.name] for s in self.symbols}
-                check_value(K, definitions, given, result.K, limit, self.where, self.length)
+                try:
+                    check_value(K, definitions, given, result.K, limit, self.where, self.length)
+                except DisagreementError:
+                    _refuse_meeting_postures(self.where, self.solvers)
+                    raise
+
+
+def _refuse_meeting_postures(where: str, solvers: Iterable[LegSolver]) -> None:
+    """Raise where a leg has two postures in one at the nominal values: none can be chosen there."""
+    for solver in solvers:
+        if not isinstance(solver.closed_form, Rod):
+            continue
+        own = solver.closed_form.mode
+        known = dict(zip(*solver.that_close(solver.home_pose), strict=True))
+        pair = [known.get(mode) for mode in (own, replace(own, root=-own.root))]
+        if any(q is None for q in pair) or np.ptp(pair, axis=0).max() > _MEET:
+            continue
+        raise InputError(
+            f"formula of {where}",
+            got=f"two postures of leg {solver.leg.name!r} that meet at home, at the end of reach",
+            expected="values of the model at which home coordinates choose one of them",
+            hint="derive it with other values of the model, and put yours in: "
+            'derivation.subs({"name": value})',
+        )
 
 
 def closed_places(
@@ -188,7 +218,8 @@ def _near_home(
         if expression.is_Symbol and expression.name not in known:
             size = finder.length if name in ("x", "y", "z") else 1.0
             values[expression.name] = at_home[name] + AROUND * size * random.uniform(-1, 1)
-    for name in placed.symbols.keys() - known - values.keys():
+    named = {d.symbol.name for d in placed.springs}
+    for name in placed.symbols.keys() - known - named - values.keys():
         values[name] = 1.0 + AROUND * random.uniform(-1, 1)
     return values
 

@@ -54,7 +54,7 @@ def conditions_of(
     close; the gaps say so. They are written at postures that are not closed, as they would vanish
     at those of the record.
     """
-    read = ClosedReading(placed.record, placed.symbols)
+    read = ClosedReading(placed.record, placed.written_out)
     legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
     part = placed.robot if only is None else next(x for x in placed.robot.legs if x.name == only)
     found = list(_existing(part))
@@ -321,7 +321,7 @@ def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
     robot = with_entries(with_entries(placed.robot, exact_number), entry)
     given = placed.given
     coordinates = None if given is None else {name: entry(x) for name, x in given.items()}
-    again = ClosedReading(record, placed.symbols)
+    again = ClosedReading(record, placed.written_out)
     each = {
         i: np.array([entry(read(x)) for x in q], dtype=object) for i, q in placed.closed.items()
     }

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.named_springs import LETTERS, named_products
 from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.unit_wrenches import UnitWrench
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
@@ -21,7 +23,6 @@ from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded.leg import at_samples
 
 _SAME = 1e-11
-_SHORT = 1  # operations of a stiffness that needs no name, such as E*A
 
 
 @dataclass(frozen=True)
@@ -53,23 +54,14 @@ class BeamProducts:
         written = {letter: self.read(x) for letter, x in products.items()}
         key = tuple(written.values())
         if key not in self._known:
-            self._known[key] = self._named(written, len(self._known) + 1)
+            first = len(self._known) + 1
+            numbers = (n for n in count(first) if self.read.are_free(f"{x}_{n}" for x in LETTERS))
+            self._known[key] = named_products(written, next(numbers))
         return self._known[key]
 
     def value(self, name: Any, beam: str) -> Any:
         """A product of a beam, defined where it has a name: only what is needed is defined."""
         return self.read.define(*name, part=beam) if isinstance(name, tuple) else name
-
-    def _named(self, written: dict[str, Any], number: int) -> dict[str, Any]:
-        named: dict[str, Any] = {}
-        for letter, expression in written.items():
-            if count_of(expression) <= _SHORT and expression.free_symbols:
-                named[letter] = expression
-            else:
-                alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
-                own = "EI" if alike else letter
-                named[letter] = (own, expression, f"{own}_{number}")
-        return named
 
 
 @dataclass(frozen=True)

@@ -76,12 +76,15 @@ class Definition:
     symbol : sympy.Symbol
     expression : sympy.Expr
     parts : tuple of str
-        Beams of which it is a stiffness: E A, E I or G J.
+        Beams or drives of which it is a stiffness, or materials of which it is a modulus.
+    unit : str
+        Of the stiffness of a drive.
     """
 
     symbol: sp.Symbol
     expression: sp.Expr
     parts: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    unit: str = field(default="", compare=False, repr=False)
 
 
 def used_definitions(
@@ -246,12 +249,9 @@ class Derivation(Formula):
         """
         given = {values: value} if value is not None else values
         if not isinstance(given, Mapping):
-            raise InputError(
-                "values of symbols",
-                got=given,
-                expected="names or symbols with their values",
-                hint='write subs({"h": 0.75})',
-            )
+            expected = "names or symbols with their values"
+            hint = 'write subs({"h": 0.75})'
+            raise InputError("values of symbols", got=given, expected=expected, hint=hint)
         known = {*self.symbols, *self._symbols_of_conditions, *self._symbols_of_stages}
         known -= {d.symbol for d in self.definitions}
         chosen = values_of_symbols(sorted(known, key=str), given, f"formula {self.name!r}")
@@ -361,9 +361,8 @@ class Derivation(Formula):
                 got=", ".join(sorted(names - known)),
                 expected=", ".join(sorted(known)),
             )
-        used = names & known
-        own = [s for s in own if s.name in used]
-        given = {str(key): value for key, value in values.items() if str(key) in used}
+        own = [s for s in own if s.name in names]
+        given = {str(key): value for key, value in values.items() if str(key) in known}
         put_in = Substitution(values_of_symbols(own, given, f"formula {self.name!r}"))
         for definition in self.definitions:
             put_in.value_of(definition.symbol, definition.expression)

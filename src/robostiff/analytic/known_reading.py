@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from robostiff.analytic.contributions import ContributionReader
+from robostiff.analytic.derivation import Definition
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.record import Entry, Record
 
@@ -20,8 +22,10 @@ class KnownReading(NamedReading):
     `known`: list of (values at the samples, symbol).
     """
 
-    def __init__(self, record: Record, symbols: dict[str, sp.Symbol]) -> None:
-        super().__init__(record, symbols)
+    def __init__(
+        self, record: Record, symbols: dict[str, sp.Symbol], springs: Iterable[Definition]
+    ) -> None:
+        super().__init__(record, symbols, springs)
         self.known: list[tuple[np.ndarray, Any]] = []
 
     def length(self, value: Any) -> Any:

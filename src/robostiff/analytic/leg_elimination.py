@@ -166,7 +166,8 @@ def _shortest(
     closed = Closed(_READABLE) if form is None else form
 
     def in_names() -> LegElimination:
-        read = NamedReading(geometry.placed.record, geometry.placed.symbols)
+        own = geometry.placed
+        read = NamedReading(own.record, own.symbols, own.springs)
         return _derived(geometry, read, closed)
 
     def in_steps() -> LegElimination:

@@ -10,7 +10,8 @@ import sympy as sp
 from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
-from robostiff.recorded import RecordedRobot
+from robostiff.record import Entry
+from robostiff.recorded import RecordedLeg, RecordedRobot
 
 
 def passive_freedoms(leg: PlacedLeg) -> tuple[str, ...]:
@@ -59,6 +60,18 @@ def shared_out(
         own = used_definitions(definitions, results)
         shared.append(tuple(d for d in own if d.symbol not in before))
     return shared
+
+
+def give_names(leg: RecordedLeg, number: int) -> None:
+    """Names for wrenches w and compliances c."""
+    several = len(leg.wrenches) > 1
+    for k, (w, mu) in enumerate(zip(leg.wrenches, leg.mu, strict=True), start=1):
+        own = f"{number}_{k}" if several else f"{number}"
+        if isinstance(mu, Entry):
+            mu.named(f"c_{own}")
+        for i, x in enumerate(w, start=1):
+            if isinstance(x, Entry):
+                x.named(f"w_{own}_{i}")
 
 
 def facts_of(placed: PlacedLeg, redundant: Sequence[bool]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -142,7 +143,8 @@ class LegInSteps:
     def __init__(self, geometry: LegGeometry) -> None:
         placed = geometry.placed
         self._read = StepReading(placed.record, placed.symbols, geometry.entries)
-        self.definitions = list(self._read.definitions)
+        self.definitions = [*placed.springs, *self._read.definitions]
+        self._taken = {*placed.symbols, *(d.symbol.name for d in self.definitions)}
 
     def __call__(self, value: Any) -> Any:
         """The expression of an entry."""
@@ -155,6 +157,10 @@ class LegInSteps:
     def length(self, value: Any) -> Any:
         """A length; it has a name where it is used twice."""
         return self._read(value)
+
+    def are_free(self, names: Iterable[str]) -> bool:
+        """Whether names stand for nothing else."""
+        return self._taken.isdisjoint(names)
 
     def define(self, letter: str, expression: Any, own: str | None = None, part: str = "") -> Any:
         """A further name."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -51,8 +51,9 @@ class NamedReading:
 
     Roots that have the same values at the samples have one name.
 
-    `symbols`: one for each input; `in_short_steps`: whether every intermediate of some length
-    has a name; `definitions`: the names, in the order in which they can be computed.
+    `symbols`: one for each input; `springs`: what some of them stand for; `in_short_steps`:
+    whether every intermediate of some length has a name; `definitions`: the names, in the order in
+    which they can be computed.
 
     Examples
     --------
@@ -65,11 +66,16 @@ class NamedReading:
     """
 
     def __init__(
-        self, record: Record, symbols: dict[str, sp.Symbol], *, in_short_steps: bool = False
+        self,
+        record: Record,
+        symbols: dict[str, sp.Symbol],
+        springs: Iterable[Definition] = (),
+        *,
+        in_short_steps: bool = False,
     ) -> None:
         self.record = record
         self.in_short_steps = in_short_steps
-        self.definitions: list[Definition] = []
+        self.definitions: list[Definition] = list(springs)
         self._closed = ClosedReading(record, dict(symbols))
         self._taken = set(symbols)
         self._raw: dict[int, Any] = {}
@@ -107,6 +113,10 @@ class NamedReading:
             if d.symbol.is_positive and d.expression in (rest, -rest):
                 return number * (d.symbol if d.expression == rest else -d.symbol)
         return fraction
+
+    def are_free(self, names: Iterable[str]) -> bool:
+        """Whether names stand for nothing else."""
+        return self._taken.isdisjoint(names)
 
     def length(self, value: Any) -> Any:
         """A length, named where it is more than a symbol or a number."""
@@ -174,7 +184,7 @@ class NamedReading:
         """An expression without names that begin with some letters."""
         put: dict[Any, Any] = {}
         for d in self.definitions:
-            if d.symbol.name.startswith(letters):
+            if d.symbol.name.startswith(letters) and not d.parts:
                 put[d.symbol] = d.expression.xreplace(put)
         return expression.xreplace(put)
 

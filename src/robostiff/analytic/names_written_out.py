@@ -341,7 +341,7 @@ def in_letters(written: Written, taken: Iterable[str]) -> Written:
     letters: dict[str, Iterator[str]] = {}
     for symbol in (d.symbol for d in written.definitions):
         letter, _, own = symbol.name.partition("_")
-        if letter in _LETTERS and own:
+        if letter in _LETTERS and own and not own.isdigit():
             name = next(letters.setdefault(letter, free_names(letter, given)))
             if name != symbol.name:
                 put[symbol] = sp.Symbol(name, **symbol.assumptions0)

@@ -94,7 +94,8 @@ class StepReading:
     What is zero or another number at random points in exact arithmetic is that number, and what is
     equal up to a sign has one name.
 
-    `symbols`: one for each input; `results`: everything that will be read;
+    `symbols`: one for each input; `results`: everything that will be read; `springs`: what some
+    of the inputs stand for;
     `at_closed_postures`: whether inputs follow from the closure of legs: then a sum that
     vanishes at all samples is zero where the legs close, and nowhere else, so that no exact
     point can decide it; `definitions`: in the order in which they can be computed.
@@ -114,6 +115,7 @@ class StepReading:
         record: Record,
         symbols: dict[str, sp.Symbol],
         results: Iterable[Any],
+        springs: Iterable[Definition] = (),
         *,
         at_closed_postures: bool = False,
     ) -> None:
@@ -131,7 +133,7 @@ class StepReading:
         taken = {*record.inputs, *record.names.values()}
         count = 0
         self._written: dict[int, sp.Expr] = {}
-        definitions = []
+        definitions = list(springs)
         multiples: dict[Any, tuple[Any, Any]] = {}
         for step in steps:
             arguments = {x: self._of_step(x) for x in record.arguments(step)}

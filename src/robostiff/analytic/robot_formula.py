@@ -17,7 +17,7 @@ from robostiff.analytic.closed_sum import closed_sum
 from robostiff.analytic.conditions import conditions_of
 from robostiff.analytic.derivation import Definition, Unwritten
 from robostiff.analytic.exact_points import ExactPoints, writes_the_same
-from robostiff.analytic.leg_facts import facts_of, facts_of_robot, shared_out
+from robostiff.analytic.leg_facts import facts_of, facts_of_robot, give_names, shared_out
 from robostiff.analytic.legs_at_points import (
     LegAtPoints,
     is_in_series,
@@ -42,14 +42,14 @@ from robostiff.analytic.robot_pose import (
     PoseFormula,
     is_short_in_angles,
 )
-from robostiff.analytic.series_form import series_form
+from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.sum_of_springs import SpringLeg, sum_of_springs
 from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
 from robostiff.analytic.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import Robot
 from robostiff.record import Entry, is_zero
-from robostiff.recorded import RecordedLeg, RecordedRobot, assembled
+from robostiff.recorded import RecordedRobot, assembled
 
 # Most terms of an entry by default: found in a second.
 _READABLE = 500
@@ -129,9 +129,13 @@ def derive_robot(
     is_home = isinstance(pose, AtHome) or at_joints or is_short_in_angles(robot)
     asked = isinstance(form, Steps)
 
+    def in_series(at: _Recording) -> bool:
+        # K of several links is the inverse of a sum, which no one writes out.
+        return form is None and bool(at.placed.symbols) and is_arm(at.placed, links=2)
+
     def recorded() -> _Recording:
         at = _Recording(place_robot(robot, pose))
-        if not is_home or isinstance(form, Steps) or not at.placed.symbols:
+        if not (is_home and at.placed.symbols) or isinstance(form, Steps) or in_series(at):
             _ = at.recorded
         return at
 
@@ -140,7 +144,7 @@ def derive_robot(
         limit = form.limit
         return within(budget, lambda: _readable(at, limit, is_home=is_home, closed=True))
     remark = ""
-    if form is None and is_home and robot.platform is None:
+    if form is None and is_home and robot.platform is None and not in_series(at):
         try:
             return within(budget, lambda: _readable(at, _READABLE, is_home=True, closed=False))
         except OutOfTimeError:
@@ -257,13 +261,17 @@ def _in_steps(
 ) -> RobotDerivation:
     """The record itself, its steps named."""
     for number, leg in enumerate(recorded.legs, start=1):
-        _give_names(leg, number)
+        give_names(leg, number)
     n = recorded.space.size
     K_entries = _added(recorded)
     of_legs = [[*(x for w in leg.wrenches for x in w), *leg.mu] for leg in recorded.legs]
     results = [*K_entries.values(), *(x for leg in of_legs for x in leg)]
     reading = StepReading(
-        placed.record, placed.symbols, results, at_closed_postures=placed.follows.any
+        placed.record,
+        placed.symbols,
+        results,
+        placed.springs,
+        at_closed_postures=placed.follows.any,
     )
     K = sp.ImmutableMatrix(n, n, lambda i, j: reading(K_entries[min(i, j), max(i, j)]))
     of_legs = [[reading(x) for x in leg] for leg in of_legs]
@@ -308,7 +316,7 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
     wanted = [x for leg in recorded.legs for x in (*(e for w in leg.wrenches for e in w), *leg.mu)]
     if written_size(placed.record, wanted) > _OPERATIONS_A_TERM * limit:
         raise FormulaTooLargeError.beyond(limit)
-    read = ClosedReading(placed.record, placed.symbols)
+    read = ClosedReading(placed.record, placed.written_out)
     written = [
         ([[read(x) for x in w] for w in leg.basis], [[read(x) for x in row] for row in leg.energy])
         for leg in recorded.legs
@@ -382,15 +390,3 @@ def _check_platform(robot: Robot) -> None:
                 expected="parts of platforms that hold in all directions",
                 hint="use stiffness(robot, poses)",
             )
-
-
-def _give_names(leg: RecordedLeg, number: int) -> None:
-    """Names for wrenches w and compliances c."""
-    several = len(leg.wrenches) > 1
-    for k, (w, mu) in enumerate(zip(leg.wrenches, leg.mu, strict=True), start=1):
-        own = f"{number}_{k}" if several else f"{number}"
-        if isinstance(mu, Entry):
-            mu.named(f"c_{own}")
-        for i, x in enumerate(w, start=1):
-            if isinstance(x, Entry):
-                x.named(f"w_{own}_{i}")

@@ -12,9 +12,11 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.closed_posture import AROUND, Following, Sample, leg_coordinates
+from robostiff.analytic.derivation import Definition
 from robostiff.analytic.exact_points import ExactPoints
 from robostiff.analytic.guiding_post import guiding_post, place_guiding_post
 from robostiff.analytic.legs_at_points import turned_legs
+from robostiff.analytic.named_springs import named_springs, with_samples
 from robostiff.analytic.orbits import Image
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.robot_pose import (
@@ -63,6 +65,7 @@ class PlacedRobot:
     closed: dict[int, np.ndarray]  # by leg number: coordinates of the legs that close by iteration
     record: Record
     symbols: dict[str, sp.Symbol]  # by name: one for each input of the record
+    springs: tuple[Definition, ...]  # what those of them stand for that are no given symbols
     platform: FormulaPose
     # legs that are an earlier one turned, by leg number, and how; not placed before they are needed
     turned: dict[int, tuple[int, Image]]
@@ -94,18 +97,29 @@ class PlacedRobot:
         return found | self.follows.meanings(self.solvers) | dict(self.robot.meanings)
 
     @cached_property
+    def written_out(self) -> dict[str, Any]:
+        """The symbols by name, and what those of springs stand for in given symbols."""
+        found: dict[str, Any] = dict(self.symbols)
+        for d in self.springs:
+            found[d.symbol.name] = d.expression.xreplace(
+                {x: found[x.name] for x in d.expression.free_symbols}
+            )
+        return found
+
+    @cached_property
     def legs(self) -> tuple[PlacedFormula, ...]:
         """All legs."""
         return tuple(map(self.place, range(len(self.entries.legs))))
 
 
-def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
+def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> PlacedRobot:
     """Close all legs of a robot in formulas.
 
     Symbols are entries of a record whose samples lie around the nominal values; the working modes
     of the legs are those of home.
 
-    `pose`: AtHome, AtSymbols or AtCoordinates.
+    `pose`: AtHome, AtSymbols or AtCoordinates; `with_names`: whether stiffnesses that are numbers
+    have names.
 
     Raises
     ------
@@ -126,10 +140,14 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
     if given is not None and not robot.is_posed_by_joints and not follows.pose:
         _check_reach(robot, finder, given, rotation)
-    record = Record(_samples(symbols, given, robot, finder, follows, rotation))
+    names = named_springs(robot, symbols) if symbols and with_names else None
+    springs = () if names is None else names.definitions
+    samples = _samples(symbols, given, robot, finder, follows, rotation)
+    record = Record(with_samples(springs, samples, symbols))
     read = entry_reader(record, exact=True)
     exact = cache(exact_number)  # most numbers are 0 or 1
-    entries = with_entries(robot, lambda value: read(exact(value)))
+    named = robot if names is None else names.put_into(robot, read)
+    entries = with_entries(named, lambda x: x if isinstance(x, Entry) else read(exact(x)))
     coordinates = None
     if given is not None:
         coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
@@ -180,6 +198,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         closed={} if robot.is_posed_by_joints else at_joints,
         record=record,
         symbols=symbols,
+        springs=springs,
         platform=platform,
         turned=turned,
         place=place,

@@ -53,10 +53,9 @@ def series_form(placed: PlacedRobot) -> InSeries | ArmOfSprings | None:
     DisagreementError
         When it differs from the numerical form at random parameters and poses.
     """
-    own = placed.legs[0].leg
-    passive = any(f.is_passive for f in own.freedoms)
-    if not placed.robot.is_posed_by_joints or passive or own.blocks:
+    if not is_arm(placed):
         return None
+    own = placed.legs[0].leg
     geometry = LegGeometry.of(own, placed)
     try:
         geometry.check_elastic()
@@ -68,10 +67,19 @@ def series_form(placed: PlacedRobot) -> InSeries | ArmOfSprings | None:
     return found
 
 
+def is_arm(placed: PlacedRobot, links: int = 0) -> bool:
+    """Whether it is an arm without passive joints, of so many elastic links at least."""
+    if not placed.robot.is_posed_by_joints:
+        return False
+    own = placed.legs[0].leg
+    passive = any(f.is_passive for f in own.freedoms)
+    return not (passive or own.blocks) and len([*own.springs]) >= links
+
+
 def _in_entries(geometry: LegGeometry) -> InSeries | None:
     """The compliance entry by entry; None where that is long."""
     placed = geometry.placed
-    read = NamedReading(placed.record, placed.symbols)
+    read = NamedReading(placed.record, placed.symbols, placed.springs)
     try:
         C = sp.ImmutableMatrix(geometry.compliance(read, _PRINTED))
         R = sp.ImmutableMatrix(3, 3, [read(x) for x in geometry.frame.R.flat])
@@ -94,7 +102,7 @@ class _Walk:
 
     def __init__(self, placed: PlacedRobot) -> None:
         self.placed = placed
-        self.read = NamedReading(placed.record, placed.symbols)
+        self.read = NamedReading(placed.record, placed.symbols, placed.springs)
         self.products = BeamProducts(self.read)
         self.equations: list[Equation] = []
         self.rotation: str | None = None

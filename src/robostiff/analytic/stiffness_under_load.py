@@ -205,10 +205,13 @@ def stiffness_under_load(
     # Numbers with many roots may grow without end, in steps as well.
     enough = None if budget is None else max(budget, BUDGET)
 
-    def recorded() -> _Loaded:
-        return _Loaded.of(place_robot(robot, at), load, is_beam)
+    def recorded(*, named: bool) -> _Loaded:
+        def own() -> _Loaded:
+            return _Loaded.of(place_robot(robot, at, with_names=named), load, is_beam)
 
-    formula, own = None, within(enough, recorded, "record of a formula")
+        return within(enough, own, "record of a formula")
+
+    formula, own = None, recorded(named=isinstance(form, Steps))
     if not isinstance(form, Steps):
         try:
             limit = _READABLE if form is None else form.limit
@@ -217,7 +220,7 @@ def stiffness_under_load(
             if form is not None:
                 raise
             # What was stopped may have left half of a step.
-            own = within(enough, recorded, "record of a formula")
+            own = recorded(named=True)
     if formula is None:
         formula = within(enough, own.in_steps, "formula in steps")
     check_under_load(formula, own.placed, loaded_K)
@@ -256,7 +259,11 @@ class _Loaded:
         placed, terms = self.placed, self.terms
         results = [*terms.K.flat, *terms.K_by.flat]
         read = StepReading(
-            placed.record, placed.symbols, results, at_closed_postures=placed.follows.any
+            placed.record,
+            placed.symbols,
+            results,
+            placed.springs,
+            at_closed_postures=placed.follows.any,
         )
         symbols = {x.name for e in self.load for x in e.free_symbols}
         if shared := sorted(symbols & {d.symbol.name for d in read.definitions}):

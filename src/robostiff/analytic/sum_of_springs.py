@@ -112,7 +112,7 @@ def sum_of_springs(
     record, length = placed.record, placed.length
     space, reference = placed.entries.space, placed.reference
     search = WrenchSearch(record, reference, space, length)
-    read = NamedReading(record, placed.symbols, in_short_steps=in_short_steps)
+    read = NamedReading(record, placed.symbols, placed.springs, in_short_steps=in_short_steps)
     reader = LegReader(search, read)
     grouped = _grouped(placed, turned or {}, search, reader)
     if grouped is None:

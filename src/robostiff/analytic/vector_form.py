@@ -104,7 +104,7 @@ class _Recognition:
         self.record = placed.record
         self.count = placed.record.count
         self.plain = ClosedReading(placed.record, placed.symbols)
-        self.read = KnownReading(placed.record, placed.symbols)
+        self.read = KnownReading(placed.record, placed.symbols, placed.springs)
         space = placed.entries.space
         self.search = WrenchSearch(self.record, placed.reference, space, placed.length)
         self.springs = LegReader(self.search, self.read, KnownContributions)

@@ -184,6 +184,38 @@ def _beam(length: ArrayLike, material: Any, section: Any, theory: BeamTheory) ->
     return exact_together(L, *numbers)
 
 
+@dataclass(frozen=True)
+class SlenderBeam:
+    """What the compliance of a uniform beam is made of, in the theory of Euler and Bernoulli.
+
+    Attributes
+    ----------
+    length, E, G, A, Iy, Iz, J : float or formula
+        See `beam_compliance`.
+    material : str
+        Its name.
+    """
+
+    length: Any
+    E: Any
+    G: Any
+    A: Any
+    Iy: Any
+    Iz: Any
+    J: Any
+    material: str
+
+    @classmethod
+    def of(
+        cls, length: Any, material: Material, section: CrossSection, theory: BeamTheory
+    ) -> SlenderBeam | None:
+        """That of a beam; None where shear deforms it."""
+        if not isinstance(theory, EulerBernoulli):
+            return None
+        moduli, s = (material.E, material.G), section
+        return cls(*exact_together(length, *moduli, s.A, s.Iy, s.Iz, s.J), material.name)
+
+
 class BeamSegment(NamedTuple):
     """A uniform piece of a beam.
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robostiff.elasticity.beam import SlenderBeam
 from robostiff.elasticity.bounds import Bounds, left_open
 from robostiff.elasticity.checks import as_array, positive_number
 from robostiff.errors import InputError
@@ -38,6 +39,8 @@ class Elasticity:
         normally.
     bounds : tuple of Bounds, optional
         Inequalities that formulas leave open and without which the element does not exist.
+    beam : SlenderBeam or None
+        The beam that it is of, where it is made as one; its formulas have names for its products.
 
     Raises
     ------
@@ -58,6 +61,7 @@ class Elasticity:
     compliance: NDArray
     freedoms: NDArray = field(default_factory=lambda: np.zeros((6, 0)))
     bounds: tuple[Bounds, ...] = ()
+    beam: SlenderBeam | None = None
 
     def __post_init__(self) -> None:
         compliance = _own_array("compliance of the spring", self.compliance)
@@ -96,6 +100,7 @@ class Elasticity:
         object.__setattr__(found, "compliance", self.compliance[index])
         object.__setattr__(found, "freedoms", self.freedoms)
         object.__setattr__(found, "bounds", self.bounds)
+        object.__setattr__(found, "beam", None)
         return found
 
 

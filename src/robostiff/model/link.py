@@ -14,6 +14,7 @@ from robostiff.elasticity import (
     Elasticity,
     EulerBernoulli,
     Material,
+    SlenderBeam,
     beam_compliance,
 )
 from robostiff.elasticity.bounds import Bounds
@@ -284,7 +285,8 @@ def beam_link(
     length = length_of(to) if to.dtype == object else float(np.linalg.norm(to))
     compliance = beam_compliance(length, material, section, theory or EulerBernoulli())
     own = beam_mass(length, material, section) if mass is None else mass
-    elasticity = Elasticity(compliance, bounds=(*material.bounds, *section.bounds))
+    beam = SlenderBeam.of(length, material, section, theory or EulerBernoulli())
+    elasticity = Elasticity(compliance, bounds=(*material.bounds, *section.bounds), beam=beam)
     return Link(to, elasticity, axes, name, masses_of(own))
 
 

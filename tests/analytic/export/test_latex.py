@@ -78,7 +78,7 @@ def test_robots_are_set_as_by_hand():
     """Brackets stretch, fractions do not meet, vectors are bold in tables, units are raised."""
     arm = derivation_latex(rs.derive("six-joint-arm"))
     assert r"\left(- \frac{\pi}{2}\right)" in arm
-    assert r"$\mathbf{t}_{1}$ & $\frac{1}{400000}$" in arm
+    assert r"$\mathbf{t}_{1}$ & $\frac{1}{k_{1}}$" in arm
     assert r"$\mathbf{Q}_{1}$ & $\mathbf{m}_{1}$" in arm
     assert r"\frac{L}{\mathrm{EA}} & 0 & 0 & 0 & 0 & 0 \\[4pt]" in arm
     assert r"N m\textsuperscript{2}" in arm

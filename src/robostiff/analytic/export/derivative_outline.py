@@ -34,8 +34,8 @@ from robostiff.analytic.export.outline import (
     outline,
     stiffness_equation,
     title_of,
-    with_stiffnesses_of_beams,
 )
+from robostiff.analytic.export.springs import with_springs
 from robostiff.analytic.export.vector_outline import (
     series_blocks,
     vector_blocks,
@@ -151,7 +151,7 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         )
     if derivation.in_series is not None:
         # K as the inverse of C is the whole formula: wrenches of an arm say no more.
-        blocks += series_blocks(derivation.in_series, names, (), taken)
+        blocks += series_blocks(derivation.in_series, names, (), set(names.given))
         blocks.append(OutlineText(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
         return (*blocks, _nomenclature(derivation, names))
     closing = [x for c in derivation.conditions for x in c.equations]
@@ -338,7 +338,7 @@ def outline_of(
         blocks = loaded_outline(derivation)
     else:
         blocks = outline(derivation)
-    return with_conditions(with_stiffnesses_of_beams(blocks), derivation.conditions)
+    return with_conditions(with_springs(blocks), derivation.conditions)
 
 
 def refuse_derivative(derivation: Derivation) -> None:

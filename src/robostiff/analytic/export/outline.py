@@ -53,7 +53,8 @@ class ScalarEquations:
     """Scalars, one after the other: ``name = expression``."""
 
     rows: tuple[tuple[str, sp.Expr], ...]
-    of_beams: tuple[Definition, ...] = ()  # for the nomenclature, which has those that are numbers
+    # For the nomenclature, which has those that are numbers.
+    of_springs: tuple[Definition, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -296,53 +297,15 @@ def column_equation(name: str, column: sp.ImmutableMatrix) -> MatrixEquation:
 
 
 def equations(definitions: Sequence[Definition]) -> ScalarEquations:
-    """Definitions as equations; stiffnesses of beams in numbers are left to the nomenclature."""
-    of_beams = tuple(d for d in definitions if d.parts)
-    rows = [(d.symbol.name, in_decimals(d.expression)) for d in definitions if not _is_value(d)]
-    return ScalarEquations(tuple(rows), of_beams)
+    """Definitions as equations; stiffnesses in numbers are left to the nomenclature."""
+    of_springs = tuple(d for d in definitions if d.parts)
+    rows = [(d.symbol.name, in_decimals(d.expression)) for d in definitions if not is_value(d)]
+    return ScalarEquations(tuple(rows), of_springs)
 
 
-def _is_value(definition: Definition) -> bool:
+def is_value(definition: Definition) -> bool:
+    """Whether it is a stiffness in numbers."""
     return bool(definition.parts) and definition.expression.is_number
-
-
-_OF_BEAMS = {
-    "EA": ("axial stiffness E A", "N"),
-    "EI": ("bending stiffness E I", "N m²"),
-    "EI_y": ("bending stiffness E I about y", "N m²"),
-    "EI_z": ("bending stiffness E I about z", "N m²"),
-    "GJ": ("torsional stiffness G J", "N m²"),
-}
-
-
-def with_stiffnesses_of_beams(blocks: Sequence[Block]) -> tuple[Block, ...]:
-    """The same blocks with a line for each stiffness of a beam in the nomenclature, the last."""
-    *others, last = blocks
-    if not isinstance(last, Nomenclature):
-        return tuple(blocks)
-    named = {
-        d.symbol.name.rpartition("_"): d
-        for block in others
-        if isinstance(block, ScalarEquations)
-        for d in block.of_beams
-    }
-    rows = list(last.rows)
-    for letter, _, number in sorted(named, key=lambda own: (int(own[2]), own[0])):
-        d = named[letter, "_", number]
-        words, unit = _OF_BEAMS[letter.replace("'", "")]
-        value = f", {float(d.expression):.12g} {unit}" if _is_value(d) else ""
-        rows.append(((d.symbol.name,), f"{words} of {', '.join(d.parts)}{value}"))
-    shown = [b for b in others if not isinstance(b, ScalarEquations) or b.rows]
-    after = [*shown[1:], last]
-    kept = [b for b, then in zip(shown, after, strict=True) if not _is_bare(b, then)]
-    return (*kept, Nomenclature(tuple(rows)))
-
-
-def _is_bare(block: Block, after: Block) -> bool:
-    """Whether a heading has nothing below it."""
-    if not (isinstance(block, OutlineHeading) and isinstance(after, OutlineHeading)):
-        return False
-    return block.level >= after.level
 
 
 def _unstaged(derivation: Derivation) -> tuple[list[Definition], list[Definition]]:

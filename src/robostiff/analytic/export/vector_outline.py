@@ -255,10 +255,11 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
         ),
         VectorEquations(found.equations),
     ]
+    if found.names:
+        blocks.append(equations(found.names))
     if drives:
         blocks.append(FormulaTable((MatrixName("t"), "c"), tuple(drives), "joint"))
     if beams:
-        blocks += [equations(found.names)] if found.names else []
         blocks.append(
             FormulaTable((MatrixName("Q"), MatrixName("m"), *letters), tuple(beams), "beam")
         )
@@ -303,11 +304,14 @@ def _in_known_names(
 ) -> tuple[dict[Any, Any], tuple[Definition, ...]]:
     """Names that the rest of the derivation has for the same formulas, otherwise free ones."""
     by_formula = {d.expression: d.symbol for d in known}
+    same = {(d.symbol, d.expression) for d in known}
     used = taken | {d.symbol.name for d in known}
     renamed: dict[Any, Any] = {}
     new = []
     for definition in names:
         own = by_formula.get(definition.expression)
+        if (definition.symbol, definition.expression) in same:
+            own = definition.symbol
         if own is None:
             name = definition.symbol.name
             while name in used:

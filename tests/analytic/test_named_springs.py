@@ -1,0 +1,189 @@
+"""Moduli, products of beams and stiffnesses of drives that are numbers have names in formulas."""
+
+import re
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic import AtHome, AtSymbols, Closed, Steps
+from robostiff.analytic.agreement import closed_places, matrix_distance
+from robostiff.analytic.export import derivation_text, python_function
+from robostiff.analytic.robot_placement import place_robot
+from robostiff.errors import InputError
+
+# Names that formulas take are lengths here.
+ARM = """
+robostiff: 1
+name: arm
+source: chosen, two materials and names that formulas take
+parameters: {E: 300 mm, EA_1: 400 mm, k_1: 100 mm, b: 40 mm, d: 30 mm}
+legs:
+  - name: arm
+    chain:
+      - {type: revolute, name: base, axis: z, role: actuated, stiffness: 2e4 N m/rad}
+      - type: beam
+        name: first
+        to: [E, 0, 0]
+        y_axis: y
+        material: steel
+        section: {properties: {A: b^2, Iy: b^4/12, Iz: b^4/12, J: b^4/7}}
+      - {type: revolute, name: elbow, axis: z, role: actuated, stiffness: 2e4 N m/rad, home: 0.5}
+      - type: beam
+        name: second
+        to: [EA_1, 0, 0]
+        material: aluminium
+        section: {circle: {diameter: d}}
+      - {type: prismatic, name: quill, axis: z, role: actuated, stiffness: 2e4 N/m}
+      - type: beam
+        name: third
+        to: [k_1, 0, 0]
+        material: steel
+        section: {circle: {diameter: d}}
+"""
+LONG = 1000  # a numerator or denominator that no geometry of these robots has
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    path = tmp_path_factory.mktemp("arm") / "arm.yaml"
+    path.write_text(ARM)
+    return rs.load(path, symbols=rs.ALL_PARAMETERS)
+
+
+def lines_of(derivation):
+    return derivation_text(derivation).splitlines()
+
+
+def values_of_names(derivation):
+    return {str(d.symbol): d.expression for d in (derivation.named or derivation).definitions}
+
+
+def largest_distance(robot, pose, K, sets=20):
+    """Largest difference of K, a function of values by name, from the numbers."""
+    placed = place_robot(robot, pose)
+    places = closed_places(placed, sets=sets)
+    return max(matrix_distance(K(at), result.K, placed.length) for at, result, _ in places)
+
+
+def test_a_section_of_symbols_leaves_the_moduli_in_the_formula():
+    lines = lines_of(rs.derive("two-link-arm"))
+    assert "EA_1 = E*b*h" in lines
+    assert "EI_z_1 = E*b**3*h/12" in lines
+    # as the model file has it, not multiplied out
+    assert "GJ_1 = G*b*h**3*(1/3 - 21*h*(1 - h**4/(12*b**4))/(100*b))" in lines
+    assert "E: Young's modulus of steel, 210 GPa" in lines
+    assert "G: shear modulus of steel, 80.7692307692 GPa" in lines
+    assert "k_2: stiffness of elbow, 100000 N m/rad" in lines
+    assert "EI_2: bending stiffness E I of forearm, 69169.0345027 N m²" in lines
+
+
+def test_each_material_has_its_moduli_and_no_name_stands_for_two_things(arm):
+    lines = lines_of(rs.derive(arm))
+    assert "EA_2 = E_1*b**2" in lines  # EA_1 is a length
+    assert "EA_3 = pi*E_2*d**2/4" in lines
+    assert "EA_4 = pi*E_1*d**2/4" in lines
+    assert "E: length, 0.3 m in the model" in lines
+    assert "E_1: Young's modulus of steel, 210 GPa" in lines
+    assert "E_2: Young's modulus of aluminium, 70 GPa" in lines
+    assert "k_2: stiffness of base, elbow, 20000 N m/rad" in lines
+    assert "k_3: stiffness of quill, 20000 N/m" in lines  # the same number of another unit
+
+
+@pytest.mark.parametrize("form", [None, Steps(), Closed()])
+@pytest.mark.parametrize("pose", [AtHome(), AtSymbols()], ids=["home", "symbolic"])
+def test_functions_have_the_numbers_of_the_model(arm, pose, form):
+    if isinstance(form, Closed) and isinstance(pose, AtSymbols):
+        pytest.skip("too long to be written out")
+    derivation = rs.derive(arm, pose=pose, form=form)
+    assert not {"E_1", "EA_2", "k_2"} & {s.name for s in derivation.free_symbols}
+    function = derivation.lambdify()
+    namespace = {}
+    exec(python_function(derivation), namespace)  # noqa: S102
+    for K in (lambda at: function(**at), lambda at: namespace["stiffness"](**at)):
+        assert largest_distance(arm, pose, K) < 1e-11
+
+
+@pytest.mark.parametrize(
+    "name", ["agile-eye", "orthoglide", "tripteron", "3-rpr-beams", "six-joint-arm", "scara"]
+)
+def test_steps_have_no_numbers_of_springs(name):
+    derivation = rs.derive(name, pose=AtSymbols(), form=Steps())
+    for d in derivation.definitions:
+        if not d.parts:
+            numbers = d.expression.atoms(sp.Rational)
+            assert all(max(abs(x.p), x.q) < LONG for x in numbers), d
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    function, wanted = derivation.lambdify(), {s.name for s in derivation.symbols}
+
+    def K(at):
+        return function(**{own: x for own, x in at.items() if own in wanted})
+
+    assert largest_distance(robot, AtSymbols(), K) < 1e-9
+
+
+def test_legs_alike_share_names_and_others_have_their_own():
+    lines = lines_of(rs.derive("3-rpr-beams", pose=AtSymbols()))
+    assert "EA_1: axial stiffness E A of strut.beam1, 126000000 N" in lines
+    assert "EA_2: axial stiffness E A of strut.beam2, 84000000 N" in lines
+    assert not any(re.match("EA_3", line) for line in lines)
+    assert "k_2: stiffness of leg2/strut, 1500000 N/m" in lines
+
+
+def test_beams_inside_of_blocks_have_the_names_of_their_parts():
+    text = " ".join(derivation_text(rs.derive("orthoglide", pose=AtSymbols())).split())
+    parts = "parallelogram/bar1/bar, parallelogram/bar2/bar"
+    assert f"EA_1: axial stiffness E A of {parts}, 18472564.8031 N" in text
+
+
+def test_beams_in_which_shear_counts_stay_as_they_are(tmp_path):
+    path = tmp_path / "arm.yaml"
+    path.write_text(ARM.replace("name: third", "name: third\n        theory: timoshenko"))
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot)
+    assert not any("third" in d.parts for d in derivation.definitions)
+    function = derivation.lambdify()
+    assert largest_distance(robot, AtHome(), lambda at: function(**at)) < 1e-11
+
+
+def test_values_go_where_the_names_are(arm):
+    derivation = rs.derive(arm).subs({"b": sp.Rational(1, 25)})
+    assert "EA_2" not in values_of_names(derivation)  # a number is put in where it is used
+    at = {"E": 0.3, "EA_1": 0.4, "k_1": 0.1, "d": 0.03}
+    K = np.array(derivation.substituted(at), dtype=float)
+    assert matrix_distance(K, rs.stiffness(arm.substituted({**at, "b": 0.04})).K, 0.5) < 1e-12
+    with pytest.raises(InputError, match="k_2"):
+        derivation.subs({"k_2": 1e5})
+
+
+def test_a_robot_of_numbers_stays_one():
+    derivation = rs.derive("two-link-arm", symbols=())
+    assert not derivation.free_symbols
+    assert not any(d.parts for d in derivation.definitions)
+
+
+def test_an_arm_of_several_links_is_in_steps_unless_a_closed_form_is_asked_for():
+    derivation = rs.derive("two-link-arm")
+    assert not derivation.is_closed
+    assert derivation.in_series is not None
+    assert derivation_text(derivation) == derivation_text(rs.derive("two-link-arm", form=Steps()))
+    assert rs.derive("two-link-arm", form=Closed()).is_closed
+    assert rs.derive("planar-link").is_closed
+
+
+def test_formulas_under_load_have_the_names():
+    found = rs.derive_under_load("two-link-arm", ["F", 0, 0, 0, 0, 0], form=Steps())
+    named = {str(d.symbol): d.expression for d in found.definitions}
+    assert str(named["EI_y_1"]) == "E*b*h**3/12"
+    assert named["k_1"] == 200_000
+
+
+def test_two_postures_that_meet_at_home_are_refused():
+    robot = rs.load("gantry-tau", symbols=rs.ALL_PARAMETERS)
+    with pytest.raises(InputError, match="two postures of leg 'arm3' that meet at home"):
+        rs.derive(robot.substituted({"top": 0.9}))  # as long as the rods
+    derivation = rs.derive(robot).subs({"top": sp.Rational(9, 10)})
+    at = {"l": 0.914, "w": 0.5, "d": 0.3, "a": 0.15, "k": 5e7}
+    wanted = rs.stiffness(robot.substituted({"top": 0.9, **at})).K
+    assert matrix_distance(derivation.lambdify()(**at), wanted, 0.5) < 1e-12
