@@ -335,7 +335,7 @@ def outline_of(
         blocks = loaded_outline(derivation)
     else:
         blocks = outline(derivation)
-    return with_conditions(with_stiffnesses_of_beams(blocks), derivation.conditions)
+    return with_conditions(with_stiffnesses_of_beams(blocks), derivation)
 
 
 def refuse_derivative(derivation: Derivation) -> None:
