@@ -246,6 +246,10 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition,
         # A difference of squares may be more than nothing by its rounding; its factors are not.
         found = square - _STRETCHED * aa * bb if len(factors) == 1 else _decisive(product)
         yield Condition(words, found, leg=leg.name), area
+        # A symbol that is positive may be given as zero, and K has another limit there.
+        for x in factors:
+            if x.as_base_exp()[0].is_Symbol and x.is_positive:
+                yield Condition(words, x.as_base_exp()[0], leg=leg.name), area
 
 
 def _in_short_roots(expression: Any) -> Any:

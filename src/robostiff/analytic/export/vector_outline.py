@@ -96,11 +96,15 @@ def vector_blocks(
         "base and a point of the platform. The table has what differs between the legs."
     )
     forms = (found, *found.others)
+    formulas: tuple[Any, ...] = ()
     if all({e.name for e in form.leg} == _OF_STRUTS for form in forms):
-        words += " The sum is eq. (25) with K_11 = 1/c_i; d_i and -b_i are u_i and v_i of eq. (26)."
+        words += " The sum is eq. (25) with {} = {}; {} and {} are {} and {} of eq. (26)."
+        d, b, u, v = (MatrixName(f"{x}_i") for x in "dbuv")
+        opposite = Sum(((-1, Vector(b.name)),))
+        formulas = ("K_11", 1 / sp.Symbol("c_i"), d, opposite, u, v)
     blocks: list[Block] = [
         OutlineHeading("One leg, and what differs between the legs"),
-        OutlineText(words),
+        OutlineText(words, formulas),
     ]
     parts = [result] if len(forms) == 1 else [MatrixName(f"K_{k + 1}") for k in range(len(forms))]
     written: set[Any] = set()
@@ -120,7 +124,8 @@ def vector_blocks(
         blocks += [
             OutlineText(
                 "The wrenches are turns of the first about z, or mirror images, and meet the same "
-                "compliance. With the entries (u_x, u_y, u_z, m_x, m_y, m_z) of w_1 the sum is"
+                "compliance. With the entries ({}, {}, {}, {}, {}, {}) of {} the sum is",
+                ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z", MatrixName("w_1")),
             ),
             matrix_equation(result, found.average, lambda i, j: f"{result.name}_{i + 1}{j + 1}"),
         ]
@@ -185,8 +190,9 @@ def series_blocks(
         OutlineHeading("Compliance: a sum over the springs"),
         OutlineText(
             "Springs in series add their compliances. These are in axes of the arm, in which they "
-            "are simplest: columns of R_0, in world axes, with their origin at v_0 from the "
-            "reference point."
+            "are simplest: columns of {}, in world axes, with their origin at {} from the "
+            "reference point.",
+            (axes, arm),
         ),
         *([equations(own)] if own else []),
         matrix_equation(axes, readable_matrix(written(found.axes)), names.entries_of(axes)),
@@ -207,9 +213,10 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
     blocks: list[Block] = [
         OutlineHeading("Compliance: a sum over the springs"),
         OutlineText(
-            "Springs in series add their compliances: a drive that of its unit motion, of which t "
-            "is the twist [translation; rotation] about the reference point p, and a beam that "
-            "about its middle, at m from p, in its own axes, the columns of Q, x along it."
+            "Springs in series add their compliances: a drive that of its unit motion, of which {} "
+            "is the twist [translation; rotation] about the reference point {}, and a beam that "
+            "about its middle, at {} from {}, in its own axes, the columns of {}, x along it.",
+            tuple(map(MatrixName, "tpmpQ")),
         ),
         VectorEquations(found.equations),
     ]

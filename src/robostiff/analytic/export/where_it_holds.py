@@ -26,6 +26,7 @@ def with_conditions(blocks: Sequence[Block], derivation: Any) -> tuple[Block, ..
     conditions, legs = derivation.conditions, _legs_of(derivation)
     *before, last = blocks
     beside = [c for c in conditions if not c.equations and c.expression.free_symbols]
+    beside = [c for c in beside if not c.expression.is_Symbol]  # a symbol that is positive
     if not beside or not isinstance(last, Nomenclature):
         return tuple(blocks)
     taken = {str(name) for names, _ in last.rows for name in names}
