@@ -37,6 +37,7 @@ from robostiff.analytic.export.outline import (
     with_stiffnesses_of_beams,
 )
 from robostiff.analytic.export.vector_outline import (
+    arm_meanings,
     series_blocks,
     vector_blocks,
     vector_meanings,
@@ -304,10 +305,15 @@ def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclatur
         ]
     elif isinstance(series, ArmOfSprings):
         rows.append(((MatrixName("C"),), "compliance about the reference point, world axes"))
+        rows += arm_meanings(series)
     else:
         rows += [
             ((MatrixName("C"),), "compliance in axes of the arm"),
             ((MatrixName("K_0"),), "stiffness there"),
+            (
+                (MatrixName("R_0"), MatrixName("v_0")),
+                "axes of the arm in the world, and their origin",
+            ),
         ]
     alone = is_vectors_alone(derivation)
     defined = [] if alone else [d.symbol.name for d in derivation.definitions]

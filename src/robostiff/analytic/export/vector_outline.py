@@ -29,7 +29,14 @@ from robostiff.analytic.export.outline import (
     matrix_equation,
 )
 from robostiff.analytic.robot_derivation import InSeries
-from robostiff.analytic.vector_expressions import ArmOfSprings, Equation, Sum, Vector, VectorForm
+from robostiff.analytic.vector_expressions import (
+    ArmOfSprings,
+    Dot,
+    Equation,
+    Sum,
+    Vector,
+    VectorForm,
+)
 
 _MEANINGS = {
     "p": "point of the platform",
@@ -239,11 +246,45 @@ def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...
     names |= {"r_ij": True} if found.rods else {}
     of_carrier = _OF_CRANKS if "v_i" in names else _OF_SLIDES if "q_i" in names else {}
     listed = {**_MEANINGS, **of_carrier}
+    along = "rod" if of_carrier else "leg"
+    listed |= {
+        e.name: _of_angle(e.expression, listed, along) for e in all_legs if e.name in ("s_i", "t_i")
+    }
     return [
         ((MatrixName(name) if names[name] else name,), text)
         for name, text in listed.items()
         if name in names
     ]
+
+
+def _of_angle(part: Any, meanings: Mapping[str, str], along: str) -> str:
+    """Meaning of the cosine a . u or the sine |a x u| of the angle between a vector and a leg."""
+    function, other = ("cosine", part.left) if isinstance(part, Dot) else ("sine", part.vector.left)
+    return f"{function} of the angle between the {along} and the {meanings[other.name]}"
+
+
+def arm_meanings(found: ArmOfSprings) -> list[tuple[tuple[MatrixName | str, ...], str]]:
+    """Names of the vectors of an arm and their meanings, for the nomenclature."""
+    kinds = {
+        "R": "rotations of the parts of the arm, one after the other",
+        "p": "points between these parts",
+        "Q": "axes of a beam",
+        "m": "from the reference point to the middle of a beam",
+        "t": "twist of the unit motion of a drive",
+    }
+    names = [e.name for e in found.equations]
+    rows: list[tuple[tuple[MatrixName | str, ...], str]] = [((MatrixName("p"),), "reference point")]
+    for letter, meaning in kinds.items():
+        own = [MatrixName(x) for x in names if x.startswith(f"{letter}_")]
+        listed = own if len(own) < 3 else [own[0], "...", own[-1]]
+        rows += [(tuple(listed), meaning)] if own else []
+    rows += [(("c",), "compliance of a drive")] if found.drives else []
+    if found.beams:
+        rows += [
+            ((MatrixName("D"),), "compliance of a beam about its middle, in its own axes"),
+            ((MatrixName("T"),), "turns it to world axes and moves it to the reference point"),
+        ]
+    return rows
 
 
 def _in_known_names(
