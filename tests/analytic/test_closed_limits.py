@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 
 from robostiff.analytic import Closed, FormulaTooLargeError, Steps, derive_chain
+from robostiff.analytic.closed_sum import closed_sum
 from robostiff.errors import InputError
 from tests.interrupts import interrupts_heard
 
@@ -57,6 +58,15 @@ def test_two_general_joints_are_given_on_request():
     stepped = derive_chain(sparse, general(2), Steps())
     values = {symbol: sp.Integer(3 + 2 * i) for i, symbol in enumerate(derivation.symbols)}
     assert derivation.substituted(values) == stepped.substituted(values)
+
+
+def test_entries_of_all_legs_that_nobody_reads_are_refused():
+    # Six legs whose entries each were short enough had 300,000 operations together.
+    a, b, k = sp.symbols("a b k", positive=True)
+    legs = [([[1, x, x * a]], [[1 / k + x]]) for x in (a, b, a + b)]
+    assert closed_sum(legs, 3, 100, 200).K.shape == (3, 3)
+    with pytest.raises(FormulaTooLargeError, match=r"form=Steps\(\)"):
+        closed_sum(legs, 3, 100, 40)
 
 
 def test_an_indefinite_matrix_is_refused():

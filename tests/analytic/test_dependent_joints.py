@@ -61,4 +61,18 @@ def test_a_strut_along_the_first_axis_of_its_universal_joint(aside, holds):
     if holds:
         assert K(**at) == pytest.approx(result.K, abs=1e-8 * np.abs(result.K).max())
     words = " ".join(derivation_text(derivation).split())
-    assert "the passive joints of each of 'leg1', 'leg2'" in words
+    assert "the passive joints of each leg are independent" in words
+
+
+@pytest.mark.parametrize("name", ["tripteron", "t3r1"])
+def test_a_positive_length_is_not_zero_where_joints_coincide_there(name):
+    # Rail joint and platform joint coincide: numbers have another mobility, K no limit there.
+    derivation = rs.derive(name)
+    nominal = rs.load(name, symbols=rs.ALL_PARAMETERS).nominal
+    K = derivation.lambdify()
+    at = {x: nominal[x] for x in K.arguments}
+    assert K.holds(**at)
+    assert not K.holds(**at | {"d": 0.0})
+    with pytest.raises(rs.InputError, match="is not stretched"):
+        derivation.subs({"d": 0})
+    assert "Delta_1 = 2*l - d" in derivation_text(derivation)

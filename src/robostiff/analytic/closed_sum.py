@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -151,18 +152,21 @@ class ClosedSum:
 
 
 def closed_sum(
-    legs: Sequence[tuple[Sequence[Sequence[Any]], Sequence[Sequence[Any]]]], n: int, limit: int
+    legs: Sequence[tuple[Sequence[Sequence[Any]], Sequence[Sequence[Any]]]],
+    n: int,
+    limit: int,
+    of_all: float = math.inf,
 ) -> ClosedSum:
     """Add w w^T / c over the wrenches of all legs.
 
     `legs`: sequence of (W, A): SymPy expressions: m transmitted wrenches of n entries, and the
     compliance A = W^T C W (m x m) that they meet; `n`: size of a wrench; `limit`: most terms
-    that an entry may have on the way.
+    that an entry may have on the way; `of_all`: most terms of the entries of all legs together.
 
     Raises
     ------
     FormulaTooLargeError
-        When an entry would have more.
+        When there would be more.
 
     Examples
     --------
@@ -174,7 +178,7 @@ def closed_sum(
     # One field for all legs: a length that several of them have is one root.
     field = ExactField([x for W, A in legs for row in (*W, *A) for x in row])
     total: dict[tuple[int, int], list[Element]] = {}
-    written, wrenches, compliances = [], [], []
+    written, wrenches, compliances, terms = [], [], [], 0
     for W, A in legs:
         leg = exact_leg(
             field,
@@ -183,6 +187,9 @@ def closed_sum(
             n,
             limit,
         )
+        terms += sum(entry.terms for entry in leg.K.values())
+        if terms > of_all:
+            raise FormulaTooLargeError.beyond(limit)
         for place, entry in leg.K.items():
             total[place] = _added(total.get(place, []), entry)
         written.append(_matrix(field, {place: [entry] for place, entry in leg.K.items()}, n))

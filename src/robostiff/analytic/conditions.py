@@ -150,6 +150,8 @@ def _existing(part: Robot | Leg) -> Iterator[Condition]:
     """That parts exist: a wall leaves a hollow, a stiffness is positive. Once of legs alike."""
     known: set[Any] = set()
     for name, own in bounds_of(part, part.name):
+        if own.subject == "mass":  # K has none
+            continue
         for words, difference in own.differences.items() if own.is_open else ():
             expression: Any = difference + _ROUNDING if own.or_at else difference
             if not expression.is_positive and expression not in known:
@@ -244,6 +246,10 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition,
         # A difference of squares may be more than nothing by its rounding; its factors are not.
         found = square - _STRETCHED * aa * bb if len(factors) == 1 else _decisive(product)
         yield Condition(words, found, leg=leg.name), area
+        # A symbol that is positive may be given as zero, and K has another limit there.
+        for x in factors:
+            if x.as_base_exp()[0].is_Symbol and x.is_positive:
+                yield Condition(words, x.as_base_exp()[0], leg=leg.name), area
 
 
 def _in_short_roots(expression: Any) -> Any:
@@ -306,7 +312,7 @@ def _closing(name: str, gap: Sequence[Any], read: ClosedReading) -> list[Conditi
     total = read(reduce(add, entries))
     if not total.free_symbols:
         return []
-    return [Condition(f"leg {name!r} meets the platform", _CLOSED - total)]
+    return [Condition(f"leg {name!r} meets the platform", _CLOSED - total, leg=name)]
 
 
 def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -53,6 +54,8 @@ from robostiff.recorded import RecordedRobot, assembled
 
 # Most terms of an entry by default: found in a second.
 _READABLE = 500
+# Of all entries of all legs together, as many terms as so many entries: nobody reads more.
+_ENTRIES = 10
 
 # Operations of a written-out formula for each allowed term, before like terms are added.
 _OPERATIONS_A_TERM = 200
@@ -180,7 +183,8 @@ def _readable(at: _Recording, limit: int, *, is_home: bool, closed: bool) -> Rob
                 if derivation is not None:
                     return derivation
                 break
-    return _closed(at.placed, at.recorded, limit)
+    of_all = math.inf if closed else _ENTRIES * limit
+    return _closed(at.placed, at.recorded, limit, of_all)
 
 
 def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | None:
@@ -311,7 +315,9 @@ def _added(recorded: RecordedRobot) -> dict[tuple[int, int], Any]:
     return K
 
 
-def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDerivation:
+def _closed(
+    placed: PlacedRobot, recorded: RecordedRobot, limit: int, of_all: float
+) -> RobotDerivation:
     """Wrenches and compliances written out and summed in exact arithmetic."""
     wanted = [x for leg in recorded.legs for x in (*(e for w in leg.wrenches for e in w), *leg.mu)]
     if written_size(placed.record, wanted) > _OPERATIONS_A_TERM * limit:
@@ -321,7 +327,7 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
         ([[read(x) for x in w] for w in leg.basis], [[read(x) for x in row] for row in leg.energy])
         for leg in recorded.legs
     ]
-    found = closed_sum(written, recorded.space.size, limit)
+    found = closed_sum(written, recorded.space.size, limit, of_all)
     legs = []
     for i, facts in enumerate(facts_of_robot(placed, recorded)):
         w, c = found.wrenches[i], found.compliances[i]

@@ -1,8 +1,11 @@
 import pytest
 import sympy as sp
 
+import robostiff as rs
 from robostiff.analytic import Derivation, Steps, derive_chain
 from robostiff.analytic.export import derivation_text
+from robostiff.analytic.export.derivative_outline import outline_of
+from robostiff.analytic.export.outline import VectorEquations
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL, symmetric
 
@@ -114,3 +117,23 @@ def test_long_stages_are_not_written_out():
 def test_too_little_width():
     with pytest.raises(InputError, match="width"):
         derivation_text(ALL["equation_4"], width=30)
+
+
+@pytest.mark.parametrize(
+    ("name", "pose"),
+    [
+        ("3-upu", None),
+        ("delta", rs.AtSymbols()),
+        ("3-puu", rs.AtSymbols()),
+        ("six-joint-arm", None),
+    ],
+)
+def test_every_name_of_a_vector_form_has_a_meaning(name, pose):
+    *blocks, nomenclature = outline_of(rs.derive(name, pose=pose))
+    listed = {getattr(x, "name", x) for names, _ in nomenclature.rows for x in names}
+    first = {f"{x.partition('_')[0]}_1" for x in listed}  # p_1, ..., p_5
+    for block in blocks:
+        if isinstance(block, VectorEquations):
+            for own in (e.name for e in block.rows if not e.name.startswith(("w_i", "c_i"))):
+                letter, _, number = own.partition("_")
+                assert (f"{letter}_1" in first) if number.isdigit() else own in listed

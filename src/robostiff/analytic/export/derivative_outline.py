@@ -37,6 +37,7 @@ from robostiff.analytic.export.outline import (
 )
 from robostiff.analytic.export.springs import with_springs
 from robostiff.analytic.export.vector_outline import (
+    arm_meanings,
     series_blocks,
     vector_blocks,
     vector_meanings,
@@ -67,9 +68,8 @@ def loaded_outline(loaded: StiffnessUnderLoad) -> tuple[Block, ...]:
     form = "in closed form" if loaded.is_closed else "in named steps"
     words = (
         f"Stiffness about the reference point in world axes, {loaded.where}, {form}, to first "
-        f"order in the wrench on the platform: {names.result.name} = {unloaded.name} + "
-        f"{added.name}. {added.name} is linear in the wrench {load.name}, which acts at the "
-        "reference point and does not turn with the platform."
+        "order in the wrench on the platform: {} = {} + {}. {} is linear in the wrench {}, which "
+        "acts at the reference point and does not turn with the platform."
     )
     K0, K1, definitions = loaded.K0, loaded.K1, loaded.definitions
     if loaded.is_closed:
@@ -79,7 +79,7 @@ def loaded_outline(loaded: StiffnessUnderLoad) -> tuple[Block, ...]:
         definitions = named.definitions
     blocks: list[Block] = [
         OutlineHeading(title_of(whole), level=1),
-        OutlineText(words),
+        OutlineText(words, (names.result, unloaded, added, added, load)),
         column_equation(load.name, loaded.wrench),
     ]
     if definitions:
@@ -126,7 +126,7 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     names = EntryNames(derivation)
     blocks: list[Block] = [
         OutlineHeading(title_of(derivation), level=1),
-        OutlineText(_summary(derivation)),
+        _summary(derivation),
     ]
     if derivation.remark:
         blocks.append(OutlineText(derivation.remark))
@@ -236,9 +236,9 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
     return InNames(matrix, tuple(found), named.definitions)
 
 
-def _summary(derivation: RobotDerivation) -> str:
+def _summary(derivation: RobotDerivation) -> OutlineText:
     if derivation.in_series is not None:
-        return (
+        return OutlineText(
             f"Stiffness about the reference point in world axes, {derivation.where}. No joint is "
             "passive: the stiffness is the inverse of the compliance, to which each spring adds "
             "what it feels of a unit wrench."
@@ -248,13 +248,14 @@ def _summary(derivation: RobotDerivation) -> str:
         form = "leg by leg"
     count = len(derivation.legs)
     legs = "one leg" if count == 1 else f"{count} legs"
-    share = "made conjugate to one another; each has a compliance c"
+    share = "made conjugate to one another; each has a compliance {}"
     if is_vectors_alone(derivation) and derivation.vectors and derivation.vectors.coupled:
-        share = "and which share the compliances c"
-    return (
+        share = "and which share the compliances {}"
+    return OutlineText(
         f"Stiffness about the reference point in world axes, {derivation.where}, {form}. Passive "
-        f"joints leave each chain the wrenches w that they transmit, {share}. The stiffness is a "
-        f"sum over {legs}, eq. (12)."
+        f"joints leave each chain the wrenches {{}} that they transmit, {share}. The stiffness is "
+        f"a sum over {legs}, eq. (12).",
+        (MatrixName("w"), "c"),
     )
 
 
@@ -285,7 +286,8 @@ def _leg(leg: LegDerivation, number: int) -> list[Block]:
     for k, (w, c) in enumerate(zip(leg.wrenches, leg.compliances, strict=True), start=1):
         own = f"{number}_{k}" if several else f"{number}"
         if operations(sp.ImmutableMatrix([*w, c])) > LONGEST_STAGE:
-            blocks.append(OutlineText(f"w_{own} is too long to be written out."))
+            too_long = MatrixName(f"w_{own}")
+            blocks.append(OutlineText("{} is too long to be written out.", (too_long,)))
             continue
         blocks.append(column_equation(f"w_{own}", w))
         if c != sp.Symbol(f"c_{own}", real=True):
@@ -306,10 +308,15 @@ def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclatur
         ]
     elif isinstance(series, ArmOfSprings):
         rows.append(((MatrixName("C"),), "compliance about the reference point, world axes"))
+        rows += arm_meanings(series)
     else:
         rows += [
             ((MatrixName("C"),), "compliance in axes of the arm"),
             ((MatrixName("K_0"),), "stiffness there"),
+            (
+                (MatrixName("R_0"), MatrixName("v_0")),
+                "axes of the arm in the world, and their origin",
+            ),
         ]
     alone = is_vectors_alone(derivation)
     defined = [] if alone else [d.symbol.name for d in derivation.definitions]
@@ -338,7 +345,7 @@ def outline_of(
         blocks = loaded_outline(derivation)
     else:
         blocks = outline(derivation)
-    return with_conditions(with_springs(blocks), derivation.conditions)
+    return with_conditions(with_springs(blocks), derivation)
 
 
 def refuse_derivative(derivation: Derivation) -> None:

@@ -18,6 +18,7 @@ from robostiff.analytic.export.outline import (
     Inverse,
     LegSum,
     MatrixEquation,
+    OutlineText,
     Recursion,
     ScalarEquations,
     SpringSum,
@@ -183,14 +184,22 @@ def listed_names(names: Sequence[MatrixName | str], language: MathLanguage, dots
     return ", ".join(dots if x == "..." else in_cell(x, language) for x in names)
 
 
-def in_cell(part: MatrixName | str | Coordinates | sp.Expr, language: MathLanguage) -> str:
+def in_cell(part: MatrixName | str | Coordinates | sp.Expr | Sum, language: MathLanguage) -> str:
     """A vector, a name or an expression as a formula in a sentence or in a cell of a table."""
     if isinstance(part, Coordinates):
         return language.inline(written_vector(part, language))
     if isinstance(part, MatrixName):
         return language.inline(language.matrix_name(part.name))
     is_name = isinstance(part, str)
-    return language.inline(language.name(part) if is_name else language.breaks.write(part))
+    return language.inline(language.name(part) if is_name else written_vector(part, language))
+
+
+def sentences(block: OutlineText, language: MathLanguage, words: Callable[[str], str]) -> str:
+    """A paragraph with the formulas in it; `words` writes what is between two of them."""
+    between = " ".join(block.text.split()).split("{}", len(block.formulas))
+    written = [x.replace(x.strip(), words(x.strip())) if x.strip() else x for x in between]
+    formulas = [in_cell(x, language) for x in block.formulas]
+    return "".join(x + y for x, y in zip(written, [*formulas, ""], strict=True))
 
 
 def table_cells(table: FormulaTable, language: MathLanguage) -> list[list[str]]:

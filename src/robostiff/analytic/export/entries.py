@@ -98,6 +98,9 @@ _MOST_OPERATIONS = 600
 _MOST_OPERATIONS_OF_AN_ENTRY = 60
 _MOST_TERMS = 500
 
+# A common factor is written where it leaves less than this part of the operations.
+_SHORTER = 0.9
+
 
 def in_decimals(expression: Any) -> Any:
     """The same expression with numbers of many digits as decimals, as people write them.
@@ -160,39 +163,76 @@ def readable_matrix(M: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
 
 
 def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]:
-    """Common factor of the entries and the remaining matrix; 1 where that is not shorter."""
-    K = K.applyfunc(in_decimals)
-    whole = readable_matrix(K)
-    if operations(K) > _MOST_OPERATIONS or not _is_manageable(K.flat()):
+    """Common factor of the readable entries and the remaining matrix; 1 where that is not shorter.
+
+    Below it stands only what stands below one of the entries, and no sum over compliances is
+    multiplied by it: such sums are not put over a common denominator.
+    """
+    whole = readable_matrix(K.applyfunc(in_decimals))
+    products = {entry: _Product.of(entry) for entry in whole.flat() if entry != 0}
+    if not products:
         return sp.Integer(1), whole
-    try:
-        factor, rest = _common_factor(K)
-    except InputError:
-        return sp.Integer(1), whole
-    if operations(rest) + count_of(factor) < operations(whole):
+    powers = [own.powers for own in products.values()]
+    least = {base: min(own.get(base, 0) for own in powers) for own in powers for base in own}
+    below = {base: power for base, power in least.items() if power < 0}
+    over_all = [all(own.get(base) == power for base, power in below.items()) for own in powers]
+    of_sums = [is_all for own, is_all in zip(powers, over_all, strict=True) if _has_fractions(own)]
+    if not any(over_all) or not all(of_sums):
+        for base in below:
+            least[base] = min(0, max(own.get(base, 0) for own in powers))
+    number = _content([own.number for own in products.values()])
+    symbols = sp.Mul(*(base**power for base, power in least.items()))
+    rest = whole.applyfunc(lambda x: products[x].divided(number, symbols) if x != 0 else x)
+    factor = number * symbols
+    if operations(rest) + count_of(factor) < _SHORTER * operations(whole):
         return factor, rest
     return sp.Integer(1), whole
 
 
-def _common_factor(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]:
-    """``K = factor * rest``, the entries of the rest polynomials with whole coefficients."""
-    field = ExactField(K.flat())
-    elements = [field.element(entry) for entry in K.flat()]
-    above, below = field.ring.constant(0), field.ring.constant(1)
-    for element in elements:
-        if not element.is_zero:
-            above = element.num.gcd(above)
-            below = below * (element.den / below.gcd(element.den))
-    if above.is_zero():
-        return sp.Integer(1), K
-    rests = [element.num / above * (below / element.den) for element in elements]
-    coefficients = [c for rest in rests for c in rest.coeffs()]
-    content = sp.Rational(
-        math.gcd(*(int(c.p) for c in coefficients)), math.lcm(*(int(c.q) for c in coefficients))
+@dataclass(frozen=True)
+class _Product:
+    """An entry as a number times a product, of which `powers` are those with symbols or pi."""
+
+    number: Any
+    product: Any
+    powers: dict[Any, Any]
+
+    @classmethod
+    def of(cls, entry: Any) -> _Product:
+        number, product = entry.as_coeff_Mul()
+        parts: dict[Any, Any] = {}
+        for part in sp.Mul.make_args(product):
+            base, power = part.as_base_exp()
+            if base.is_Add and power.is_Integer:  # R/2 - r as R - 2 r
+                content, base = base.primitive()
+                number *= content**power
+            parts[base] = parts.get(base, 0) + power
+        powers = {
+            base: power
+            for base, power in parts.items()
+            if power.is_Rational and (base.free_symbols or base.is_NumberSymbol)
+        }
+        return cls(number, sp.Mul(*(base**power for base, power in parts.items())), powers)
+
+    def divided(self, number: Any, symbols: Any) -> Any:
+        """The entry divided by a number and a product of symbols; a sum is not multiplied out."""
+        left, rest = self.number / number, self.product / symbols
+        return sp.Mul(left, rest, evaluate=False) if rest.is_Add and left != 1 else left * rest
+
+
+def _content(numbers: list[Any]) -> Any:
+    """Largest number of which all are whole multiples; 1 of decimals."""
+    if not all(number.is_Rational for number in numbers):
+        return sp.Integer(1)
+    return sp.Rational(
+        math.gcd(*(int(x.p) for x in numbers)), math.lcm(*(int(x.q) for x in numbers))
     )
-    factor = content * factored(field, above) / factored(field, below)
-    written = [factored(field, rest / field.element(content).num) for rest in rests]
-    return factor, sp.ImmutableMatrix(K.rows, K.cols, written)
+
+
+def _has_fractions(powers: dict[Any, Any]) -> bool:
+    """Whether a sum with terms over symbols is one of the factors."""
+    sums = [base for base in powers if base.is_Add]
+    return any(sp.denom(term).free_symbols for own in sums for term in own.args)
 
 
 def _is_manageable(expressions: list[Any]) -> bool:

@@ -22,6 +22,7 @@ from robostiff.analytic.export.displays import (
     Row,
     displays,
     listed_names,
+    sentences,
     table_cells,
 )
 from robostiff.analytic.export.outline import (
@@ -243,8 +244,8 @@ def _written(block: Block, first: int) -> list[str]:
     match block:
         case OutlineHeading(text, level):
             return [element(f"h{min(first + level - 1, 6)}", escaped(text))]
-        case OutlineText(text):
-            return [element("p", escaped(" ".join(text.split())))]
+        case OutlineText():
+            return [element("p", sentences(block, MATHML, escaped))]
         case Nomenclature(rows):
             terms = "".join(
                 element("dt", listed_names(names, MATHML)) + element("dd", escaped(meaning))

@@ -19,6 +19,7 @@ from robostiff.analytic.export.displays import (
     MathLanguage,
     displays,
     listed_names,
+    sentences,
     table_cells,
 )
 from robostiff.analytic.export.entries import MatrixName
@@ -181,14 +182,18 @@ def _written(block: Block) -> list[str]:
         case OutlineHeading(text, level):
             command = "subsection" if level == 1 else "paragraph"
             return [f"\\{command}*{{{latex_words(text)}}}"]
-        case OutlineText(text):
-            return [latex_words(text).replace("/", "/\\allowbreak{}")]
+        case OutlineText():
+            return [sentences(block, LATEX, _breakable)]
         case Nomenclature(rows):
             return ["\\paragraph*{Nomenclature}", _nomenclature(rows)]
         case FormulaTable():
             return [_table(block)]
         case _:
             return [_display(formula) for formula in displays(block, LATEX, _ROOM)]
+
+
+def _breakable(text: str) -> str:
+    return latex_words(text).replace("/", "/\\allowbreak{}")
 
 
 def _table(table: FormulaTable) -> str:
@@ -252,8 +257,8 @@ def _in_markdown(block: Block) -> list[str]:
     match block:
         case OutlineHeading(text, level):
             return [f"{'#' * level} {_escaped(text)}"]
-        case OutlineText(text):
-            return [_escaped(text)]
+        case OutlineText():
+            return [sentences(block, LATEX, _escaped)]
         case Nomenclature(rows):
             items = [
                 f"- {listed_names(names, LATEX)}: {_escaped(meaning)}" for names, meaning in rows

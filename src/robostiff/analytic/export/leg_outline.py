@@ -57,7 +57,7 @@ without passive joints', 'Joint 1: platform joint[0]']
     before = [d for d in derivation.definitions if d.symbol not in of_stages]
     blocks: list[Block] = [
         OutlineHeading(f"Stiffness of {derivation.leg}, joint by joint", level=1),
-        OutlineText(_summary(derivation)),
+        OutlineText(_summary(derivation), (first, _C)),
     ]
     if before:
         blocks += [OutlineHeading("Names"), equations(before)]
@@ -65,7 +65,8 @@ without passive joints', 'Joint 1: platform joint[0]']
         OutlineHeading("Axes"),
         OutlineText(
             "All matrices are in axes of the leg, in which its joints are simplest: columns of "
-            "R_0, in world axes. Their origin lies at v_0 from the reference point."
+            "{}, in world axes. Their origin lies at {} from the reference point.",
+            (_AXES, _ARM),
         ),
     ]
     blocks += [
@@ -105,8 +106,8 @@ def _summary(derivation: LegElimination) -> str:
         else (f"{count} passive joints, eliminated one after the other by the recursion (15)")
     )
     return (
-        f"The leg {derivation.where}: its stiffness K^0 without passive joints is the inverse of "
-        f"its compliance C; it has {joints}." + order * (count > 1)
+        f"The leg {derivation.where}: its stiffness {{}} without passive joints is the inverse of "
+        f"its compliance {{}}; it has {joints}." + order * (count > 1)
     )
 
 
@@ -147,7 +148,7 @@ def _index_rule(p: int, before: str, after: str) -> ScalarEquations:
 
 def _stiffness(K: Any, name: MatrixName, names: EntryNames) -> Block:
     if operations(K) > LONGEST_STAGE:
-        return OutlineText(f"{name.name} is too long to be written out.")
+        return OutlineText("{} is too long to be written out.", (name,))
     return stiffness_equation(K, name, names)
 
 

@@ -19,7 +19,7 @@ from robostiff.analytic.export.entries import (
     readable_matrix,
     without_lost_digits,
 )
-from robostiff.analytic.vector_expressions import Coordinates, Equation
+from robostiff.analytic.vector_expressions import Coordinates, Equation, Sum
 from robostiff.errors import printable
 from robostiff.spatial import Space
 
@@ -40,9 +40,10 @@ class OutlineHeading:
 
 @dataclass(frozen=True)
 class OutlineText:
-    """A paragraph without formulas."""
+    """A paragraph; `{}` in it stands for a formula each, where it has formulas."""
 
     text: str
+    formulas: tuple[MatrixName | str | sp.Expr | Sum, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "text", printable(self.text, kept="\n"))
@@ -257,7 +258,7 @@ def _stage(stage: Stage, number: int, is_result: bool, names: EntryNames) -> lis
 def _stiffness(K: sp.ImmutableMatrix, name: MatrixName, names: EntryNames) -> list[Block]:
     count = operations(K)
     if count > LONGEST_STAGE:
-        return [OutlineText(f"{name.name} takes {count} operations and is not written out.")]
+        return [OutlineText(f"{{}} takes {count} operations and is not written out.", (name,))]
     return [stiffness_equation(K, name, names)]
 
 

@@ -14,6 +14,7 @@ from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.entries import symbols_of
 from robostiff.analytic.export.vocabulary import check_vocabulary
+from robostiff.analytic.export.where_it_holds import in_programs
 from robostiff.errors import InputError
 
 #: Products of numbers with more digits exceed the range of doubles. Exact arithmetic on decimals
@@ -254,7 +255,8 @@ def _in_order(
     definitions: tuple[Definition, ...],
     share: Callable[..., Any],
 ) -> FormulaProgram:
-    conditions, arguments = derivation.conditions, _arguments(derivation)
+    conditions = in_programs(derivation)
+    arguments = _arguments(derivation)
     defined = [d.symbol for d in definitions]
     names = [symbol.name for symbol in (*arguments, *defined)]
     for name in names:
@@ -263,7 +265,7 @@ def _in_order(
     expressions = [
         *(d.expression for d in definitions),
         *matrix.flat(),
-        *(condition.expression for condition in conditions),
+        *(expression for _, expression in conditions),
     ]
     check_vocabulary(expressions)
     shared, reduced = share(expressions, symbols=_temporaries(set(names)))
@@ -287,7 +289,7 @@ def _in_order(
         tuple(written[i : i + n, :] for i in range(0, matrix.rows, n)),
         (
             *_signs(arguments),
-            *((c.words, expression, ">") for c, expression in zip(conditions, beside, strict=True)),
+            *((words, x, ">") for (words, _), x in zip(conditions, beside, strict=True)),
         ),
         derivation.meanings,
     )

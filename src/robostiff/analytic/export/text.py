@@ -17,6 +17,7 @@ from robostiff.analytic.export.displays import (
     displayed,
     displays,
     listed_names,
+    sentences,
     table_cells,
 )
 from robostiff.analytic.export.entries import MatrixName
@@ -82,8 +83,8 @@ def _written(block: Block, width: int) -> list[str]:
         case OutlineHeading(text, level):
             title = " ".join(text.split())
             lines = [title, ("=" if level == 1 else "-") * min(len(title), width)]
-        case OutlineText(text):
-            lines = wrapped_words(" ".join(text.split()), width)
+        case OutlineText():
+            lines = wrapped_words(sentences(block, TEXT, str), width)
         case MatrixEquation():
             lines = _matrix(block, width)
         case Nomenclature(named):

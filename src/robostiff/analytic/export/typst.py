@@ -18,6 +18,7 @@ from robostiff.analytic.export.displays import (
     Row,
     displays,
     listed_names,
+    sentences,
     table_cells,
 )
 from robostiff.analytic.export.entries import MatrixName
@@ -277,8 +278,8 @@ def _written(block: Block, room: float, first: int) -> list[str]:
     match block:
         case OutlineHeading(text, level):
             return [f"{'=' * (first + level - 1)} {typst_text(text)}"]
-        case OutlineText(text):
-            return [typst_text(text)]
+        case OutlineText():
+            return [sentences(block, TYPST, typst_text)]
         case Nomenclature(rows):
             return [f"{'=' * (first + 1)} Nomenclature", _nomenclature(rows)]
         case FormulaTable():

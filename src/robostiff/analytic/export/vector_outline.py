@@ -135,11 +135,15 @@ def vector_blocks(
         "base and a point of the platform. The table has what differs between the legs."
     )
     forms = (found, *found.others)
+    formulas: tuple[Any, ...] = ()
     if all({e.name for e in form.leg} == _OF_STRUTS for form in forms):
-        words += " The sum is eq. (25) with K_11 = 1/c_i; d_i and -b_i are u_i and v_i of eq. (26)."
+        words += " The sum is eq. (25) with {} = {}; {} and {} are {} and {} of eq. (26)."
+        d, b, u, v = (MatrixName(f"{x}_i") for x in "dbuv")
+        opposite = Sum(((-1, Vector(b.name)),))
+        formulas = ("K_11", 1 / sp.Symbol("c_i"), d, opposite, u, v)
     blocks: list[Block] = [
         OutlineHeading("One leg, and what differs between the legs"),
-        OutlineText(words),
+        OutlineText(words, formulas),
     ]
     parts = [result] if len(forms) == 1 else [MatrixName(f"K_{k + 1}") for k in range(len(forms))]
     written: set[Any] = set()
@@ -159,7 +163,8 @@ def vector_blocks(
         blocks += [
             OutlineText(
                 "The wrenches are turns of the first about z, or mirror images, and meet the same "
-                "compliance. With the entries (u_x, u_y, u_z, m_x, m_y, m_z) of w_1 the sum is"
+                "compliance. With the entries ({}, {}, {}, {}, {}, {}) of {} the sum is",
+                ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z", MatrixName("w_1")),
             ),
             matrix_equation(result, found.average, lambda i, j: f"{result.name}_{i + 1}{j + 1}"),
         ]
@@ -227,8 +232,9 @@ def series_blocks(
         OutlineHeading("Compliance: a sum over the springs"),
         OutlineText(
             "Springs in series add their compliances. These are in axes of the arm, in which they "
-            "are simplest: columns of R_0, in world axes, with their origin at v_0 from the "
-            "reference point."
+            "are simplest: columns of {}, in world axes, with their origin at {} from the "
+            "reference point.",
+            (axes, arm),
         ),
         *([equations(own)] if own else []),
         matrix_equation(axes, readable_matrix(written(found.axes)), names.entries_of(axes)),
@@ -249,9 +255,10 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
     blocks: list[Block] = [
         OutlineHeading("Compliance: a sum over the springs"),
         OutlineText(
-            "Springs in series add their compliances: a drive that of its unit motion, of which t "
-            "is the twist [translation; rotation] about the reference point p, and a beam that "
-            "about its middle, at m from p, in its own axes, the columns of Q, x along it."
+            "Springs in series add their compliances: a drive that of its unit motion, of which {} "
+            "is the twist [translation; rotation] about the reference point {}, and a beam that "
+            "about its middle, at {} from {}, in its own axes, the columns of {}, x along it.",
+            tuple(map(MatrixName, "tpmpQ")),
         ),
         VectorEquations(found.equations),
     ]
@@ -279,7 +286,8 @@ def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...
     of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
     of_carrier = of_carrier if "d_i" in names else _ABOUT_A_CENTRE
     names |= {"C_i": True} if found.coupled else {}
-    listed = {**_MEANINGS, **of_carrier, **_of_angles(all_legs)}
+    listed = {**_MEANINGS, **of_carrier}
+    listed |= _of_angles(all_legs, listed, "rod" if of_carrier else "leg")
     return [
         ((MatrixName(name) if names[name] else name,), text)
         for name, text in listed.items()
@@ -287,16 +295,46 @@ def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...
     ]
 
 
-def _of_angles(equations: Sequence[Equation]) -> dict[str, str]:
-    """Meanings of the cosine s_i and of t_i, which are of one direction and of the leg's own."""
+def _of_angles(
+    equations: Sequence[Equation], meanings: Mapping[str, str], along: str
+) -> dict[str, str]:
+    """Meanings of the cosine a . u and the sine |a x u| of the angle of a vector and a leg."""
     found = {}
     for equation in (e for e in equations if e.name in ("s_i", "t_i")):
         match equation.expression:
             case Dot(Vector(name), _):
-                found[equation.name] = f"cosine of the angle between {name} and u_i"
+                function = "cosine"
             case Norm(Cross(Vector(name), _)):
-                found[equation.name] = f"sine of the angle between {name} and u_i"
+                function = "sine"
+            case _:
+                continue
+        other = f"the {meanings[name]}" if name in meanings else name
+        found[equation.name] = f"{function} of the angle between the {along} and {other}"
     return found
+
+
+def arm_meanings(found: ArmOfSprings) -> list[tuple[tuple[MatrixName | str, ...], str]]:
+    """Names of the vectors of an arm and their meanings, for the nomenclature."""
+    kinds = {
+        "R": "rotations of the parts of the arm, one after the other",
+        "p": "points between these parts",
+        "Q": "axes of a beam",
+        "m": "from the reference point to the middle of a beam",
+        "t": "twist of the unit motion of a drive",
+    }
+    names = [e.name for e in found.equations]
+    rows: list[tuple[tuple[MatrixName | str, ...], str]] = [((MatrixName("p"),), "reference point")]
+    for letter, meaning in kinds.items():
+        own = [MatrixName(x) for x in names if x.startswith(f"{letter}_")]
+        listed = own if len(own) < 3 else [own[0], "...", own[-1]]
+        rows += [(tuple(listed), meaning)] if own else []
+    rows += [(("c",), "compliance of a drive")] if found.drives else []
+    if found.beams:
+        rows += [
+            ((MatrixName("D"),), "compliance of a beam about its middle, in its own axes"),
+            ((MatrixName("T"),), "turns it to world axes and moves it to the reference point"),
+        ]
+    return rows
 
 
 def _in_known_names(

@@ -21,10 +21,12 @@ _LETTER = "Delta"
 _LEGS = "{legs}"
 
 
-def with_conditions(blocks: Sequence[Block], conditions: Sequence[Condition]) -> tuple[Block, ...]:
+def with_conditions(blocks: Sequence[Block], derivation: Any) -> tuple[Block, ...]:
     """The blocks of a derivation and, before its nomenclature, where the formula holds."""
+    conditions, legs = derivation.conditions, _legs_of(derivation)
     *before, last = blocks
     beside = [c for c in conditions if not c.equations and c.expression.free_symbols]
+    beside = [c for c in beside if not c.expression.is_Symbol]  # a symbol that is positive
     if not beside or not isinstance(last, Nomenclature):
         return tuple(blocks)
     taken = {str(name) for names, _ in last.rows for name in names}
@@ -38,7 +40,7 @@ def with_conditions(blocks: Sequence[Block], conditions: Sequence[Condition]) ->
     short = [c for c in short if _of_any_leg(c) not in in_words]
     groups: dict[Any, list[Condition]] = {}  # of legs alike one
     for c in short:
-        groups.setdefault(sp.expand(c.expression), []).append(c)
+        groups.setdefault(_multiplied_out(c.expression), []).append(c)
     named = [(f"{letter}_{i}", own) for i, own in enumerate(groups.values(), start=1)]
     section: list[Block] = [OutlineHeading("Where the formula holds")]
     if named:
@@ -46,27 +48,53 @@ def with_conditions(blocks: Sequence[Block], conditions: Sequence[Condition]) ->
         section.append(ScalarEquations(tuple((x, own[0].expression) for x, own in named)))
     rest = [c for c in beside if c not in short]
     if rest:
-        section.append(OutlineText(f"It holds only where {_words(rest)}."))
-    rows = (((name,), f"positive where {_words(own)}") for name, own in named)
+        section.append(OutlineText(f"It holds only where {_words(rest, legs)}."))
+    rows = (((name,), f"positive where {_words(own, legs)}") for name, own in named)
     return (*before, *section, Nomenclature((*last.rows, *rows)))
 
 
-def _words(conditions: Sequence[Condition]) -> str:
+def in_programs(derivation: Any) -> list[tuple[str, Any]]:
+    """Words and expressions of the conditions of a derivation, once of legs alike."""
+    legs = _legs_of(derivation)
+    groups: dict[str, list[Condition]] = {}
+    for c in derivation.conditions:
+        groups.setdefault(_of_any_leg(c), []).append(c)
+    found: dict[Any, tuple[str, Any]] = {}
+    for own in groups.values():
+        words = _words(own, legs)
+        for c in own:
+            found.setdefault(_multiplied_out(c.expression), (words, c.expression))
+    return list(found.values())
+
+
+def _legs_of(derivation: Any) -> list[str]:
+    """Names of all legs of a robot; none of other formulas."""
+    whole = getattr(derivation, "derivation", derivation)
+    return [leg.name for leg in getattr(whole, "legs", ())]
+
+
+def _words(conditions: Sequence[Condition], legs: Sequence[str]) -> str:
     """Of conditions, those of several legs together."""
-    groups: dict[str, list[str]] = {}
+    groups: dict[str, dict[str, None]] = {}
     for c in conditions:
-        own = groups.setdefault(_of_any_leg(c), [])
-        own += [repr(c.leg)] * (repr(c.leg) not in own)
-    each = {
-        words: f"leg {legs[0]}" if len(legs) == 1 else f"each of {', '.join(legs)}"
-        for words, legs in groups.items()
-    }
-    return "; ".join(words.replace(_LEGS, legs) for words, legs in each.items())
+        groups.setdefault(_of_any_leg(c), {})[c.leg] = None
+    return "; ".join(words.replace(_LEGS, _named(list(own), legs)) for words, own in groups.items())
+
+
+def _named(own: Sequence[str], legs: Sequence[str]) -> str:
+    if len(own) == 1:
+        return f"leg {own[0]!r}"
+    return "each leg" if set(own) == set(legs) else f"each of {', '.join(map(repr, own))}"
 
 
 def _of_any_leg(condition: Condition) -> str:
     """Its words, with a mark in place of the leg."""
     return condition.words.replace(f"leg {condition.leg!r}", _LEGS)
+
+
+def _multiplied_out(expression: Any) -> Any:
+    """What is the same of conditions alike, where that is found at once."""
+    return sp.expand(expression) if _operations(expression) <= _LONG else expression
 
 
 def _operations(expression: Any) -> int:
