@@ -25,7 +25,7 @@ from robostiff.spatial import Space
 from robostiff.statics import BodyPlace, Equilibrium
 
 if TYPE_CHECKING:
-    from robostiff.statics.problem import EquilibriumProblem
+    from robostiff.statics.equations.problem import EquilibriumProblem
 
 
 @dataclass(frozen=True)
