@@ -197,7 +197,9 @@ def unit_weights(
         When they have no names, or one is not more than zero.
     """
     if not isinstance(masses, Mapping):
-        raise InputError("masses", got=masses, expected='masses by names, such as {"platform": 150}')
+        raise InputError(
+            "masses", got=masses, expected='masses by names, such as {"platform": 150}'
+        )
     found = {}
     for name, value in masses.items():
         several = isinstance(value, Sequence) and not isinstance(value, str)
