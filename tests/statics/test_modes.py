@@ -191,7 +191,7 @@ def test_misuse():
         rs.modes(robot, masses=10)  # pyright: ignore[reportArgumentType]
     with pytest.raises(rs.InputError, match="more than zero"):
         rs.modes(robot, masses={"platform": -1.0})
-    with pytest.raises(rs.InputError, match="masses: got 'leg1/strutt', .* such as 'leg1/strut"):
+    with pytest.raises(rs.InputError, match=r"masses: got 'leg1/strutt', .* such as 'leg1/strut"):
         rs.modes(robot, masses={"leg1/strutt": 1.0})
     with pytest.raises(rs.InputError, match="the other two together"):
         rs.modes(robot, masses={"platform": rs.Mass(1.0, inertia=[1, 1, 3])})
