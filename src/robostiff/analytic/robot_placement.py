@@ -355,11 +355,13 @@ def _samples(
         str(value): at_home[name] for name, value in (given or {}).items() if value.is_Symbol
     }
     nominal |= robot.nominal
+    places = {str(value) for name, value in (given or {}).items() if name in ("x", "y", "z")}
     samples: dict[str, Any] = {}
     for name in symbols:
         # A symbol of a given coordinate has no nominal value.
         value = float(nominal.get(name, 1.0))
-        spread = _SPREAD * (abs(value) if value else 1.0)
+        scale = finder.length if name in places else abs(value) or 1.0
+        spread = _SPREAD * scale
         samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
     return samples
 

@@ -30,8 +30,8 @@ from robostiff.markup import (
 )
 
 if TYPE_CHECKING:
-    from robostiff.statics.modes import Modes
     from robostiff.statics.equations.problem import EquilibriumProblem
+    from robostiff.statics.modes import Modes
     from robostiff.statics.result import Equilibrium
 
 _LISTED = 8
