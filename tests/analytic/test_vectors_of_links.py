@@ -194,6 +194,23 @@ def test_a_strut_of_one_beam_holds_across_at_its_middle(tmp_path: Path):
     check_away_from_home(rs.load(path), derivation, seed=3)
 
 
+def test_springs_of_two_wrenches_differ_between_the_legs(tmp_path: Path):
+    """Only one of them is the column k_i; the other is in the column of its compliance."""
+    written = robot_file("3-rpr-beams").read_text(encoding="utf-8")
+    for k in ("1e6", "1.5e6", "8e5"):
+        written = written.replace(f"k: {k} N/m}}", f"k: {k} N/m, kt: {k} N m/rad}}")
+    joint = "    - {type: revolute, name: platform joint"
+    spring = "    - {type: spring, name: twist, compliance: [0, 0, 0, 500/kt, 0, 0]}\n"
+    path = tmp_path / "twisted.yaml"
+    path.write_text(written.replace(joint, spring + joint), encoding="utf-8")
+    derivation = rs.derive(path, pose=AtSymbols())
+    form = derivation.vectors
+    assert form is not None
+    assert set(form.columns) == {"a_ix", "a_iy", "b_ix", "b_iy", "k_i", "c_i_3"}
+    assert form.columns["k_i"] == (1000000, 1500000, 800000)
+    check_away_from_home(rs.load(path), derivation, seed=4)
+
+
 def test_cranks_in_space_hold_out_of_their_plane_as_well(tmp_path: Path):
     path = tmp_path / "in-space.yaml"
     path.write_text(

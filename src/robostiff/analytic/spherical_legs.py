@@ -48,7 +48,8 @@ def spherical_bar(placed: PlacedRobot, number: int) -> Bar | None:
     chain, own, count = placed.entries.legs[number], placed.legs[number].leg, placed.record.count
     freedoms = [*own.freedoms]
     is_alike = len(freedoms) == 3 and all(f.is_rotation for f in freedoms)
-    if placed.entries.space is not Space.SPATIAL or own.blocks or not is_alike:
+    is_other = placed.entries.space is not Space.SPATIAL or own.blocks or chain.chain.is_coupled
+    if is_other or not is_alike:
         return None
     if [f.is_passive for f in freedoms] != [False, True, True] or _links_of(own) is None:
         return None

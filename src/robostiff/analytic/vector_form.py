@@ -328,9 +328,11 @@ class _Recognition:
         terms = [sp.Add.make_args(x) for x in each]
         common = [x for x in terms[0] if all(x in own for own in terms)]
         rests = [sp.Add(*(x for x in own if x not in common)) for own in terms]
-        if not common or any(x.free_symbols or x == 0 for x in rests) or len({*rests}) == 1:
+        is_drive = all(not x.free_symbols and x != 0 for x in rests) and len({*rests}) > 1
+        stiffnesses = [1 / x for x in rests] if common and is_drive else []
+        if not stiffnesses or self.table.columns.get(_DRIVE, stiffnesses) != stiffnesses:
             return self.table.scalar(name, each)
-        return sp.Add(*common, 1 / self.table.scalar(_DRIVE, [1 / x for x in rests]))
+        return sp.Add(*common, 1 / self.table.scalar(_DRIVE, stiffnesses))
 
     def _other(self, used: set[Vector], joint: Vector) -> Vector:
         """The direction beside the strut's own, or what that is square to."""
