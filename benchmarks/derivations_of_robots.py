@@ -52,7 +52,7 @@ class Row:
         Why there is no formula; the numbers are zero then.
     form : str
     seconds : float
-        Of the processor.
+        Of the processor, until what is printed is found.
     operations, lines, names, sets : int
     error : float
         Largest difference from the numerical form, relative to both ends of an entry.
@@ -120,6 +120,9 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     except InputError as error:
         return Row(stem, pose, " ".join(str(error).split())), None
     seconds = time.process_time() - start
+    alone, series = is_vectors_alone(derivation), derivation.in_series
+    if alone or series is not None:
+        seconds = time.process_time() - start
     named = derivation.named or derivation
     values, K = random_places(robot, pose, sets)
     found = derivation.lambdify()(**{s.name: values[s.name] for s in derivation.symbols})
@@ -133,7 +136,6 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     defects += hidden_zeros(named.K, K)
     form = "springs" if derivation.named else "closed" if derivation.is_closed else "steps"
     entries, definitions = named.K.flat(), named.definitions
-    series = derivation.in_series if len(derivation.legs) == 1 else None
     equations: Sequence[Equation] = ()
     if isinstance(series, ArmOfSprings):
         form, definitions, equations = "vectors", series.names, series.equations
@@ -142,7 +144,7 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     elif series is not None:
         form, definitions = "series", series.definitions
         entries = [x for x in (*series.C, *series.axes, *series.arm) if x.free_symbols]
-    if is_vectors_alone(derivation):
+    if alone:
         vectors: Any = derivation.vectors
         form, kinds = "vectors", (vectors, *vectors.others)
         entries = [] if vectors.average is None else vectors.average.flat()

@@ -283,7 +283,7 @@ EXECHON, TRICEPT = EXAMPLES / "exechon.yaml", EXAMPLES / "tricept.yaml"
             "symbolic",
             (
                 "v_ij = [0; r_ij x u_i]",
-                "arm2  a/2   w     d          a/2   0     0     -1       f_i**2/k + l/(2*EA_1)",
+                "arm2  (a/2, w, d)          (a/2, 0, 0)     -1       f_i**2/k + l/(2*EA_1)",
                 "arm3, middle  0      -4*a/3  -2*a/3",
                 "K_C = sum over i of (w_i w_i^T / c_i + sum over j of v_ij v_ij^T / c_r)",
             ),

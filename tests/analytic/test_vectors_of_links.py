@@ -194,6 +194,24 @@ def test_a_strut_of_one_beam_holds_across_at_its_middle(tmp_path: Path):
     check_away_from_home(rs.load(path), derivation, seed=3)
 
 
+def test_springs_of_two_wrenches_differ_between_the_legs(tmp_path: Path):
+    """Only one of them is the column k_i; the other is in the column of its compliance."""
+    written = robot_file("3-rpr-beams").read_text(encoding="utf-8")
+    for k in ("1e6", "1.5e6", "8e5"):
+        written = written.replace(f"k: {k} N/m}}", f"k: {k} N/m, kt: {k} N m/rad}}")
+    joint = "    - {type: revolute, name: platform joint"
+    spring = "    - {type: spring, name: twist, compliance: [0, 0, 0, 500/kt, 0, 0]}\n"
+    path = tmp_path / "twisted.yaml"
+    path.write_text(written.replace(joint, spring + joint), encoding="utf-8")
+    derivation = rs.derive(path, pose=AtSymbols())
+    form = derivation.vectors
+    assert form is not None
+    assert set(form.columns) == {"a_ix", "a_iy", "b_ix", "b_iy", "k_i", "c_i_3"}
+    assert all(x.is_number or x.is_Symbol for x in form.columns["k_i"])
+    assert len(set(form.columns["k_i"])) == 3
+    check_away_from_home(rs.load(path), derivation, seed=4)
+
+
 def test_cranks_in_space_hold_out_of_their_plane_as_well(tmp_path: Path):
     path = tmp_path / "in-space.yaml"
     path.write_text(
@@ -211,20 +229,17 @@ def test_cranks_in_space_hold_out_of_their_plane_as_well(tmp_path: Path):
     check_away_from_home(robot, derivation, seed=5)
 
 
-@pytest.mark.parametrize(
-    "section",
-    ["y_axis: y\n          section: {rectangle: {width_y: 10 mm, height_z: 20 mm}}",
-     "y_axis: z\n          section: {rectangle: {width_y: 10 mm, height_z: 20 mm}}"],
-)  # fmt: skip
-def test_sheared_bars_bend_about_the_axis_across_their_pins(tmp_path: Path, section: str):
+@pytest.mark.parametrize("axis", ["y", "z"])
+def test_sheared_bars_bend_about_the_axis_across_their_pins(tmp_path: Path, axis: str):
     tube = "section: {tube: {outer_diameter: 16 mm, inner_diameter: 12 mm}}"
+    flat = f"y_axis: {axis}\n          section: {{rectangle: {{width_y: 10 mm, height_z: 20 mm}}}}"
     written = robot_file("orthoglide").read_text(encoding="utf-8")
     assert tube in written
     path = tmp_path / "flat-bars.yaml"
-    path.write_text(written.replace(tube, section), encoding="utf-8")
+    path.write_text(written.replace(tube, flat), encoding="utf-8")
     robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot, pose=AtSymbols())
-    EI = "EI_z_1" if "y_axis: y" in section else "EI_y_1"
+    EI = {"y": "EI_z_1", "z": "EI_y_1"}[axis]
     assert f"1/(6*{EI}*w**2/l**3" in derivation_text(derivation)
     check_away_from_home(robot, derivation, seed=2)
 

@@ -31,7 +31,7 @@ from robostiff.analytic.vector_expressions import (
     VectorExpression,
 )
 from robostiff.analytic.vector_rods import Bar, Carrier, in_the_platform
-from robostiff.analytic.vector_wrenches import WrittenLeg
+from robostiff.analytic.vector_wrenches import LegInVectors
 from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.recorded.leg import at_samples as sampled
@@ -48,7 +48,8 @@ def spherical_bar(placed: PlacedRobot, number: int) -> Bar | None:
     chain, own, count = placed.entries.legs[number], placed.legs[number].leg, placed.record.count
     freedoms = [*own.freedoms]
     is_alike = len(freedoms) == 3 and all(f.is_rotation for f in freedoms)
-    if placed.entries.space is not Space.SPATIAL or own.blocks or not is_alike:
+    is_other = placed.entries.space is not Space.SPATIAL or own.blocks or chain.chain.is_coupled
+    if is_other or not is_alike:
         return None
     if [f.is_passive for f in freedoms] != [False, True, True] or _links_of(own) is None:
         return None
@@ -75,7 +76,7 @@ def axes_of(rods: Sequence[Bar]) -> list[Equation]:
 
 def spherical_leg(
     placed: PlacedRobot, number: int, reader: LegReader, moved: VectorExpression | None
-) -> WrittenLeg | None:
+) -> LegInVectors | None:
     """Its wrenches, and what pairs of them meet; None where other wrenches are transmitted.
 
     `moved`: the centre, from the reference point.
@@ -122,7 +123,7 @@ def spherical_leg(
 
     forces = [Stacked(d, None if moved is None else Cross(moved, d)) for d in (_V, _U, _G)]
     pairs = [(i, j, met(i, j)) for i in range(4) for j in range(i + 1, 4)]
-    return WrittenLeg(
+    return LegInVectors(
         (*forces, Stacked(None, _G)),
         tuple(met(i, i) for i in range(4)),
         tuple(pair for pair in pairs if pair[2] != 0),

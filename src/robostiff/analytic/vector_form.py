@@ -49,8 +49,8 @@ from robostiff.analytic.vector_rods import (
     rod_of,
 )
 from robostiff.analytic.vector_wrenches import (
+    LegInVectors,
     WrenchWriter,
-    WrittenLeg,
     joint_of,
     shared_name,
     vectors_of,
@@ -152,7 +152,7 @@ class _Recognition:
             return None
         return replace(forms[0], others=tuple(forms[1:]), **parallel)
 
-    def _leg(self, number: int, rod: Bar) -> WrittenLeg | None:
+    def _leg(self, number: int, rod: Bar) -> LegInVectors | None:
         if rod.carrier is Carrier.CENTRE:
             self.read.known = []
             moved = None if self.is_about_reference([rod]) else self.writer.end
@@ -169,7 +169,7 @@ class _Recognition:
             for rod in rods
         )
 
-    def _clusters(self, rods: list[Bar]) -> tuple[list[WrittenLeg | None], dict[str, Any]]:
+    def _clusters(self, rods: list[Bar]) -> tuple[list[LegInVectors | None], dict[str, Any]]:
         """Legs of parallel rods, and what the vector form has of the rods."""
         found = []
         for i, rod in enumerate(rods):
@@ -180,8 +180,8 @@ class _Recognition:
         if len(clusters) < len(rods) or listed is None:
             return [None], {}
         wrench = Stacked(_U, Cross(self.writer.turned(_B), _U))
-        legs: list[WrittenLeg | None] = [
-            WrittenLeg((wrench,), (self.writer.of_leg(x.compliance),)) for x in clusters
+        legs: list[LegInVectors | None] = [
+            LegInVectors((wrench,), (self.writer.of_leg(x.compliance),)) for x in clusters
         ]
         compliance = next(x.of_rod for x in clusters if x.arms)
         couple = Stacked(None, Cross(self.writer.turned(Vector("r_ij")), _U))
@@ -194,7 +194,7 @@ class _Recognition:
         pose: tuple[Equation, ...],
         labels: tuple[str, ...],
         rods: list[Bar],
-        legs: list[WrittenLeg],
+        legs: list[LegInVectors],
     ) -> VectorForm | None:
         first = legs[0]
         equations = self._geometry(rods, legs)
@@ -223,7 +223,7 @@ class _Recognition:
             coupled=coupled,
         )
 
-    def _geometry(self, rods: list[Bar], legs: list[WrittenLeg]) -> list[Equation]:
+    def _geometry(self, rods: list[Bar], legs: list[LegInVectors]) -> list[Equation]:
         """Points, directions and scalars of a leg."""
         used = vectors_of(legs[0].wrenches)
         carrier, joint = rods[0].carrier, joint_of(rods[0], self.count)
@@ -280,7 +280,7 @@ class _Recognition:
             found.append(Equation("n_i", Cross(_G, joint)))
         return found
 
-    def _of_wrenches(self, legs: list[WrittenLeg]) -> list[Equation] | None:
+    def _of_wrenches(self, legs: list[LegInVectors]) -> list[Equation] | None:
         """Wrenches and what they meet; a force that shares energy with a couple is moved by it."""
         first = legs[0]
         if any(leg.coupled != first.coupled for leg in legs):
@@ -313,7 +313,7 @@ class _Recognition:
         forces = [e for k, pair in enumerate(found[:-1]) for e in pair if k != number]
         return [*forces, *found[-1], shift, *found[number]]
 
-    def _of_coupled(self, legs: list[WrittenLeg]) -> list[Equation] | None:
+    def _of_coupled(self, legs: list[LegInVectors]) -> list[Equation] | None:
         """Wrenches, and the compliances that pairs of them share."""
         found = [Equation(f"w_i_{k}", w) for k, w in enumerate(legs[0].wrenches, start=1)]
         each = [leg.entries for leg in legs]
@@ -328,9 +328,13 @@ class _Recognition:
         terms = [sp.Add.make_args(x) for x in each]
         common = [x for x in terms[0] if all(x in own for own in terms)]
         rests = [sp.Add(*(x for x in own if x not in common)) for own in terms]
-        if not common or any(x.free_symbols or x == 0 for x in rests) or len({*rests}) == 1:
+        stiffnesses = [1 / x for x in rests if x != 0]
+        # One spring a leg, whose stiffness is a number or has a name that is not of a leg.
+        are_plain = all(x.is_number or (x.is_Symbol and x.name[-2:] != "_i") for x in stiffnesses)
+        is_column = common and are_plain and len(stiffnesses) == len(each) and len({*rests}) > 1
+        if not is_column or self.table.columns.get(_DRIVE, stiffnesses) != stiffnesses:
             return self.table.scalar(name, each)
-        return sp.Add(*common, 1 / self.table.scalar(_DRIVE, [1 / x for x in rests]))
+        return sp.Add(*common, 1 / self.table.scalar(_DRIVE, stiffnesses))
 
     def _other(self, used: set[Vector], joint: Vector) -> Vector:
         """The direction beside the strut's own, or what that is square to."""

@@ -55,7 +55,7 @@ _SCALARS = {sp.Symbol(f"{x}_i", real=True) for x in "fhxz"} | {_LENGTH, _S, _T}
 
 
 @dataclass(frozen=True)
-class WrittenLeg:
+class LegInVectors:
     """A leg as it is written: its wrenches, what each meets, and what pairs of them share."""
 
     wrenches: tuple[VectorExpression, ...]
@@ -105,7 +105,7 @@ class WrenchWriter:
     rotation: str | None  # of the platform; None where it is not turned
     shifted: bool  # whether the reference point is not the platform's origin
 
-    def of(self, number: int, basis: Basis, rod: Bar) -> WrittenLeg | None:
+    def of(self, number: int, basis: Basis, rod: Bar) -> LegInVectors | None:
         """A leg; None where a wrench has another direction, or acts along another line."""
         own, count = self.placed.legs[number].leg, self.placed.record.count
         if rod.carrier is not Carrier.SLIDE:
@@ -155,7 +155,7 @@ class WrenchWriter:
         written: list[_Written],
         basis: Basis,
         bars: ParallelBars | None,
-    ) -> WrittenLeg:
+    ) -> LegInVectors:
         """What the wrenches meet and share; the couple that comes with a force is the last."""
         pairs, places = basis.coupled, [place for place, _, _ in written]
         coupled = [(i, j) for i, j in _pairs(len(written)) if pairs[places[i], places[j]]]
@@ -165,7 +165,7 @@ class WrenchWriter:
         units = [unit for _, unit, _ in written]
         met = [self._shared(own, x, x, bars) for x in units]
         shared = tuple((i, j, self._shared(own, units[i], units[j], bars)) for i, j in coupled)
-        return WrittenLeg(tuple(w for *_, w in written), tuple(met), shared)
+        return LegInVectors(tuple(w for *_, w in written), tuple(met), shared)
 
     def _directions(self, rod: Bar) -> tuple[list[tuple[VectorExpression, np.ndarray]], Vector]:
         """Names of directions with their values at the samples, and that of the joint's axis."""

@@ -55,7 +55,7 @@ _MEANINGS = {
     "j_i": "axis of the leg's last joint",
     "g_i": "unit vector across the first axis of the joint and the leg",
     "n_i": "unit vector across both axes of the joint",
-    "k_i": "stiffness of the drive",
+    "k_i": "stiffness of the spring that differs between the legs",
     "C_i": "compliances c_i_jk that the wrenches j and k of leg i share",
     "o_i": "what of the couple comes with the force, so that both share no energy",
     "r_ij": "from the middle of the rods to the end of rod j, in the platform's axes",
