@@ -1,6 +1,7 @@
 """Moduli, products of beams and stiffnesses of drives that are numbers have names in formulas."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -42,6 +43,7 @@ legs:
         material: steel
         section: {circle: {diameter: d}}
 """
+DATA = Path(__file__).parent / "data"
 LONG = 1000  # a numerator or denominator that no geometry of these robots has
 
 
@@ -154,6 +156,13 @@ def test_a_material_without_a_name_is_that_of_its_beams(tmp_path):
     lines = lines_of(rs.derive(path))
     assert "E_1: Young's modulus of the material of first, 130 GPa" in lines
     assert "E_3: Young's modulus of steel, 210 GPa" in lines
+
+
+def test_formulas_in_few_lines_keep_the_moduli():
+    derivation = rs.derive(DATA / "tricept.yaml")
+    named = values_of_names(derivation)
+    assert str(named["EI_1"]) == "pi*E*(D - d)*(D + d)*(D**2 + d**2)/64"
+    assert "EI_1: bending stiffness E I of telescope1.beam" in lines_of(derivation)
 
 
 def test_beams_in_which_shear_counts_stay_as_they_are(tmp_path):
