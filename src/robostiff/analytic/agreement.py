@@ -100,8 +100,8 @@ def _refuse_meeting_postures(where: str, solvers: Iterable[LegSolver]) -> None:
             continue
         own = solver.closed_form.mode
         known = dict(zip(*solver.that_close(solver.home_pose), strict=True))
-        pair = [known.get(mode) for mode in (own, replace(own, root=-own.root))]
-        if any(q is None for q in pair) or np.ptp(pair, axis=0).max() > _MEET:
+        q, other = (known.get(mode) for mode in (own, replace(own, root=-own.root)))
+        if q is None or other is None or np.max(np.abs(q - other)) > _MEET:
             continue
         raise InputError(
             f"formula of {where}",

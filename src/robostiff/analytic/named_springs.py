@@ -149,14 +149,17 @@ class _Stiffnesses:
         return replace(beam, material=Material(beam.material.name, 1, 1), section=section)
 
 
+_Material = tuple[Any, Any, str]  # E, G and its name
+
+
 class NamedSprings:
-    """Names of materials and of beams; those that are alike have one."""
+    """Names for stiffnesses of springs; those that are alike have one."""
 
     def __init__(self, taken: set[str]) -> None:
         self._taken = taken
         self._beams: dict[SlenderBeam, _Stiffnesses] = {}
         self._drives: dict[tuple[Any, str], Any] = {}
-        self._moduli: dict[tuple[str, Any], Any] = {}
+        self._moduli: dict[tuple[str, _Material], Any] = {}
         self._products: dict[tuple[str, Any], Any] = {}
         self._sets: dict[tuple[Any, ...], _Stiffnesses] = {}
         self._definitions: dict[Any, Definition] = {}
@@ -187,32 +190,33 @@ class NamedSprings:
 
     def name_moduli(self, beams: Iterable[SlenderBeam]) -> None:
         """Names for the moduli of materials that are numbers beside symbols."""
-        found: dict[tuple[Any, Any, str], set[str]] = {}
+        needed: dict[_Material, dict[str, Any]] = {}
         for beam in beams:
             E, G = map(exact_number, (beam.E, beam.G))
-            needed = found.setdefault((E, G, beam.material), set())
+            own = needed.setdefault((E, G, beam.material), {})
             if not E.free_symbols and any(map(_has_symbols, (beam.A, beam.Iy, beam.Iz))):
-                needed.add("E")
+                own["E"] = E
             if not G.free_symbols and _has_symbols(beam.J):
-                needed.add("G")
-        found = {own: needed for own, needed in found.items() if needed}
-        is_one = len(found) == 1 and not self._taken & {"E", "G"}
-        for E, G, material in found:
-            number = None if is_one else self._number(("E", "G"))
-            for letter, value in (("E", E), ("G", G)):
-                if letter in found[E, G, material]:
-                    name = letter if is_one else f"{letter}_{number}"
-                    own = self._define(name, value)
-                    self._of_part(own, material)
-                    self._moduli[letter, value, material] = own
+                own["G"] = G
+        needed = {material: own for material, own in needed.items() if own}
+        is_one = len(needed) == 1 and not self._taken & {"E", "G"}
+        for material, own in needed.items():
+            number = "" if is_one else f"_{self._number(('E', 'G'))}"
+            for letter, value in sorted(own.items()):
+                self._moduli[letter, material] = self._define(letter + number, value)
 
     def name_products(self, name: str, beam: SlenderBeam) -> None:
         """Names for the products of a beam that are no short formulas."""
         E, G, A, Iy, Iz, J = map(exact_number, (beam.E, beam.G, beam.A, beam.Iy, beam.Iz, beam.J))
+        is_named = not beam.material.startswith("material")
+        words = beam.material if is_named else f"the material of {name}"
 
         def product(letter: str, modulus: Any, section: Any) -> Any:
-            own = self._moduli.get((letter, modulus, beam.material), modulus)
-            return (own if section.free_symbols else modulus) * section
+            own = self._moduli.get((letter, (E, G, beam.material)))
+            if own is None or not section.free_symbols:
+                return modulus * section
+            self._of_part(own, words)
+            return own * section
 
         EA, EI_y, EI_z = (product("E", E, x) for x in (A, Iy, Iz))
         written = {"EA": EA, "EI_y": EI_y, "EI_z": EI_z, "GJ": product("G", G, J)}
@@ -220,7 +224,8 @@ class NamedSprings:
         if key not in self._sets:
             self._sets[key] = self._named(written)
         self._beams[beam] = found = self._sets[key]
-        for symbol in (found.EA, found.EI_y, found.EI_z, found.GJ):
+        symbols: list[Any] = [found.EA, found.EI_y, found.EI_z, found.GJ]
+        for symbol in symbols:
             self._of_part(symbol, name)
 
     def _named(self, written: dict[str, Any]) -> _Stiffnesses:
@@ -228,7 +233,7 @@ class NamedSprings:
         for letter, own in named.items():
             if isinstance(own, tuple):
                 # A stiffness that another beam has, too, keeps its name.
-                key = own[:2]
+                key = own[0], own[1]
                 if key not in self._products:
                     self._products[key] = self._define(own[2], own[1])
                 named[letter] = self._products[key]

@@ -243,7 +243,7 @@ def _written_out(formula: Any, symbol: Any, expression: Any) -> Any:
 def _by_ratios(written: Written, definition: Definition) -> Iterator[Written]:
     """The same with a length as a ratio times what it is divided by there: L = u l."""
     length = definition.symbol
-    for ratio in written.definitions:
+    for ratio in () if definition.parts else written.definitions:  # a modulus is no length
         if not (ratio.expression.is_Mul and length in ratio.expression.args):
             continue
         below = length / ratio.expression

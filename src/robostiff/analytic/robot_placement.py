@@ -101,9 +101,8 @@ class PlacedRobot:
         """The symbols by name, and what those of springs stand for in given symbols."""
         found: dict[str, Any] = dict(self.symbols)
         for d in self.springs:
-            found[d.symbol.name] = d.expression.xreplace(
-                {x: found[x.name] for x in d.expression.free_symbols}
-            )
+            put = {x: found[str(x)] for x in d.expression.free_symbols}
+            found[d.symbol.name] = d.expression.xreplace(put)
         return found
 
     @cached_property

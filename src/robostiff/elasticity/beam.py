@@ -212,8 +212,9 @@ class SlenderBeam:
         """That of a beam; None where shear deforms it."""
         if not isinstance(theory, EulerBernoulli):
             return None
-        moduli, s = (material.E, material.G), section
-        return cls(*exact_together(length, *moduli, s.A, s.Iy, s.Iz, s.J), material.name)
+        m, s = material, section
+        L, E, G, A, Iy, Iz, J = exact_together(length, m.E, m.G, s.A, s.Iy, s.Iz, s.J)
+        return cls(L, E, G, A, Iy, Iz, J, m.name)
 
 
 class BeamSegment(NamedTuple):
