@@ -12,6 +12,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.agreement import RobotInNumbers
+from robostiff.analytic.atoms import OutsideFieldError
 from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import closed_sum
@@ -149,8 +150,8 @@ def derive_robot(
             # What was stopped may have left half of a step.
             form = Steps()
             at = within(enough, recorded, "record of a formula")
-        except FormulaTooLargeError:
-            pass
+        except (FormulaTooLargeError, OutsideFieldError):
+            pass  # too long, or with the size of a length of either sign
     # On a record of its own: this one has steps of the elimination, longer for the same values.
     level = VectorLevel(lambda: _at_vector_level(place_robot(robot, pose)))
     return _in_steps(at.placed, at.recorded, level, remark, asked=asked)
