@@ -17,6 +17,7 @@ from robostiff.analytic.robot_placement import PlacedRobot, home_values, number_
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import JointCoordinates, PostureFinder
+from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.model import Robot
 
 #: Largest relative difference of two ways: rounding of either is far below it.
@@ -154,11 +155,17 @@ def sampled_robots(
     Raises
     ------
     InputError
-        When its legs do not close there.
+        When its legs do not close there, or close in another working mode than the formula's.
     """
     follows = placed.follows
     sample = follows.sample(random, spread)
     numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
+    if _roots(sample.finder.solvers) != _roots(placed.solvers):
+        raise InputError(
+            f"working mode of {numeric.name!r}",
+            got="another posture that is nearer to the home coordinates than that of the model",
+            hint="write elbow: plus or minus, or home coordinates that are nearer to one of them",
+        )
     if sample.pose is not None and follows.at_joints:
         turn = Rotation.from_rotvec(sample.pose[3:])
         return numeric, [(values, RigidTransform.from_components(sample.pose[:3], turn))]
@@ -168,6 +175,11 @@ def sampled_robots(
         return numeric, [(values, pose_at(placed.given, sample.finder, values, placed.rotation))]
     each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
     return numeric, [(one, _pose(placed, numeric, sample.finder, one)) for one in each]
+
+
+def _roots(solvers: Sequence[LegSolver]) -> list[int | None]:
+    """In which of its two ways each slide or crank moves its rod."""
+    return [x.closed_form and x.closed_form.mode.root for x in solvers]
 
 
 def _batch(poses: list[Any]) -> Any:
