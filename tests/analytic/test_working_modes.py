@@ -129,7 +129,7 @@ legs:
   let: {phi: i*120 deg}
   base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
   chain:
-    - {type: prismatic, name: drive, axis: z, role: actuated, stiffness: k, home: o}
+    - {type: prismatic, name: drive, axis: z, role: actuated, stiffness: k, home: -o}
     - {type: universal, axes: [y, x], role: passive}
     - {type: beam, name: rod, to: [0, 0, -l], y_axis: x, material: steel,
        section: {circle: {diameter: 30 mm}}}

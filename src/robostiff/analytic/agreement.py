@@ -160,7 +160,7 @@ def sampled_robots(
     follows = placed.follows
     sample = follows.sample(random, spread)
     numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
-    if _roots(sample.finder.solvers) != _roots(placed.solvers):
+    if _have_other_roots(sample.finder.solvers, placed.solvers):
         raise InputError(
             f"working mode of {numeric.name!r}",
             got="another posture that is nearer to the home coordinates than that of the model",
@@ -177,9 +177,10 @@ def sampled_robots(
     return numeric, [(one, _pose(placed, numeric, sample.finder, one)) for one in each]
 
 
-def _roots(solvers: Sequence[LegSolver]) -> list[int | None]:
-    """In which of its two ways each slide or crank moves its rod."""
-    return [x.closed_form and x.closed_form.mode.root for x in solvers]
+def _have_other_roots(some: Sequence[LegSolver], others: Sequence[LegSolver]) -> bool:
+    """Whether a slide or crank moves its rod in the other of its two ways."""
+    forms = ((a.closed_form, b.closed_form) for a, b in zip(some, others, strict=False))
+    return any(a and b and a.mode.root != b.mode.root for a, b in forms)
 
 
 def _batch(poses: list[Any]) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
@@ -160,9 +161,8 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     Parameters
     ----------
     K : (n, n) matrix of SymPy expressions, or Derivation
-        Symmetric and positive semidefinite. In steps, and of a robot's closed form that is too
-        long, the rank is that in numbers at the random parameters and poses at which the formula
-        was compared with them, without exceptions.
+        Symmetric and positive semidefinite. In steps, or too long, the rank is that in numbers at
+        the parameters and poses at which the formula was compared with them, without exceptions.
     budget : float or None
         Seconds of computing; None for no limit.
 
@@ -190,10 +190,9 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
 
     try:
         return within(budget, answer, "rank of a formula")
-    except OutOfTimeError:
-        raise
-    except FormulaTooLargeError:
-        if (rank := getattr(K, "general_rank", None)) is None:
+    except FormulaTooLargeError as error:
+        rank = getattr(K, "general_rank", None)
+        if rank is None or isinstance(error, OutOfTimeError):
             raise
         return _rank_in_steps(K, rank, budget)
 
@@ -297,12 +296,10 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
                 return tuple(motion.applyfunc(names.written_out) for motion in found)
         return _null_space(matrix)
     except FormulaTooLargeError as error:
-        if (rank := getattr(K, "general_rank", None)) is None:
-            raise
-        try:
-            return _free_motions_in_steps(K, rank)  # of its wrenches, without compliances
-        except InputError:
-            raise error from None
+        with suppress(InputError):  # of its wrenches, without compliances
+            if (rank := getattr(K, "general_rank", None)) is not None:
+                return _free_motions_in_steps(K, rank)
+        raise error from None
 
 
 def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:

@@ -54,8 +54,7 @@ from robostiff.recorded import RecordedLeg, RecordedRobot, assembled
 
 # Most terms of an entry by default: found in a second.
 _READABLE = 500
-# Of all entries of all legs together, as many terms as so many entries: nobody reads more.
-_ENTRIES = 10
+_ENTRIES = 10  # all entries of all legs have as many terms as so many: nobody reads more
 
 # Operations of a written-out formula for each allowed term, before like terms are added.
 _OPERATIONS_A_TERM = 200
