@@ -115,3 +115,41 @@ def test_texts_say_where_the_formula_holds():
         assert delta in text, write
         plain = re.sub(r"['’\\]", "", text)
         assert words.replace("'", "") in plain, write
+
+
+SLIDES = """\
+robostiff: 1
+name: slides
+source: rods that leave their carriages upwards or downwards, equally near to the home coordinates
+parameters: {o: 0 mm, l: 800 mm, R: 600 mm, r: 60 mm, k: 8e6 N/m}
+home: {}
+coordinates: [x, y, z]
+legs:
+  repeat: {count: 3, variable: i}
+  let: {phi: i*120 deg}
+  base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
+  chain:
+    - {type: prismatic, name: drive, axis: z, role: actuated, stiffness: k, home: -o}
+    - {type: universal, axes: [y, x], role: passive}
+    - {type: beam, name: rod, to: [0, 0, -l], y_axis: x, material: steel,
+       section: {circle: {diameter: 30 mm}}}
+    - {type: universal, axes: [x, y], role: passive}
+  platform: {at: [r*cos(phi), r*sin(phi), 0], turn: [{z: phi}]}
+"""
+
+
+def test_two_postures_equally_near_to_home_are_no_disagreement(tmp_path):
+    # Numbers at parameters nearby stood in the other one: "one is wrong, which is a fault".
+    file = tmp_path / "slides.yaml"
+    file.write_text(SLIDES, encoding="utf-8")
+    robot = rs.load(file, symbols=rs.ALL_PARAMETERS)
+    K = rs.derive(robot).lambdify()
+    answered = 0
+    for o in (-0.3, -0.01, 0.01, 0.3):
+        values = {**robot.nominal, "o": o}
+        at = {x: values[x] for x in K.arguments}
+        if K.holds(**at):
+            expected = rs.stiffness(robot.substituted(values)).K
+            assert K(**at) == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+            answered += 1
+    assert answered == 2

@@ -184,11 +184,17 @@ def sampled_robots(
     Raises
     ------
     InputError
-        When its legs do not close there.
+        When its legs do not close there, or close in another working mode than the formula's.
     """
     follows = placed.follows
     sample = follows.sample(random, spread)
     numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
+    if _have_other_roots(sample.finder.solvers, placed.solvers):
+        raise InputError(
+            f"working mode of {numeric.name!r}",
+            got="another posture that is nearer to the home coordinates than that of the model",
+            hint="write elbow: plus or minus, or home coordinates that are nearer to one of them",
+        )
     if sample.pose is not None and follows.at_joints:
         turn = Rotation.from_rotvec(sample.pose[3:])
         return numeric, [(values, RigidTransform.from_components(sample.pose[:3], turn))]
@@ -198,6 +204,12 @@ def sampled_robots(
         return numeric, [(values, pose_at(placed.given, sample.finder, values, placed.rotation))]
     each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
     return numeric, [(one, _pose(placed, numeric, sample.finder, one)) for one in each]
+
+
+def _have_other_roots(some: Sequence[LegSolver], others: Sequence[LegSolver]) -> bool:
+    """Whether a slide or crank moves its rod in the other of its two ways."""
+    forms = ((a.closed_form, b.closed_form) for a, b in zip(some, others, strict=False))
+    return any(a and b and a.mode.root != b.mode.root for a, b in forms)
 
 
 def _batch(poses: list[Any]) -> Any:

@@ -13,6 +13,11 @@ from sympy.core.cache import cacheit
 from robostiff.analytic.operation_count import count_of, parts_of
 from robostiff.errors import InputError
 
+
+class OutsideFieldError(InputError):
+    """An expression of another function, or a root of a square of which no sign is known."""
+
+
 # Larger prime factors of a number under a root stay together.
 _LARGEST_PRIME = 100_000
 
@@ -217,7 +222,7 @@ class Roots:
         if rest != 1:
             unknown = [p for f, p in radicand.factors.items() if not f.is_positive]
             if not any(power % 2 for power in unknown):
-                raise InputError(
+                raise OutsideFieldError(
                     "square root of a square",
                     got=str(radicand.root),
                     expected="symbols whose assumptions decide its sign",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -10,13 +10,22 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.closed import canonical
-from robostiff.analytic.derivation import Definition, Derivation, used_definitions
+from robostiff.analytic.derivation import (
+    Definition,
+    Derivation,
+    Unwritten,
+    WrittenField,
+    used_definitions,
+)
 from robostiff.analytic.field import Element, ExactField
 from robostiff.analytic.formula import Formula
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
+from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.substitution import values_of_symbols
 from robostiff.errors import InputError
+
+_SHORT = 1500  # operations of terms of a series that are brought to canonical fractions
 
 
 @dataclass(frozen=True)
@@ -37,7 +46,7 @@ class FormulaDerivative(Formula):
 
     derivation: Derivation
     symbol: sp.Symbol
-    dK: sp.ImmutableMatrix
+    dK: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
     definitions: tuple[Definition, ...] = ()
 
     @property
@@ -105,7 +114,8 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDer
 
     A closed form gives canonical fractions. Named steps are differentiated one by one, in forward
     mode: a step x of which the derivative is not a number or a symbol gets one further definition,
-    dx_dR for the symbol R, right after its own.
+    dx_dR for the symbol R, right after its own. So are the names of a robot's formula, which are
+    written out then: like K, its derivative is not multiplied out.
 
     Parameters
     ----------
@@ -143,9 +153,23 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDer
             expected="a formula in symbols that can be chosen freely",
             hint="name fewer symbols, such as the stiffnesses alone, so that these are numbers",
         )
-    if derivation.is_closed:
+    if not derivation.is_closed:
+        return _by_steps(derivation, symbol)
+    if getattr(derivation, "named", None) is None:
         return FormulaDerivative(derivation, symbol, derivative_formula(derivation.K, symbol))
-    return _by_steps(derivation, symbol)
+
+    def write() -> Any:
+        return _written_out(found.in_names.dK, found.in_names.definitions)
+
+    found = FormulaDerivative(derivation, symbol, Unwritten(write))
+    return found
+
+
+def _written_out(K: Any, definitions: Sequence[Definition]) -> Any:
+    known: dict[Any, Any] = {}
+    for definition in definitions:
+        known[definition.symbol] = definition.expression.xreplace(known)
+    return K.xreplace(known)
 
 
 def series_formula(
@@ -178,6 +202,10 @@ def series_formula(
     if not isinstance(n, int) or isinstance(n, bool) or n < 1:
         raise InputError("number of terms of a series", got=n, expected="1, 2, 3 ...")
     (x0,) = values_of_symbols([symbol], {symbol.name: x0}, "series").values()
+    in_names = getattr(derivation, "named", None) if derivation.is_closed else None
+    if in_names is not None:
+        own = {"K": in_names.K, "definitions": in_names.definitions, "named": None}
+        derivation = replace(derivation, **own)
     found = differentiate(derivation, symbol)
     terms, definitions = [derivation.K, found.dK], found.definitions
     while len(terms) < n:
@@ -187,8 +215,13 @@ def series_formula(
     stacked = sp.ImmutableMatrix.vstack(*terms[:n])
     whole = Derivation(derivation.name, stacked, (), stacked, definitions)
     at = whole.subs({symbol: x0}) if symbol in whole.free_symbols else whole
+    if in_names is not None:
+        K = _written_out(at.K, at.definitions)
+        at = Derivation(derivation.name, K, (), K)
     is_exact = not (at.definitions or at.K.has(sp.Float))
-    coefficients = canonical(at.K) if is_exact else at.K
+    # Sums over compliances would be put over a common denominator, which is long.
+    is_short = in_names is None or sum(map(count_of, at.K)) <= _SHORT
+    coefficients = canonical(at.K) if is_exact and is_short else at.K
     rows = derivation.K.rows
     step = symbol - sp.sympify(x0)
     parts = [

@@ -14,6 +14,7 @@ from sympy.core.cache import cacheit
 from robostiff.analytic.atoms import (
     Angles,
     Atoms,
+    OutsideFieldError,
     Radicand,
     Roots,
     atoms_of,
@@ -290,8 +291,8 @@ class ExactField:
                 return Element(self, self._gens[relation.place], self.ring.constant(1))
         raise self._unknown(root)
 
-    def _unknown(self, expression: Any) -> InputError:
-        return InputError(
+    def _unknown(self, expression: Any) -> OutsideFieldError:
+        return OutsideFieldError(
             "formula",
             got=str(expression),
             expected="a formula of " + ", ".join(str(g) for g in self.generators),

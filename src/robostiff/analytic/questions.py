@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.budget import BUDGET, within
+from robostiff.analytic.budget import BUDGET, OutOfTimeError, within
 from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.exact_matrix import determinant, echelon, null_space
 from robostiff.analytic.factors import is_positive_form, without_sign
@@ -160,8 +161,8 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     Parameters
     ----------
     K : (n, n) matrix of SymPy expressions, or Derivation
-        Symmetric and positive semidefinite. In steps, the rank is that in numbers at the random
-        parameters and poses at which the formula was compared with them, without exceptions.
+        Symmetric and positive semidefinite. In steps, or too long, the rank is that in numbers at
+        the parameters and poses at which the formula was compared with them, without exceptions.
     budget : float or None
         Seconds of computing; None for no limit.
 
@@ -187,7 +188,13 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
         found = None if names is None else _rank_in_names(names)
         return _rank(matrix) if found is None else found
 
-    return within(budget, answer, "rank of a formula")
+    try:
+        return within(budget, answer, "rank of a formula")
+    except FormulaTooLargeError as error:
+        rank = getattr(K, "general_rank", None)
+        if rank is None or isinstance(error, OutOfTimeError):
+            raise
+        return _rank_in_steps(K, rank, budget)
 
 
 def _rank_in_steps(derivation: Any, rank: int, budget: float | None) -> RankFormula:
@@ -280,13 +287,19 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     if (rank := _general_rank(K)) is not None:
         return () if rank == K.K.rows else _free_motions_in_steps(K, rank)
     matrix, names = closed_matrix(K, "free motions"), _in_names(K)
-    if names is not None:
-        if names.rank == names.matrix.rows:
-            return ()
-        found = _null_space(names.matrix)
-        if names.matrix.rows - len(found) == names.rank:
-            return tuple(motion.applyfunc(names.written_out) for motion in found)
-    return _null_space(matrix)
+    try:
+        if names is not None:
+            if names.rank == names.matrix.rows:
+                return ()
+            found = _null_space(names.matrix)
+            if names.matrix.rows - len(found) == names.rank:
+                return tuple(motion.applyfunc(names.written_out) for motion in found)
+        return _null_space(matrix)
+    except FormulaTooLargeError as error:
+        with suppress(InputError):  # of its wrenches, without compliances
+            if (rank := getattr(K, "general_rank", None)) is not None:
+                return _free_motions_in_steps(K, rank)
+        raise error from None
 
 
 def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:

@@ -12,6 +12,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.agreement import RobotInNumbers
+from robostiff.analytic.atoms import OutsideFieldError
 from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import closed_sum
@@ -54,8 +55,7 @@ from robostiff.recorded import RecordedRobot, assembled
 
 # Most terms of an entry by default: found in a second.
 _READABLE = 500
-# Of all entries of all legs together, as many terms as so many entries: nobody reads more.
-_ENTRIES = 10
+_ENTRIES = 10  # all entries of all legs have as many terms as so many: nobody reads more
 
 # Operations of a written-out formula for each allowed term, before like terms are added.
 _OPERATIONS_A_TERM = 200
@@ -155,8 +155,8 @@ def derive_robot(
             # What was stopped may have left half of a step.
             form = Steps()
             at = within(enough, recorded, "record of a formula")
-        except FormulaTooLargeError:
-            pass
+        except (FormulaTooLargeError, OutsideFieldError):
+            pass  # too long, or with the size of a length of either sign
     # On a record of its own: this one has steps of the elimination, longer for the same values.
     level = VectorLevel(lambda: _at_vector_level(place_robot(robot, pose)))
     return _in_steps(at.placed, at.recorded, level, remark, asked=asked)

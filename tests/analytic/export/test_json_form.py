@@ -48,6 +48,7 @@ ASSUMPTIONS = [
     {"real": False},
     {"extended_real": True},
     {"infinite": True},
+    sp.Symbol("L", real=True).assumptions0,  # of a symbol that was renamed
 ]
 
 

@@ -210,7 +210,8 @@ def symbol_data(symbol: sp.Symbol) -> dict[str, Any]:
         raise InputError("symbol", got=str(symbol), expected="a plain symbol that commutes")
     if not symbol.name or len(symbol.name) > _MOST_CHARACTERS:
         raise InputError("symbol", got=symbol.name, expected=f"1 to {_MOST_CHARACTERS} letters")
-    return {"name": symbol.name, "assumptions": dict(sorted(symbol._assumptions_orig.items()))}
+    given = symbol._assumptions_orig  # of a renamed symbol also that it is commutative
+    return {"name": symbol.name, "assumptions": {x: given[x] for x in _ASSUMPTIONS if x in given}}
 
 
 def read_symbols(data: list[Any]) -> dict[str, sp.Symbol]:
