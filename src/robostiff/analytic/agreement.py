@@ -16,6 +16,7 @@ from robostiff.analytic.numeric_value import matrix_value, values_of
 from robostiff.analytic.robot_placement import PlacedRobot, home_values, number_at, pose_at
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
+from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, PostureFinder
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.rod import Rod
@@ -48,7 +49,6 @@ class RobotInNumbers:
     symbols: tuple[sp.Symbol, ...]  # those that have values
     places: tuple[_Place, ...]  # (values, answer, whether it is in doubt)
     length: float  # characteristic length [m]
-    solvers: tuple[LegSolver, ...]  # of the legs at nominal values
 
     @classmethod
     def of(cls, placed: PlacedRobot) -> RobotInNumbers:
@@ -57,12 +57,15 @@ class RobotInNumbers:
         Raises
         ------
         InputError
-            When the legs reach none of the poses near home that the formula is for.
+            When the legs reach none of the poses near home that the formula is for, or two postures
+            of a leg meet at home.
         """
+        where = f"{placed.robot.name!r} {placed.where}"
+        solvers = enumerate(placed.solvers)
+        _refuse_meeting_postures(where, (own for i, own in solvers if i not in placed.turned))
         places = tuple(closed_places(placed, placed.where))
         symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
-        where = f"{placed.robot.name!r} {placed.where}"
-        return cls(where, symbols, places, placed.length, placed.solvers)
+        return cls(where, symbols, places, placed.length)
 
     @property
     def rank(self) -> int:
@@ -76,8 +79,6 @@ class RobotInNumbers:
         ------
         DisagreementError
             When they differ.
-        InputError
-            When they do as two postures of a leg meet at the nominal values.
         """
         at_all = {s: np.array([at[s.name] for at, _, _ in self.places]) for s in self.symbols}
         found = matrix_value(K, at_all, definitions)
@@ -86,23 +87,12 @@ class RobotInNumbers:
             limit = _AGREED_IN_DOUBT if doubtful else AGREED
             if matrix_distance(own, result.K, self.length) > limit:
                 given = {s: values[s.name] for s in self.symbols}
-                try:
-                    check_value(K, definitions, given, result.K, limit, self.where, self.length)
-                except DisagreementError:
-                    _refuse_meeting_postures(self.where, self.solvers)
-                    raise
+                check_value(K, definitions, given, result.K, limit, self.where, self.length)
 
 
 def _refuse_meeting_postures(where: str, solvers: Iterable[LegSolver]) -> None:
     """Raise where a leg has two postures in one at the nominal values: none can be chosen there."""
-    for solver in solvers:
-        if not isinstance(solver.closed_form, Rod):
-            continue
-        own = solver.closed_form.mode
-        known = dict(zip(*solver.that_close(solver.home_pose), strict=True))
-        q, other = (known.get(mode) for mode in (own, replace(own, root=-own.root)))
-        if q is None or other is None or np.max(np.abs(q - other)) > _MEET:
-            continue
+    for solver in filter(_has_meeting_postures, solvers):
         raise InputError(
             f"formula of {where}",
             got=f"two postures of leg {solver.leg.name!r} that meet at home, at the end of reach",
@@ -110,6 +100,17 @@ def _refuse_meeting_postures(where: str, solvers: Iterable[LegSolver]) -> None:
             hint="derive it with other values of the model, and put yours in: "
             'derivation.subs({"name": value})',
         )
+
+
+@kept
+def _has_meeting_postures(solver: LegSolver) -> bool:
+    """Whether a rod on a slide or crank is at the end of its reach at home."""
+    if not isinstance(solver.closed_form, Rod):
+        return False
+    own = solver.closed_form.mode
+    known = dict(zip(*solver.that_close(solver.home_pose), strict=True))
+    q, other = (known.get(mode) for mode in (own, replace(own, root=-own.root)))
+    return q is not None and other is not None and bool(np.max(np.abs(q - other)) <= _MEET)
 
 
 def closed_places(
