@@ -34,6 +34,7 @@ from robostiff.analytic.export import (
     python_function,
 )
 from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.series_form import stiffness_of
 from robostiff.errors import DisagreementError, InputError
 from tests.analytic.formulas import cubic_platform
 
@@ -293,6 +294,15 @@ def test_numbers_of_hundreds_of_digits_are_exported_as_numbers_of_the_machine(fo
     q = {s.name: float(home[int(s.name[1:]) - 1]) for s in derivation.symbols}
     expected = rs.stiffness(robot).K
     np.testing.assert_allclose(places["stiffness"](**q), expected, atol=1e-11 * expected.max())
+
+
+def test_numbers_of_hundreds_of_digits_are_a_sum_of_springs():
+    # Floats have no quotient of two numbers above 1e308.
+    robot = rs.load(DATA / "arm-of-long-decimals.yaml")
+    series = rs.derive(robot).in_series
+    assert series is not None
+    stiffness = stiffness_of(series, {}, place_robot(robot, rs.AtHome()))
+    np.testing.assert_allclose(stiffness, rs.stiffness(robot).K, rtol=1e-9)
 
 
 OVERDETERMINED = """

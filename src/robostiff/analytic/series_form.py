@@ -332,9 +332,13 @@ def check_series(found: InSeries | ArmOfSprings, placed: PlacedRobot) -> None:
 
 def stiffness_of(found: InSeries, values: dict[Any, float], placed: PlacedRobot) -> np.ndarray:
     """K (n, n) in numbers, about the reference point in world axes."""
-    axes, arm, C = (
-        np.array(values_of(x.flat(), values, found.definitions), dtype=float).reshape(x.shape)
-        for x in (found.axes, found.arm, found.C)
-    )
+
+    def numbers(M: sp.ImmutableMatrix) -> np.ndarray:
+        entries = np.array(values_of(M.flat(), values, found.definitions), dtype=float)
+        if not np.all(np.isfinite(entries)):  # exact numbers too long for floats
+            entries = np.array(values_of(M.flat(), values, found.definitions, careful=True))
+        return entries.reshape(M.shape)
+
+    axes, arm, C = map(numbers, (found.axes, found.arm, found.C))
     T = transport(axes, arm.ravel(), placed.entries.space)
     return T @ np.linalg.inv(C) @ T.T
