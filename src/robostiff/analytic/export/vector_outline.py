@@ -259,7 +259,9 @@ def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...
 
 def _of_angle(part: Any, meanings: Mapping[str, str], along: str) -> str:
     """Meaning of the cosine a . u or the sine |a x u| of the angle between a vector and a leg."""
-    function, other = ("cosine", part.left) if isinstance(part, Dot) else ("sine", part.vector.left)
+    is_dot = isinstance(part, Dot)
+    other: Any = part.left if is_dot else part.vector.left
+    function = "cosine" if is_dot else "sine"
     return f"{function} of the angle between the {along} and the {meanings[other.name]}"
 
 
