@@ -5,7 +5,7 @@ import robostiff as rs
 from robostiff.analytic import Derivation, Steps, derive_chain
 from robostiff.analytic.export import derivation_text
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.outline import VectorEquations
+from robostiff.analytic.export.outline import Nomenclature, VectorEquations
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL, symmetric
 
@@ -130,6 +130,7 @@ def test_too_little_width():
 )
 def test_every_name_of_a_vector_form_has_a_meaning(name, pose):
     *blocks, nomenclature = outline_of(rs.derive(name, pose=pose))
+    assert isinstance(nomenclature, Nomenclature)
     listed = {getattr(x, "name", x) for names, _ in nomenclature.rows for x in names}
     first = {f"{x.partition('_')[0]}_1" for x in listed}  # p_1, ..., p_5
     for block in blocks:
