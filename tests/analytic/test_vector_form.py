@@ -191,7 +191,9 @@ def test_angles_turn_with_the_parameters_of_a_robot():
     table = LegTable({"R": 0.6, "alpha": 0.26})
     angles = [alpha, 2 * sp.pi / 3 - alpha, 2 * sp.pi / 3 + alpha]
     points = [(sp.expand_trig(R * sp.cos(a)), sp.expand_trig(R * sp.sin(a)), 0) for a in angles]
-    x, y, z = table.vectors("a", "phi", points)
+    found = table.vectors("a", "phi", points)
+    assert found is not None
+    x, y, z = found
     phi = sp.Symbol("phi_i", real=True)
     assert (x, y, z) == (R * sp.cos(phi), R * sp.sin(phi), 0)
     assert table.columns["phi_i"] == angles
@@ -201,7 +203,9 @@ def test_angles_turn_with_the_parameters_of_a_robot():
 def test_points_on_no_circle_are_coordinates():
     R = sp.Symbol("R", positive=True)
     table = LegTable({"R": 0.6})
-    x, y, z = table.vectors("a", "phi", [(R, 0, 0), (0, 2 * R, 0)])
+    found = table.vectors("a", "phi", [(R, 0, 0), (0, 2 * R, 0)])
+    assert found is not None
+    x, y, z = found
     assert [str(x), str(y), z] == ["a_ix", "a_iy", 0]
     assert table.turns_of_one_another() is None
 

@@ -328,7 +328,7 @@ class _Recognition:
         terms = [sp.Add.make_args(x) for x in each]
         common = [x for x in terms[0] if all(x in own for own in terms)]
         rests = [sp.Add(*(x for x in own if x not in common)) for own in terms]
-        stiffnesses = [1 / x for x in rests if x != 0]
+        stiffnesses: list[Any] = [1 / x for x in rests if x != 0]
         # One spring a leg, whose stiffness is a number or has a name that is not of a leg.
         are_plain = all(x.is_number or (x.is_Symbol and x.name[-2:] != "_i") for x in stiffnesses)
         is_column = common and are_plain and len(stiffnesses) == len(each) and len({*rests}) > 1

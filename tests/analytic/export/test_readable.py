@@ -50,7 +50,9 @@ def test_equation_28_as_it_is_printed():
 
 def test_a_factor_of_all_entries_leaves_angles_as_they_are():
     # The multiple angle of K_66 was written out, which made the factor look longer than none.
-    factor, rest = factored_matrix(rs.derive("hexapod").named.K)
+    named = rs.derive("hexapod").named
+    assert named is not None
+    factor, rest = factored_matrix(named.K)
     L, c, alpha = (sp.Symbol(name, positive=True) for name in ("L_a", "c_a", "alpha"))
     assert factor == 3 / (L**2 * c)
     assert rest[5, 5] == 2 * R**2 * r**2 * sp.cos(2 * alpha + sp.pi / 6) ** 2
@@ -58,7 +60,9 @@ def test_a_factor_of_all_entries_leaves_angles_as_they_are():
 
 @pytest.mark.parametrize("name", ["delta", "3-prs", "3-upu"])
 def test_sums_over_compliances_have_no_common_denominator(name):
-    K = rs.derive(name).named.K
+    named = rs.derive(name).named
+    assert named is not None
+    K = named.K
     factor, rest = factored_matrix(K)
     assert factor == sp.Rational(3, 2)
     for i, j in ((0, 0), (2, 2), (3, 3), (5, 5)):
