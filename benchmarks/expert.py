@@ -29,9 +29,9 @@ from sympy.core.cache import clear_cache
 import robostiff as rs
 from robostiff import DisagreementError
 from robostiff.analytic import derive_chain
-from robostiff.analytic.derivation import Definition
-from robostiff.analytic.numeric_value import values_of
-from robostiff.analytic.operation_count import operations_of
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.exact.operation_count import operations_of
 
 BEGINNING, END = "<!-- table of the expert -->", "<!-- end of the expert's table -->"
 ROUNDS = 5

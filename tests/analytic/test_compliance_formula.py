@@ -6,8 +6,8 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import Steps, compliance_formula, compliance_steps, derive_chain
-from robostiff.analytic.agreement import closed_places
-from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.placement.agreement import closed_places
+from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.elasticity import cantilever_stiffness
 from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, stewart
 

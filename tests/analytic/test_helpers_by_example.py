@@ -3,16 +3,16 @@
 import sympy as sp
 
 from robostiff.analytic.chain import rule_in_words
-from robostiff.analytic.contributions import Contribution, summed
-from robostiff.analytic.element import quotient_of
+from robostiff.analytic.exact.element import quotient_of
+from robostiff.analytic.exact.factors import bound_of_terms, completed_squares, product_of
+from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.export.code_printer import about_argument, ascii_identifier, plain_text
 from robostiff.analytic.export.entries import in_decimals, readable, without_lost_digits
 from robostiff.analytic.export.products import ordered_terms
 from robostiff.analytic.export.symbol_names import NameParts, name_parts
-from robostiff.analytic.factors import bound_of_terms, completed_squares, product_of
-from robostiff.analytic.field import ExactField
-from robostiff.analytic.questions import matrix_by_entries
-from robostiff.analytic.trigonometry import shortest_trigonometry
+from robostiff.analytic.questions.questions import matrix_by_entries
+from robostiff.analytic.springs.contributions import Contribution, summed
 
 x, y, k, a, b, R, r, h = sp.symbols("x y k a b R r h")
 

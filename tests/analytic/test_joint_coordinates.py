@@ -8,10 +8,10 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic.agreement import matrix_distance, sampled_robots
+from robostiff.analytic.exact.operation_count import operations_of
 from robostiff.analytic.export import derivation_data, derivation_from_data, derivation_text
-from robostiff.analytic.operation_count import operations_of
-from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.placement.agreement import matrix_distance, sampled_robots
+from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import InputError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -9,11 +9,11 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps, derive_leg
+from robostiff.analytic.exact.numeric_value import matrix_value
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.leg_agreement import check_leg
-from robostiff.analytic.numeric_value import matrix_value
-from robostiff.analytic.robot_placement import place_robot
-from robostiff.analytic.robot_pose import AtHome
+from robostiff.analytic.legs.leg_agreement import check_leg
+from robostiff.analytic.placement.robot_placement import place_robot
+from robostiff.analytic.placement.robot_pose import AtHome
 from robostiff.errors import DisagreementError, InputError
 
 

@@ -8,9 +8,9 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic.exact_points import BITS, ExactPoints
-from robostiff.analytic.legs_at_points import LegAtPoints, total_stiffness, with_mirrored
-from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.exact.exact_points import BITS, ExactPoints
+from robostiff.analytic.placement.legs_at_points import LegAtPoints, total_stiffness, with_mirrored
+from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.recorded import assembled
 from robostiff.robots import robot_file
 

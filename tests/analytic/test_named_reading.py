@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.record import Record, cosine, square_root
 
 a, b, t = (sp.Symbol(name, positive=True) for name in "abt")

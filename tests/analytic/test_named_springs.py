@@ -9,9 +9,9 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import AtHome, AtSymbols, Closed, Steps
-from robostiff.analytic.agreement import closed_places, matrix_distance
 from robostiff.analytic.export import derivation_text, python_function
-from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.placement.agreement import closed_places, matrix_distance
+from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import InputError
 
 # Names that formulas take are lengths here.

@@ -24,7 +24,6 @@ from robostiff.analytic import (
     robot_formula,
     snapshot_formula,
 )
-from robostiff.analytic.agreement import RobotInNumbers
 from robostiff.analytic.chain_agreement import check_chain
 from robostiff.analytic.export import (
     c_function,
@@ -33,7 +32,8 @@ from robostiff.analytic.export import (
     derivation_text,
     python_function,
 )
-from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.placement.agreement import RobotInNumbers
+from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.series_form import stiffness_of
 from robostiff.errors import DisagreementError, InputError
 from tests.analytic.formulas import cubic_platform

@@ -8,8 +8,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import Steps
-from robostiff.analytic.agreement import matrix_distance
-from robostiff.analytic.derivation import Definition
+from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.export import (
     derivation_html,
     derivation_latex,
@@ -17,11 +16,12 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
+from robostiff.analytic.placement.agreement import matrix_distance
+from robostiff.analytic.placement.robot_placement import place_robot
+from robostiff.analytic.placement.robot_pose import AtHome, AtSymbols
 from robostiff.analytic.robot_derivation import InSeries
-from robostiff.analytic.robot_placement import place_robot
-from robostiff.analytic.robot_pose import AtHome, AtSymbols
 from robostiff.analytic.series_form import check_series, series_form, stiffness_of
-from robostiff.analytic.vector_expressions import ArmOfSprings
+from robostiff.analytic.vectors.vector_expressions import ArmOfSprings
 from robostiff.errors import DisagreementError
 
 

@@ -5,7 +5,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robostiff.analytic.trigonometry import shortest_trigonometry
+from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 
 a, b, R, r = sp.symbols("alpha beta R r", positive=True)
 s, c, root = sp.sin(a), sp.cos(a), sp.sqrt(3)

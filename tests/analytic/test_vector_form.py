@@ -12,7 +12,6 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
 from robostiff.analytic import AtHome, AtSymbols, Steps
-from robostiff.analytic.agreement import check_form, matrix_distance
 from robostiff.analytic.export import (
     derivation_html,
     derivation_latex,
@@ -22,10 +21,11 @@ from robostiff.analytic.export import (
 )
 from robostiff.analytic.export.displays import written_vector
 from robostiff.analytic.export.text import TEXT
-from robostiff.analytic.leg_table import LegTable
-from robostiff.analytic.robot_placement import place_robot
-from robostiff.analytic.vector_expressions import Cross, Stacked, Turned, Vector
-from robostiff.analytic.vector_form import vector_form
+from robostiff.analytic.placement.agreement import check_form, matrix_distance
+from robostiff.analytic.placement.robot_placement import place_robot
+from robostiff.analytic.vectors.leg_table import LegTable
+from robostiff.analytic.vectors.vector_expressions import Cross, Stacked, Turned, Vector
+from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import posture_finder
 

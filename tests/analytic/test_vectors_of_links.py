@@ -10,7 +10,6 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps
-from robostiff.analytic.agreement import matrix_distance
 from robostiff.analytic.export import (
     c_function,
     derivation_data,
@@ -22,6 +21,7 @@ from robostiff.analytic.export import (
     derivation_typst,
     python_function,
 )
+from robostiff.analytic.placement.agreement import matrix_distance
 from robostiff.kinematics import posture_finder
 from robostiff.robots import robot_file
 

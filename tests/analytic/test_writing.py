@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robostiff.analytic import Derivation, derive_chain
-from robostiff.analytic.element import PolynomialWriter, made_of, product_of, quotient_of
-from robostiff.analytic.field import shared_field
+from robostiff.analytic.exact.element import PolynomialWriter, made_of, product_of, quotient_of
+from robostiff.analytic.exact.field import shared_field
 
 x, y, p = sp.Symbol("x"), sp.Symbol("y"), sp.Symbol("x", positive=True)
 PLAIN = [sp.sin(x), sp.cos(x), sp.cos(2), x, y, p, sp.Dummy("d")]

@@ -6,34 +6,35 @@ and go out.
 """
 
 from robostiff.analytic.chain import Closed, Steps, derive_chain
-from robostiff.analytic.closed import canonical
-from robostiff.analytic.closed_sum import sum_of_legs
-from robostiff.analytic.combinations import NamedCombinations, name_combinations
-from robostiff.analytic.derivation import Condition, Definition, Derivation, Stage
+from robostiff.analytic.derivation import Derivation, Stage
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_formula, differentiate
-from robostiff.analytic.eigenvalues import (
+from robostiff.analytic.exact.closed import canonical
+from robostiff.analytic.exact.closed_sum import sum_of_legs
+from robostiff.analytic.exact.definition import Condition, Definition
+from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.formula_function import FormulaFunction
+from robostiff.analytic.inverse import ComplianceSteps, compliance_formula, compliance_steps
+from robostiff.analytic.legs.leg_elimination import LegElimination, derive_leg
+from robostiff.analytic.placement.pose_rotation import EulerAngles, UnitQuaternion, roll_pitch_yaw
+from robostiff.analytic.placement.robot_pose import AtCoordinates, AtHome, AtJoints, AtSymbols
+from robostiff.analytic.questions.eigenvalues import (
     Eigenvalue,
     Eigenvalues,
     StiffnessPart,
     Unsolved,
     eigenvalue_formulas,
 )
-from robostiff.analytic.field import ExactField
-from robostiff.analytic.formula_function import FormulaFunction
-from robostiff.analytic.inverse import ComplianceSteps, compliance_formula, compliance_steps
-from robostiff.analytic.leg_elimination import LegElimination, derive_leg
-from robostiff.analytic.pose_rotation import EulerAngles, UnitQuaternion, roll_pitch_yaw
-from robostiff.analytic.products import FormulaTooLargeError
-from robostiff.analytic.questions import (
+from robostiff.analytic.questions.questions import (
     RankFormula,
     decoupling_conditions,
     fixed_point_formula,
     free_motion_formulas,
     rank_formula,
 )
+from robostiff.analytic.reading.combinations import NamedCombinations, name_combinations
 from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.analytic.robot_formula import derive_robot
-from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtJoints, AtSymbols
 from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
 from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 

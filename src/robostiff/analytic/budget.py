@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from robostiff.analytic.products import FormulaTooLargeError
+from robostiff.analytic.exact.products import FormulaTooLargeError
 from robostiff.errors import InputError
 
 Found = TypeVar("Found")

@@ -10,10 +10,12 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.chain_agreement import check_chain, redundant_joints
-from robostiff.analytic.closed import eliminate_exactly
-from robostiff.analytic.derivation import Definition, Derivation, Stage, Unwritten
-from robostiff.analytic.exact_matrix import ExactMatrix
-from robostiff.analytic.field import ExactField
+from robostiff.analytic.derivation import Derivation, Stage
+from robostiff.analytic.exact.closed import eliminate_exactly
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.exact_matrix import ExactMatrix
+from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.exact.unwritten import Unwritten
 from robostiff.analytic.inverse import compliance_formula
 from robostiff.errors import InputError
 from robostiff.spatial import Space

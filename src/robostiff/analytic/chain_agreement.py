@@ -10,16 +10,16 @@ import flint
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.agreement import (
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact.exact_matrix import ExactMatrix
+from robostiff.analytic.exact.numeric_value import BITS, balls_of
+from robostiff.analytic.placement.agreement import (
     AGREED,
     check_value,
     length_of,
     matrix_distance,
     random_values,
 )
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact_matrix import ExactMatrix
-from robostiff.analytic.numeric_value import BITS, balls_of
 from robostiff.errors import DisagreementError, InputError
 
 _SETS = 2

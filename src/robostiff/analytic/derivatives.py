@@ -9,18 +9,14 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.closed import canonical
-from robostiff.analytic.derivation import (
-    Definition,
-    Derivation,
-    Unwritten,
-    WrittenField,
-    used_definitions,
-)
-from robostiff.analytic.field import Element, ExactField
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact.closed import canonical
+from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.field import Element, ExactField
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
 from robostiff.analytic.formula import Formula
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
-from robostiff.analytic.operation_count import count_of
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.substitution import values_of_symbols
 from robostiff.errors import InputError
@@ -46,7 +42,7 @@ class FormulaDerivative(Formula):
 
     derivation: Derivation
     symbol: sp.Symbol
-    dK: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
+    dK: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
 
     @property

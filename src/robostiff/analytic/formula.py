@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 if TYPE_CHECKING:
-    from robostiff.analytic.derivation import Definition
+    from robostiff.analytic.exact.definition import Definition
 
 
 class Formula(ABC):

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
-from robostiff.analytic.derivation import Condition, Definition, Derivation, used_definitions
-from robostiff.analytic.exact_matrix import echelon
-from robostiff.analytic.field import ExactField
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact.definition import Condition, Definition, used_definitions
+from robostiff.analytic.exact.exact_matrix import echelon
+from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.formula import Formula
-from robostiff.analytic.questions import closed_matrix, matrix_by_entries
+from robostiff.analytic.questions.questions import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analytic.agreement import sampled_robots
-from robostiff.analytic.numeric_value import values_of
-from robostiff.analytic.robot_placement import PlacedRobot
+from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.placement.agreement import sampled_robots
+from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
 from robostiff.model import Robot
 

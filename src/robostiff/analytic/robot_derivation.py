@@ -8,9 +8,11 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Definition, Derivation, WrittenField
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.unwritten import WrittenField
 from robostiff.analytic.substitution import Substitution, refuse_negative
-from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
+from robostiff.analytic.vectors.vector_expressions import ArmOfSprings, VectorForm
 
 
 @dataclass(frozen=True)
@@ -43,9 +45,9 @@ class LegDerivation:
     joints: tuple[str, ...]
     redundant: tuple[str, ...]
     elastic: tuple[str, ...]
-    wrenches: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
-    compliances: WrittenField = WrittenField()  # noqa: RUF009
-    K: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
+    wrenches: WrittenField = WrittenField()
+    compliances: WrittenField = WrittenField()
+    K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:

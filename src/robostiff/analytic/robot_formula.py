@@ -11,32 +11,25 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.agreement import RobotInNumbers
-from robostiff.analytic.atoms import OutsideFieldError
 from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
 from robostiff.analytic.chain import Closed, Steps
-from robostiff.analytic.closed_sum import closed_sum
-from robostiff.analytic.conditions import conditions_of
-from robostiff.analytic.derivation import Definition, Unwritten
-from robostiff.analytic.exact_points import ExactPoints, writes_the_same
-from robostiff.analytic.leg_facts import facts_of, facts_of_robot, give_names, shared_out
-from robostiff.analytic.legs_at_points import (
+from robostiff.analytic.exact.atoms import OutsideFieldError
+from robostiff.analytic.exact.closed_sum import closed_sum
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.exact_points import ExactPoints, writes_the_same
+from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.exact.unwritten import Unwritten
+from robostiff.analytic.legs.leg_facts import facts_of, facts_of_robot, give_names, shared_out
+from robostiff.analytic.placement.agreement import RobotInNumbers
+from robostiff.analytic.placement.conditions import conditions_of
+from robostiff.analytic.placement.legs_at_points import (
     LegAtPoints,
     is_in_series,
     total_stiffness,
     with_mirrored,
 )
-from robostiff.analytic.products import FormulaTooLargeError
-from robostiff.analytic.record_reading import ClosedReading, StepReading, written_size
-from robostiff.analytic.robot_derivation import (
-    InNames,
-    InSeries,
-    LegDerivation,
-    RobotDerivation,
-    VectorLevel,
-)
-from robostiff.analytic.robot_placement import PlacedRobot, place_robot
-from robostiff.analytic.robot_pose import (
+from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
+from robostiff.analytic.placement.robot_pose import (
     AtCoordinates,
     AtHome,
     AtJoints,
@@ -44,10 +37,18 @@ from robostiff.analytic.robot_pose import (
     PoseFormula,
     is_short_in_angles,
 )
+from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
+from robostiff.analytic.robot_derivation import (
+    InNames,
+    InSeries,
+    LegDerivation,
+    RobotDerivation,
+    VectorLevel,
+)
 from robostiff.analytic.series_form import is_arm, series_form
-from robostiff.analytic.sum_of_springs import SpringLeg, sum_of_springs
-from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
-from robostiff.analytic.vector_form import vector_form
+from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
+from robostiff.analytic.vectors.vector_expressions import ArmOfSprings, VectorForm
+from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import Robot
 from robostiff.record import Entry, is_zero

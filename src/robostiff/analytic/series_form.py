@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.agreement import check_form
-from robostiff.analytic.contributions import BeamProducts, recognised_beam
-from robostiff.analytic.derivation import used_definitions
-from robostiff.analytic.leg_geometry import LegGeometry, transport
-from robostiff.analytic.named_reading import NamedReading
-from robostiff.analytic.numeric_value import values_of
-from robostiff.analytic.operation_count import count_of
-from robostiff.analytic.products import FormulaTooLargeError
+from robostiff.analytic.exact.definition import used_definitions
+from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.exact.trigonometry import shortest_trigonometry
+from robostiff.analytic.legs.leg_geometry import LegGeometry, transport
+from robostiff.analytic.placement.agreement import check_form
+from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.analytic.placement.robot_pose import exact_angle
+from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.robot_derivation import InSeries
-from robostiff.analytic.robot_placement import PlacedRobot
-from robostiff.analytic.robot_pose import exact_angle
-from robostiff.analytic.trigonometry import shortest_trigonometry
-from robostiff.analytic.vector_expressions import (
+from robostiff.analytic.springs.contributions import BeamProducts, recognised_beam
+from robostiff.analytic.vectors.vector_expressions import (
     ArmOfSprings,
     Coordinates,
     Cross,

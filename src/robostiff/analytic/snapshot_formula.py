@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.agreement import AGREED, check_value, random_values
-from robostiff.analytic.closed_sum import closed_sum
-from robostiff.analytic.record_reading import ClosedReading
+from robostiff.analytic.exact.closed_sum import closed_sum
+from robostiff.analytic.placement.agreement import AGREED, check_value, random_values
+from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.errors import InputError
 from robostiff.model import Snapshot, with_entries
 from robostiff.model.entries import formulas

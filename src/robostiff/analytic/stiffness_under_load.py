@@ -12,18 +12,19 @@ import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
 from robostiff.analytic.chain import Closed, Steps
-from robostiff.analytic.conditions import conditions_of
-from robostiff.analytic.derivation import Condition, Definition, Derivation
-from robostiff.analytic.exact_reading import ExactReading
-from robostiff.analytic.first_order import LoadedTerms, loaded_terms
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact.definition import Condition, Definition
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.products import FormulaTooLargeError
 from robostiff.analytic.formula import Formula
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
+from robostiff.analytic.legs.first_order import LoadedTerms, loaded_terms
 from robostiff.analytic.loaded_agreement import LoadedK, check_under_load
-from robostiff.analytic.operation_count import count_of
-from robostiff.analytic.products import FormulaTooLargeError
-from robostiff.analytic.record_reading import StepReading
-from robostiff.analytic.robot_placement import PlacedRobot, place_robot
-from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols, PoseFormula
+from robostiff.analytic.placement.conditions import conditions_of
+from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
+from robostiff.analytic.placement.robot_pose import AtCoordinates, AtHome, AtSymbols, PoseFormula
+from robostiff.analytic.reading.exact_reading import ExactReading
+from robostiff.analytic.reading.record_reading import StepReading
 from robostiff.analytic.substitution import (
     Substitution,
     refuse_failing,

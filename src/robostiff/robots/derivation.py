@@ -26,7 +26,7 @@ from robostiff.statics import Bowing, Linear, equilibrium
 from robostiff.statics.chains.beam_bowing import uniform_beam
 
 if TYPE_CHECKING:
-    from robostiff.analytic.robot_pose import PoseFormula
+    from robostiff.analytic.placement.robot_pose import PoseFormula
     from robostiff.io.model_file.symbols import Symbols
 
 

@@ -3,7 +3,8 @@ import pytest
 import sympy as sp
 from hypothesis import given
 
-from robostiff.analytic.derivation import Definition, Derivation
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.export import python_function
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import (

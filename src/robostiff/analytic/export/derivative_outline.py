@@ -9,9 +9,9 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import Derivation, used_definitions
+from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
+from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.export.entries import (
     EntryNames,
     MatrixName,
@@ -43,10 +43,11 @@ from robostiff.analytic.export.vector_outline import (
     vector_meanings,
 )
 from robostiff.analytic.export.where_it_holds import with_conditions
-from robostiff.analytic.leg_elimination import LegElimination
+from robostiff.analytic.legs.leg_elimination import LegElimination
+from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
-from robostiff.analytic.vector_expressions import ArmOfSprings
+from robostiff.analytic.vectors.vector_expressions import ArmOfSprings
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 

@@ -27,7 +27,7 @@ from robostiff.analytic.export.outline import (
     WrenchSum,
 )
 from robostiff.analytic.export.symbol_names import is_word
-from robostiff.analytic.vector_expressions import (
+from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
     Dot,
@@ -40,7 +40,7 @@ from robostiff.analytic.vector_expressions import (
     Turns,
     Vector,
 )
-from robostiff.analytic.vector_form import Equation
+from robostiff.analytic.vectors.vector_form import Equation
 
 
 def written_vector(expression: Any, language: MathLanguage) -> str:

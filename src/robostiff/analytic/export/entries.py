@@ -12,9 +12,9 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.factors import bound_of_terms, factored
-from robostiff.analytic.field import ExactField
-from robostiff.analytic.operation_count import count_of
+from robostiff.analytic.exact.factors import bound_of_terms, factored
+from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.exact.operation_count import count_of
 from robostiff.errors import InputError
 
 

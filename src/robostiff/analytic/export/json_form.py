@@ -11,7 +11,8 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Condition, Definition, Derivation, Stage
+from robostiff.analytic.derivation import Derivation, Stage
+from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import symbols_of
 from robostiff.analytic.export.json_expression import (

@@ -32,7 +32,7 @@ from robostiff.analytic.export.outline import (
     meanings_of_given,
     stiffness_equation,
 )
-from robostiff.analytic.leg_elimination import LegElimination
+from robostiff.analytic.legs.leg_elimination import LegElimination
 from robostiff.spatial import Space
 
 _C = MatrixName("C")

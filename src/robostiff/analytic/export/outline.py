@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import Definition, Derivation, Stage
+from robostiff.analytic.derivation import Derivation, Stage
+from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.export.entries import (
     EntryNames,
     MatrixName,
@@ -19,7 +19,8 @@ from robostiff.analytic.export.entries import (
     readable_matrix,
     without_lost_digits,
 )
-from robostiff.analytic.vector_expressions import Coordinates, Equation, Sum
+from robostiff.analytic.reading.combinations import name_combinations
+from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, Sum
 from robostiff.errors import printable
 from robostiff.spatial import Space
 

@@ -9,12 +9,13 @@ from typing import Any
 import sympy as sp
 from sympy.simplify.cse_main import tree_cse
 
-from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import Definition, Derivation
+from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
+from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.export.entries import symbols_of
 from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.analytic.export.where_it_holds import in_programs
+from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.errors import InputError
 
 #: Products of numbers with more digits exceed the range of doubles. Exact arithmetic on decimals

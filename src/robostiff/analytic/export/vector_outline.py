@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Definition
+from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.export.entries import (
     EntryNames,
     MatrixName,
@@ -29,7 +29,7 @@ from robostiff.analytic.export.outline import (
     matrix_equation,
 )
 from robostiff.analytic.robot_derivation import InSeries
-from robostiff.analytic.vector_expressions import (
+from robostiff.analytic.vectors.vector_expressions import (
     ArmOfSprings,
     Coordinates,
     Cross,

@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Condition
+from robostiff.analytic.exact.definition import Condition
 from robostiff.analytic.export.outline import (
     Block,
     Nomenclature,

@@ -1,0 +1,1 @@
+"""Exact arithmetic on expressions: polynomials over symbols, roots, sines and cosines."""

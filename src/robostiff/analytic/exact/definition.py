@@ -1,0 +1,71 @@
+"""Names for intermediates of a formula, and the conditions under which it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import sympy as sp
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A named intermediate: ``symbol = expression`` of symbols given or defined before.
+
+    Attributes
+    ----------
+    symbol : sympy.Symbol
+    expression : sympy.Expr
+    parts : tuple of str
+        Beams or drives of which it is a stiffness, or materials of which it is a modulus.
+    unit : str
+        Of the stiffness of a drive.
+    """
+
+    symbol: sp.Symbol
+    expression: sp.Expr
+    parts: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    unit: str = field(default="", compare=False, repr=False)
+
+
+def used_definitions(
+    definitions: Sequence[Definition], results: Iterable[Any]
+) -> tuple[Definition, ...]:
+    """The definitions that results need, directly or through others, in order.
+
+    Examples
+    --------
+    >>> x, a, b = sp.symbols("x a b")
+    >>> [d.symbol for d in used_definitions([Definition(a, x + 1), Definition(b, x)], [2 * a])]
+    [a]
+    """
+    wanted = {symbol for result in results for symbol in result.free_symbols}
+    kept = []
+    for definition in reversed(definitions):
+        if definition.symbol in wanted:
+            kept.append(definition)
+            wanted |= definition.expression.free_symbols
+    return tuple(reversed(kept))
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A condition under which a formula holds.
+
+    Attributes
+    ----------
+    words : str
+        Such as "leg 'ram' meets the platform".
+    expression : sympy.Expr
+        In given symbols; positive where it holds.
+    equations : tuple of sympy.Expr
+        Differences that vanish there, of legs in their joint coordinates.
+    leg : str
+        The leg of which the words speak; empty where they speak of none.
+    """
+
+    words: str
+    expression: sp.Expr
+    equations: tuple[sp.Expr, ...] = ()
+    leg: str = ""

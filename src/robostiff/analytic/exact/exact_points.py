@@ -1,0 +1,196 @@
+"""Steps of a record at random rational points, in ball arithmetic with some ninety digits.
+
+An identity of formulas, such as an entry that is zero everywhere, is decided at points that no
+simple relation singles out, and by enclosures instead of floats: two formulas that agree at all of
+them to 40 digits are one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import flint
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.exact.numeric_value import BITS, balls_of
+from robostiff.record import OPERATORS, Entry, Operation, Record
+
+_DIGITS = 40
+_ACCURATE = 140  # bits of a ball that are compared
+_NOTHING = 1e-40  # size of a value that is zero: no quantity of a machine is as small
+_POINTS = 2
+_SHORT = 8  # characters of a number that was meant as it is written
+_LARGEST = 4  # of the whole numbers and halves that stand for themselves
+
+_FUNCTIONS: dict[Operation, Any] = {
+    **OPERATORS,
+    Operation.SQUARE_ROOT: flint.arb.sqrt,
+    Operation.SINE: flint.arb.sin,
+    Operation.COSINE: flint.arb.cos,
+    Operation.ARC_COSINE: flint.arb.acos,
+    Operation.ARC_TANGENT: flint.arb.atan2,
+    Operation.HYPERBOLIC_TANGENT: flint.arb.tanh,
+}
+
+
+@dataclass(frozen=True)
+class Same:
+    """What a step equals at all points."""
+
+    step: int | None  # the first step with the same value up to a sign; None for a number
+    factor: Any  # the sign, or the number
+
+
+class ExactPoints:
+    """Values of the steps of a record at the first of its samples, which are taken as exact.
+
+    Examples
+    --------
+    >>> from robostiff.record import cosine, sine
+    >>> record = Record({"x": [0.7, 1.9]})
+    >>> x = record.input("x")
+    >>> one = cosine(x) * cosine(x) + sine(x) * sine(x)
+    >>> same = ExactPoints(record).same([x.step, one.step, (x * one).step])
+    >>> same[one.step], same[(x * one).step]
+    (Same(step=None, factor=1), Same(step=0, factor=1))
+    """
+
+    def __init__(self, record: Record) -> None:
+        self.record = record
+        self.count = min(_POINTS, record.count)
+        self._known: dict[int, tuple[Any, ...]] = {}
+        self._numbers: dict[Any, Any] = {}
+
+    def values(self, step: int) -> tuple[Any, ...]:
+        """Balls that contain the values of a step, one a point."""
+        if step not in self._known:
+            # Steps that are asked for in order have what they work on.
+            record = self.record
+            is_next = all(argument in self._known for argument in record.arguments(step))
+            with flint.ctx.workprec(BITS):
+                for needed in (step,) if is_next else record.needed([step]):
+                    if needed not in self._known:
+                        self._known[needed] = self._computed(needed)
+        return self._known[step]
+
+    def same(self, steps: Iterable[int]) -> dict[int, Same]:
+        """What each of some steps, in order, equals at all points: a number, or an earlier one.
+
+        At one point nothing is known.
+        """
+        if self.record.inputs and self.count < _POINTS:
+            return {step: Same(step, sp.Integer(1)) for step in steps}
+        first: dict[Any, int] = {}
+        found = {}
+        for step in steps:
+            values = self.values(step)
+            number = _number(values)
+            if number is not None and self.record.operations[step][0] is not Operation.INPUT:
+                found[step] = Same(None, number)
+                continue
+            negative = bool(values[0] < 0)
+            key = _key(values, negative)
+            earlier = step if key is None else first.setdefault(key, step)
+            sign = bool(self.values(earlier)[0] < 0) == negative
+            found[step] = Same(earlier, sp.Integer(1 if sign else -1))
+        return found
+
+    def are_equal(self, step: int, factors: tuple[int, int], sign: int) -> bool:
+        """Whether a step is a product of two others, or its negative."""
+        with flint.ctx.workprec(BITS):
+            return all(
+                bool(abs(own - sign * a * b) < _NOTHING * (1 + abs(own)))
+                for own, a, b in zip(*map(self.values, (step, *factors)), strict=True)
+            )
+
+    def number(self, value: Any) -> Any:
+        """The ball of a number."""
+        if value not in self._numbers:
+            with flint.ctx.workprec(BITS):
+                self._numbers[value] = balls_of([exact(value)], {})[0]
+        return self._numbers[value]
+
+    def stiffness(self, entries: Mapping[tuple[int, int], Any], n: int) -> tuple[Any, ...]:
+        """A symmetric matrix (n, n) in balls, one a point, of entries and numbers above."""
+        found = []
+        for point in range(self.count):
+            K: Any = flint.arb_mat(n, n)
+            for (i, j), entry in entries.items():
+                is_entry = isinstance(entry, Entry)
+                own = self.values(entry.step)[point] if is_entry else self.number(entry)
+                K[i, j] = K[j, i] = own
+            found.append(K)
+        return tuple(found)
+
+    def _computed(self, step: int) -> tuple[Any, ...]:
+        operation, a, _ = self.record.operations[step]
+        if operation is Operation.INPUT:
+            sample = self.record.input(a).sample
+            ratios = [float(x).as_integer_ratio() for x in sample[: self.count]]
+            return tuple(flint.arb(flint.fmpq(*ratio)) for ratio in ratios)
+        if operation is Operation.NUMBER:
+            return (self.number(a),) * self.count
+        arguments = self.record.arguments(step)
+        if operation in (Operation.LEAST, Operation.GREATER):
+            is_greater = chooses_greater(self.record, step)
+            if operation is Operation.GREATER:
+                return (flint.arb(int(is_greater)),) * self.count
+            return self._known[arguments[1] if is_greater else arguments[0]]
+        balls = zip(*(self._known[argument] for argument in arguments), strict=True)
+        return tuple(_FUNCTIONS[operation](*own) for own in balls)
+
+
+def chooses_greater(record: Record, step: int) -> bool:
+    """The branch of a formula: that of the samples, which lie around the nominal values."""
+    a, b = map(record.sample, record.arguments(step))
+    return bool(np.mean(a - b) > 0)
+
+
+def _number(values: tuple[Any, ...]) -> Any:
+    """A whole number or half that all values are."""
+    with flint.ctx.workprec(BITS):
+        if all(bool(abs(x) < _NOTHING) for x in values):
+            return sp.Integer(0)
+        twice = [(2 * x).unique_fmpz() for x in values]
+    if twice[0] is None or len(set(twice)) > 1 or abs(int(twice[0])) > 2 * _LARGEST:
+        return None
+    return sp.Rational(int(twice[0]), 2)
+
+
+def _key(values: Iterable[Any], negative: bool) -> tuple[str, ...] | None:
+    """Digits of values or their negatives; None where they are not known well."""
+    if any(not x.is_finite() or x.rel_accuracy_bits() < _ACCURATE for x in values):
+        return None
+    with flint.ctx.workprec(BITS):
+        return tuple((-x if negative else x).str(_DIGITS, radius=False) for x in values)
+
+
+def exact(number: Any) -> sp.Expr:
+    """A number of SymPy; a float as the decimal that it prints as."""
+    if isinstance(number, float) and len(repr(number)) <= _SHORT:
+        return sp.Rational(repr(number))  # others may be near a short fraction
+    written = sp.sympify(number)
+    is_exact = written.is_Rational or not written.has(sp.Float)
+    return written if is_exact else sp.nsimplify(written, rational=True)
+
+
+def writes_the_same(K: Any, stiffness: Iterable[Any]) -> bool:
+    """Whether a matrix is zero or equal, at all points, where a symmetric formula writes so.
+
+    `K` (n, n); `stiffness`: iterable of (n, n) flint.arb_mat.
+    """
+    n, entries = K.rows, K.flat()
+    with flint.ctx.workprec(BITS):
+        for at in stiffness:
+            values = [(entries[i * n + j], at[i, j]) for i in range(n) for j in range(i, n)]
+            size = sum((abs(x) for _, x in values), flint.arb(1))
+            known: dict[Any, Any] = {sp.Integer(0): flint.arb(0)}
+            for entry, value in values:
+                first = known.setdefault(entry, value)
+                known.setdefault(-entry, -value)
+                if not bool(abs(value - first) < _NOTHING * size):
+                    return False
+    return True

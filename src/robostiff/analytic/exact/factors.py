@@ -1,0 +1,300 @@
+"""Polynomials and fractions as products of irreducible factors and as sums of squares; zeros."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import flint
+import sympy as sp
+from sympy.core.cache import cacheit
+
+from robostiff.analytic.exact.element import product_in_order
+from robostiff.analytic.exact.field import Element, ExactField
+from robostiff.analytic.exact.operation_count import count_of
+
+
+@dataclass(frozen=True)
+class Product:
+    """A fraction as ``number * base_1^exponent_1 * ...``."""
+
+    number: sp.Rational  # 0 for the fraction 0, which has no powers
+    # (polynomial, int): irreducible polynomials of the field; exponents are negative below the
+    # fraction bar
+    powers: tuple[tuple[Any, int], ...]
+
+
+def product_of(field: ExactField, formula: Any) -> Product:
+    """Factor an expression or an element of a field."""
+    element = formula if isinstance(formula, Element) else field.element(formula)
+    if element.is_zero:
+        return Product(sp.Integer(0), ())
+    above, below = element.num.factor(), element.den.factor()
+    number: Any = rational(above[0]) / rational(below[0])
+    powers = [(base, int(exponent)) for base, exponent in above[1]]
+    powers += [(base, -int(exponent)) for base, exponent in below[1]]
+    return Product(number, tuple(powers))
+
+
+def sums_in_factors(element: Element) -> int:
+    """Additions in a fraction when its numerator and denominator are factored."""
+    if element.is_zero:
+        return 0
+    powers = (*element.num.factor()[1], *element.den.factor()[1])
+    return sum(len(base) - 1 for base, _ in powers)
+
+
+def factored(field: ExactField, above: Any, below: Any = None) -> Any:
+    """A polynomial, or a quotient of two without a common factor, as a product of powers.
+
+    ``R - r`` rather than ``-R + r`` where possible. A number in front of a sum is not multiplied
+    out.
+
+    Examples
+    --------
+    >>> R, r = sp.symbols("R r")
+    >>> field = ExactField([R, r])
+    >>> p = field.element(r**2 - R**2).num
+    >>> factored(field, p), factored(field, field.element(3 * R).num, p)
+    (-(R - r)*(R + r), -3*R/((R - r)*(R + r)))
+    """
+    if above.is_zero():
+        return sp.Integer(0)
+    constant, parts = above.factor()
+    powers = [(base, int(exponent)) for base, exponent in parts]
+    if below is not None and not below.is_one():
+        below_constant, parts = below.factor()
+        constant = constant / below_constant
+        powers += [(base, -int(exponent)) for base, exponent in parts]
+    minus = [_starts_with_minus(field, base) for base, _ in powers]
+    bases = [-base if own else base for (base, _), own in zip(powers, minus, strict=True)]
+    written = field.polynomial_expressions(bases)
+    factors = []
+    for i, (base, exponent) in enumerate(powers):
+        if minus[i] is None and (own := starts_with_minus(written[i])):
+            minus[i], written[i] = own, field.polynomial_expression(-base)
+        constant *= -1 if minus[i] and exponent % 2 else 1
+        factors.append((written[i], exponent))
+    number = rational(constant)
+    if all(base.is_Symbol or (base.is_Add and not base.is_number) for base, _ in factors):
+        # Coprime, so that SymPy has nothing to merge, and takes long to find out.
+        written = [sp.Pow(b, n, evaluate=False) if n != 1 else b for b, n in factors]
+        return product_in_order(number, written)
+    product = sp.Mul(*(base**exponent for base, exponent in factors))
+    return sp.Mul(number, product, evaluate=not (product.is_Add and number != 1))
+
+
+def _starts_with_minus(field: ExactField, polynomial: Any) -> bool | None:
+    """Whether a polynomial would be printed with a minus sign in front; None where unknown.
+
+    1 - 2 x, not -(2 x - 1).
+    """
+    degrees = zip(field.generators, polynomial.degrees(), strict=True)
+    is_plain = all(generator.is_Symbol for generator, degree in degrees if degree)
+    if is_plain and (len(polynomial) != 2 or any(polynomial.monomial(1))):
+        return len(polynomial) > 1 and bool(polynomial.leading_coefficient() < 0)
+    return None
+
+
+@cacheit
+def starts_with_minus(expression: Any) -> bool:
+    """Whether a sum is printed with a minus sign in front."""
+    return expression.is_Add and expression.as_ordered_terms()[0].could_extract_minus_sign()
+
+
+def without_sign(expression: Any) -> Any:
+    """``R - r`` rather than ``-R + r``, which is zero at the same places."""
+    return -expression if starts_with_minus(expression) else expression
+
+
+def rational(number: Any) -> Any:
+    """A number of a polynomial ring in SymPy."""
+    return sp.Rational(int(number.p), int(number.q))
+
+
+def bound_of_terms(expression: Any, most: int) -> int:
+    """Bound for the number of terms after multiplying out, at most one more than the limit."""
+    if expression.is_Add:
+        terms = sum(bound_of_terms(term, most) for term in expression.args)
+    elif expression.is_Mul:
+        terms = math.prod(bound_of_terms(factor, most) for factor in expression.args)
+    elif expression.is_Pow and expression.exp.is_Integer:
+        # Powers beyond this one exceed the limit.
+        terms = bound_of_terms(expression.base, most) ** min(abs(int(expression.exp)), 40)
+    elif isinstance(expression, sp.sin | sp.cos | sp.tan):
+        angle: Any = expression.args[0]
+        terms = 2 ** min(len(sp.Add.make_args(angle)) - 1, 40)
+    else:
+        terms = 1
+    return min(terms, most + 1)
+
+
+def completed_squares(field: ExactField, polynomial: Any) -> tuple[list[tuple[Any, Any]], Any]:
+    """Complete the squares of a quadratic polynomial of plain symbols, where that is no longer.
+
+    The symbol with the fewest products comes first, as in Lagrange's reduction of quadratic forms:
+    R^2 - 2 R r + r^2 + h^2 has (R - r)^2, and h^2 is left.
+
+    Returns
+    -------
+    list of (polynomial, sympy.Rational), polynomial
+        Sums with the number in front of their squares, and the rest.
+    """
+    if not _is_quadratic(field, polynomial):
+        return [], polynomial
+    squares: list[tuple[Any, Any]] = []
+    rest = polynomial
+    while (place := _next_symbol(rest)) is not None:
+        slope = rest.derivative(place)
+        (twice,) = (c for powers, c in slope.terms() if powers[place])
+        constant, ((base, _),) = slope.factor()
+        number = constant**2 / (2 * twice)
+        squares.append((base, rational(number)))
+        rest = rest - base**2 * number
+    written = [number * field.polynomial_expression(base) ** 2 for base, number in squares]
+    after = sp.Add(*written, field.polynomial_expression(rest))
+    if count_of(after) > count_of(field.polynomial_expression(polynomial)):
+        return [], polynomial
+    return squares, rest
+
+
+def is_positive_form(field: ExactField, polynomial: Any) -> bool:
+    """Whether a polynomial is quadratic in plain symbols and nowhere negative.
+
+    Examples
+    --------
+    >>> R, r = sp.symbols("R r")
+    >>> field = ExactField([R, r])
+    >>> [is_positive_form(field, field.element(p).num) for p in (R**2 - R * r + r**2, R * r)]
+    [True, False]
+    """
+    if not _is_quadratic(field, polynomial):
+        return False
+    used = [i for i, degree in enumerate(polynomial.degrees()) if degree]
+    # The constant is a square of the number 1, which comes last.
+    n = len(used) + 1
+    gram = flint.fmpq_mat(n, n)
+    for powers, coefficient in polynomial.terms():
+        places = [k for k, i in enumerate(used) for _ in range(powers[i])]
+        a, b = (places + [len(used)] * 2)[:2]
+        gram[a, b] += coefficient / 2
+        gram[b, a] += coefficient / 2
+    for k in range(n):
+        if gram[k, k] < 0 or (gram[k, k] == 0 and any(gram[k, j] != 0 for j in range(k, n))):
+            return False
+        for i in range(k + 1, n) if gram[k, k] != 0 else ():
+            share = gram[i, k] / gram[k, k]
+            for j in range(k, n):
+                gram[i, j] -= share * gram[k, j]
+    return True
+
+
+def _is_quadratic(field: ExactField, polynomial: Any) -> bool:
+    """Whether a polynomial has degree 2 and no cosines, sines or roots."""
+    if polynomial.is_zero() or polynomial.total_degree() != 2:
+        return False
+    degrees = zip(field.generators, polynomial.degrees(), strict=True)
+    return all(generator.is_Symbol for generator, degree in degrees if degree)
+
+
+def _next_symbol(polynomial: Any) -> int | None:
+    """The symbol with a square and the fewest products, at least one."""
+    if polynomial.is_zero():
+        return None
+    counts: dict[int, int] = {}
+    for place, degree in enumerate(polynomial.degrees()):
+        products = sum(1 for powers, _ in polynomial.terms() if powers[place] == 1)
+        if degree == 2 and products:
+            counts[place] = products
+    return min(counts, key=lambda place: counts[place], default=None)
+
+
+def quadratic_roots(field: ExactField, polynomial: Any, unknown: sp.Symbol) -> list[sp.Expr]:
+    """Zeros of a polynomial of degree 1 or 2 in an unknown, as short products.
+
+    `polynomial`: polynomial of the field; `unknown`: one of its generators.
+
+    Returns
+    -------
+    list of SymPy expressions
+        One, or two of which the first has the minus sign.
+
+    Examples
+    --------
+    >>> x, a, b = sp.symbols("x a b")
+    >>> field = ExactField([x, a, b])
+    >>> quadratic_roots(field, field.element(x**2 - 2 * a * x + a**2 - 4 * b).num, x)
+    [a - 2*sqrt(b), a + 2*sqrt(b)]
+    """
+    place = field.generators.index(unknown)
+    parts = by_powers(polynomial, [place])
+    c0, c1, c2 = (parts.get((power,), polynomial * 0) for power in range(3))
+    if c2.is_zero():
+        return [_quotient(field, -c0, c1)]
+    outside, inside = _root(field, field.reduced(c1 * c1 - 4 * c2 * c0))
+    if inside == 1:
+        return [_quotient(field, -c1 + sign * outside, 2 * c2) for sign in (-1, 1)]
+    # The common factor of both parts is written in front.
+    common = c1.gcd(outside)
+    number, root = inside.as_coeff_Mul()
+    plain, plain_number = _primitive(field, -(c1 / common))
+    other, other_number = _primitive(field, outside / common)
+    other_number *= number
+    shared = sp.gcd(plain_number, other_number) if plain_number != 0 else other_number
+    front = shared * _quotient(field, common, 2 * c2)
+    plain, other = plain_number / shared * plain, other_number / shared * other * root
+    if front.is_Rational:
+        return [sp.expand(front * plain) + sign * front * other for sign in (-1, 1)]
+    return [front * (plain + sign * other) for sign in (-1, 1)]
+
+
+def _primitive(field: ExactField, polynomial: Any) -> tuple[Any, Any]:
+    """A polynomial with coprime integer coefficients, and the factor in front."""
+    if polynomial.is_zero():
+        return sp.Integer(0), sp.Integer(0)
+    number, expression = field.polynomial_expression(polynomial).primitive()
+    return expression, number
+
+
+def by_powers(polynomial: Any, places: Sequence[int]) -> dict[tuple[int, ...], Any]:
+    """What stands before each product of powers of some generators."""
+    parts: dict[tuple[int, ...], dict[Any, Any]] = {}
+    for powers, number in polynomial.terms():
+        left = tuple(0 if i in places else power for i, power in enumerate(powers))
+        parts.setdefault(tuple(powers[i] for i in places), {})[left] = number
+    return {own: polynomial.context().from_dict(terms) for own, terms in parts.items()}
+
+
+def _root(field: ExactField, radicand: Any) -> tuple[Any, Any]:
+    """Square root as a polynomial outside and a SymPy expression inside the root sign."""
+    one = field.ring.constant(1)
+    if radicand.is_zero():
+        return radicand, sp.Integer(1)
+    constant, powers = radicand.factor()
+    outside, inside = one, one
+    for base, exponent in powers:
+        outside = outside * base ** (int(exponent) // 2)
+        inside = inside * base ** (int(exponent) % 2)
+    number = rational(constant)
+    if number < 0:
+        number, inside = -number, -inside
+    return outside, sp.sqrt(number) * _root_sign(field, inside)
+
+
+def _root_sign(field: ExactField, radicand: Any) -> Any:
+    """Square root of a polynomial; a sine or root of the field where it is the square of one."""
+    for relation in field.relations:
+        quotient, rest = divmod(radicand, relation.square)
+        if rest.is_zero() and quotient.is_constant():
+            number = rational(quotient.leading_coefficient())
+            if number > 0:
+                return sp.sqrt(number) * field.generators[relation.place]
+    return sp.sqrt(factored(field, radicand))
+
+
+def _quotient(field: ExactField, above: Any, below: Any) -> Any:
+    """A fraction as a quotient of products."""
+    fraction = field.fraction(above, below)
+    return factored(field, fraction.num, fraction.den)

@@ -1,0 +1,321 @@
+"""Exact arithmetic on formulas: fractions of polynomials over symbols, cosines, sines and roots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import flint
+import sympy as sp
+from sympy.core.cache import cacheit
+
+from robostiff.analytic.exact.atoms import (
+    Angles,
+    Atoms,
+    OutsideFieldError,
+    Radicand,
+    Roots,
+    atoms_of,
+    factors_of,
+    is_root,
+    prepare,
+)
+from robostiff.analytic.exact.element import Element, PolynomialWriter, quotient_of
+from robostiff.analytic.exact.products import FormulaTooLargeError, quotient
+from robostiff.errors import InputError
+
+# Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
+_CHECKED = 50
+# Most terms above and below of a fraction that is freed of sines: its norm has their square.
+_FREED = 2000
+
+
+@dataclass(frozen=True)
+class Relation:
+    """A generator whose square is a polynomial of the generators after it: g^2 = p."""
+
+    place: int
+    square: Any
+    divisor: Any
+
+
+class ExactField:
+    """The field of fractions of polynomials that contains a set of SymPy expressions.
+
+    Symbols are generators; so are the cosine of each angle, its sine with s^2 = 1 - c^2, and
+    square roots with their defining relations. Two elements are equal exactly when they have the
+    same canonical form, so that zero is recognised for certain; relations among roots of roots,
+    as sqrt(a + sqrt(b)) sqrt(a - sqrt(b)) = sqrt(a^2 - b), are not known.
+
+    Parameters
+    ----------
+    of : iterable of SymPy expressions, or their Atoms
+        Everything that shall be written in the field: sums, products, quotients, integer powers,
+        square roots, sines, cosines and tangents. Floats are taken as the decimal number they
+        print as.
+
+    Raises
+    ------
+    InputError
+        When an expression is built from another function, or the sign of a root is not known.
+
+    Examples
+    --------
+    >>> a = sp.Symbol("a")
+    >>> field = ExactField([sp.sin(a), sp.cos(a)])
+    >>> field.element(sp.sin(a) ** 2 + sp.cos(a) ** 2 - 1).is_zero
+    True
+    """
+
+    def __init__(self, of: Iterable[Any] | Atoms) -> None:
+        atoms = of if isinstance(of, Atoms) else atoms_of(map(prepare, of))
+        roots = Roots(atoms.roots, _taken_apart)
+        self._angles = Angles.of(atoms.angles)
+        angles = self._angles.independent
+        # Lexicographic order, relations first: the radicand of a root comes after it.
+        self.generators: tuple[sp.Expr, ...] = (
+            *roots.squares,
+            *(sp.sin(angle) for angle in angles),
+            *(sp.cos(angle) for angle in angles),
+            *atoms.symbols,
+        )
+        names = [f"g{i}" for i in range(len(self.generators))]
+        self.ring = flint.fmpq_mpoly_ctx.get(names, flint.Ordering.lex)
+        self._gens = self.ring.gens()
+        self._place = {generator: i for i, generator in enumerate(self.generators)}
+        self._known: dict[Any, Element] = {}
+        self._roots = roots.values
+        self._writer = PolynomialWriter(self.generators)
+        self.relations: tuple[Relation, ...] = ()
+        for angle in angles:
+            sine, cosine = self._place[sp.sin(angle)], self._place[sp.cos(angle)]
+            self._relate(sine, 1 - self._gens[cosine] ** 2)
+        for root, square in reversed(roots.squares.items()):
+            radicand = self.element(square)
+            if not radicand.has_unit_denominator:
+                raise InputError("square root", got=str(root), expected="a root of a polynomial")
+            self._relate(self._place[root], radicand.num)
+
+    @cached_property
+    def zero(self) -> Element:
+        """The element 0."""
+        return Element(self, self.ring.constant(0), self.ring.constant(1))
+
+    @cached_property
+    def one(self) -> Element:
+        """The element 1."""
+        return Element(self, self.ring.constant(1), self.ring.constant(1))
+
+    def element(self, expression: Any) -> Element:
+        """Write a SymPy expression in the field.
+
+        Raises
+        ------
+        InputError
+            When it contains something that the field was not made for, or divides by zero.
+        """
+        return self._read(prepare(expression))
+
+    def expression(self, element: Element) -> sp.Expr:
+        """Write an element as a SymPy expression."""
+        above = self.polynomial_expression(element.num)
+        if element.has_unit_denominator:
+            return above
+        return quotient_of(above, self.polynomial_expression(element.den))
+
+    def polynomial_expression(self, polynomial: Any) -> sp.Expr:
+        """Write a polynomial of the generators as a SymPy expression."""
+        return self._writer.expressions([polynomial])[0]
+
+    def polynomial_expressions(self, polynomials: Sequence[Any]) -> list[Any]:
+        """Write several polynomials."""
+        return self._writer.expressions(polynomials)
+
+    def reduced(self, polynomial: Any) -> Any:
+        """Bring the squares of sines and roots to their normal form."""
+        for relation in self.relations:
+            if polynomial.degrees()[relation.place] > 1:
+                polynomial = divmod(polynomial, relation.divisor)[1]
+        return polynomial
+
+    def fraction(self, num: Any, den: Any) -> Element:
+        """Fraction without a common factor, its denominator monic.
+
+        A denominator that is a root or sine times something is freed of it, 1 / g = g / g^2, and
+        of sines and roots of numbers. Any other sum a + b g stays: its conjugate a - b g may vanish
+        where the fraction is regular, as 1 / (1/k + L/(E A)) is at E A = k L, and the fraction
+        would be 0 / 0 there.
+        """
+        if den.is_one():
+            return Element(self, self.reduced(num), den)
+        num, den = self.reduced(num), self.reduced(den)
+        if den.is_zero():
+            raise InputError("formula", expected="no division by zero")
+        for relation in self.relations:
+            if den.degrees()[relation.place]:
+                num, den = self._freed(num, den, relation)
+        if num.is_zero():
+            return self.zero
+        if not den.is_constant():
+            common = num.gcd(den)
+            if not common.is_one():
+                num, den = num / common, den / common
+        leading = den.leading_coefficient()
+        return (
+            Element(self, num, den) if leading == 1 else Element(self, num / leading, den / leading)
+        )
+
+    @property
+    def has_angles(self) -> bool:
+        """Whether sines and cosines are among its generators."""
+        return bool(self._angles.independent)
+
+    def has_roots(self, polynomial: Any) -> bool:
+        """Whether a root or sine occurs in a polynomial."""
+        degrees = polynomial.degrees()
+        return any(degrees[relation.place] for relation in self.relations)
+
+    def zeros(self, element: Element) -> Any:
+        """A polynomial with the zeros of an element: its numerator without spurious factors.
+
+        A factor a - b g above a norm a^2 - b^2 g^2 is one over a + b g, and no zero.
+        """
+        conjugate, below = self._norm(element.den)
+        above = self.reduced(element.num * conjugate)
+        common = above.gcd(below)
+        above, below = above / common, below / common
+        for factor, power in above.factor()[1]:
+            if not self.has_roots(factor):
+                continue
+            norm = self._norm(factor)[1]
+            for _ in range(int(power)):
+                left = quotient(below, norm)
+                if left is None:
+                    break
+                above, below = above / factor, left
+        return above
+
+    def _norm(self, polynomial: Any) -> tuple[Any, Any]:
+        """The product of all conjugates of a polynomial but itself, and of all of them."""
+        others, norm = self.ring.constant(1), polynomial
+        for relation in self.relations:
+            if norm.degrees()[relation.place]:
+                conjugate = norm.compose(*self._conjugation(relation.place))
+                others = self.reduced(others * conjugate)
+                norm = self.reduced(norm * conjugate)
+        return others, norm
+
+    def _freed(self, num: Any, den: Any, relation: Relation) -> tuple[Any, Any]:
+        """A fraction over b g as one over b g^2; one over a + b g as it is, which is not zero."""
+        root = self._gens[relation.place]
+        with_root = (den - den.compose(*self._conjugation(relation.place))) / 2
+        plain = den - with_root
+        if plain.is_zero():
+            return self.reduced(num * root), self.reduced(with_root / root * relation.square)
+        is_sine = isinstance(self.generators[relation.place], sp.sin)
+        goes_up = is_sine or relation.square.is_constant()
+        if len(den) > _CHECKED and not goes_up:
+            return num, den
+        if max(len(num), len(den)) > _FREED:
+            raise FormulaTooLargeError.beyond(_FREED)
+        norm = self.reduced(plain**2 - (with_root / root) ** 2 * relation.square)
+        if norm.is_zero():
+            raise InputError(
+                "formula",
+                got=f"a division by {self.polynomial_expression(den)}",
+                expected="roots of known signs",
+                hint="declare symbols, such as Symbol('a', positive=True)",
+            )
+        # Sines and roots of numbers cancel only where they are brought up.
+        return (self.reduced(num * (plain - with_root)), norm) if goes_up else (num, den)
+
+    def _conjugation(self, place: int) -> list[Any]:
+        return [-g if i == place else g for i, g in enumerate(self._gens)]
+
+    def _relate(self, place: int, square: Any) -> None:
+        divisor = self._gens[place] ** 2 - square
+        # Generators before others in the order are reduced first.
+        relations = [*self.relations, Relation(place, square, divisor)]
+        self.relations = tuple(sorted(relations, key=lambda relation: relation.place))
+
+    def _read(self, expression: Any) -> Element:
+        found = self._known.get(expression)
+        if found is None:
+            found = self._known[expression] = self._read_first(expression)
+        return found
+
+    def _read_first(self, expression: Any) -> Element:
+        place = self._place.get(expression)
+        if place is not None:
+            return Element(self, self._gens[place], self.one.den)
+        if expression.is_Rational:
+            number = flint.fmpq(int(expression.p), int(expression.q))
+            return Element(self, self.ring.constant(number), self.one.den)
+        if expression.is_Add:
+            terms = list(map(self._read, expression.args))
+            whole = sum((x.num for x in terms if x.has_unit_denominator), self.zero.num)
+            fractions = (x for x in terms if not x.has_unit_denominator)
+            return sum(fractions, Element(self, whole, self.one.den))
+        if expression.is_Mul:
+            num = den = self.one.num
+            for factor in map(self._read, expression.args):
+                num, den = num * factor.num, den * factor.den
+            return self.fraction(num, den)
+        if is_root(expression) or (expression.is_Pow and expression.exp.is_Integer):
+            return self._read_power(expression)
+        expanded = self._angles.expanded(expression)
+        if expanded is None:
+            raise self._unknown(expression)
+        return self._read(expanded)
+
+    def _read_power(self, power: Any) -> Element:
+        if power.exp.is_Integer:
+            return self._read(power.base) ** int(power.exp)
+        root: Any = sp.Pow(power.base, sp.Rational(1, power.exp.q))
+        read = self._read_root(root) if is_root(root) else self._read(root)
+        return read ** int(power.exp.p)
+
+    def _read_root(self, root: Any) -> Element:
+        value = self._roots.get(root)
+        if value is not None:
+            product = self._read(value.coefficient)
+            for generator in value.generators:
+                product = product * self._read(generator)
+            return product
+        # The same root may be written in another way.
+        radicand = self._read(root**2)
+        for relation in self.relations if radicand.has_unit_denominator else ():
+            if self.generators[relation.place].is_Pow and radicand.num == relation.square:
+                return Element(self, self._gens[relation.place], self.ring.constant(1))
+        raise self._unknown(root)
+
+    def _unknown(self, expression: Any) -> OutsideFieldError:
+        return OutsideFieldError(
+            "formula",
+            got=str(expression),
+            expected="a formula of " + ", ".join(str(g) for g in self.generators),
+        )
+
+
+_field_of = cacheit(ExactField)
+
+
+def shared_field(*expressions: Any) -> ExactField:
+    """One and the same field for the same symbols, angles and roots: it keeps what it reads."""
+    return _field_of(atoms_of(map(prepare, expressions)))
+
+
+@cacheit
+def _taken_apart(root: Any) -> Radicand:
+    """Numerator times denominator of a radicand, factored if it contains no roots."""
+    field = shared_field(root**2)
+    written = field.polynomial_expression
+    under = field.element(root**2)
+    below = field.polynomial_expression(under.den)
+    product = field.reduced(under.num * under.den)
+    degrees = product.degrees()
+    if any(degrees[relation.place] for relation in field.relations):
+        return Radicand(root, root**2 if below == 1 else written(product), below, {})
+    return Radicand(root, written(product), below, factors_of(product, written))

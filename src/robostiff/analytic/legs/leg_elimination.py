@@ -1,0 +1,295 @@
+"""The passive joints of one leg, eliminated one after the other: K^0 to K^n, eq. (15)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from scipy.sparse.csgraph import connected_components
+
+from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
+from robostiff.analytic.chain import Closed, Steps, derive_chain
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.exact.unwritten import Unwritten
+from robostiff.analytic.inverse import compliance_formula
+from robostiff.analytic.legs.leg_agreement import check_leg
+from robostiff.analytic.legs.leg_facts import elastic_parts, passive_freedoms
+from robostiff.analytic.legs.leg_geometry import LegGeometry, LegInSteps, transport
+from robostiff.analytic.placement.conditions import conditions_of
+from robostiff.analytic.placement.robot_placement import place_robot
+from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
+from robostiff.analytic.reading.named_reading import NamedReading
+from robostiff.analytic.substitution import Substitution
+from robostiff.errors import InputError
+from robostiff.model import Robot
+from robostiff.spatial import Space
+
+_WRITTEN_OUT = 3  # coupled directions of a compliance whose inverse is written out
+_SHORT = 2  # operations of an entry of C that needs no name, such as 1/k
+_SHARE = 0.25  # of the budget, for names and for steps of the geometry each
+_QUESTION = "stiffness of a leg"
+_READABLE = 500  # terms of an entry, beyond which a leg is derived in steps
+
+
+@dataclass(frozen=True)
+class LegElimination(Derivation):
+    """The stiffness of one leg, one passive joint after the other.
+
+    K0 and the stages are in axes of its own; K is about the reference point of the platform, in
+    world axes, as all others are.
+
+    Attributes
+    ----------
+    leg : str
+        Its name.
+    where : str
+        The pose, in words.
+    elastic : tuple of str
+        Its elastic parts and drives.
+    C : sympy.ImmutableMatrix
+        Compliance of these with all passive joints held (n x n); K0 = C^-1.
+    axes : sympy.ImmutableMatrix
+        Columns: the leg's own axes in the world (3 x 3).
+    arm : sympy.ImmutableMatrix
+        From the reference point to the origin of these axes (3 x 1) [m], world axes.
+    coordinates : tuple of str
+        Names of the symbols of the pose.
+    """
+
+    leg: str = ""
+    where: str = ""
+    elastic: tuple[str, ...] = ()
+    C: Any = None
+    axes: Any = None
+    arm: Any = None
+    coordinates: tuple[str, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        of_leg = (self.leg, self.where, self.elastic, self.C, self.axes, self.arm)
+        return LegElimination, (*self._pickled, *of_leg, self.coordinates)
+
+    @property
+    def space(self) -> Space:
+        """Spatial (6 x 6) or planar (3 x 3)."""
+        return Space.of_size(self.K.rows)
+
+    @property
+    def given_symbols(self) -> tuple[Any, ...]:
+        """The given symbols of all stages, some of which cancel in K."""
+        parts = [self.K0, self.C, self.axes, self.arm, *(d.expression for d in self.definitions)]
+        parts += [M for stage in self.stages for M in (stage.J, stage.K)]
+        found = set().union(*(part.free_symbols for part in parts))
+        return tuple(sorted(found - {d.symbol for d in self.definitions}, key=str))
+
+    def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
+        parts = super()._parts_at(put_in)  # first the steps, of which C is written
+        return parts | {name: put_in.matrix(getattr(self, name)) for name in ("C", "axes", "arm")}
+
+
+def derive_leg(
+    robot: Robot,
+    leg: str,
+    pose: PoseFormula | None = None,
+    form: Closed | Steps | None = None,
+    budget: float | None = BUDGET,
+) -> LegElimination:
+    """Stiffness of a leg as in Section VI: K^0 = C^-1, then one passive joint after the other.
+
+    The axes are those of a part of the leg in which its joints are simplest, so that many of them
+    are trivial or quasi-trivial, eq. (18)-(20); these come first, as the order is arbitrary.
+
+    Parameters
+    ----------
+    robot : Robot
+    leg : str
+        Name of the leg.
+    pose : AtHome, AtSymbols or AtCoordinates
+        Home when left out.
+    form : Closed or Steps
+        As for `derive_chain`; when left out, closed where that is short, and steps otherwise.
+    budget : float or None
+        Seconds of computing for a closed form.
+
+    Raises
+    ------
+    InputError
+        When there is no such leg, it has a parallel block, or it is rigid in a direction, so that
+        C has no inverse.
+    DisagreementError
+        When a stage differs from the recursion in numbers at random parameters.
+    FormulaTooLargeError
+        When a closed form would exceed its limit.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> leg = derive_leg(rs.load("gough-stewart-b-beams", symbols=("h",)), "leg1")
+    >>> for stage in leg.stages[:3]:
+    ...     print(stage.rule)
+    rotation about x at the reference point: trivial joint (19), row and column 4 vanish
+    rotation about y at the reference point: trivial joint (19), row and column 5 vanish
+    rotation about z at the reference point: trivial joint (19), row and column 6 vanish
+    >>> sum(x != 0 for x in leg.stages[-1].K)
+    1
+    """
+    names = [own.name for own in robot.legs]
+    if leg not in names:
+        raise InputError(f"leg of {robot.name!r}", got=leg, expected=", ".join(names))
+    if budget is not None:
+        checked_budget(budget)
+    placed = place_robot(robot, AtHome() if pose is None else pose)
+    own = placed.legs[names.index(leg)].leg
+    if own.blocks:
+        raise InputError(
+            f"leg {leg!r}",
+            got=f"the parallel block {own.blocks[0].name!r}",
+            expected="joints and springs in series: K^0 is the inverse of their compliance",
+            hint="write derive(robot), which supports blocks",
+        )
+    geometry = LegGeometry.of(own, placed)
+    geometry.check_elastic()
+    found = _shortest(geometry, form, budget)
+    check_leg(found, placed)
+    return found
+
+
+def _shortest(
+    geometry: LegGeometry, form: Closed | Steps | None, budget: float | None
+) -> LegElimination:
+    """The first form that ends: names for lengths, then steps for the geometry, then for all."""
+    if isinstance(form, Steps):
+        return _derived(geometry, LegInSteps(geometry), form)
+    closed = Closed(_READABLE) if form is None else form
+
+    def in_names() -> LegElimination:
+        own = geometry.placed
+        read = NamedReading(own.record, own.symbols, own.springs)
+        return _derived(geometry, read, closed)
+
+    def in_steps() -> LegElimination:
+        return _derived(geometry, LegInSteps(geometry), closed)
+
+    share = None if budget is None else _SHARE * budget
+    for derive in (in_names, in_steps):
+        try:
+            return within(share, derive, _QUESTION)
+        except (FormulaTooLargeError, OutOfTimeError):
+            if form is not None and derive is in_steps:
+                raise
+    return _derived(geometry, LegInSteps(geometry), Steps())
+
+
+def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimination:
+    placed, local, own = geometry.placed, geometry.local, geometry.own
+    rows = placed.entries.space.rows
+    found = geometry.compliance(read)
+    twists = zip(passive_freedoms(own), local.twists, strict=True)
+    joints = dict(
+        sorted(
+            ((name, [read(twist[i]) for i in rows]) for name, twist in twists),
+            key=lambda joint: sum(x != 0 for x in joint[1]),
+        )
+    )
+    axes = sp.ImmutableMatrix(3, 3, [read(x) for x in geometry.frame.R.flat])
+    arm = sp.ImmutableMatrix([read(x) for x in geometry.arm])
+    taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
+    C, names = _named_entries(found, taken)
+    K0, inverted = _inverse(C)
+    chain = derive_chain(K0, joints, form)
+    before = (*read.definitions, *names, *inverted)
+    used = used_definitions(
+        before, [sp.sympify(x) for part in (C, K0, axes, arm, *joints.values()) for x in part]
+    )
+    T = _transport_formula(axes, arm, placed.entries.space)
+    return LegElimination(
+        name="K_C",
+        K0=chain.K0,
+        stages=chain.stages,
+        K=sp.ImmutableMatrix(T * chain.K * T.T),
+        definitions=(*used, *chain.definitions),
+        leg=f"{own.name} of {placed.robot.name}",
+        where=placed.where,
+        elastic=elastic_parts(own),
+        C=C,
+        axes=axes,
+        arm=arm,
+        coordinates=placed.coordinates,
+        conditions=Unwritten(lambda: conditions_of(placed, own.name)),
+        meanings=placed.meanings,
+    )
+
+
+def _transport_formula(axes: Any, arm: Any, space: Space) -> Any:
+    R = np.array(list(axes), dtype=object).reshape(3, 3)
+    return sp.Matrix(transport(R, np.array(list(arm), dtype=object), space))
+
+
+def _named_entries(
+    C: Sequence[Sequence[Any]], taken: set[str]
+) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
+    """Names C_ij for the entries of a compliance; those equal up to a sign share one.
+
+    A single beam needs none.
+    """
+    if not any(entry.is_Add for row in C for entry in row):
+        return sp.ImmutableMatrix(C), ()
+    n = len(C)
+    letter = "C"
+    while any(name.startswith(f"{letter}_") for name in taken):
+        letter += "'"
+    names: dict[Any, Any] = {}
+    for i in range(n):
+        for j in range(i, n):
+            entry = C[i][j]
+            if entry.is_number or count_of(entry) <= _SHORT or entry in names:
+                continue
+            known = names.get(-entry)
+            symbol = sp.Symbol(f"{letter}_{i + 1}{j + 1}", real=True)
+            names[entry] = symbol if known is None else -known
+    upper = {(i, j): C[i][j] for i in range(n) for j in range(i, n)}
+    written = {place: names.get(entry, entry) for place, entry in upper.items()}
+    definitions = tuple(Definition(s, entry) for entry, s in names.items() if s.is_Symbol)
+    return sp.ImmutableMatrix(n, n, lambda i, j: written[min(i, j), max(i, j)]), definitions
+
+
+def _inverse(C: Any) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
+    """K^0 = C^-1: written out where few directions are coupled, in named steps otherwise.
+
+    The steps are those of Gauss and Jordan, one diagonal entry after the other.
+    """
+    n = C.rows
+    pattern = np.array([[int(C[i, j] != 0) for j in range(n)] for i in range(n)])
+    coupled = connected_components(pattern, directed=False)[1]
+    if np.max(np.bincount(coupled)) <= _WRITTEN_OUT:
+        return compliance_formula(C), ()
+    M: dict[tuple[int, int], Any] = {(i, j): C[i, j] for i in range(n) for j in range(i, n)}
+    definitions: list[Definition] = []
+
+    def given(name: str, entry: Any) -> Any:
+        if entry.is_Atom or (-entry).is_Atom:
+            return entry
+        definitions.append(Definition(sp.Symbol(name, real=True), entry))
+        return definitions[-1].symbol
+
+    for k in range(n):
+        # After the last, -M is the inverse.
+        last = k == n - 1
+        letter = "K_0" if last else f"S_{k + 1}"
+        pivot, before = M[k, k], dict(M)
+        for i, j in M:
+            if i == j == k:
+                entry = -1 / pivot
+            elif k in (i, j):
+                entry = before[i, j] / pivot
+            else:
+                a, b = before[min(i, k), max(i, k)], before[min(j, k), max(j, k)]
+                entry = before[i, j] - a * b / pivot
+            name = f"{letter}_{i + 1}{j + 1}"
+            M[i, j] = -given(name, -entry) if last else given(name, entry)
+    return sp.ImmutableMatrix(n, n, lambda i, j: -M[min(i, j), max(i, j)]), tuple(definitions)

@@ -1,0 +1,340 @@
+"""Comparison of a derivation with the numerical forms, before it is returned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.numeric_value import matrix_value, values_of
+from robostiff.analytic.placement.closed_posture import AROUND
+from robostiff.analytic.placement.robot_placement import (
+    PlacedRobot,
+    home_values,
+    number_at,
+    pose_at,
+)
+from robostiff.elastostatics import Status
+from robostiff.errors import DisagreementError, InputError
+from robostiff.kept import kept
+from robostiff.kinematics import JointCoordinates, PostureFinder
+from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.closure.rod import Rod
+from robostiff.model import Robot
+
+#: Largest relative difference of two ways: rounding of either is far below it.
+AGREED = 1e-8
+# Limit where the numerical form reports a loss of digits.
+_AGREED_IN_DOUBT = 1e-4
+
+# Of parameters: formulas that differ do so at almost all values.
+_SETS = 1
+_POSES = 3  # for each of them, where the pose has symbols
+_TRIES = 8  # for a set of parameters and a pose at which the legs close
+_SPREADS = (0.02, 0.005, 0.0)  # of the parameters: some robots close at few values
+_SEED = 74
+_DRAWN = 12  # random values of symbols without nominal ones
+_PARTS = 2**20
+_MEET = 1e-6  # difference of coordinates [m, rad]: the root of rounding
+
+
+_Place = tuple[dict[str, float], Any, bool]  # values, answer, and whether it is in doubt
+
+
+@dataclass(frozen=True)
+class RobotInNumbers:
+    """A robot at random values of its symbols, and at random poses where these have symbols."""
+
+    where: str  # the robot and its pose, in words
+    symbols: tuple[sp.Symbol, ...]  # those that have values
+    places: tuple[_Place, ...]  # (values, answer, whether it is in doubt)
+    length: float  # characteristic length [m]
+
+    @classmethod
+    def of(cls, placed: PlacedRobot) -> RobotInNumbers:
+        """A placed robot.
+
+        Raises
+        ------
+        InputError
+            When the legs reach none of the poses near home that the formula is for, or two postures
+            of a leg meet at home.
+        """
+        where = f"{placed.robot.name!r} {placed.where}"
+        solvers = enumerate(placed.solvers)
+        _refuse_meeting_postures(where, (own for i, own in solvers if i not in placed.turned))
+        places = tuple(closed_places(placed, placed.where))
+        symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
+        return cls(where, symbols, places, placed.length)
+
+    @property
+    def rank(self) -> int:
+        """The largest rank: that of a formula for general values."""
+        return max(int(result.rank) for _, result, _ in self.places)
+
+    def check(self, K: Any, definitions: tuple[Definition, ...] = ()) -> None:
+        """Compare a formula of the stiffness with that in numbers.
+
+        Raises
+        ------
+        DisagreementError
+            When they differ.
+        """
+        at_all = {s: np.array([at[s.name] for at, _, _ in self.places]) for s in self.symbols}
+        found = matrix_value(K, at_all, definitions)
+        found = np.broadcast_to(found, (len(self.places), *K.shape))
+        for own, (values, result, doubtful) in zip(found, self.places, strict=True):
+            limit = _AGREED_IN_DOUBT if doubtful else AGREED
+            if matrix_distance(own, result.K, self.length) > limit:
+                given = {s: values[s.name] for s in self.symbols}
+                check_value(K, definitions, given, result.K, limit, self.where, self.length)
+
+
+def _refuse_meeting_postures(where: str, solvers: Iterable[LegSolver]) -> None:
+    """Raise where a leg has two postures in one at the nominal values: none can be chosen there."""
+    for solver in filter(_has_meeting_postures, solvers):
+        raise InputError(
+            f"formula of {where}",
+            got=f"two postures of leg {solver.leg.name!r} that meet at home, at the end of reach",
+            expected="values of the model at which home coordinates choose one of them",
+            hint="derive it with other values of the model, and put yours in: "
+            'derivation.subs({"name": value})',
+        )
+
+
+@kept
+def _has_meeting_postures(solver: LegSolver) -> bool:
+    """Whether a rod on a slide or crank is at the end of its reach at home."""
+    if not isinstance(solver.closed_form, Rod):
+        return False
+    own = solver.closed_form.mode
+    known = dict(zip(*solver.that_close(solver.home_pose), strict=True))
+    q, other = (known.get(mode) for mode in (own, replace(own, root=-own.root)))
+    return q is not None and other is not None and bool(np.max(np.abs(q - other)) <= _MEET)
+
+
+def closed_places(
+    placed: PlacedRobot, where: str = "", sets: int = _SETS, poses: int = _POSES
+) -> Iterator[_Place]:
+    """Random values of the symbols and poses at which the legs close, with the numerical answer.
+
+    `where`: the pose, in words; `sets`: sets of parameters; one for a robot without symbols;
+    `poses`: for each of them, where the pose has symbols.
+
+    Raises
+    ------
+    InputError
+        When the legs reach none of the poses near home that the formula is for.
+    """
+    random = np.random.default_rng(_SEED)
+    robot = placed.robot
+    sets = sets if robot.symbols or placed.follows.at_joints else 1
+    poses = poses if any(x.free_symbols for x in (placed.given or {}).values()) else 1
+    checked = 0
+    complaint = ""
+    for spread in _SPREADS:
+        for _ in range(max(_TRIES, 3 * sets)):
+            try:
+                places, refusal = _places(placed, random, spread, poses)
+            except InputError as error:
+                complaint = str(error)
+                if checked:
+                    continue
+                break  # the robot does not close at these values: nearer ones are tried
+            complaint = refusal or complaint
+            yield from places
+            checked += bool(places)
+            if checked >= sets:
+                return
+        if checked:
+            return
+    raise InputError(
+        f"formula of {robot.name!r} {where}".rstrip(),
+        got="no pose near home at which all legs meet the platform"
+        + f": {complaint}" * bool(complaint),
+        expected="poses that the legs reach",
+        hint="name all coordinates of the pose by AtSymbols(), or derive it at home",
+    )
+
+
+def _places(
+    placed: PlacedRobot, random: np.random.Generator, spread: float, count: int
+) -> tuple[list[_Place], str]:
+    """Values of the symbols with the stiffness in numbers there; otherwise the reasons."""
+    from robostiff.analysis import stiffness
+
+    numeric, postures = sampled_robots(placed, random, spread, count)
+    each, wanted = [values for values, _ in postures], [pose for _, pose in postures]
+    found: list[_Place] = []
+    refusal = ""
+    asked = stiffness(numeric, wanted[0] if len(wanted) == 1 else _batch(wanted))
+    for i, known in enumerate(each):
+        result = asked if len(wanted) == 1 else asked[i]
+        if result.answered:
+            found.append((known, result, bool(result.status & Status.ILL_CONDITIONED)))
+        else:
+            refusal = "; ".join(result.complaints) or refusal
+    return found, refusal
+
+
+def sampled_robots(
+    placed: PlacedRobot, random: np.random.Generator, spread: float, count: int
+) -> tuple[Robot, list[tuple[dict[str, float], Any]]]:
+    """A robot at random values of its symbols, and poses: all values, and the pose of each.
+
+    Raises
+    ------
+    InputError
+        When its legs do not close there, or close in another working mode than the formula's.
+    """
+    follows = placed.follows
+    sample = follows.sample(random, spread)
+    numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
+    if _have_other_roots(sample.finder.solvers, placed.solvers):
+        raise InputError(
+            f"working mode of {numeric.name!r}",
+            got="another posture that is nearer to the home coordinates than that of the model",
+            hint="write elbow: plus or minus, or home coordinates that are nearer to one of them",
+        )
+    if sample.pose is not None and follows.at_joints:
+        turn = Rotation.from_rotvec(sample.pose[3:])
+        return numeric, [(values, RigidTransform.from_components(sample.pose[:3], turn))]
+    if placed.given is None:
+        return numeric, [(values, None)]
+    if follows.pose:
+        return numeric, [(values, pose_at(placed.given, sample.finder, values, placed.rotation))]
+    each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
+    return numeric, [(one, _pose(placed, numeric, sample.finder, one)) for one in each]
+
+
+def _have_other_roots(some: Sequence[LegSolver], others: Sequence[LegSolver]) -> bool:
+    """Whether a slide or crank moves its rod in the other of its two ways."""
+    forms = ((a.closed_form, b.closed_form) for a, b in zip(some, others, strict=False))
+    return any(a and b and a.mode.root != b.mode.root for a, b in forms)
+
+
+def _batch(poses: list[Any]) -> Any:
+    """Poses as one question."""
+    if isinstance(poses[0], JointCoordinates):
+        return JointCoordinates(np.array([pose.values for pose in poses]))
+    return RigidTransform.concatenate(poses)
+
+
+def _near_home(
+    placed: PlacedRobot, finder: PostureFinder, random: np.random.Generator
+) -> dict[str, float]:
+    """Values near home of the symbols that are not symbols of the robot."""
+    at_home = home_values(finder, placed.rotation)
+    known = {str(symbol) for symbol in placed.robot.symbols}
+    values: dict[str, float] = {}
+    for name, expression in (placed.given or {}).items():
+        if expression.is_Symbol and expression.name not in known:
+            size = finder.length if name in ("x", "y", "z") else 1.0
+            values[expression.name] = at_home[name] + AROUND * size * random.uniform(-1, 1)
+    named = {d.symbol.name for d in placed.springs}
+    for name in placed.symbols.keys() - known - named - values.keys():
+        values[name] = 1.0 + AROUND * random.uniform(-1, 1)
+    return values
+
+
+def _pose(
+    placed: PlacedRobot, numeric: Robot, finder: PostureFinder, values: Mapping[str, float]
+) -> Any:
+    if placed.robot.is_posed_by_joints:
+        q = np.array(numeric.legs[0].chain.home, dtype=float)
+        for name, expression in (placed.given or {}).items():
+            q[int(name.removeprefix("q")) - 1] = number_at(expression, values)
+        return JointCoordinates(q)
+    return pose_at(placed.given or {}, finder, values, placed.rotation)
+
+
+def check_form(
+    what: str, stiffness: Callable[[dict[str, float]], Any], placed: PlacedRobot
+) -> None:
+    """Compare K of another form, given values by name, with the numerical one at random places.
+
+    Raises
+    ------
+    DisagreementError
+    """
+    for values, result, _ in closed_places(placed, placed.where):
+        distance = matrix_distance(stiffness(values), result.K, placed.length)
+        if distance > AGREED:
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+            where = f"{placed.robot.name!r} {placed.where}, at {at}"
+            raise DisagreementError(f"{what} and the numerical form of K", distance, where)
+
+
+def random_values(
+    expressions: Sequence[Any], seed: int
+) -> Iterator[tuple[dict[Any, float], np.ndarray]]:
+    """Some values of the symbols at which all expressions are numbers, and these.
+
+    Some of the values suit lengths, some sines.
+    """
+    random = np.random.default_rng(seed)
+    different = dict.fromkeys(expressions)
+    symbols = sorted(set().union(*(x.free_symbols for x in different)), key=lambda x: x.name)
+    for attempt in range(_DRAWN):
+        low, high = ((0.5, 1.5), (0.1, 0.9))[attempt % 2]
+        # Few binary digits: exact values stay short.
+        drawn = random.uniform(low, high, len(symbols)).tolist()
+        values = {s: round(x * _PARTS) / _PARTS for s, x in zip(symbols, drawn, strict=True)}
+        found = dict(zip(different, values_of(different, values), strict=True))
+        numbers = np.array([found[x] for x in expressions], dtype=float)
+        if np.all(np.isfinite(numbers)):
+            yield values, numbers
+
+
+def check_value(
+    formula: Any,
+    definitions: tuple[Definition, ...],
+    values: Mapping[sp.Symbol, float],
+    K: np.ndarray,
+    limit: float,
+    where: str,
+    length: float,
+) -> None:
+    """Compare a formula at some values with numbers; with many digits where floats differ.
+
+    Raises
+    ------
+    DisagreementError
+        When they differ by more than the limit.
+    """
+    for careful in (False, True):
+        found = matrix_value(formula, values, definitions, careful=careful)
+        distance = matrix_distance(found, K, length)
+        if distance <= limit:
+            return
+    i, j = np.unravel_index(np.argmax(np.abs(np.nan_to_num(found, nan=np.inf) - K)), K.shape)
+    at = ", ".join(f"{symbol} = {float(value):.6g}" for symbol, value in values.items())
+    raise DisagreementError(
+        "the formula and the numerical form of K",
+        f"by {distance:.1e} (K{i + 1}{j + 1} is {found[i, j]:.9g} and {K[i, j]:.9g})",
+        where + (f", at {at}" if at else ""),
+    )
+
+
+def matrix_distance(A: np.ndarray, B: np.ndarray, length: float) -> float:
+    """Largest difference of two stiffness matrices, relative; rotations at a length [m]."""
+    if not np.all(np.isfinite(A)):
+        return np.inf
+    n = len(B)
+    scale = np.ones(n)
+    scale[2 if n == 3 else 3 :] = 1.0 / length
+    both = np.outer(scale, scale)
+    largest, apart = float(np.max(np.abs(B) * both)), float(np.max(np.abs(A - B) * both))
+    return apart / largest if largest > 0 else apart
+
+
+def length_of(K: np.ndarray) -> float:
+    """A length at which the rotational part of a matrix is as large as the translational one."""
+    t = 2 if len(K) == 3 else 3
+    sizes = np.max(np.abs(K[:t, :t])), np.max(np.abs(K[t:, t:]))
+    return float(np.sqrt(sizes[1] / sizes[0])) if min(sizes) > 0 else 1.0

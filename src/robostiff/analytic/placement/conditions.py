@@ -1,0 +1,385 @@
+"""Conditions for the formula of a robot: its parts exist, and its legs close."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import reduce
+from itertools import combinations
+from operator import add
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analysis import stiffness
+from robostiff.analytic.exact.closed_sum import factored_fraction
+from robostiff.analytic.exact.definition import Condition
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.trigonometry import shortest_trigonometry
+from robostiff.analytic.placement.closed_posture import gap_of
+from robostiff.analytic.placement.robot_placement import PlacedRobot, home_frame
+from robostiff.analytic.placement.robot_pose import platform_pose
+from robostiff.analytic.reading.record_reading import ClosedReading
+from robostiff.errors import NoAnswerError, OpenAtHomeError
+from robostiff.kinematics import FormulaPose, place_leg, posture_finder
+from robostiff.kinematics.closure.body import tidied
+from robostiff.kinematics.formula import PlacedFormula, other_modes, place_leg_at_joints
+from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, Robot, with_entries
+from robostiff.model.entries import bounds_of
+from robostiff.record import Entry, Operation, Record, is_zero
+from robostiff.recorded import RecordedLeg, RecordedRobot, entry_reader
+from robostiff.recorded.leg import at_samples, lower_bound
+from robostiff.spatial import cross, exact_number
+
+# Square of the largest gap of a closed leg, relative to the length, or rad
+_CLOSED = sp.Rational(1, 10**14)
+_STRETCHED = sp.Rational(1, 10**14)  # square of a sine
+_SHORT = 80  # operations that are worth to be multiplied out
+_SAME = 1e-9
+_ALIKE = 1e-6  # ratios of squares that differ by a number
+_ROUNDING = sp.Rational(1, 10**12)  # of what may be at a bound
+_AWAY = 0.05
+_SEED = 5
+
+
+def conditions_of(
+    placed: PlacedRobot, only: str | None = None, recorded: RecordedRobot | None = None
+) -> tuple[Condition, ...]:
+    """Conditions in the given symbols, beside denominators that do not vanish; of one leg alone.
+
+    `recorded`: the elimination from which the formula is, if it is from one.
+
+    Where the legs decide some of the symbols, the formula is right only for values at which they
+    close; the gaps say so. They are written at postures that are not closed, as they would vanish
+    at those of the record.
+    """
+    read = ClosedReading(placed.record, placed.written_out)
+    legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
+    part = placed.robot if only is None else next(x for x in placed.robot.legs if x.name == only)
+    found = list(_existing(part))
+    divisors = [] if recorded is None else _divisors(recorded, placed.record)
+    for i, leg in enumerate(legs):
+        for length in leg.lengths:
+            if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
+                words = f"a beam of a telescope of leg {leg.leg.name!r} has a positive length"
+                expression = _in_short_roots(sp.sympify(read(length)))
+                found.append(Condition(words, expression, leg=leg.leg.name))
+        if not placed.following:
+            found += _closing(leg.leg.name, leg.gap, read)
+        stretched = list(_stretched(leg.leg, read))
+        found += [own for own, _ in stretched]
+        if recorded is not None and placed.robot.platform is None:
+            found += _independent(leg.leg, recorded.legs[i], read, stretched, divisors)
+    found += _nearest_to_home(placed, legs, read)
+    return (*found, *(_following(placed, read) if placed.following else ()))
+
+
+def _nearest_to_home(
+    placed: PlacedRobot, legs: Iterable[PlacedFormula], read: ClosedReading
+) -> Iterator[Condition]:
+    """That numbers choose the assembly modes of the formula: at home, by home coordinates.
+
+    Modes count that have another stiffness at values nearby.
+    """
+    if not placed.symbols or not any(x.closed_form for x in placed.solvers):
+        return
+    names = {str(x) for x in placed.robot.symbols}
+    values = {x: float(placed.record.input(x).sample[0]) for x in names}
+    robot = placed.robot.substituted(values)
+    try:
+        finder = posture_finder(robot)
+        at = [x.home for x in finder.solvers]
+    except OpenAtHomeError:  # there is no home near the nominal values, where numbers begin
+        return
+    home = FormulaPose(*home_frame(placed.entries))
+    wanted = {leg.leg.name for leg in legs}
+    every = list(zip(placed.entries.legs, placed.solvers, finder.solvers, strict=True))
+    for i, (leg, solver, near) in enumerate(every):
+        if solver.closed_form is None or leg.name not in wanted:
+            continue
+        own = solver.closed_form.mode
+        q = dict(zip(*near.that_close(finder.home_pose), strict=True))
+        K = {x: _stiffness(robot, [*at[:i], q[x], *at[i + 1 :]]) for x in solver.modes if x in q}
+        if own not in K:
+            continue
+        scale = _SAME * np.abs(K[own]).max()
+        others = [x for x in K if not np.abs(K[x] - K[own]).max() <= scale]
+        words = (
+            f"leg {leg.name!r} at home is nearer to its home coordinates than in another posture"
+        )
+        found: dict[Any, None] = {}
+        for other in other_modes(leg, home, solver, others):
+            ways = other.nearer, other.inside, other.other_inside
+            nearer, inside, outside = ([sp.sympify(read(x)) for x in own] for own in ways)
+            outside = [-x for x in outside]
+            if other.inside:  # within its limits, or both without: then the nearer one
+                within = _all_of(inside)
+                nearer = [_any_of((x, _all_of((_any_of(outside), within)))) for x in nearer]
+                nearer.append(_any_of((*outside, within)))
+            found |= dict.fromkeys(nearer)
+        open_ones = [x for x in found if not x.is_positive]
+        yield from (Condition(words, _decisive(x), leg=leg.name) for x in open_ones)
+
+
+def _stiffness(robot: Robot, near: list[np.ndarray]) -> np.ndarray:
+    """At home, in the posture near given coordinates; no numbers where it has none."""
+    try:
+        return stiffness(robot, near=near).K
+    except NoAnswerError:
+        return np.full((robot.space.size,) * 2, np.nan)
+
+
+def _any_of(values: Iterable[Any]) -> Any:
+    """What is positive where one of them is."""
+    values = list(values)
+    positive = next((x for x in values if x.is_positive), None)
+    return reduce(_larger, values) if positive is None else positive
+
+
+def _all_of(values: Iterable[Any]) -> Any:
+    """What is positive where all of them are."""
+    return -_any_of([-x for x in values])
+
+
+def _larger(a: Any, b: Any) -> Any:
+    return (a + b + sp.Abs(a - b)) / 2
+
+
+def _existing(part: Robot | Leg) -> Iterator[Condition]:
+    """That parts exist: a wall leaves a hollow, a stiffness is positive. Once of legs alike."""
+    known: set[Any] = set()
+    for name, own in bounds_of(part, part.name):
+        if own.subject == "mass":  # K has none
+            continue
+        for words, difference in own.differences.items() if own.is_open else ():
+            expression: Any = difference + _ROUNDING if own.or_at else difference
+            if not expression.is_positive and expression not in known:
+                known.add(expression)
+                yield Condition(f"{own.subject} of {name!r} is {words}", _decisive(expression))
+
+
+def _divisors(recorded: RecordedRobot, record: Record) -> list[np.ndarray]:
+    """What K is divided by and does not vanish, at the samples, and the squares of it."""
+    K = [x.step for x in recorded.K.values() if isinstance(x, Entry)]
+    inverses = [x for x in record.needed(K) if record.operations[x][0] is Operation.RECIPROCAL]
+    values = [record.sample(record.arguments(step)[0]) for step in inverses]
+    return [x for at in values for x in (at, at**2)]
+
+
+def _independent(
+    leg: PlacedLeg,
+    recorded: RecordedLeg,
+    read: ClosedReading,
+    stretched: Sequence[tuple[Condition, np.ndarray]],
+    divisors: Sequence[np.ndarray],
+) -> Iterator[Condition]:
+    """That no further passive joint of a leg depends on those before it: it would transmit more.
+
+    `stretched`: the conditions that are there, see `_stretched`; `divisors`: see `_divisors`.
+    """
+    known, product = [1.0, *(x for _, x in stretched), *divisors], sp.Integer(1)
+    met = [own.expression for own, _ in stretched]
+    for own in recorded.alone:
+        at = own.sample if isinstance(own, Entry) else np.ones(1)
+        if any(_is_same(at, x) for x in known):
+            continue
+        known.append(at)
+        square = sp.sympify(read(own))
+        if _may_vanish(square, met):
+            product *= square / sp.Integer(10) ** int(np.log10(np.mean(at)))
+    if product != 1:
+        words = f"the passive joints of leg {leg.name!r} are independent"
+        yield Condition(words, product - _STRETCHED, leg=leg.name)
+
+
+def _may_vanish(square: Any, met: Sequence[Any]) -> bool:
+    """Whether a square may be zero where expressions are positive that conditions have."""
+    if count_of(square) > _SHORT:
+        return not square.is_positive
+    above = sp.fraction(sp.together(square))[0]
+    if above.atoms(sp.sin, sp.cos):
+        above = sp.collect(
+            above, [x for x in square.free_symbols if x.is_positive], shortest_trigonometry
+        )
+    elif not above.is_positive and count_of(above) <= _SHORT:
+        above = factored_fraction(above)
+    factors = [x.as_base_exp()[0] for x in sp.Mul.make_args(above)]
+    return not all(x.is_number or x.is_positive or {x, -x} & {*met} for x in factors)
+
+
+def _is_same(at: np.ndarray, other: Any) -> bool:
+    """Whether values differ by a number alone."""
+    with np.errstate(all="ignore"):
+        ratio = np.abs(at / other)
+        return bool(np.ptp(ratio) <= _ALIKE * np.max(ratio))
+
+
+def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition, np.ndarray]]:
+    """That no passive joints in a plane or about a point depend on others: they transmit more.
+
+    Each with the values at the samples of the square that vanishes where they do.
+    """
+    for block in leg.blocks:
+        for branch in block.branches:
+            yield from _stretched(branch, read)
+    own = (x for x in leg.own_parts if isinstance(x, PlacedFreedom) and x.is_passive)
+    single = [x for x in own if not isinstance(x, CoupledFreedom) and not (x.turns and x.slides)]
+    for some in (*combinations(single, 2), *combinations(single, 3)):
+        sides = _about_a_point(some) or (_in_a_plane(some) if len(some) == 3 else None)
+        if sides is None:
+            continue
+        squares = tidied(np.array(sides, dtype=object))
+        aa, bb, ab = at_samples(squares, read.record.count).T
+        area = aa * bb - ((aa + bb - ab) / 2) ** 2
+        if np.ptp((aa + bb - ab) ** 2 / (aa * bb)) <= _SAME:
+            continue  # an angle between axes of one joint
+        aa, bb, ab = (sp.sympify(read(x)) for x in squares)
+        names = ", ".join(x.name for x in some)
+        words = f"joints {names} of leg {leg.name!r} are independent"
+        if len(some) == 3 and all(x.turns for x in some):
+            words = f"leg {leg.name!r} is not stretched"
+        square = aa * bb - ((aa + bb - ab) / 2) ** 2
+        short = not square.atoms(sp.sin, sp.cos) and count_of(square) <= _SHORT
+        product = factored_fraction(square) if short else square
+        factors = [x for x in sp.Mul.make_args(product) if x.free_symbols]
+        # A difference of squares may be more than nothing by its rounding; its factors are not.
+        found = square - _STRETCHED * aa * bb if len(factors) == 1 else _decisive(product)
+        yield Condition(words, found, leg=leg.name), area
+        # A symbol that is positive may be given as zero, and K has another limit there.
+        for x in factors:
+            if x.as_base_exp()[0].is_Symbol and x.is_positive:
+                yield Condition(words, x.as_base_exp()[0], leg=leg.name), area
+
+
+def _in_short_roots(expression: Any) -> Any:
+    """The expression with squares of lengths multiplied out where that is shorter."""
+    short = {}
+    for root in expression.atoms(sp.Pow):
+        if root.exp == sp.S.Half and count_of(root.base) <= _SHORT:
+            found = shortest_trigonometry(factored_fraction(root.base))
+            short[root] = min(root, sp.sqrt(found), key=count_of)
+    return expression.xreplace(short)
+
+
+def _decisive(expression: Any) -> Any:
+    """The factors of an expression that decide whether it is positive; of a root its square."""
+    number, rest = expression.as_independent(*expression.free_symbols, as_Add=False)
+    sign = -1 if number.is_negative else 1 if number.is_positive else number
+    unknown: list[Any] = [x for x in sp.Mul.make_args(rest) if not x.is_positive]
+    roots = [x for x in unknown if x.is_Pow and abs(x.exp) == sp.S.Half]
+    above = [x.base for x in roots if x.exp.is_positive]
+    if len(roots) == len(unknown) and len(above) == 1 and sign == 1:
+        below = [x.base for x in roots if x.exp.is_negative]
+        if all((x - above[0]).is_nonnegative for x in below):
+            return above[0]
+    return sign * sp.Mul(*unknown).primitive()[1]
+
+
+def _in_a_plane(three: Sequence[PlacedFreedom]) -> tuple[Any, Any, Any] | None:
+    """Squares of the sides of a triangle without area where three joints in a plane depend.
+
+    None where they do not move in a plane. The sides are motions of the axis of one turn by the
+    two others.
+    """
+    turning = [x for x in three if x.turns]
+    if not turning:
+        return None
+    middle = turning[len(turning) // 2]
+    others = [x for x in three if x is not middle]
+    across = [cross(middle.axis, x.axis) if x.turns else [middle.axis @ x.axis] for x in others]
+    if not all(is_zero(x) for x in tidied(np.concatenate(across))):
+        return None
+    arms = (x.point - middle.point if x.turns else cross(middle.axis, x.axis) for x in others)
+    a, b = (cross(middle.axis, x) for x in arms)
+    return a @ a, b @ b, (a - b) @ (a - b)
+
+
+def _about_a_point(some: Sequence[PlacedFreedom]) -> tuple[Any, Any, Any] | None:
+    """The same of turns about one point: two that coincide, or three in a plane."""
+    if not all(x.turns and all(is_zero(y) for y in tidied(x.point - some[0].point)) for x in some):
+        return None
+    a, b = some[0].axis, some[-1].axis
+    if len(some) == 3:
+        a, b = cross(some[1].axis, a), cross(some[1].axis, b)
+    return a @ a, b @ b, (a - b) @ (a - b)
+
+
+def _closing(name: str, gap: Sequence[Any], read: ClosedReading) -> list[Condition]:
+    entries = [x for x in gap if isinstance(x, Entry)]
+    if not entries:
+        return []
+    total = read(reduce(add, entries))
+    if not total.free_symbols:
+        return []
+    return [Condition(f"leg {name!r} meets the platform", _CLOSED - total, leg=name)]
+
+
+def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
+    """Conditions that the legs close at the values of the symbols that follow from them."""
+    random = np.random.default_rng(_SEED)
+    inputs = {}
+    for name in placed.record.inputs:
+        usual = placed.record.input(name).sample
+        inputs[name] = usual + _AWAY * (np.abs(usual) + 1.0) * random.uniform(-1, 1, usual.shape)
+    record = Record(inputs)
+    entry = entry_reader(record, exact=True)
+    robot = with_entries(with_entries(placed.robot, exact_number), entry)
+    given = placed.given
+    coordinates = None if given is None else {name: entry(x) for name, x in given.items()}
+    again = ClosedReading(record, placed.written_out)
+    each = {
+        i: np.array([entry(read(x)) for x in q], dtype=object) for i, q in placed.closed.items()
+    }
+    if placed.follows.at_joints:
+        platform = place_leg_at_joints(robot.legs[0], each[0]).platform
+    else:
+        home = FormulaPose(*home_frame(robot))
+        platform = platform_pose(home, coordinates, placed.rotation)
+    found = []
+    for i, leg in enumerate(robot.legs):
+        if i in placed.closed:
+            q = each[i]
+            of_first = i == 0 and placed.follows.at_joints
+            if of_first or not any(_names(x, placed) for x in placed.closed[i]):
+                continue
+            gap = gap_of(leg, q, platform.R, platform.p, placed.length)
+            if placed.follows.at_joints:
+                own = place_leg_at_joints(leg, q).platform
+                equations = _differences(own, platform, again)
+                found += [replace(x, equations=equations) for x in _closing(leg.name, gap, again)]
+                continue
+        else:
+            gap = _gap_in_closed_form(leg, platform, placed, i)
+        found += _closing(leg.name, gap, again)
+    return found
+
+
+def _differences(a: FormulaPose, b: FormulaPose, read: ClosedReading) -> tuple[Any, ...]:
+    """What vanishes where two legs hold the platform in one place, each once up to its sign."""
+    found: list[Any] = []
+    for x, y in zip([*a.p, *a.R.flat], [*b.p, *b.R.flat], strict=True):
+        each: list[Any] = [sp.sympify(read(z)) for z in (x, y)]
+        terms = [[shortest_trigonometry(t) for t in sp.Add.make_args(z)] for z in each]
+        own, other = (shortest_trigonometry(sp.Add(*z)) for z in terms)
+        difference = own - other
+        if difference.free_symbols and not {difference, -difference} & set(found):
+            found.append(difference)
+    return tuple(found)
+
+
+def _gap_in_closed_form(
+    leg: Leg, platform: FormulaPose, placed: PlacedRobot, number: int
+) -> tuple[Any, ...]:
+    if not placed.follows.pose:
+        return ()
+    return place_leg(leg, platform, placed.solvers[number]).gap
+
+
+def _names(coordinate: Any, placed: PlacedRobot) -> bool:
+    """Whether a coordinate follows from the legs."""
+    if not isinstance(coordinate, Entry):
+        return False
+    record = placed.record
+    own = {record.input(name).step for name in placed.following}
+    return bool(own & set(record.needed([coordinate.step])))

@@ -1,0 +1,364 @@
+"""Names in place of the numbers of springs: moduli, E A, E I and G J of beams, drives.
+
+Each has its value in the nomenclature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import Any, Protocol
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.elasticity import (
+    CrossSection,
+    Elasticity,
+    Material,
+    SlenderBeam,
+    cantilever_compliance,
+)
+from robostiff.model import (
+    Chain,
+    Joint,
+    Link,
+    ParallelBlock,
+    Robot,
+    StiffnessLaw,
+    Telescope,
+    TelescopicBeam,
+)
+from robostiff.spatial import Screw, exact_number
+
+_SHORT = 1  # operations of a stiffness that needs no name, such as E*A
+#: Letters of the stiffnesses of a beam.
+LETTERS = ("EA", "EI", "EI_y", "EI_z", "GJ")
+
+
+def named_springs(robot: Robot, taken: Iterable[str]) -> NamedSprings:
+    """Names for the stiffnesses of springs.
+
+    Beams have names for their products, drives for a stiffness that is a number. A modulus that is
+    a number has a name where the section has symbols. Beams in which shear counts, tapered ones
+    and given matrices stay as they are.
+
+    `taken`: names that stand for something else.
+
+    Examples
+    --------
+    >>> from robostiff.robots import load
+    >>> symbols = ("b", "h", "l1", "l2")
+    >>> names = named_springs(load("two-link-arm", symbols=symbols), symbols).definitions
+    >>> [str(d.symbol) for d in names]
+    ['E', 'G', 'EA_1', 'EI_y_1', 'EI_z_1', 'GJ_1', 'EA_2', 'EI_2', 'GJ_2', 'k_1', 'k_2']
+    >>> names[0].expression, names[3].expression, names[-1].expression
+    (210000000000, E*b*h**3/12, 100000)
+    """
+    springs = _Springs([], [])
+    _changed(robot, springs)
+    table = NamedSprings({*taken})
+    table.name_moduli([own for _, own in springs.beams])
+    for name, own in springs.beams:
+        table.name_products(name, own)
+    for drive in springs.drives:
+        table.name_stiffness(*drive)
+    return table
+
+
+def with_samples(
+    springs: Sequence[Definition], samples: Mapping[str, Any], symbols: dict[str, sp.Symbol]
+) -> dict[str, Any]:
+    """Samples of symbols with those of named springs, whose symbols are added to the others."""
+    at = {symbols[name]: sample for name, sample in samples.items()}
+    own = [d.symbol for d in springs]
+    symbols |= {symbol.name: symbol for symbol in own}
+    shape = np.shape(next(iter(samples.values()), 0.0))
+    each = zip(own, values_of(own, at, springs), strict=True)
+    return {**samples, **{s.name: np.broadcast_to(values, shape) for s, values in each}}
+
+
+def named_products(written: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """Products of a beam, by letter: a short formula as it is, of others (letter, formula, name).
+
+    Examples
+    --------
+    >>> E, A, b = sp.symbols("E A b")
+    >>> found = named_products({"EA": E * A, "EI_y": E * b**4 / 12, "EI_z": E * b**4 / 12}, 3)
+    >>> found["EA"], found["EI_y"] == found["EI_z"], found["EI_y"]
+    (A*E, True, ('EI', E*b**4/12, 'EI_3'))
+    """
+    named: dict[str, Any] = {}
+    for letter, expression in written.items():
+        if count_of(expression) <= _SHORT and expression.free_symbols:
+            named[letter] = expression
+        else:
+            alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
+            own = "EI" if alike else letter
+            named[letter] = (own, expression, f"{own}_{number}")
+    return named
+
+
+class _Names(Protocol):
+    """Names for springs; None for one that stays as it is."""
+
+    def of_beam(self, name: str, beam: SlenderBeam) -> _Stiffnesses | None:
+        """Products of a beam."""
+        ...
+
+    def of_drive(self, name: str, stiffness: Any, unit: str) -> Any:
+        """Stiffness of a drive."""
+        ...
+
+
+@dataclass(frozen=True)
+class _Springs:
+    """Lists springs, and names none."""
+
+    beams: list[tuple[str, SlenderBeam]]
+    drives: list[tuple[str, Any, str]]
+
+    def of_beam(self, name: str, beam: SlenderBeam) -> None:
+        self.beams.append((name, beam))
+
+    def of_drive(self, name: str, stiffness: Any, unit: str) -> None:
+        self.drives.append((name, stiffness, unit))
+
+
+@dataclass(frozen=True)
+class _Stiffnesses:
+    """E A, E I_y, E I_z and G J of a beam, each a name, or a formula that needs none."""
+
+    EA: Any
+    EI_y: Any
+    EI_z: Any
+    GJ: Any
+
+    def elasticity(self, own: Elasticity, length: Any, read: Callable[[Any], Any]) -> Elasticity:
+        """That of a beam of some length, on what is read."""
+        L, *products = map(read, (exact_number(length), self.EA, self.EI_y, self.EI_z, self.GJ))
+        return replace(own, compliance=cantilever_compliance(L, 1, 1, *products), beam=None)
+
+    def telescopic(self, beam: TelescopicBeam) -> TelescopicBeam:
+        """A beam of a telescope that has them: products in place of a section, and moduli of 1."""
+        section = CrossSection(self.EA, self.EI_y, self.EI_z, self.GJ)
+        return replace(beam, material=Material(beam.material.name, 1, 1), section=section)
+
+
+_Material = tuple[Any, Any, str]  # E, G and its name
+
+
+class NamedSprings:
+    """Names for stiffnesses of springs; those that are alike have one."""
+
+    def __init__(self, taken: set[str]) -> None:
+        self._taken = taken
+        self._beams: dict[SlenderBeam, _Stiffnesses] = {}
+        self._drives: dict[tuple[Any, str], Any] = {}
+        self._moduli: dict[tuple[str, _Material], Any] = {}
+        self._products: dict[tuple[str, Any], Any] = {}
+        self._sets: dict[tuple[Any, ...], _Stiffnesses] = {}
+        self._definitions: dict[Any, Definition] = {}
+
+    def put_into(self, robot: Robot, read: Callable[[Any], Any]) -> Robot:
+        """The robot with names in place of its springs; compliances are those of what is read."""
+        return _changed(robot, self, read) if self._definitions else robot
+
+    @property
+    def definitions(self) -> tuple[Definition, ...]:
+        """What the names stand for, in the order in which it can be computed."""
+        return tuple(self._definitions.values())
+
+    def of_beam(self, name: str, beam: SlenderBeam) -> _Stiffnesses:
+        """Products of a beam."""
+        return self._beams[beam]
+
+    def of_drive(self, name: str, stiffness: Any, unit: str) -> Any:
+        """Stiffness of a drive."""
+        return self._drives[stiffness, unit]
+
+    def name_stiffness(self, name: str, stiffness: Any, unit: str) -> None:
+        """A name for the stiffness of a drive."""
+        if (stiffness, unit) not in self._drives:
+            own = f"k_{self._number(('k',))}"
+            self._drives[stiffness, unit] = self._define(own, exact_number(stiffness), unit)
+        self._of_part(self._drives[stiffness, unit], name)
+
+    def name_moduli(self, beams: Iterable[SlenderBeam]) -> None:
+        """Names for the moduli of materials that are numbers beside symbols."""
+        needed: dict[_Material, dict[str, Any]] = {}
+        for beam in beams:
+            E, G = map(exact_number, (beam.E, beam.G))
+            own = needed.setdefault((E, G, beam.material), {})
+            if not E.free_symbols and any(map(_has_symbols, (beam.A, beam.Iy, beam.Iz))):
+                own["E"] = E
+            if not G.free_symbols and _has_symbols(beam.J):
+                own["G"] = G
+        needed = {material: own for material, own in needed.items() if own}
+        is_one = len(needed) == 1 and not self._taken & {"E", "G"}
+        for material, own in needed.items():
+            number = "" if is_one else f"_{self._number(('E', 'G'))}"
+            for letter, value in sorted(own.items()):
+                self._moduli[letter, material] = self._define(letter + number, value)
+
+    def name_products(self, name: str, beam: SlenderBeam) -> None:
+        """Names for the products of a beam that are no short formulas."""
+        E, G, A, Iy, Iz, J = map(exact_number, (beam.E, beam.G, beam.A, beam.Iy, beam.Iz, beam.J))
+        is_named = not beam.material.startswith("material")
+        words = beam.material if is_named else f"the material of {name}"
+
+        def product(letter: str, modulus: Any, section: Any) -> Any:
+            own = self._moduli.get((letter, (E, G, beam.material)))
+            if own is None or not section.free_symbols:
+                return modulus * section
+            self._of_part(own, words)
+            return own * section
+
+        EA, EI_y, EI_z = (product("E", E, x) for x in (A, Iy, Iz))
+        written = {"EA": EA, "EI_y": EI_y, "EI_z": EI_z, "GJ": product("G", G, J)}
+        key = tuple(written.values())
+        if key not in self._sets:
+            self._sets[key] = self._named(written)
+        self._beams[beam] = found = self._sets[key]
+        symbols: list[Any] = [found.EA, found.EI_y, found.EI_z, found.GJ]
+        for symbol in symbols:
+            self._of_part(symbol, name)
+
+    def _named(self, written: dict[str, Any]) -> _Stiffnesses:
+        named = named_products(written, self._number(LETTERS))
+        for letter, own in named.items():
+            if isinstance(own, tuple):
+                # A stiffness that another beam has, too, keeps its name.
+                key = own[0], own[1]
+                if key not in self._products:
+                    self._products[key] = self._define(own[2], own[1])
+                named[letter] = self._products[key]
+        return _Stiffnesses(**named)
+
+    def _define(self, name: str, expression: Any, unit: str = "") -> Any:
+        symbol = sp.Symbol(name, positive=True)
+        self._definitions.setdefault(symbol, Definition(symbol, expression, unit=unit))
+        return symbol
+
+    def _of_part(self, symbol: Any, name: str) -> None:
+        """List a part of which it is a stiffness."""
+        own = self._definitions.get(symbol)
+        if own is not None and name not in own.parts:
+            self._definitions[symbol] = replace(own, parts=(*own.parts, name))
+
+    def _number(self, letters: Iterable[str]) -> int:
+        """The first number with which no letter stands for something else."""
+        names = ({f"{x}_{number}" for x in letters} for number in count(1))
+        own = next(own for own in names if not own & self._taken)
+        self._taken |= own
+        return int(min(own).rpartition("_")[2])
+
+
+def _has_symbols(value: Any) -> bool:
+    return bool(exact_number(value).free_symbols)
+
+
+def _with(part: Any, **new: Any) -> Any:
+    """A part with other members, itself where they are the same."""
+
+    def is_same(old: Any, value: Any) -> bool:
+        if isinstance(old, tuple) and isinstance(value, tuple):
+            return len(old) == len(value) and all(a is b for a, b in zip(old, value, strict=True))
+        return old is value
+
+    kept = all(is_same(getattr(part, name), value) for name, value in new.items())
+    return part if kept else replace(part, **new)
+
+
+def _changed(robot: Robot, names: _Names, read: Callable[[Any], Any] = lambda x: x) -> Robot:
+    """A robot with names in place of its springs, where they have names."""
+    users: dict[int, list[str]] = {}
+    for leg in robot.legs:
+        users.setdefault(id(leg.chain), []).append(leg.name)
+    chains: dict[int, Chain] = {}
+    legs = []
+    for leg in robot.legs:
+        own = id(leg.chain)
+        if own not in chains:
+            alone = len(users) > 1 and len(users[own]) == 1
+            chains[own] = _Naming(names, read, f"{leg.name}/" if alone else "").chain(leg.chain, "")
+        legs.append(_with(leg, chain=chains[own]))
+    platform = robot.platform
+    if platform is not None:
+        walk = _Naming(names, read, "")
+        parts = (
+            _with(x, elasticity=walk.elasticity(x.elasticity, f"platform/{x.name}"))
+            for x in platform.parts
+        )
+        platform = _with(platform, parts=tuple(parts))
+    return _with(robot, legs=tuple(legs), platform=platform)
+
+
+@dataclass(frozen=True)
+class _Naming:
+    """Goes along a chain."""
+
+    names: _Names
+    read: Callable[[Any], Any]
+    leg: str  # before the names of drives, where that of another leg may be called alike
+
+    def chain(self, chain: Chain, prefix: str) -> Chain:
+        """The same with named springs."""
+        elements = tuple(self.element(x, prefix) for x in chain.elements)
+        freedoms = {x.name: x.freedoms for x in chain.elements if isinstance(x, Joint | Telescope)}
+        couplings = tuple(
+            _with(x, role=self.role(x.role, freedoms.get(x.terms[0][0], ()), prefix + x.name))
+            for x in chain.couplings
+        )
+        return _with(chain, elements=elements, couplings=couplings)
+
+    def element(self, element: Any, prefix: str) -> Any:
+        """The same with named springs."""
+        name = prefix + getattr(element, "name", "")
+        if isinstance(element, Link):
+            return _with(element, elasticity=self.elasticity(element.elasticity, name))
+        if isinstance(element, Joint):
+            return _with(element, role=self.role(element.role, element.freedoms, name))
+        if isinstance(element, Telescope):
+            several = len(element.beams) > 1
+            beams = (
+                self.telescopic(beam, f"{name}.beam{i}" if several else f"{name}.beam")
+                for i, beam in enumerate(element.beams, start=1)
+            )
+            role = self.role(element.role, element.freedoms, name)
+            return _with(element, beams=tuple(beams), role=role)
+        if isinstance(element, ParallelBlock):
+            branches = (
+                _with(own, chain=self.chain(own.chain, f"{name}/{own.name}/"))
+                for own in element.branches
+            )
+            return _with(element, branches=tuple(branches))
+        return element
+
+    def role(self, role: Any, freedoms: tuple[Screw, ...], name: str) -> Any:
+        """The same with a name for a stiffness that is a number."""
+        units = {"N m/rad" if screw.turns else "N/m" for screw in freedoms}
+        stiffness = getattr(role, "stiffness", None)
+        if stiffness is None or isinstance(stiffness, StiffnessLaw) or len(units) != 1:
+            return role
+        if exact_number(stiffness).free_symbols:
+            return role
+        found = self.names.of_drive(self.leg + name, stiffness, *units)
+        return role if found is None else _with(role, stiffness=found)
+
+    def elasticity(self, own: Elasticity, name: str) -> Elasticity:
+        """The same with names for the products of a beam."""
+        found = None if own.beam is None else self.names.of_beam(name, own.beam)
+        if found is None or own.beam is None:
+            return own
+        return found.elasticity(own, own.beam.length, self.read)
+
+    def telescopic(self, beam: TelescopicBeam, name: str) -> TelescopicBeam:
+        """The same with names for its products."""
+        own = SlenderBeam.of(1, beam.material, beam.section, beam.theory)
+        found = None if own is None else self.names.of_beam(name, own)
+        return beam if found is None else found.telescopic(beam)

@@ -1,0 +1,394 @@
+"""A robot on recorded entries, placed at a pose: its closure as formulas."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.exact_points import ExactPoints
+from robostiff.analytic.placement.closed_posture import AROUND, Following, Sample, leg_coordinates
+from robostiff.analytic.placement.guiding_post import guiding_post, place_guiding_post
+from robostiff.analytic.placement.legs_at_points import turned_legs
+from robostiff.analytic.placement.named_springs import named_springs, with_samples
+from robostiff.analytic.placement.orbits import Image
+from robostiff.analytic.placement.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
+from robostiff.analytic.placement.robot_pose import (
+    AtHome,
+    PoseFormula,
+    coordinate_expressions,
+    exact_angle,
+    home_coordinates,
+    platform_pose,
+)
+from robostiff.errors import InputError
+from robostiff.kinematics import PostureFinder, posture_finder
+from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.formula import (
+    FormulaPose,
+    PlacedFormula,
+    place_leg,
+    place_leg_at_joints,
+)
+from robostiff.model import Leg, Robot, with_entries
+from robostiff.model.entries import as_meant
+from robostiff.record import Entry, Record
+from robostiff.recorded import entry_reader
+from robostiff.spatial import exact_number
+
+_SAMPLES = 5
+_SPREAD = 0.03  # of the nominal values, for the samples
+_SEED = 2011
+
+
+@dataclass(frozen=True)
+class PlacedRobot:
+    """A robot on recorded entries, placed at its pose."""
+
+    robot: Robot  # as it was given
+    entries: Robot  # the same on entries of the record
+    where: str  # the pose, in words
+    coordinates: tuple[str, ...]  # names of the symbols of the pose
+    # names of the symbols, some coordinates among them, whose values the closure of the legs
+    # decides
+    following: tuple[str, ...]
+    follows: Following  # how to find them in numbers
+    # by name: coordinates of the platform, or of a serial arm; None at home
+    given: dict[str, Any] | None
+    rotation: PoseRotation  # what the coordinates of its rotation are
+    closed: dict[int, np.ndarray]  # by leg number: coordinates of the legs that close by iteration
+    record: Record
+    symbols: dict[str, sp.Symbol]  # by name: one for each input of the record
+    springs: tuple[Definition, ...]  # what those of them stand for that are no given symbols
+    platform: FormulaPose
+    # legs that are an earlier one turned, by leg number, and how; not placed before they are needed
+    turned: dict[int, tuple[int, Image]]
+    place: Callable[[int], PlacedFormula]  # a leg by its number
+    solvers: tuple[LegSolver, ...]  # of the legs at nominal values
+    length: float  # characteristic length [m]
+
+    @property
+    def reference(self) -> np.ndarray:
+        """Reference point in the world (3,)."""
+        point = np.array(self.entries.reference_point, dtype=object)
+        return self.platform.p + self.platform.R @ point
+
+    @property
+    def meanings(self) -> dict[str, str]:
+        """What the symbols are: coordinates of the pose, and parameters of the robot."""
+        given, found = self.given or {}, {}
+        turns = self.rotation.in_words(given)
+        for name, value in given.items():
+            if not value.is_Symbol:
+                words = f"coordinate of the pose, {name} = {value}"
+            elif self.robot.is_posed_by_joints:
+                words = "joint coordinate, in the order of the arm [rad, or m of a slide]"
+            elif name in self.rotation.names:
+                words = f"rotation of the platform, {turns}"
+            else:
+                words = "place of the platform's origin [m]"
+            found |= {symbol.name: words for symbol in value.free_symbols}
+        return found | self.follows.meanings(self.solvers) | dict(self.robot.meanings)
+
+    @cached_property
+    def written_out(self) -> dict[str, Any]:
+        """The symbols by name, and what those of springs stand for in given symbols."""
+        found: dict[str, Any] = dict(self.symbols)
+        for d in self.springs:
+            put = {x: found[str(x)] for x in d.expression.free_symbols}
+            found[d.symbol.name] = d.expression.xreplace(put)
+        return found
+
+    @cached_property
+    def legs(self) -> tuple[PlacedFormula, ...]:
+        """All legs."""
+        return tuple(map(self.place, range(len(self.entries.legs))))
+
+
+def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> PlacedRobot:
+    """Close all legs of a robot in formulas.
+
+    Symbols are entries of a record whose samples lie around the nominal values; the working modes
+    of the legs are those of home.
+
+    `pose`: AtHome, AtSymbols or AtCoordinates; `with_names`: whether stiffnesses that are numbers
+    have names.
+
+    Raises
+    ------
+    InputError
+        When a symbol has no nominal value, or a leg has no closed form away from home.
+    """
+    robot = robot if robot.has_formulas else as_meant(robot)
+    finder = posture_finder(robot.numeric)
+    given = coordinate_expressions(robot, pose)
+    rotation = ABOUT_WORLD_AXES if isinstance(pose, AtHome) else pose.rotation
+    follows = Following.of(robot, finder, pose)
+    if follows.pose:
+        given = {name: sp.Symbol(own, real=True) for name, own in follows.pose.items()}
+    symbols = {symbol.name: symbol for symbol in robot.symbols}
+    for expression in (given or {}).values():
+        symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
+    for names in follows.legs.values():
+        symbols |= {name: sp.Symbol(name, real=True) for name in names}
+    if given is not None and not robot.is_posed_by_joints and not follows.pose:
+        _check_reach(robot, finder, given, rotation)
+    names = named_springs(robot, symbols) if symbols and with_names else None
+    springs = () if names is None else names.definitions
+    samples = _samples(symbols, given, robot, finder, follows, rotation)
+    record = Record(with_samples(springs, samples, symbols))
+    read = entry_reader(record, exact=True)
+    exact = cache(exact_number)  # most numbers are 0 or 1
+    named = robot if names is None else names.put_into(robot, read)
+    entries = with_entries(named, lambda x: x if isinstance(x, Entry) else read(exact(x)))
+    coordinates = None
+    if given is not None:
+        coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
+    following = follows.following
+    at_joints: dict[int, np.ndarray] = {}
+    turned: dict[int, tuple[int, Image]] = {}
+    posts: dict[int, PlacedFormula] = {}
+
+    def as_step(value: Any) -> Any:
+        return value if isinstance(value, Entry) else read(value)
+
+    if robot.is_posed_by_joints:
+        q = _joint_coordinates(entries.legs[0], coordinates, record)
+        at_joints[0] = q
+        platform = place_leg_at_joints(entries.legs[0], q).platform
+    else:
+        platform = platform_pose(FormulaPose(*home_frame(entries)), coordinates, rotation)
+        post = None if given is None else guiding_post(robot, finder.solvers)
+        if post is not None:
+            placed = place_guiding_post(entries.legs[post], platform.p, finder.solvers[post])
+            platform, posts[post] = FormulaPose(placed.platform.R, platform.p), placed
+        for i, own in follows.legs.items():
+            at_joints[i], left = _following(entries.legs[i], own, record, finder.length)
+            following += left
+
+    def closing(i: int) -> PlacedFormula:
+        leg = entries.legs[i]
+        if i in at_joints:
+            return place_leg_at_joints(leg, at_joints[i])
+        return posts.get(i) or _closed_leg(leg, platform, finder.solvers[i])
+
+    place = cache(lambda i: with_entries(closing(i), as_step))
+    if given is None and not follows.any and not robot.is_posed_by_joints:
+        turned = turned_legs(robot, entries, finder.solvers, platform, ExactPoints(record))
+    for i in sorted({*range(len(entries.legs))} - {*turned}):
+        place(i)
+    if follows.at_joints:
+        platform = place(0).platform
+    return PlacedRobot(
+        robot=robot,
+        entries=entries,
+        where=_in_words(given, following, rotation, at_joints=follows.at_joints),
+        coordinates=tuple(str(v) for v in (given or {}).values() if v.is_Symbol),
+        following=following,
+        follows=follows,
+        given=given,
+        rotation=rotation,
+        closed={} if robot.is_posed_by_joints else at_joints,
+        record=record,
+        symbols=symbols,
+        springs=springs,
+        platform=platform,
+        turned=turned,
+        place=place,
+        solvers=() if robot.is_posed_by_joints else finder.solvers,
+        length=finder.length,
+    )
+
+
+def _check_reach(
+    robot: Robot, finder: PostureFinder, given: Mapping[str, Any], rotation: PoseRotation
+) -> None:
+    """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
+    post = guiding_post(robot, finder.solvers)
+    for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
+        if i != post:
+            _check_closed_form(leg, solver)
+    values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
+    at_home = home_values(finder, rotation)
+    middle = {str(x): 1.0 for value in values.values() for x in value.free_symbols}
+    middle |= {str(x): at_home[name] for name, x in values.items() if x.is_Symbol}
+    points = {str(x) for name, x in values.items() if name in ("x", "y", "z")}
+    random = np.random.default_rng(_SEED)
+    around = (1.0, 0.1, 0.01) if middle else (0.0,)
+    complaints: tuple[str, ...] = ()
+    for spread in (s * AROUND for s in around for _ in range(_SAMPLES)):
+        drawn = {
+            name: own + spread * (finder.length if name in points else 1.0) * random.uniform(-1, 1)
+            for name, own in middle.items()
+        }
+        posture = finder.find(pose_at(values, finder, drawn, rotation))
+        if posture.reached.all():
+            return
+        complaints = posture.complaints
+    if middle:
+        raise InputError(
+            f"pose of {robot.name!r} in symbols",
+            got="no pose near home at which all legs meet the platform: " + "; ".join(complaints),
+            expected="poses that the legs reach",
+            hint="name all coordinates of the pose by AtSymbols(), derive it at home, or leave out "
+            "of `coordinates` those that the legs fix",
+        )
+    raise InputError(
+        f"pose of {robot.name!r}", got="; ".join(complaints), expected="a pose that all legs reach"
+    )
+
+
+def number_at(expression: Any, values: Mapping[str, float]) -> float:
+    """A formula at values of its symbols."""
+    return float(expression.evalf(30, subs={s: values[s.name] for s in expression.free_symbols}))
+
+
+def pose_at(
+    given: Mapping[str, Any],
+    finder: PostureFinder,
+    values: Mapping[str, float],
+    rotation: PoseRotation,
+) -> RigidTransform:
+    """The pose of the platform that has given coordinates, others as at home."""
+    six = finder.home_pose
+    if guiding_post(finder.robot, finder.solvers) is not None:
+        at = [number_at(given.get(x, exact_number(six[i])), values) for i, x in enumerate("xyz")]
+        six = finder.find(np.array(at)).pose[0]
+        return RigidTransform.from_components(six[:3], Rotation.from_rotvec(six[3:]))
+    home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
+    numbers = {name: number_at(x, values) for name, x in given.items()}
+    pose = platform_pose(home, numbers, rotation)
+    R, p = pose.R.astype(float), pose.p.astype(float)
+    return RigidTransform.from_components(p, Rotation.from_matrix(R))
+
+
+def _joint_coordinates(
+    leg: Leg, coordinates: Mapping[str, Any] | None, record: Record
+) -> np.ndarray:
+    """Coordinates of a serial arm: the given ones, the others at home."""
+    given = coordinates or {}
+    q = np.array(leg.chain.home, dtype=object)
+    for i, screw in enumerate(leg.chain.freedoms):
+        value = given.get(f"q{i + 1}", q[i])
+        if screw.turns and not isinstance(value, Entry):
+            value = _as_step(exact_angle(value), record)
+        q[i] = value
+    return q
+
+
+def _as_step(value: Any, record: Record) -> Any:
+    """An angle whose cosine is no root of numbers, as a step: its exact numbers are too long."""
+    if isinstance(value, Entry) or not sp.cos(value).has(sp.cos, sp.sin):
+        return value
+    return Entry(record, record.number(value))
+
+
+def home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation and point of the platform at home."""
+    if entries.home is None:
+        raise InputError(
+            f"home pose of {entries.name!r}", expected="a pose of the platform, or a serial arm"
+        )
+    return np.array(entries.home.R, dtype=object), np.array(entries.home.p, dtype=object)
+
+
+def _following(
+    leg: Leg, names: tuple[str, ...], record: Record, length: float
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Joint coordinates of a leg that is closed by iteration, and the names of those left open."""
+    q, left = leg_coordinates(leg, names, record, length)
+    pairs = zip(q, leg.chain.freedoms, strict=True)
+    angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
+    return np.array(angled, dtype=object), left
+
+
+def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFormula:
+    _check_closed_form(leg, solver)
+    return place_leg(leg, platform, solver)
+
+
+def _check_closed_form(leg: Leg, solver: LegSolver) -> None:
+    if solver.closed_form is not None:
+        return
+    raise InputError(
+        f"closure of leg {leg.name!r}",
+        got="a leg without a closed form",
+        expected="a strut, a rod on a slide or a crank, a post with one joint, or with a universal "
+        "joint and a slide to the origin of a platform posed by x, y and z, away from home",
+        hint="derive it at home, or in joint coordinates by pose=AtJoints() where no joint is "
+        "spherical, or compute numbers: rs.stiffness(robot, pose)",
+    )
+
+
+def _samples(
+    symbols: Mapping[str, sp.Symbol],
+    given: Mapping[str, Any] | None,
+    robot: Robot,
+    finder: PostureFinder,
+    follows: Following,
+    rotation: PoseRotation,
+) -> dict[str, Any]:
+    """Values of the symbols around the nominal ones, and of pose symbols around home.
+
+    Where coordinates follow from the legs, all values are those of closed postures.
+    """
+    if follows.any:
+        if not robot.symbols and not follows.pose and not follows.at_joints:
+            home: dict[str, float] = {}
+            for i, own in follows.legs.items():
+                home.update(zip(own, map(float, finder.solvers[i].home), strict=True))
+            return {name: np.full(_SAMPLES, home[name]) for name in symbols}
+        closed: list[Sample] = follows.samples(_SAMPLES, _SEED, _SPREAD)
+        found = [{**sample.values, **sample.coordinates} for sample in closed]
+        return {name: np.array([values[name] for values in found]) for name in symbols}
+    random = np.random.default_rng(_SEED)
+    at_home = home_values(finder, rotation)
+    # A coordinate may be given by a symbol of another name.
+    nominal = {
+        str(value): at_home[name] for name, value in (given or {}).items() if value.is_Symbol
+    }
+    nominal |= robot.nominal
+    places = {str(value) for name, value in (given or {}).items() if name in ("x", "y", "z")}
+    samples: dict[str, Any] = {}
+    for name in symbols:
+        # A symbol of a given coordinate has no nominal value.
+        value = float(nominal.get(name, 1.0))
+        scale = finder.length if name in places else abs(value) or 1.0
+        spread = _SPREAD * scale
+        samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
+    return samples
+
+
+def home_values(finder: PostureFinder, rotation: PoseRotation) -> dict[str, float]:
+    """Coordinates of a pose formula at home, those of a rotation near which it is derived."""
+    twin = finder.robot
+    if twin.is_posed_by_joints:
+        home = twin.legs[0].chain.home
+        return {f"q{i + 1}": float(q) for i, q in enumerate(home)}
+    return home_coordinates(finder.home_pose[:3], rotation)
+
+
+def _in_words(
+    given: Mapping[str, Any] | None,
+    following: tuple[str, ...],
+    rotation: PoseRotation,
+    *,
+    at_joints: bool,
+) -> str:
+    if at_joints:
+        return f"at joint coordinates {', '.join(following)} at which the legs close"
+    if given is None:
+        where = "in the home configuration"
+    else:
+        where = "at " + ", ".join(
+            name if str(value) == name else f"{name} = {value}" for name, value in given.items()
+        )
+        if rotation != ABOUT_WORLD_AXES and any(name in given for name in rotation.names):
+            where += f", turned by {rotation.in_words(given)}"
+    return f"{where}, where the legs determine {', '.join(following)}" if following else where

@@ -1,0 +1,1 @@
+"""What a formula says: rank, free motions, eigenvalues, loci of singularities."""

@@ -1,0 +1,401 @@
+"""Rank of a formula and conditions under which it drops, free motions, decoupling."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.budget import BUDGET, OutOfTimeError, within
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.exact_matrix import determinant, echelon, null_space
+from robostiff.analytic.exact.factors import is_positive_form, without_sign
+from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.questions.loci import (
+    Locus,
+    WrittenSteps,
+    coupling_of,
+    decoupling_in_steps,
+    rank_locus,
+    shared_zeros,
+)
+from robostiff.analytic.questions.questions_in_names import MatrixInNames
+from robostiff.errors import InputError
+from robostiff.spatial import Space, skew
+
+_SHORT = 5.0  # seconds for an answer in steps
+
+
+@dataclass(frozen=True)
+class RankFormula:
+    """Rank of a symmetric positive semidefinite formula.
+
+    Attributes
+    ----------
+    rank : int
+        For general values of the symbols.
+    exceptions : tuple of sympy.Expr
+        Irreducible factors that all principal minors of that size share: where one is zero, the
+        rank drops.
+    common_minor : sympy.Expr
+        What those minors share, as a product of the exceptions: at full rank the determinant but
+        for its denominator and a number, and 1 for the rank 0.
+    remark : str
+        Why there are no exceptions where they were not looked for; empty otherwise.
+    """
+
+    rank: int
+    exceptions: tuple[sp.Expr, ...]
+    common_minor: sp.Expr
+    remark: str = field(default="", repr=False, compare=False)
+
+    @property
+    def allowed(self) -> tuple[sp.Expr, ...]:
+        """Exceptions that the assumptions of the symbols allow: a positive length is never zero.
+
+        Examples
+        --------
+        >>> R, r = sp.symbols("R r", positive=True)
+        >>> rank_formula(sp.diag(R, R * (R - r))).allowed
+        (R - r,)
+        """
+        return tuple(x for x in self.exceptions if _may_vanish(x))
+
+
+def _may_vanish(factor: Any) -> bool:
+    """Whether a factor has real zeros, as far as assumptions and the signs of its terms decide."""
+    if factor.is_nonzero:
+        return False
+    field = ExactField([factor])
+    polynomial = field.element(factor).num
+    return not is_positive_form(field, polynomial)
+
+
+def closed_matrix(formula: Any, question: str) -> sp.Matrix:
+    """The matrix that a question is about: a matrix of formulas, or a derivation in closed form.
+
+    Raises
+    ------
+    InputError
+        For a derivation in steps: their names would be taken for independent symbols.
+
+    Examples
+    --------
+    >>> k = sp.Symbol("k")
+    >>> K = sp.ImmutableMatrix(sp.diag(k, k, 0))
+    >>> closed_matrix(Derivation("K_C", K, (), K), "rank")
+    Matrix([
+    [k, 0, 0],
+    [0, k, 0],
+    [0, 0, 0]])
+    """
+    if not isinstance(formula, Derivation):
+        return sp.Matrix(formula)
+    if not formula.is_closed:
+        raise _in_steps(formula, question)
+    return sp.Matrix(formula.K)
+
+
+def _in_steps(derivation: Derivation, question: str) -> InputError:
+    return InputError(
+        f"{question} of {derivation.name!r}",
+        got="named steps",
+        expected="a closed form",
+        hint="take the home pose, fewer symbols, or form=Closed(); subs(...) with values for "
+        "all symbols but a few makes steps short"
+        + "; compliance_steps(...) has it in steps"
+        * (question == "compliance"),
+    )
+
+
+def matrix_by_entries(
+    K: sp.ImmutableMatrix, definitions: Sequence[Definition] = ()
+) -> tuple[sp.Matrix, tuple[Definition, ...]]:
+    """K with a name for each different entry that is no symbol or number, and what these stand for.
+
+    Zeros, equal entries and those that differ by a sign are what questions about it can use.
+    """
+    taken = {s.name for s in K.free_symbols}
+    for d in definitions:
+        taken |= {str(s) for s in (d.symbol, *d.expression.free_symbols)}
+    known: dict[Any, Any] = {}
+    entries = list(definitions)
+    for i in range(K.rows):
+        for j in range(i, K.cols):
+            entry: Any = K[i, j]
+            if entry in known:
+                continue
+            known[entry] = entry
+            if not (entry.is_Symbol or (-entry).is_Symbol or entry.is_Integer):
+                name = f"K{i + 1}{j + 1}"
+                while name in taken:
+                    name += "'"
+                known[entry] = sp.Symbol(name, real=True)
+                entries.append(Definition(known[entry], entry))
+            known.setdefault(-entry, -known[entry])
+    M = sp.Matrix(K.rows, K.cols, lambda i, j: known[K[min(i, j), max(i, j)]])
+    return M, tuple(entries)
+
+
+def _general_rank(K: Any) -> int | None:
+    """Rank of a robot's derivation in steps, where it was compared with numbers."""
+    is_in_steps = isinstance(K, Derivation) and not K.is_closed
+    return getattr(K, "general_rank", None) if is_in_steps else None
+
+
+def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
+    """Rank of a stiffness formula and the conditions under which it drops.
+
+    A positive semidefinite matrix of rank r has a principal minor of size r that is not zero; the
+    rank drops where all of them vanish, so at the zeros of their common factors. Points where it
+    drops only because several conditions hold at once are not listed. Exceptions are listed whether
+    or not the assumptions of the symbols allow them: h = 0 is the limit of flat platforms for h >
+    0.
+
+    Parameters
+    ----------
+    K : (n, n) matrix of SymPy expressions, or Derivation
+        Symmetric and positive semidefinite. In steps, or too long, the rank is that in numbers at
+        the parameters and poses at which the formula was compared with them, without exceptions.
+    budget : float or None
+        Seconds of computing; None for no limit.
+
+    Raises
+    ------
+    InputError
+        For a derivation in steps that was not compared with numbers.
+    OutOfTimeError
+        When it does not end in time, as with a matrix of long sums.
+
+    Examples
+    --------
+    >>> a, b = sp.symbols("a b")
+    >>> rank_formula(sp.diag(a, a * (a - b), 0))
+    RankFormula(rank=2, exceptions=(a, a - b), common_minor=a**2*(a - b))
+    """
+    if (rank := _general_rank(K)) is not None:
+        return _rank_in_steps(K, rank, budget)
+    matrix = closed_matrix(K, "rank")
+    names = _in_names(K)
+
+    def answer() -> RankFormula:
+        found = None if names is None else _rank_in_names(names)
+        return _rank(matrix) if found is None else found
+
+    try:
+        return within(budget, answer, "rank of a formula")
+    except FormulaTooLargeError as error:
+        rank = getattr(K, "general_rank", None)
+        if rank is None or isinstance(error, OutOfTimeError):
+            raise
+        return _rank_in_steps(K, rank, budget)
+
+
+def _rank_in_steps(derivation: Any, rank: int, budget: float | None) -> RankFormula:
+    try:
+        short = _SHORT if budget is None else min(budget, _SHORT)
+        found = within(short, lambda: rank_locus(derivation, rank), "rank of a formula")
+    except FormulaTooLargeError:
+        found = Locus({}, "it drops where wrenches of the legs depend on one another; too long")
+    factors = found.factors
+    common = sp.Mul(*(factor**exponent for factor, exponent in factors.items()))
+    return RankFormula(
+        rank, tuple(sorted(factors, key=sp.default_sort_key)), common, remark=found.remark
+    )
+
+
+def _rank_in_names(names: MatrixInNames) -> RankFormula | None:
+    """Rank of a sum of w w^T / c; None where its names hide what they have in common.
+
+    It drops where the wrenches do, whatever the stiffnesses are, and where one of these is zero.
+    """
+    found = [_rank(names.with_numbers(seed)) for seed in (1, 2)]
+    if any(one.rank != names.rank for one in found):
+        return None
+    # Lengths in names depend on one another: what two minors share is seen in given symbols.
+    first, second = (names.powers_of_zeros(one.common_minor) for one in found)
+    common: dict[Any, Any] = {
+        zero: min(exponent, second[zero]) for zero, exponent in first.items() if zero in second
+    }
+    for stiffness in names.stiffnesses:
+        lost = names.rank - names.rank_without(stiffness)
+        for own in names.zeros_of(stiffness) if lost else ():
+            common[own] = common.get(own, 0) + lost
+    for symbol in names.springs:
+        lost = names.rank - names.rank_near_zero(symbol)
+        if lost:
+            common[symbol] = max(common.get(symbol, 0), lost)
+    minor = sp.Mul(*(factor**exponent for factor, exponent in common.items()))
+    return RankFormula(names.rank, tuple(sorted(common, key=sp.default_sort_key)), minor)
+
+
+def _in_names(K: Any) -> MatrixInNames | None:
+    """A derivation as a sum of springs, in names."""
+    named = getattr(K, "named", None)
+    return None if named is None else MatrixInNames.of(*named.in_lengths)
+
+
+def _rank(K: Any) -> RankFormula:
+    field = ExactField(list(K))
+    elements = [[field.element(K[i, j]) for j in range(K.cols)] for i in range(K.rows)]
+    rank = len(echelon(field, elements)[1])
+    if rank == 0:
+        return RankFormula(0, (), sp.Integer(1))
+    shared = None
+    for places in combinations(range(K.rows), rank):
+        minor = determinant(field, [[elements[i][j] for j in places] for i in places])
+        if not minor.is_zero:
+            zeros = field.zeros(minor)
+            shared = zeros if shared is None else shared.gcd(zeros)
+    factors = [] if shared is None else shared.factor()[1]
+    exceptions = {without_sign(field.polynomial_expression(f)): int(e) for f, e in factors}
+    # Roots and pi are generators of the field, too; a number never vanishes.
+    exceptions = {factor: e for factor, e in exceptions.items() if factor.free_symbols}
+    common = sp.Mul(*(factor**exponent for factor, exponent in exceptions.items()))
+    return RankFormula(rank, tuple(sorted(exceptions, key=sp.default_sort_key)), common)
+
+
+def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
+    """Free motions as formulas: a basis of the null space in echelon form.
+
+    Its denominators say where the basis changes its kind: a rotation about an apex at the height
+    h r / (R - r) becomes a translation where R = r.
+
+    Parameters
+    ----------
+    K : (n, n) matrix of SymPy expressions, or Derivation
+        In steps, the motions are in given symbols and in names of its steps.
+
+    Returns
+    -------
+    tuple of (n, 1) matrices
+        Each with a 1 in a coordinate of its own, rotations first where there is a choice.
+
+    Examples
+    --------
+    >>> k, d = sp.symbols("k d")
+    >>> K = k * sp.Matrix([[1, 0, d], [0, 1, 0], [d, 0, d**2]])
+    >>> free_motion_formulas(K)[0].T
+    Matrix([[-d, 0, 1]])
+    """
+    if (rank := _general_rank(K)) is not None:
+        return () if rank == K.K.rows else _free_motions_in_steps(K, rank)
+    matrix, names = closed_matrix(K, "free motions"), _in_names(K)
+    try:
+        if names is not None:
+            if names.rank == names.matrix.rows:
+                return ()
+            found = _null_space(names.matrix)
+            if names.matrix.rows - len(found) == names.rank:
+                return tuple(motion.applyfunc(names.written_out) for motion in found)
+        return _null_space(matrix)
+    except FormulaTooLargeError as error:
+        with suppress(InputError):  # of its wrenches, without compliances
+            if (rank := getattr(K, "general_rank", None)) is not None:
+                return _free_motions_in_steps(K, rank)
+        raise error from None
+
+
+def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:
+    """Motions against which no wrench of a leg does work."""
+    written = WrittenSteps(derivation)
+    W = sp.Matrix([list(written(w)) for leg in derivation.legs for w in leg.wrenches])
+    try:
+        found = within(_SHORT, lambda: _null_space(W), "free motions")
+    except FormulaTooLargeError:
+        found = ()
+    if len(found) != derivation.K.rows - rank:
+        raise _in_steps(derivation, "free motions")
+    return found
+
+
+def _null_space(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
+    field = ExactField(list(K))
+    rows = [[field.element(entry) for entry in K.row(i)] for i in range(K.rows)]
+    return tuple(
+        sp.ImmutableMatrix([field.expression(element) for element in motion])
+        for motion in null_space(field, rows, K.cols)
+    )
+
+
+def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
+    """The one point of the platform that no free motion moves, such as an apex of all legs.
+
+    A free motion (v, w) moves the point p by v + w x p.
+
+    Parameters
+    ----------
+    K : (n, n) matrix of SymPy expressions, or Derivation in closed form
+
+    Returns
+    -------
+    (3, 1) matrix, or (2, 1) for a planar robot, or None
+        From the reference point [m]; None where there is no such point, or more than one.
+
+    Examples
+    --------
+    >>> k, d = sp.symbols("k d")
+    >>> K = k * sp.Matrix([[1, 0, d], [0, 1, 0], [d, 0, d**2]])
+    >>> fixed_point_formula(K).T
+    Matrix([[0, -d]])
+    """
+    motions = free_motion_formulas(K)
+    if not motions:
+        return None
+    space = Space.of_size(motions[0].rows)
+    t = space.translations
+    equations = []
+    for motion in motions:
+        entries: list[Any] = [motion[i, 0] for i in range(space.size)]
+        v, w = entries[:t], entries[t:]
+        if t == 2:
+            equations += [[0, -w[0], v[0]], [w[0], 0, v[1]]]
+        else:
+            cross_w = skew(np.array(w, dtype=object))
+            equations += [[*cross_w[i], v[i]] for i in range(3)]
+    field = ExactField(entry for equation in equations for entry in equation)
+    rows = [[field.element(entry) for entry in equation] for equation in equations]
+    points = null_space(field, rows, t + 1)
+    if len(points) != 1 or points[0][t].is_zero:
+        return None
+    return sp.ImmutableMatrix([field.expression(entry / points[0][t]) for entry in points[0][:t]])
+
+
+def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
+    """Irreducible factors that all entries between translations and rotations share.
+
+    Where one of them is zero, forces only translate the platform and moments only turn it. An
+    empty tuple: no single condition decouples; ``(0,)``: they are decoupled as they are. Named
+    steps are written out.
+
+    Raises
+    ------
+    InputError
+        For steps that are too long to be written out.
+
+    Examples
+    --------
+    >>> k, R, r = sp.symbols("k R r")
+    >>> decoupling_conditions(sp.Matrix([[k, 0, k * (R - r)], [0, k, 0], [k * (R - r), 0, k]]))
+    (k, R - r)
+    """
+    if isinstance(K, Derivation) and not K.is_closed:
+        try:
+            return within(_SHORT, lambda: decoupling_in_steps(K), "decoupling")
+        except FormulaTooLargeError:
+            raise _in_steps(K, "decoupling") from None
+    matrix, names = closed_matrix(K, "decoupling"), _in_names(K)
+    if names is not None:
+        always = (sp.Integer(0),)
+        each = {shared_zeros([entry]) for entry in dict.fromkeys(coupling_of(names.matrix))}
+        own = [set(names.powers_of_zeros(sp.Mul(*found))) for found in each - {always}]
+        shared = set.intersection(*own) if own else always
+        return tuple(sorted(shared, key=sp.default_sort_key))
+    return shared_zeros(coupling_of(matrix))

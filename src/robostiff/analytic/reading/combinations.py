@@ -1,0 +1,294 @@
+"""Names for combinations that recur in a matrix, such as d_a = R - r and L_a^2 = d_a^2 + h^2."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Container, Iterable, Iterator
+from dataclasses import dataclass
+from itertools import count
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.element import root_of
+from robostiff.analytic.exact.factors import (
+    Product,
+    bound_of_terms,
+    completed_squares,
+    is_positive_form,
+    product_of,
+    rational,
+    starts_with_minus,
+)
+from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.errors import InputError
+
+
+class CombinationNames:
+    """Gives names to polynomials and writes others through them.
+
+    `taken`: names that are not to be given; `definitions`: the names so far.
+
+    Examples
+    --------
+    >>> R, r, h = sp.symbols("R r h", positive=True)
+    >>> field = ExactField([R, r, h])
+    >>> names = CombinationNames(field, set())
+    >>> names.give(field.element(R - r).num)
+    >>> names.polynomial(field.element((R - r) ** 2 + h**2).num)
+    d_a**2 + h**2
+    """
+
+    def __init__(self, field: ExactField, taken: set[str]) -> None:
+        self._field = field
+        self._taken = taken
+        self.definitions: list[Definition] = []
+        # Polynomials that have a name, and their expressions in names: d_a, L_a**2.
+        self._named: list[tuple[Any, Any]] = []
+        self._roots: dict[Any, Any] = {}
+
+    def give(self, base: Any) -> None:
+        """Name a polynomial, in terms of named ones."""
+        field = self._field
+        if starts_with_minus(field.polynomial_expression(base)):
+            base = -base
+        expression = field.polynomial_expression(base)
+        inside, root = self.polynomial(base), root_of(expression)
+        if root in field.generators or is_positive_form(field, base):
+            symbol = self._symbol("L", positive=True)
+            self._roots[root] = symbol
+            self.definitions.append(Definition(symbol, root_of(inside)))
+            self._named.append((base, symbol**2))
+        else:
+            symbol = self._symbol(_letter(field, base), **_assumed(expression))
+            self.definitions.append(Definition(symbol, inside))
+            self._named.append((base, symbol))
+
+    def _symbol(self, letter: str, **assumed: bool) -> sp.Symbol:
+        name = next(free_names(letter, self._taken))
+        self._taken.add(name)
+        return sp.Symbol(name, **assumed)
+
+    def sum_of(self, products: list[Product]) -> sp.Expr:
+        """A sum of products in names."""
+        return sp.Add(*(self._product(product) for product in products))
+
+    def polynomial(self, polynomial: Any) -> Any:
+        """A polynomial through named ones where that is shorter: d_a**2 + h**2."""
+        if len(polynomial) == 1:
+            return self._plain(polynomial)
+        for known, written in self._named:
+            ratio = _ratio(polynomial, known)
+            if ratio is not None:
+                return ratio * written
+        # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
+        candidates = [self._by_squares(polynomial), self._by_names(polynomial)]
+        return min(candidates, key=count_of)
+
+    def _by_squares(self, polynomial: Any) -> Any:
+        squares, rest = completed_squares(self._field, polynomial)
+        parts = [number * self.polynomial(square) ** 2 for square, number in squares]
+        return sp.Add(*parts, self._plain(rest))
+
+    def _by_names(self, polynomial: Any) -> Any:
+        """The remainder after multiples of named polynomials are taken out, one after the other."""
+        rest, parts = polynomial, []
+        for known, written in self._named:
+            for power in (2, 1):
+                if known.total_degree() * power > polynomial.total_degree():
+                    continue
+                rest, part = _without(rest, known**power, written**power)
+                parts += part
+        return sp.Add(*parts, self._plain(rest))
+
+    def _product(self, product: Product) -> sp.Expr:
+        factors = [self._factor(base, exponent) for base, exponent in product.powers]
+        return sp.Mul(product.number, *factors)
+
+    def _factor(self, base: Any, exponent: int) -> Any:
+        written = self.polynomial(base)
+        return sp.Pow(written, exponent)
+
+    def _plain(self, polynomial: Any) -> Any:
+        return self._field.polynomial_expression(polynomial).xreplace(self._roots)
+
+
+def _without(polynomial: Any, known: Any, written: Any) -> tuple[Any, list[Any]]:
+    """Take out the multiple of a known polynomial that leaves the fewest terms."""
+    counts = dict(polynomial.terms())
+    leading, coefficient = next(iter(known.terms()))
+    if leading not in counts:
+        return polynomial, []
+    number = counts[leading] / coefficient
+    rest = polynomial - known * number
+    if len(rest) + 1 >= len(polynomial):
+        return polynomial, []
+    return rest, [rational(number) * written]
+
+
+def _ratio(a: Any, b: Any) -> sp.Expr | None:
+    """The ratio a / b if it is a number."""
+    number = a.leading_coefficient() / b.leading_coefficient()
+    return rational(number) if a == b * number else None
+
+
+def _letter(field: ExactField, base: Any) -> str:
+    used = [g for g, d in zip(field.generators, base.degrees(), strict=True) if d]
+    lengths = [g for g in used if g.is_Symbol]
+    places = [field.generators.index(g) for g in lengths]
+    if not lengths or any(sum(powers[p] for p in places) != 1 for powers, _ in base.terms()):
+        return "p"
+    return "k" if all(str(g)[0] in "kK" for g in lengths) else "d"
+
+
+def _assumed(expression: Any) -> dict[str, bool]:
+    """Assumptions on a combination: a positive or at least a real number."""
+    # Of a sum with a minus SymPy knows no sign, and takes long to find out.
+    if not any(x.could_extract_minus_sign() for x in expression.args) and expression.is_positive:
+        return {"positive": True}
+    return {"real": True} if expression.is_real else {}
+
+
+def suffix(number: int) -> str:
+    """Letters for a number from 0: a, b, ..., z, aa, ab, ..."""
+    letters = ""
+    number += 1
+    while number:
+        number, place = divmod(number - 1, 26)
+        letters = chr(ord("a") + place) + letters
+    return letters
+
+
+def free_names(letter: str, taken: Container[str]) -> Iterator[str]:
+    """Names with a letter that stand for nothing else: L_a, L_b, ..."""
+    return (name for i in count() if (name := f"{letter}_{suffix(i)}") not in taken)
+
+
+# Matrices beyond this would take seconds to factor.
+_MOST_OPERATIONS = 15_000
+_MOST_TERMS = 300
+
+
+@dataclass(frozen=True)
+class NamedCombinations:
+    """A matrix in given symbols and in names for recurring sums."""
+
+    matrix: sp.ImmutableMatrix
+    definitions: tuple[Definition, ...]  # in given symbols and names defined before
+
+
+def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
+    """Name the sums that occur in more than one place of a symmetric or other matrix.
+
+    Linear combinations are called d_a, d_b, ..., or k_a where stiffnesses are added; the roots of
+    positive quadratic forms L_a, ..., so that L_a^2 stands for the form; anything else p_a, ...
+    Each is a factor of entries or of their denominators. Entries that are too long to be factored,
+    or not of exact arithmetic, stay as they are; so does a matrix that would not become shorter.
+
+    Parameters
+    ----------
+    K : (m, n) SymPy matrix
+    taken : iterable of str
+        Names that are not to be given, besides those of the symbols of K.
+
+    Examples
+    --------
+    >>> R, r, h, k = sp.symbols("R r h k", positive=True)
+    >>> squared = (R - r) ** 2 + h**2
+    >>> K = sp.Matrix([[(R - r) ** 2, h * (R - r)], [h * (R - r), h**2]]) * k / squared
+    >>> named = name_combinations(K)
+    >>> for definition in named.definitions:
+    ...     print(definition.symbol, "=", definition.expression)
+    d_a = R - r
+    L_a = sqrt(d_a**2 + h**2)
+    >>> named.matrix[0, 1]
+    d_a*h*k/L_a**2
+    """
+    K = sp.ImmutableMatrix(K)
+    entries, unchanged = K.flat(), NamedCombinations(K, ())
+    if not _is_manageable(entries):
+        return unchanged
+    try:
+        field = ExactField(entries)
+        written = {entry: _summands(field, entry) for entry in dict.fromkeys(entries)}
+    except InputError:
+        return unchanged
+    if any(len(base) > _MOST_TERMS for s in written.values() for p in s for base, _ in p.powers):
+        return unchanged
+    names = CombinationNames(field, {*taken, *(symbol.name for symbol in K.free_symbols)})
+    products = [written[entry] for entry in entries]
+    for base in _recurring(field, products, K):
+        names.give(base)
+    if not names.definitions:
+        return unchanged
+    # Multiplying it out may have made an entry longer than it was.
+    shown = {x: min(names.sum_of(written[x]), x, key=count_of) for x in written}
+    named = sp.ImmutableMatrix(K.rows, K.cols, [shown[entry] for entry in entries])
+    definitions = used_definitions(names.definitions, [named])
+    after = sum(map(count_of, [*named.flat(), *(d.expression for d in definitions)]))
+    is_shorter = after < sum(map(count_of, entries))
+    return NamedCombinations(named, definitions) if is_shorter else unchanged
+
+
+def _is_manageable(entries: list[Any]) -> bool:
+    """Whether the entries are short, also when multiplied out, and exact."""
+    operations = 0
+    for entry in dict.fromkeys(entries):
+        operations += count_of(entry)
+        if operations > _MOST_OPERATIONS or entry.has(sp.Float):
+            return False
+        for term in sp.Add.make_args(entry):
+            bounds = [1, 1]  # above and below the fraction bar
+            factors: Any = sp.Mul.make_args(term)
+            for factor in factors:
+                is_below = factor.is_Pow and factor.exp.is_number and factor.exp.is_negative
+                bounds[bool(is_below)] *= bound_of_terms(factor, _MOST_TERMS)
+            if max(bounds) > _MOST_TERMS:
+                return False
+    return True
+
+
+def _summands(field: ExactField, entry: Any) -> list[Product]:
+    """An entry as one product; a sum of fractions, one a leg, as one product each."""
+    terms = sp.Add.make_args(entry)
+    is_sum_of_legs = len(terms) > 1 and any(sp.denom(term).free_symbols for term in terms)
+    if not is_sum_of_legs:
+        return [product_of(field, entry)]
+    by_denominator: dict[Any, Any] = {}
+    for term in terms:
+        element = field.element(term)
+        key = str(element.den)
+        known = by_denominator.get(key)
+        by_denominator[key] = element if known is None else known + element
+    return [product_of(field, element) for element in by_denominator.values()]
+
+
+def _recurring(field: ExactField, products: list[list[Product]], K: Any) -> list[Any]:
+    """Sums that are factors in two or more places on or above the diagonal, short ones first."""
+    is_symmetric = K.rows == K.cols and K.T == K
+    places: Counter[str] = Counter()
+    found: dict[str, Any] = {}
+
+    def occurs(base: Any, times: int = 1) -> None:
+        found.setdefault(str(base), base)
+        places[str(base)] += times
+
+    for i in range(K.rows):
+        for j in range(i if is_symmetric else 0, K.cols):
+            own = products[i * K.cols + j]
+            bases = {str(b): b for product in own for b, _ in product.powers}
+            for base in bases.values():
+                if len(base) > 1:
+                    occurs(base)
+    roots: list[Any] = [g for g in field.generators if g.is_Pow and g.free_symbols]
+    for root in roots:
+        factors = field.element(root.base).num.factor()[1]
+        if len(factors) == 1:
+            occurs(factors[0][0], times=2)
+    for name in [name for name, times in places.items() if times > 1]:
+        for square, _ in completed_squares(field, found[name])[0]:
+            occurs(square)
+    recurring = [found[name] for name, times in places.items() if times > 1]
+    return sorted(recurring, key=lambda base: (base.total_degree() > 1, len(base), str(base)))

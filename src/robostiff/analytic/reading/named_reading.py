@@ -1,0 +1,389 @@
+"""Records read with names for lengths: a root, or a length of a part, is a symbol of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any, cast
+
+import sympy as sp
+from sympy.core.cache import cacheit
+
+from robostiff.analytic.exact.closed_sum import factored_fraction, fraction_in_factors
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.element import above_and_below, root_of
+from robostiff.analytic.exact.factors import (
+    bound_of_terms,
+    by_powers,
+    completed_squares,
+    factored,
+    sums_in_factors,
+)
+from robostiff.analytic.exact.field import ExactField, shared_field
+from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.exact.operation_count import count_of, parts_of, symbols_in
+from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.reading.combinations import free_names
+from robostiff.analytic.reading.record_reading import ClosedReading
+from robostiff.record import Entry, Operation, Record
+from robostiff.recorded import entry_reader
+
+# Terms of an entry multiplied out, operations of a fraction that a person would print, and of all.
+_WRITTEN = 2000
+_PRINTED = 200
+_ALL = 1200
+# Operations from which even powers of roots are worth replacing.
+_LONG = 12
+# Operations of an intermediate from which it is cancelled before it is used.
+_LONG_ON_THE_WAY = 12
+# Letters of lengths, stiffnesses and compliances.
+_POSITIVE = ("L", "c", "k", "EA", "EI", "EI_y", "EI_z", "GJ")
+# Operations of an intermediate in which even powers of roots are replaced, and, where all steps are
+# to be short, of one that is given a name.
+_PUT_IN = 40
+_SHORT_STEP = 8
+# Operations of a length that needs no name, such as l/2.
+_INLINE = 2
+
+
+class NamedReading:
+    """Writes entries as factored fractions of the inputs, of named roots and of named lengths.
+
+    Roots that have the same values at the samples have one name.
+
+    `symbols`: one for each input; `springs`: what some of them stand for; `in_short_steps`:
+    whether every intermediate of some length has a name; `definitions`: the names, in the order in
+    which they can be computed.
+
+    Examples
+    --------
+    >>> from robostiff.record import square_root
+    >>> record = Record({"x": [3.0, 4.0]})
+    >>> x = record.input("x")
+    >>> read = NamedReading(record, {"x": sp.Symbol("x")})
+    >>> read((x + 1) / square_root(x * x + 1)), read.definitions
+    ((x + 1)/L_a, [Definition(symbol=L_a, expression=sqrt(x**2 + 1))])
+    """
+
+    def __init__(
+        self,
+        record: Record,
+        symbols: dict[str, sp.Symbol],
+        springs: Iterable[Definition] = (),
+        *,
+        in_short_steps: bool = False,
+    ) -> None:
+        self.record = record
+        self.in_short_steps = in_short_steps
+        self.definitions: list[Definition] = list(springs)
+        self._closed = ClosedReading(record, dict(symbols))
+        self._taken = set(symbols)
+        self._raw: dict[int, Any] = {}
+        self._fractions: dict[Any, Any] = {}
+        self._operations = 0
+
+    def __call__(self, value: Any) -> Any:
+        """A factored fraction.
+
+        Raises
+        ------
+        FormulaTooLargeError
+            When it is too long to be printed.
+        """
+        return self.fraction(self._expression(value))
+
+    def fraction(self, expression: Any) -> Any:
+        """An expression in these names as a factored fraction; a series as it is written."""
+        if expression.has(sp.tanh):
+            return expression
+        if expression not in self._fractions:
+            fraction = self._without_even_powers(self._cancelled(expression))
+            if count_of(fraction) > _PRINTED:
+                raise FormulaTooLargeError.beyond(_PRINTED)
+            self._operations += count_of(fraction)
+            if self._operations > _ALL:
+                raise FormulaTooLargeError.beyond(_ALL)
+            self._fractions[expression] = fraction
+        return self._in_lengths(self._fractions[expression])
+
+    def _in_lengths(self, fraction: Any) -> Any:
+        """The name of a length that is the same sum or difference."""
+        number, rest = fraction.as_coeff_Mul()
+        for d in self.definitions if rest.is_Add else ():
+            if d.symbol.is_positive and d.expression in (rest, -rest):
+                return number * (d.symbol if d.expression == rest else -d.symbol)
+        return fraction
+
+    def are_free(self, names: Iterable[str]) -> bool:
+        """Whether names stand for nothing else."""
+        return self._taken.isdisjoint(names)
+
+    def length(self, value: Any) -> Any:
+        """A length, named where it is more than a symbol or a number."""
+        value = self.record.simplified(value)
+        expression = self(value)
+        symbols = expression.free_symbols
+        # A number times a symbol, such as sqrt(2) a, needs no name.
+        is_plain = not symbols or expression.as_independent(*symbols, as_Add=False)[1].is_Symbol
+        if not isinstance(value, Entry) or is_plain:
+            return expression
+        self._raw[value.step] = self.define("L", expression)
+        return self._raw[value.step]
+
+    def named(self, own: str, entry: Entry) -> None:
+        """A name for an entry wherever it is read from now on, such as u_x."""
+        step, sign = entry.step, 1
+        if self.record.operations[step][0] is Operation.NEGATE:
+            (step,), sign = self.record.arguments(step), -1
+        if self._raw[step].is_Symbol:
+            return
+        expression = self(Entry(self.record, step))
+        name = own if own not in self._taken else next(free_names(own, self._taken))
+        self._raw[step] = self.define(own, expression, name)
+        if sign < 0:
+            self._raw[entry.step] = -self._raw[step]
+
+    def _cancelled(self, expression: Any) -> Any:
+        """A factored fraction; where it is long, perhaps that with squares of roots put in."""
+        fraction = _fraction(expression)
+        return fraction if count_of(fraction) <= _LONG else self._by_squares(fraction)
+
+    def _by_squares(self, fraction: Any) -> Any:
+        """A factored fraction, perhaps with squares of roots put in, whichever is shorter."""
+        squares = {
+            d.symbol**power: d.expression**power
+            for d in self.definitions
+            if d.symbol in symbols_in(fraction) and (d.expression**2).is_Add
+            for power in (2, -2)
+        }
+        other = fraction.xreplace(squares)
+        if other == fraction:
+            return fraction
+        return min(fraction, _fraction(other), key=count_of)
+
+    def quotient(self, above: Any, below: Any) -> Any:
+        """A quotient as it stands or cancelled, whichever is shorter."""
+        plain = above / below
+        found = [plain, self.written_out(plain, count_of(plain))]
+        if count_of(plain) <= _LONG_ON_THE_WAY:
+            found.append(factored_fraction(plain))
+        return min(found, key=count_of)
+
+    def written_out(self, expression: Any, most: float) -> Any:
+        """One fraction without names of compliances and shifts; itself where that would be long.
+
+        `most`: operations beyond which a fraction is not wanted.
+        """
+        try:
+            plain = self.without_shifts(expression, ("c_", "k_", "e_"))
+            return expression if _least_operations(plain) > most else _fraction(plain)
+        except FormulaTooLargeError:
+            return expression
+
+    def without_shifts(self, expression: Any, letters: tuple[str, ...] = ("e_",)) -> Any:
+        """An expression without names that begin with some letters."""
+        put: dict[Any, Any] = {}
+        for d in self.definitions:
+            if d.symbol.name.startswith(letters) and not d.parts:
+                put[d.symbol] = d.expression.xreplace(put)
+        return expression.xreplace(put)
+
+    def entry(self, letter: str, expression: Any, sample: Any) -> Any:
+        """An expression in names as an entry: a new input with a name where it is long."""
+        if expression.is_number:
+            return expression
+        own = {self._closed.symbols[name] for name in self.record.inputs}
+        if expression.free_symbols <= own and count_of(expression) <= _INLINE:
+            return entry_reader(self.record, exact=True)(expression)
+        symbol = self.define(letter, expression)
+        self._closed.symbols[symbol.name] = symbol
+        return self.record.add_input(symbol.name, sample)
+
+    def _without_even_powers(self, fraction: Any) -> Any:
+        """The same with squares of named roots in place of their powers, where that is shorter."""
+        if count_of(fraction) <= _LONG:
+            return fraction
+        best = fraction
+        for definition in self.definitions:
+            square = definition.expression**2
+            if definition.symbol in symbols_in(best) and not (square.is_Symbol or square.is_number):
+                best = min(best, _without_powers(best, definition.symbol, square), key=count_of)
+        return best
+
+    def define(
+        self, letter: str, expression: Any, own: str | None = None, part: str = ""
+    ) -> sp.Symbol:
+        """A new name with a number; one and the same for the same expression, of all its parts."""
+        of = (part,) if part else ()
+        for i, known in enumerate(self.definitions):
+            if known.expression == expression and known.symbol.name.startswith(f"{letter}_"):
+                if part and part not in known.parts:
+                    self.definitions[i] = replace(known, parts=known.parts + of)
+                return known.symbol
+        assumed = {"positive": True} if letter in _POSITIVE else {"real": True}
+        symbol = sp.Symbol(own or next(free_names(letter, self._taken)), **assumed)
+        self._taken.add(symbol.name)
+        self.definitions.append(Definition(symbol, expression, of))
+        return symbol
+
+    def _expression(self, value: Any) -> Any:
+        if not isinstance(value, Entry):
+            return self._closed(value)
+        for step in self.record.needed([value.step]):
+            if step not in self._raw:
+                self._raw[step] = self._written(step)
+        return self._raw[value.step]
+
+    def _written(self, step: int) -> Any:
+        operation = self.record.operations[step][0]
+        if operation is Operation.NEGATE:
+            return -self._raw[self.record.arguments(step)[0]]
+        if operation in (Operation.SINE, Operation.COSINE):
+            expression = self._closed.written(step, self._raw)
+            for turning in expression.atoms(sp.sin, sp.cos):
+                if not turning.free_symbols:
+                    # An angle in decimals is a name: its multiples are no shorter numbers.
+                    named = turning.func(self.define("theta", turning.args[0]))
+                    expression = expression.xreplace({turning: named})
+            # The sine of an arc cosine is a root.
+            for root in [x for x in expression.atoms(sp.Pow) if abs(x.exp) == sp.Rational(1, 2)]:
+                if root.free_symbols:
+                    named = self._root_of_fraction(root.base)
+                    expression = expression.xreplace({root: named ** sp.sign(root.exp)})
+            return expression
+        if operation is not Operation.SQUARE_ROOT:
+            return self._on_the_way(self._closed.written(step, self._raw))
+        simpler = self.record.simplified(Entry(self.record, step))
+        if not isinstance(simpler, Entry):
+            return self._closed(simpler)
+        if simpler.step != step:
+            return self._expression(simpler)
+        (radicand,) = self.record.arguments(step)
+        return self._root_of_fraction(self._raw[radicand])
+
+    def _root_of_fraction(self, radicand: Any) -> Any:
+        """A square root of what is not negative."""
+        above, below = above_and_below(self._by_squares(_fraction(radicand)))
+        if below.has(sp.Add):
+            symbols = self._closed.symbols
+            at = {symbols[name]: self.record.input(name).sample[0] for name in self.record.inputs}
+            if values_of([below], at, self.definitions)[0] < 0:
+                above, below = sp.expand(-above), sp.expand(-below)
+        return self._root(above) / self._root(below)
+
+    def _on_the_way(self, expression: Any) -> Any:
+        """An intermediate, cancelled before it grows, or under a name where all are short."""
+        operations = count_of(expression)
+        if self.in_short_steps:
+            is_long = operations > _SHORT_STEP and expression.free_symbols
+            return self.define("p", expression) if is_long else expression
+        if operations <= _LONG_ON_THE_WAY:
+            return expression
+        shorter = self._cancelled(expression)
+        if count_of(shorter) > _PUT_IN:
+            shorter = self._without_even_powers(shorter)
+        return min(expression, shorter, key=count_of)
+
+    def _root(self, radicand: Any) -> Any:
+        """A square root: what is a square comes out, the rest has a name."""
+        factors = cast("tuple[Any, ...]", sp.Mul.make_args(radicand))
+        sums, others = ([x for x in factors if x.is_Add is own] for own in (True, False))
+        if sums and all(x.is_Rational or x.as_base_exp()[0].is_positive for x in others):
+            # Of sums, SymPy would look for the sign.
+            number = sp.Mul(*others)
+            if number.could_extract_minus_sign():
+                number, sums = -number, [sp.Integer(-1), *sums]
+            return sp.sqrt(number) * self.define("L", root_of(_in_squares(sp.Mul(*sums))))
+        root = root_of(radicand)
+        if not root.free_symbols:
+            return root
+        outside, inside = [], []
+        for factor in cast("tuple[Any, ...]", sp.Mul.make_args(root)):
+            is_root = factor.is_Pow and factor.exp == sp.Rational(1, 2) and factor.free_symbols
+            is_named = is_root and not factor.base.is_Symbol
+            (inside if is_named else outside).append(factor)
+        if not inside:
+            return root
+        plain = sp.Mul(*(factor.base for factor in inside))
+        return sp.Mul(*outside) * self.define("L", root_of(_in_squares(plain)))
+
+
+@cacheit
+def _fraction(expression: Any) -> Any:
+    """A factored fraction of an expression that is short enough."""
+    _check_terms(expression)
+    fraction = _in_sines(factored_fraction(expression))
+    if count_of(fraction) > 2 * _PRINTED:
+        raise FormulaTooLargeError.beyond(_PRINTED)
+    return fraction
+
+
+def _check_terms(expression: Any) -> None:
+    """Raise where an expression has too many terms when it is multiplied out."""
+    if bound_of_terms(expression, _WRITTEN) > _WRITTEN and any(
+        bound_of_terms(part, _WRITTEN) > _WRITTEN for part in above_and_below(expression)
+    ):
+        raise FormulaTooLargeError.beyond(_WRITTEN)
+
+
+def _least_operations(expression: Any) -> int:
+    """Operations that an expression has as a fraction in factors, at least: those of its sums.
+
+    Found without writing it. Of sines none: (cos x - 1) (cos x + 1) may become one.
+    """
+    _check_terms(expression)
+    field = shared_field(expression)
+    return 0 if field.has_angles else sums_in_factors(field.element(expression))
+
+
+def _without_powers(fraction: Any, symbol: Any, square: Any) -> Any:
+    """A fraction with a square in place of the even powers of a symbol above the fraction bar."""
+    field = shared_field(fraction, square)
+    element, by = field.element(fraction), field.element(square)
+    if symbol not in field.generators:
+        return fraction
+    x, total = field.element(symbol), field.zero
+    parts = by_powers(element.num, [field.generators.index(symbol)])
+    if max(parts) < (2,):
+        return fraction
+    for (power,), part in parts.items():
+        total = total + field.fraction(part, element.den) * by ** (power // 2) * x ** (power % 2)
+    return fraction_in_factors(field, total)
+
+
+def _in_sines(product: Any) -> Any:
+    """A product with -sin^2 x in place of (cos x - 1) (cos x + 1)."""
+    for turn in (x for x in parts_of(product) if isinstance(x, sp.cos)):
+        powers = product.as_powers_dict()
+        each = [powers.get(turn + x, 0) for x in (-1, 1)]
+        if each[0] * each[1] > 0:
+            k = min(each, key=abs)
+            product *= ((-(sp.sin(turn.args[0]) ** 2)) / ((turn - 1) * (turn + 1))) ** k
+    return product
+
+
+def _in_squares(radicand: Any) -> Any:
+    """A quadratic form as a sum of squares where that is shorter: (R - r)^2 + h^2."""
+    field = shared_field(radicand)
+    element = field.element(radicand)
+    if element.den != field.one.den:
+        return radicand
+    squares, rest = completed_squares(field, element.num)
+    written = [number * field.polynomial_expression(base) ** 2 for base, number in squares]
+    other = sp.Add(*written, field.polynomial_expression(rest))
+    turning = sorted((x for x in parts_of(radicand) if isinstance(x, sp.sin | sp.cos)), key=str)
+    found = [radicand, other]
+    if turning:
+        found.append(_by_turning(radicand, turning))
+    # A product under a root is one of roots.
+    return min(found, key=lambda x: 2 + count_of(x) if x.is_Add else count_of(root_of(x)))
+
+
+def _by_turning(radicand: Any, turning: Sequence[Any]) -> Any:
+    """A polynomial with what stands before each product of sines and cosines in factors."""
+    names = {x: sp.Dummy(str(x)) for x in turning}
+    field = ExactField([radicand.xreplace(names)])
+    num = field.element(radicand.xreplace(names)).num
+    parts = by_powers(num, [field.generators.index(name) for name in names.values()])
+    factors = {own: map(sp.Pow, turning, own) for own in parts}
+    return sp.Add(*(sp.Mul(factored(field, x), *factors[own]) for own, x in parts.items()))

@@ -1,0 +1,368 @@
+"""Records read as formulas: closed expressions, or named steps one after the other."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.element import product_of, quotient_of, sum_of
+from robostiff.analytic.exact.exact_points import ExactPoints, Same, chooses_greater, exact
+from robostiff.analytic.exact.field import shared_field
+from robostiff.analytic.exact.operation_count import count_of, is_shorter_negated
+from robostiff.record import OPERATORS, Entry, Operation, Record
+
+_FUNCTIONS: dict[Operation, Any] = {
+    **OPERATORS,
+    Operation.RECIPROCAL: lambda a: quotient_of(sp.S.One, a),
+    Operation.MULTIPLY: product_of,
+    Operation.ADD: sum_of,
+    Operation.SUBTRACT: lambda a, b: sum_of(a, -b),
+    Operation.SQUARE_ROOT: sp.sqrt,
+    Operation.SINE: sp.sin,
+    Operation.COSINE: sp.cos,
+    Operation.ARC_COSINE: sp.acos,
+    Operation.ARC_TANGENT: sp.atan2,
+    Operation.HYPERBOLIC_TANGENT: sp.tanh,
+}
+
+_CLOSED = 1e-10  # of the terms: rounding of a closed posture
+_SAME = 1e-11  # of a value: rounding at the samples
+_TURNING = (Operation.SINE, Operation.COSINE)
+_FACTORS = (Operation.INPUT, Operation.SQUARE_ROOT, *_TURNING)
+_SHORT = 4  # most operations of a number that is written without a name
+_MULTIPLIED_OUT = 200  # of a radicand: whether it becomes shorter then is tried up to here
+
+
+class ClosedReading:
+    """Writes entries of a record as expressions of its inputs.
+
+    Where the record chooses between two entries, the choice of its samples is taken.
+
+    `symbols`: one for each input.
+
+    Examples
+    --------
+    >>> record = Record({"x": [3.0]})
+    >>> x = record.input("x")
+    >>> ClosedReading(record, {"x": sp.Symbol("x")})(1 / (x * x + 1))
+    1/(x**2 + 1)
+    """
+
+    def __init__(self, record: Record, symbols: dict[str, sp.Symbol]) -> None:
+        self.record = record
+        self.symbols = symbols
+        self._known: dict[int, sp.Expr] = {}
+
+    def __call__(self, value: Any) -> sp.Expr:
+        """The expression of an entry or number."""
+        if not isinstance(value, Entry):
+            return exact(value)
+        for step in self.record.needed([value.step]):
+            if step not in self._known:
+                self._known[step] = self.written(step, self._known)
+        return self._known[value.step]
+
+    def written(self, step: int, known: dict[int, Any]) -> sp.Expr:
+        """One step in terms of the steps before it."""
+        operation, a, _ = self.record.operations[step]
+        if operation is Operation.INPUT:
+            return self.symbols[a]
+        if operation is Operation.NUMBER:
+            return exact(a)
+        a, b, *_ = [*self.record.arguments(step), None]
+        if operation in (Operation.LEAST, Operation.GREATER):
+            is_greater = chooses_greater(self.record, step)
+            if operation is Operation.GREATER:
+                return sp.Integer(is_greater)
+            return known[b if is_greater else a]
+        arguments = [known[argument] for argument in self.record.arguments(step)]
+        if operation is Operation.SQUARE_ROOT:
+            return sp.sqrt(_shorter(arguments[0]))
+        return _FUNCTIONS[operation](*arguments)
+
+
+class StepReading:
+    """Writes entries of a record in named steps: entries used twice, or with a name, are defined.
+
+    What is zero or another number at random points in exact arithmetic is that number, and what is
+    equal up to a sign has one name.
+
+    `symbols`: one for each input; `results`: everything that will be read; `springs`: what some
+    of the inputs stand for;
+    `at_closed_postures`: whether inputs follow from the closure of legs: then a sum that
+    vanishes at all samples is zero where the legs close, and nowhere else, so that no exact
+    point can decide it; `definitions`: in the order in which they can be computed.
+
+    Examples
+    --------
+    >>> record = Record({"x": [3.0]})
+    >>> x = record.input("x")
+    >>> root = (x + 1).named("r")
+    >>> reading = StepReading(record, {"x": sp.Symbol("x")}, [root * root])
+    >>> reading.definitions, reading(root * root)
+    ((Definition(symbol=r, expression=x + 1),), r**2)
+    """
+
+    def __init__(
+        self,
+        record: Record,
+        symbols: dict[str, sp.Symbol],
+        results: Iterable[Any],
+        springs: Iterable[Definition] = (),
+        *,
+        at_closed_postures: bool = False,
+    ) -> None:
+        wanted = [value.step for value in results if isinstance(value, Entry)]
+        points = ExactPoints(record)
+        self._same = points.same(record.needed(wanted))
+        if at_closed_postures:
+            zero = Same(None, sp.Integer(0))
+            self._same |= {step: zero for step in self._same if _vanishes(record, step)}
+        self._shorten(record, points)
+        steps, uses = self._needed(record, wanted)
+        self._record = record
+        self._reading = reading = ClosedReading(record, symbols)
+        given: set[str] = set()
+        taken = {*record.inputs, *record.names.values()}
+        count = 0
+        self._written: dict[int, sp.Expr] = {}
+        definitions = list(springs)
+        multiples: dict[Any, tuple[Any, Any]] = {}
+        for step in steps:
+            arguments = {x: self._of_step(x) for x in record.arguments(step)}
+            expression = reading.written(step, arguments)
+            if expression.is_Mul and not expression.args[0].is_Symbol:
+                expression = _by_multiple(expression, multiples)
+            is_minus = is_shorter_negated(expression)
+            # A negative sum is used with its sign, and so is a product without a name.
+            own = None if is_minus and expression.is_Add else record.names.get(step)
+            name = _identifier(own, taken, given)
+            if name is None and uses[step] > 1 and not _is_trivial(expression):
+                count, name = _free_name(count, taken)
+            if name is not None and not _is_trivial(expression):
+                symbol = sp.Symbol(name, real=True)
+                is_minus = is_minus and own is None
+                definitions.append(Definition(symbol, -expression if is_minus else expression))
+                expression = -symbol if is_minus else symbol
+                number, rest = _number_and_rest(definitions[-1].expression)
+                if number != 1:
+                    multiples.setdefault(rest, (number, symbol))
+            self._written[step] = expression
+        self.definitions = used_definitions(definitions, [self._of_step(step) for step in wanted])
+
+    def __call__(self, value: Any) -> sp.Expr:
+        """The expression of a number, or of an entry among the results or made from them."""
+        return self._of_step(value.step) if isinstance(value, Entry) else exact(value)
+
+    def _needed(self, record: Record, wanted: list[int]) -> tuple[list[int], Counter[int | None]]:
+        """The first of all steps that are alike, in order, and how often each is used."""
+        waiting = [self._same[step].step for step in wanted]
+        uses = Counter(waiting)
+        steps = set()
+        while waiting:
+            step = waiting.pop()
+            if step is None or step in steps:
+                continue
+            steps.add(step)
+            # A square counts as one use of its argument.
+            arguments = {self._same[x].step for x in record.arguments(step)}
+            uses.update(arguments)
+            waiting.extend(arguments)
+        in_order = self._in_order(record, steps)
+        for step in reversed(in_order):
+            # Dividing by something twice is as short as a name for its reciprocal.
+            if record.operations[step][0] is Operation.RECIPROCAL and step not in record.names:
+                (below,) = (self._same[x].step for x in record.arguments(step))
+                uses[below] += uses[step] - 1
+                uses[step] = 1
+        return in_order, uses
+
+    def _in_order(self, record: Record, steps: set[int]) -> list[int]:
+        """Steps after those on which they work; some were added behind all others."""
+        found: dict[int, None] = {}
+        waiting = sorted(steps, reverse=True)
+        while waiting:
+            step = waiting[-1]
+            known = (self._same[x].step for x in record.arguments(step))
+            before = {x for x in known if x is not None and x not in found}
+            if before and step not in found:
+                waiting += sorted(before, reverse=True)
+            else:
+                found[waiting.pop()] = None
+        return list(found)
+
+    def _shorten(self, record: Record, points: ExactPoints) -> None:
+        """Sums that are the cosine or sine of a sum of angles, or a product of two short steps."""
+        products = _Products.of(record, points, self._same)
+        replaced: dict[int, Same] = {}
+        for step in sorted(self._same):
+            same, operation = self._same[step], record.operations[step][0]
+            if same.step in replaced:
+                other = replaced[same.step]
+                self._same[step] = Same(other.step, other.factor * same.factor)
+            elif same.step == step and operation in (Operation.ADD, Operation.SUBTRACT):
+                found = self._turned(record, step) or products.equal_to(step)
+                name = record.names.get(step)
+                if found is None or (name is not None and found[1] < 0):
+                    continue
+                for own in record.needed([found[0]]):
+                    self._same.setdefault(own, Same(own, sp.Integer(1)))
+                if name is not None:
+                    record.names.setdefault(found[0], name)
+                self._same[step] = replaced[step] = Same(found[0], sp.Integer(found[1]))
+
+    def _turned(self, record: Record, step: int) -> tuple[int, int] | None:
+        """A step cos a cos b - sin a sin b, or alike, as that of a sum of angles, and its sign."""
+        terms = []
+        for argument in record.arguments(step):
+            product = self._same[argument]
+            if product.step is None or record.operations[product.step][0] is not Operation.MULTIPLY:
+                return None
+            both = [self._same[x] for x in record.arguments(product.step)]
+            turning = [(record.operations[x.step], x.factor) for x in both if x.step is not None]
+            if len(turning) < 2 or any(x[0] not in _TURNING for x, _ in turning):
+                return None
+            sign = int(product.factor * turning[0][1] * turning[1][1])
+            terms.append((sign, {(x[0], self._same[x[1]].step) for x, _ in turning}))
+        (s1, first), (s2, second) = terms
+        if record.operations[step][0] is Operation.SUBTRACT:
+            s2 = -s2
+        angles = sorted({x for _, x in first})
+        if len(angles) < 2 or len(first | second) < 4 or {x for _, x in second} != set(angles):
+            return None
+        a, b = angles
+        if len({kind for kind, _ in first}) == 2:
+            if (Operation.SINE, a) not in first:
+                s1, s2 = s2, s1
+            kind, sign, is_sum = Operation.SINE, s1, s1 == s2
+        else:
+            if (Operation.COSINE, a) not in first:
+                s1, s2 = s2, s1
+            kind, sign, is_sum = Operation.COSINE, s1, s1 != s2
+        angle = (
+            Entry(record, a) + Entry(record, b) if is_sum else Entry(record, a) - Entry(record, b)
+        )
+        angle = record.simplified(angle)
+        return (angle.apply(kind).step, sign) if isinstance(angle, Entry) else None
+
+    def _of_step(self, step: int) -> Any:
+        if step not in self._same:  # simplified after the others were read, from which it is made
+            arguments = {x: self._of_step(x) for x in self._record.arguments(step)}
+            self._written[step] = self._reading.written(step, arguments)
+            self._same[step] = Same(step, sp.Integer(1))
+        same = self._same[step]
+        if same.step is None:
+            return same.factor
+        written = self._written[same.step]
+        return written if same.factor == 1 else same.factor * written
+
+
+@dataclass(frozen=True)
+class _Products:
+    """Finds steps that are the product of two inputs, sines, cosines or roots."""
+
+    record: Record
+    points: ExactPoints  # which confirm what the samples suggest
+    steps: np.ndarray  # (n,): possible factors, by the size of their first sample
+    values: np.ndarray  # (n, count): of them at the samples
+
+    @classmethod
+    def of(cls, record: Record, points: ExactPoints, steps: Iterable[int]) -> _Products:
+        short = [x for x in steps if record.operations[x][0] in _FACTORS]
+        short.sort(key=lambda x: abs(record.sample(x)[0]))
+        kept = [x for x in short if np.all(record.sample(x))]
+        values = np.array([record.sample(x) for x in kept]).reshape(len(kept), record.count)
+        return cls(record, points, np.array(kept, dtype=int), values)
+
+    def equal_to(self, step: int) -> tuple[int, int] | None:
+        """The product that a step is, and its sign."""
+        if self.points.count < 2 or not len(self.steps):
+            return None
+        own = self.record.sample(step)
+        sizes = np.abs(self.values[:, 0])
+        wanted = np.abs(own[0]) / sizes
+        places = np.minimum(np.searchsorted(sizes, wanted * (1 - _SAME)), len(sizes) - 1)
+        for i in np.nonzero(np.abs(sizes[places] - wanted) <= _SAME * wanted)[0]:
+            j, ratio = places[i], own / self.values[i]
+            for sign in (1, -1):
+                off = np.abs(ratio - sign * self.values[j])
+                if np.all(off <= _SAME * np.abs(self.values[j])):
+                    a, b = sorted((int(self.steps[i]), int(self.steps[j])))
+                    if a < b < step and self.points.are_equal(step, (a, b), sign):
+                        return self.record.step(Operation.MULTIPLY, a, b), sign
+        return None
+
+
+def _shorter(radicand: sp.Expr) -> sp.Expr:
+    """A radicand, multiplied out where that is not longer."""
+    if count_of(radicand) > _MULTIPLIED_OUT or radicand.has(sp.sin, sp.cos):
+        return radicand
+    field = shared_field(radicand)
+    plain = field.expression(field.element(radicand))
+    return plain if count_of(plain) <= count_of(radicand) else radicand
+
+
+def written_size(record: Record, results: Iterable[Any]) -> int:
+    """Operations of the longest result, written out without names."""
+    wanted = [value.step for value in results if isinstance(value, Entry)]
+    sizes: dict[int, int] = {}
+    for step in record.needed(wanted):
+        sizes[step] = 1 + sum(sizes[argument] for argument in record.arguments(step))
+    return max((sizes[step] for step in wanted), default=0)
+
+
+def _vanishes(record: Record, step: int) -> bool:
+    """Whether a step is a sum that is zero at all samples, as far as postures are closed."""
+    if record.operations[step][0] not in (Operation.ADD, Operation.SUBTRACT):
+        return False
+    size = max(np.min(np.abs(record.sample(a))) for a in record.arguments(step))
+    return bool(size > 0 and np.max(np.abs(record.sample(step))) <= _CLOSED * size)
+
+
+def _identifier(name: str | None, taken: set[str], given: set[str]) -> str | None:
+    """The name of a step without blanks and the like, given once."""
+    if name is None:
+        return None
+    plain = re.sub(r"\W", "_", name)
+    while plain in given or (plain != name and plain in taken):
+        plain += "_"
+    given.add(plain)
+    return plain
+
+
+def _free_name(count: int, taken: set[str]) -> tuple[int, str]:
+    count += 1
+    while f"t_{count}" in taken:
+        count += 1
+    return count, f"t_{count}"
+
+
+def _number_and_rest(expression: Any) -> tuple[Any, Any]:
+    if not expression.is_Mul:
+        return sp.Integer(1), expression
+    numbers = [x for x in expression.args if x.is_number]
+    return sp.Mul(*numbers), sp.Mul(*(x for x in expression.args if not x.is_number))
+
+
+def _by_multiple(expression: Any, known: Mapping[Any, tuple[Any, Any]]) -> Any:
+    """A multiple of a symbol by a named multiple of it where that is shorter: sqrt(3) t_1."""
+    number, rest = _number_and_rest(expression)
+    if rest not in known:
+        return expression
+    other, symbol = known[rest]
+    return min(expression, number / other * symbol, key=count_of)
+
+
+def _is_trivial(expression: sp.Expr) -> bool:
+    """Whether an expression is not worth a name: a symbol or its negative, or a short number."""
+    if expression.is_number:
+        return count_of(expression) <= _SHORT
+    own = expression.args if expression.is_Mul else (sp.S.NegativeOne, expression)
+    return len(own) == 2 and own[0] is sp.S.NegativeOne and own[1].is_Symbol

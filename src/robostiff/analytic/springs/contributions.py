@@ -1,0 +1,224 @@
+"""The compliance that a unit wrench meets: a sum of contributions, each of a named spring.
+
+Traction, bending and torsion of a beam, a drive, a joint's elasticity: each is the square of what
+the spring feels of the wrench over its stiffness, and stays a term of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.placement.named_springs import LETTERS, named_products
+from robostiff.analytic.reading.named_reading import NamedReading
+from robostiff.analytic.springs.unit_wrenches import UnitWrench
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.record import Entry, Record, is_zero
+from robostiff.recorded.leg import at_samples
+
+_SAME = 1e-11
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What one way of giving way adds to a compliance."""
+
+    spring: str  # name of the part
+    felt: Any  # square of what the spring feels of the wrench; of two wrenches the product
+    compliance: Any  # of the spring, with the lengths of the part, over a named stiffness
+
+
+def summed(contributions: Sequence[Contribution]) -> Any:
+    """The sum of contributions; springs that feel the same stand in one bracket."""
+    of_felt: dict[Any, Any] = {}
+    for one in contributions:
+        of_felt[one.felt] = of_felt.get(one.felt, sp.Integer(0)) + one.compliance
+    return sp.Add(*(felt * compliance for felt, compliance in of_felt.items()))
+
+
+@dataclass
+class BeamProducts:
+    """Symbols EA_1, EI_1, ... for beams whose products are no short formulas, one set a beam."""
+
+    read: NamedReading
+    _known: dict[Any, dict[str, Any]] = field(default_factory=dict)
+
+    def of(self, products: dict[str, Any]) -> dict[str, Any]:
+        """The products E A, E I_z, E I_y, G J of a beam as formulas or names."""
+        written = {letter: self.read(x) for letter, x in products.items()}
+        key = tuple(written.values())
+        if key not in self._known:
+            first = len(self._known) + 1
+            numbers = (n for n in count(first) if self.read.are_free(f"{x}_{n}" for x in LETTERS))
+            self._known[key] = named_products(written, next(numbers))
+        return self._known[key]
+
+    def value(self, name: Any, beam: str) -> Any:
+        """A product of a beam, defined where it has a name: only what is needed is defined."""
+        return self.read.define(*name, part=beam) if isinstance(name, tuple) else name
+
+
+@dataclass(frozen=True)
+class ContributionReader:
+    """Writes the contributions of legs in one set of names."""
+
+    record: Record
+    length: float  # characteristic length [m]
+    read: NamedReading
+    products: BeamProducts
+    # a parallel block as a spring: `compliances` of its wrenches, and what `shares` of them make up
+    # a given one; None where there are none
+    of_block: Callable[[PlacedBlock], Any] | None = None
+
+    def of(self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench) -> tuple[Contribution, ...]:
+        """What the springs and drives of a leg add to a^T C b, base to platform."""
+        found: list[Contribution] = []
+        beams = {id(x): recognised_beam(x, self.record) for x in leg.springs}
+        for beam in filter(None, beams.values()):
+            self.read.length(beam[0])  # named before anything is written with it
+        for part in leg.elements:
+            if isinstance(part, PlacedSpring):
+                felt = a.felt_by(part, self.record, self.length)
+                both = felt, felt if b is a else b.felt_by(part, self.record, self.length)
+                beam = beams[id(part)]
+                found += self.of_spring(part.name, both, beam, part.elasticity.compliance)
+            elif isinstance(part, PlacedBlock) and self.of_block:
+                block = self.of_block(part)
+                shares = [block.shares(w) for w in (a, b)]
+                for x, y, c in zip(*shares, block.compliances, strict=True):
+                    found.append(Contribution(part.name, self._sum((x, y)), c))
+            elif isinstance(part, PlacedFreedom) and part.stiffness is not None:
+                work = [w.work_on(part, self.record, self.length) for w in (a, b)]
+                found.append(self.of_drive(part.name, work, part.stiffness))
+        return tuple(x for x in found if x.felt != 0)
+
+    def of_spring(
+        self, name: str, both: Sequence[list[Any]], beam: Any, compliance: Any
+    ) -> list[Contribution]:
+        """What an elastic part adds by what it feels of two wrenches."""
+        if beam:
+            return self._of_beam(name, both, *beam)
+        return self._of_matrix(name, both, compliance)
+
+    def of_drive(self, name: str, work: Sequence[Any], stiffness: Any) -> Contribution:
+        """What a drive adds by the work of two wrenches on it."""
+        return Contribution(name, self._sum((work[0], work[1])), 1 / self.read(stiffness))
+
+    def _of_beam(
+        self, name: str, both: Sequence[list[Any]], along: Any, products: dict[str, Any]
+    ) -> list[Contribution]:
+        (fx, fy, fz, mx, my, mz), (gx, gy, gz, nx, ny, nz) = both
+        L = self.read.length(along)
+        named, value, total = self.products.of(products), self.products.value, self._sum
+        found = [(", traction", total((fx, gx)), L, "EA")]
+        if named["EI_z"] == named["EI_y"]:
+            levers = [(fy, nz), (mz, gy), (-fz, ny), (-my, gz)]
+            turning = total((my, ny), (mz, nz))
+            if both[0] is both[1] and all(is_zero(f) for f in both[0][:3]):
+                # A unit couple, of which the rest bends.
+                turning = min(turning, 1 - total((mx, nx)), key=count_of)
+            bent = total((fy, gy), (fz, gz)), total(*levers), turning
+            found.append((", bending", *_bent(L, *bent), "EI_z"))
+        else:
+            for f, g, m, n, letter in ((fy, gy, mz, nz, "EI_z"), (fz, gz, -my, -ny, "EI_y")):
+                bent = total((f, g)), total((f, n), (m, g)), total((m, n))
+                found.append((", bending", *_bent(L, *bent), letter))
+        found.append((", torsion", total((mx, nx)), L, "GJ"))
+        return [
+            Contribution(name + way, felt, along / value(named[letter], name))
+            for way, felt, along, letter in found
+            if felt != 0
+        ]
+
+    def _of_matrix(self, name: str, both: Sequence[list[Any]], C: Any) -> list[Contribution]:
+        """Contributions of any elastic part: what its compliance couples comes together."""
+        w, v = both
+        found = []
+        for block in ([0, 1, 2], [3, 4, 5]):
+            if _is_isotropic(C, block, self.record):
+                felt = self._sum(*((w[i], v[i]) for i in block))
+                compliance = self.read(C[block[0], block[0]])
+                found.append(Contribution(name, felt, compliance))
+                continue
+            for group in _coupled(C, block):
+                terms = [
+                    self.read(w[i]) * self.read(v[j]) * self.read(C[i, j])
+                    for i in group
+                    for j in group
+                ]
+                found.append(Contribution(name, sp.Add(*terms), sp.Integer(1)))
+        return found
+
+    def _sum(self, *pairs: tuple[Any, Any]) -> Any:
+        """A sum of products, simplified as a whole or left as it is, whichever is shorter."""
+        pairs = tuple((x, y) for x, y in pairs if not (is_zero(x) or is_zero(y)))
+        total: Any = sum((x * y for x, y in pairs), sp.Integer(0))
+        simpler = self.record.simplified(total, self.length)
+        if not isinstance(simpler, Entry):
+            return self.read(simpler)
+        apart = sp.Add(*(self.read(x) * self.read(y) for x, y in pairs))
+        found = [apart] if len(pairs) == 1 else [apart, self.read.fraction(apart)]
+        if simpler.step != total.step:
+            found.append(self.read(simpler))
+        return min(found, key=count_of)
+
+
+def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
+    """Integral of the squared bending moment over a beam: f x + m, by its end's f and m."""
+    terms = (across, 3), (lever, 2), (turning, 1)
+    present = [(felt, L**n / n) for felt, n in terms if felt != 0]
+    if len(present) == 1:
+        return present[0]
+    return sp.Add(*(felt * along for felt, along in present)), sp.Integer(1)
+
+
+def recognised_beam(spring: PlacedSpring, record: Record) -> tuple[Any, dict[str, Any]] | None:
+    """Length and products of a uniform slender beam, recognised by its compliance."""
+    C: Any = spring.elasticity.compliance
+    at = at_samples(C, record.count)
+    c = {i: at[:, i, i] for i in range(6)}
+    if min(np.min(np.abs(x)) for x in c.values()) <= 0 or np.min(np.abs(at[:, 1, 5])) <= 0:
+        return None
+    L = 2 * at[:, 1, 5] / c[5]
+    expected = np.zeros_like(at)
+    for i in (0, 3, 4, 5):
+        expected[:, i, i] = c[i]
+    expected[:, 1, 1], expected[:, 2, 2] = L**2 / 3 * c[5], L**2 / 3 * c[4]
+    expected[:, 1, 5] = expected[:, 5, 1] = L / 2 * c[5]
+    expected[:, 2, 4] = expected[:, 4, 2] = -L / 2 * c[4]
+    if np.any(np.abs(at - expected) > _SAME * np.abs(expected)):
+        return None
+    along = record.simplified(C[1, 5] * 2 / C[5, 5])
+    places = {"EA": 0, "EI_z": 5, "EI_y": 4, "GJ": 3}
+    return along, {letter: record.simplified(along / C[i, i]) for letter, i in places.items()}
+
+
+def _is_isotropic(C: Any, block: list[int], record: Record) -> bool:
+    at = at_samples(C, record.count)
+    others = [j for j in range(6) if j not in block]
+    own = at[:, block][:, :, block]
+    alike = own[:, :1, :1] * np.eye(3)
+    size = np.abs(own[:, 0, 0])[:, None, None]
+    return bool(
+        np.all(np.abs(own - alike) <= _SAME * size) and np.all(at[:, block][:, :, others] == 0)
+    )
+
+
+def _coupled(C: Any, block: list[int]) -> list[list[int]]:
+    """Groups of directions that a compliance couples, each listed where its first one stands."""
+    groups: list[set[int]] = []
+    for i in range(6):
+        own = {i} | {j for j in range(6) if not is_zero(C[i, j])}
+        if is_zero(C[i, i]):
+            continue
+        for other in [g for g in groups if g & own]:
+            own |= other
+            groups.remove(other)
+        groups.append(own)
+    return [sorted(g) for g in groups if min(g) in block]

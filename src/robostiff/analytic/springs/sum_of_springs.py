@@ -1,0 +1,279 @@
+"""K = sum over the legs of W diag(1/c) W^T, each c a sum of contributions of named springs.
+
+Nothing is multiplied out or brought over one denominator: a compliance stays a sum, and a wrench a
+unit wrench. Legs that are turns of one another about the vertical count once, by their average.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.exact.closed_sum import factored_fraction
+from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.exact.operation_count import count_of, different_entries, operations_of
+from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.exact.trigonometry import shortest_trigonometry
+from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
+from robostiff.analytic.placement.orbits import COMPONENTS, Image
+from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.analytic.reading.combinations import name_combinations
+from robostiff.analytic.reading.named_reading import NamedReading
+from robostiff.analytic.reading.names_written_out import Written
+from robostiff.analytic.reading.recurring_products import as_printed
+from robostiff.analytic.springs.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
+from robostiff.analytic.springs.wrenches_alike import PRINTED, WrenchesAlike, WrenchOfLeg, matrix_of
+from robostiff.record import is_zero
+from robostiff.recorded.working_frame import cross
+
+_SAME = 1e-10
+_ROWS = {6: range(6), 3: (0, 1, 5)}  # of a wrench in space and in the plane
+
+
+@dataclass(frozen=True)
+class SpringLeg:
+    """How a leg holds the platform, by its springs."""
+
+    # unit wrenches about the reference point, in names
+    wrenches: WrittenField = WrittenField()
+    # what each meets: a name, or a short formula
+    compliances: WrittenField = WrittenField()
+
+
+@dataclass(frozen=True)
+class SumOfSprings:
+    """Stiffness of a robot in names, and what the names stand for."""
+
+    K: sp.ImmutableMatrix
+    legs: Mapping[int, SpringLeg]  # by leg number: those that are no images of others
+    # lengths L, products EA of beams, compliances c; in the order in which they can be computed
+    definitions: tuple[Definition, ...]
+    before: SumOfSprings | None = None  # the same without names for components of unit vectors
+
+    def leg(self, first: int, way: Image | None = None) -> SpringLeg:
+        """One of these legs, or its image."""
+        own = self.legs[first]
+        if way is None:
+            return own
+        rows = [*_ROWS[self.K.rows]]
+
+        def shortest(x: Any) -> Any:
+            return min(x, _in_names(factored_fraction(x), self.definitions), key=count_of)
+
+        def turned() -> tuple[sp.ImmutableMatrix, ...]:
+            wrenches = [dict(zip(rows, w, strict=True)) for w in own.wrenches]
+            images = (way.made_from([w.get(i, 0) for i in range(6)]) for w in wrenches)
+            return tuple(sp.ImmutableMatrix([shortest(w[i]) for i in rows]) for w in images)
+
+        return SpringLeg(Unwritten(turned), own.compliances)
+
+    def without_names(self, leg: SpringLeg) -> SpringLeg:
+        """A leg in given symbols."""
+        return SpringLeg(
+            Unwritten(lambda: tuple(map(self.written_out, leg.wrenches))),
+            Unwritten(lambda: tuple(map(self.written_out, leg.compliances))),
+        )
+
+    def written_out(self, expression: Any) -> Any:
+        """An expression or matrix with what the names stand for."""
+        return expression.xreplace(self._full)
+
+    @cached_property
+    def _full(self) -> dict[sp.Symbol, Any]:
+        """What each name stands for, in given symbols."""
+        full: dict[sp.Symbol, Any] = {}
+        for d in self.definitions:
+            full[d.symbol] = d.expression.xreplace(full)
+        return full
+
+
+def sum_of_springs(
+    placed: PlacedRobot,
+    turned: Mapping[int, tuple[int, Image]] | None = None,
+    *,
+    in_short_steps: bool = False,
+) -> SumOfSprings | None:
+    """Derive a placed robot leg by leg, without those that are known to be images of others.
+
+    None where a leg has no basis of unit wrenches, and where a sum sign is shorter than the sum.
+    In short steps, every intermediate of some length has a name.
+
+    Raises
+    ------
+    FormulaTooLargeError
+        When a person would not print it.
+    """
+    record, length = placed.record, placed.length
+    space, reference = placed.entries.space, placed.reference
+    search = WrenchSearch(record, reference, space, length)
+    read = NamedReading(record, placed.symbols, placed.springs, in_short_steps=in_short_steps)
+    reader = LegReader(search, read)
+    grouped = _grouped(placed, turned or {}, search, reader)
+    if grouped is None:
+        return None
+    groups, legs = grouped
+    for group in groups:
+        group.find_orbits(search, read)
+    squares: dict[Any, tuple[Any, Any]] = {}
+    entry: Callable[[Any], Any] = read
+    if placed.follows.at_joints:
+        entry = lambda x: shortest_trigonometry(read(x))  # noqa: E731
+    K = matrix_of(groups, search, entry, squares)
+    if K is None:
+        return None
+    taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
+    recurring = name_combinations(K, taken)
+    K = shortest_trigonometry(recurring.matrix)
+    inputs = set(placed.symbols.values())
+    first = [d for d in recurring.definitions if d.expression.free_symbols <= inputs]
+    last = [d for d in recurring.definitions if d not in first]
+    lengths = [replace(d, expression=_in_names(d.expression, first)) for d in read.definitions]
+    first, last = (
+        [replace(d, expression=shortest_trigonometry(d.expression)) for d in own]
+        for own in (first, last)
+    )
+    definitions, numbers = _without_numbers([*first, *lengths, *last])
+    plain, shorter = (
+        K.xreplace({s: _in_names(both[i], first) for s, both in squares.items()}).xreplace(numbers)
+        for i in (0, 1)
+    )
+    in_names = {
+        number: SpringLeg(
+            tuple(_in_names(g.written(i, search, read), first).xreplace(numbers) for g, i in leg),
+            tuple(_in_names(g.compliance, first).xreplace(numbers) for g, _ in leg),
+        )
+        for number, leg in legs.items()
+    }
+    results = [plain, *(x for leg in in_names.values() for x in (*leg.wrenches, *leg.compliances))]
+    found = SumOfSprings(plain, in_names, used_definitions(definitions, results))
+    if not in_short_steps:
+        found = _with_components(found, shorter, placed)
+    formulas = *different_entries(found.K.flat()), *(d.expression for d in found.definitions)
+    at_most = sum(map(count_of, formulas))
+    if at_most > PRINTED and operations_of(found.K, found.definitions) > PRINTED:
+        raise FormulaTooLargeError.beyond(PRINTED)
+    return found
+
+
+def _grouped(
+    placed: PlacedRobot,
+    turned: Mapping[int, tuple[int, Image]],
+    search: WrenchSearch,
+    reader: LegReader,
+) -> tuple[list[WrenchesAlike], dict[int, list[tuple[WrenchesAlike, int]]]] | None:
+    """Wrenches by the compliance that they meet, and where those of each derived leg are."""
+    groups: dict[Any, WrenchesAlike] = {}
+    legs: dict[int, list[tuple[WrenchesAlike, int]]] = {}
+    for i in range(len(placed.entries.legs)):
+        if i in turned:
+            first, way = turned[i]
+            for group, number in legs[first]:
+                if number in group.shifted:
+                    group.shifted.add(len(group.wrenches))
+                group.wrenches.append(group.wrenches[number].turned(way, search))
+            continue
+        try:
+            held = reader.of(placed.place(i).leg)
+        except NotHeldByUnitWrenchesError:
+            return None
+        legs[i] = []
+        for one in held:
+            key = tuple(map(float, one.met))
+            alike = next((k for k in groups if np.allclose(k, key, rtol=_SAME, atol=0)), key)
+            group = groups.setdefault(alike, WrenchesAlike(one.compliance))
+            legs[i].append((group, len(group.wrenches)))
+            if len(one.parts) > 1:
+                group.shifted.add(len(group.wrenches))
+            about = _about_reference(one, i, placed, search)
+            group.wrenches.append(WrenchOfLeg.of(about, search.record.count))
+    return list(groups.values()), legs
+
+
+def _about_reference(
+    one: HeldWrench, number: int, placed: PlacedRobot, search: WrenchSearch
+) -> list[Any]:
+    """The entries of a wrench of a leg; in its own joint coordinates by way of its end."""
+    if not placed.follows.at_joints:
+        return one.about(placed.reference, search)
+    own, leg = placed.place(number), placed.entries.legs[number]
+    w = one.about(own.leg.end, search)
+    away = np.array(leg.attachment.p, dtype=object) - placed.entries.reference_point
+    moved = cross(own.platform.R @ away, w[:3])
+    return [*w[:3], *(b if is_zero(a) else a + b for a, b in zip(w[3:], moved, strict=True))]
+
+
+def _with_components(
+    found: SumOfSprings, K: sp.ImmutableMatrix, placed: PlacedRobot
+) -> SumOfSprings:
+    """With names for components of unit vectors, and without idle ones, where that is shorter.
+
+    K may be the same in shorter averages.
+    """
+    entries = different_entries(K.flat())
+    others = [
+        tuple(x)
+        for leg in found.legs.values()
+        for x in (*(w.flat() for w in leg.wrenches), *((c,) for c in leg.compliances))
+    ]
+    for d in found.definitions:
+        if d.expression.is_Add:
+            put = {d.expression: d.symbol, -d.expression: -d.symbol}
+            others = [tuple(x.xreplace(put) for x in one) for one in others]
+    names = [COMPONENTS[i] for i in _ROWS[K.rows]]
+    plain = Written(tuple(entries), found.definitions, lambda: tuple(others))
+    written = as_printed(plain, placed.symbols, names, _always_one_at(placed))
+    put = dict(zip(entries, written.results, strict=True))
+    put |= {-entry: -x for entry, x in put.items()}
+    of_others = written.others()
+    left = iter(of_others)
+    legs = {
+        i: SpringLeg(
+            tuple(sp.ImmutableMatrix(next(left)) for _ in leg.wrenches),
+            tuple(next(left)[0] for _ in leg.compliances),
+        )
+        for i, leg in found.legs.items()
+    }
+    matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K.flat()])
+    used = used_definitions(written.definitions, [matrix, *(x for one in of_others for x in one)])
+    return SumOfSprings(matrix, legs, used, before=found)
+
+
+def _always_one_at(placed: PlacedRobot) -> Callable[[Written, Any], bool]:
+    """Whether an expression in names is one at the samples of the record."""
+    samples = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
+
+    def is_one(written: Written, expression: Any) -> bool:
+        needed = used_definitions(written.definitions, [expression])
+        (found,) = values_of([expression], samples, needed)
+        return bool(np.all(np.abs(found - 1) < _SAME))
+
+    return is_one
+
+
+def _in_names(expression: Any, definitions: Sequence[Definition]) -> Any:
+    """An expression or matrix with names for the sums that it contains as they are."""
+    for d in definitions:
+        if d.expression.is_Add:
+            expression = expression.xreplace({d.expression: d.symbol, -d.expression: -d.symbol})
+    return shortest_trigonometry(expression)
+
+
+def _without_numbers(
+    definitions: Sequence[Definition],
+) -> tuple[list[Definition], dict[sp.Symbol, Any]]:
+    """Definitions without numbers before sums, and what their names stood for."""
+    found, numbers = [], {}
+    for d in definitions:
+        expression: Any = d.expression.xreplace(numbers)
+        number, rest = expression.as_coeff_Mul(rational=True)
+        if rest.is_Add and number != 1:
+            numbers[d.symbol], expression = number * d.symbol, rest
+        found.append(replace(d, expression=expression))
+    return found, numbers

@@ -1,0 +1,179 @@
+"""What differs between the legs of a robot: angles of points on circles, or coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.vectors.vector_expressions import Coordinates
+from robostiff.errors import InputError
+
+_FULL_TURN = 1440  # quarters of a degree
+_SAME = 1e-9
+_WHOLE = 1e-6
+_SLOPE = 0.1  # in place of zero
+_STEP = 0.01  # of an angle, to see which points turn with it
+
+
+@dataclass
+class LegTable:
+    """Columns of what differs, one row a leg.
+
+    `nominal`: of the symbols, to distinguish angles from their cosines.
+    """
+
+    nominal: dict[str, float]
+    columns: dict[str, list[Any]] = field(default_factory=dict)  # by name
+    angles: list[str] = field(default_factory=list)
+
+    def vectors(
+        self, letter: str, angle: str, each: Sequence[Sequence[Any]], *, as_whole: bool = True
+    ) -> tuple[Any, ...] | None:
+        """Coordinates of a vector of all legs: with an angle where they lie on a circle about z.
+
+        None where all three differ between the legs and the vector itself may be a column.
+
+        Examples
+        --------
+        >>> r = sp.Symbol("r", positive=True)
+        >>> table = LegTable({"r": 0.3})
+        >>> table.vectors("b", "psi", [(r, 0, 0), (0, r, 0)])
+        (r*cos(psi_i), r*sin(psi_i), 0)
+        >>> table.columns
+        {'psi_i': [0, pi/2]}
+        """
+        first = tuple(map(sp.sympify, each[0]))
+        if all(_are_same(first, v) for v in each[1:]):
+            return first
+        polar = self._on_a_circle(each)
+        if polar is None:
+            differ = (any(not _are_same((v[k],), (first[k],)) for v in each[1:]) for k in range(3))
+            if as_whole and all(differ):
+                own = (tuple(map(sp.sympify, v)) for v in each)
+                self.columns[f"{letter}_i"] = [Coordinates(v) for v in own]
+                return None
+            return tuple(
+                self._coordinate(f"{letter}_i{axis}", [v[k] for v in each])
+                for k, axis in enumerate("xyz")
+            )
+        radius, angles = polar
+        for known in self.angles:
+            apart = {_wrapped(a - b) for a, b in zip(angles, self.columns[known], strict=True)}
+            if len(apart) == 1:
+                turned = sp.Symbol(known, real=True) + apart.pop()
+                return radius * sp.cos(turned), radius * sp.sin(turned), first[2]
+        name = f"{angle}_i"
+        self.columns[name] = angles
+        self.angles.append(name)
+        symbol = sp.Symbol(name, real=True)
+        return radius * sp.cos(symbol), radius * sp.sin(symbol), first[2]
+
+    def scalar(self, name: str, each: Sequence[Any]) -> Any:
+        """A scalar of all legs: its formula where they have one, a column otherwise."""
+        return self._coordinate(name, each)
+
+    def turns_of_one_another(self) -> list[list[int]] | None:
+        """Legs that turns about z map on one another; None where more than angles differ."""
+        if not self.angles or len(self.angles) < len(self.columns):
+            return None
+        first = self.columns[self.angles[0]]
+        groups: dict[tuple[Any, ...], list[int]] = {}
+        for leg, start in enumerate(first):
+            own = [self.columns[name][leg] for name in self.angles[1:]]
+            key = tuple(_wrapped(angle - start) for angle in own)
+            # With a symbol, legs may also turn by it: these are no turns of one another.
+            groups.setdefault((*key, start - _number(start)), []).append(leg)
+        return list(groups.values())
+
+    def _coordinate(self, name: str, each: Sequence[Any]) -> Any:
+        if all(_are_same((each[0],), (x,)) for x in each[1:]):
+            return sp.sympify(each[0])
+        self.columns[name] = [sp.sympify(x) for x in each]
+        return sp.Symbol(name, real=True)
+
+    def _on_a_circle(self, each: Sequence[Sequence[Any]]) -> tuple[Any, list[Any]] | None:
+        """Radius and angles of points that are as far from the z axis, and as high."""
+        if not all(_are_same((each[0][2],), (v[2],)) for v in each[1:]):
+            return None
+        angles = []
+        radius = None
+        for x, y, _ in each:
+            found = self._polar(sp.sympify(x), sp.sympify(y))
+            if found is None or (radius is not None and not _are_same((radius,), (found[0],))):
+                return None
+            radius = found[0]
+            angles.append(found[1])
+        return radius, angles
+
+    def _polar(self, x: Any, y: Any) -> tuple[Any, Any] | None:
+        symbols = sorted(x.free_symbols | y.free_symbols, key=str)
+        turning = [
+            s
+            for s in symbols
+            if any(s in f.free_symbols for f in (x + sp.I * y).atoms(sp.sin, sp.cos))
+        ]
+
+        # At a slope of zero, what slopes has no angle.
+        near = {s.name: self.nominal.get(s.name, 1.0) or _SLOPE for s in symbols}
+
+        def angle(**other: float) -> float:
+            values = {s: near[s.name] + other.get(s.name, 0.0) for s in symbols}
+            across, up = map(float, values_of([x, y], values))
+            return float(np.arctan2(up, across))
+
+        here = angle()
+        slopes = {s: (angle(**{s.name: _STEP}) - here) / _STEP for s in turning}
+        if any(abs(n - round(n)) > _WHOLE for n in slopes.values()):
+            return None
+        slopes = {s: round(n) for s, n in slopes.items()}
+        written = sum((n * s for s, n in slopes.items()), sp.Integer(0))
+        start = here - sum(n * near[s.name] for s, n in slopes.items())
+        quarters = start / (2 * np.pi) * _FULL_TURN
+        if abs(quarters - round(quarters)) > _SAME * _FULL_TURN:
+            return None
+        written += _wrapped(2 * sp.pi * sp.Rational(round(quarters), _FULL_TURN))
+        square = _canonical(sp.expand(sp.expand_trig(x**2 + y**2)))
+        in_sines = sp.expand(square.replace(sp.cos, lambda t: sp.sqrt(1 - sp.sin(t) ** 2)))
+        for form in dict.fromkeys((square, in_sines)):
+            radius = sp.sqrt(sp.factor(form)).replace(sp.Abs, lambda size: size)
+            if _are_same((radius * sp.cos(written), radius * sp.sin(written)), (x, y)):
+                return radius, written
+        return None
+
+
+def _number(angle: Any) -> Any:
+    """The part of a sum without symbols."""
+    terms = sp.Add.make_args(sp.expand(angle))
+    return sum((t for t in terms if not t.free_symbols), sp.Integer(0))
+
+
+def _wrapped(angle: Any) -> Any:
+    """The same angle between 0 and a full turn, as far as it is a number."""
+    number = _number(angle)
+    return sp.expand(angle) - number + number % (2 * sp.pi)
+
+
+def _canonical(expression: Any) -> Any:
+    known = ExactField([expression])
+    return known.expression(known.element(expression))
+
+
+def _are_same(first: Sequence[Any], other: Sequence[Any]) -> bool:
+    """Whether formulas are equal, in exact arithmetic."""
+    for a, b in zip(first, other, strict=True):
+        difference = sp.expand_trig(sp.sympify(a) - sp.sympify(b))
+        if difference == 0:
+            continue
+        try:
+            known = ExactField([difference])
+            if not known.element(difference).is_zero:
+                return False
+        except InputError:
+            return False
+    return True

@@ -1,0 +1,310 @@
+"""The wrenches of a leg among the directions that a person would name, and what each meets.
+
+Directions are along the leg, along the axes of its joints, and square to these. Wrenches that share
+no energy have a compliance each; where one force shares energy with one couple, it is moved by the
+couple; where more of them do, the leg has a small matrix of compliances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.analytic.reading.record_reading import ClosedReading
+from robostiff.analytic.springs.contributions import summed
+from robostiff.analytic.springs.known_reading import KnownReading
+from robostiff.analytic.springs.leg_springs import LegReader
+from robostiff.analytic.springs.unit_wrenches import Basis, UnitWrench
+from robostiff.analytic.vectors.parallel_bars import ParallelBars
+from robostiff.analytic.vectors.vector_expressions import (
+    Cross,
+    Stacked,
+    Sum,
+    Times,
+    Turned,
+    Vector,
+    VectorExpression,
+)
+from robostiff.analytic.vectors.vector_rods import (
+    Bar,
+    Carrier,
+    felt_across,
+    felt_by_carrier,
+    varies,
+)
+from robostiff.model import PlacedLeg
+from robostiff.recorded.leg import at_samples as sampled
+from robostiff.recorded.working_frame import cross
+
+_SAME = 1e-9
+_LONGEST = 80  # operations of a compliance that is printed for a generic leg
+
+_P, _A, _B, _U, _E, _J, _G, _N, _M, _V = map(
+    Vector, ("p", "a_i", "b_i", "u_i", "e_i", "j_i", "g_i", "n_i", "m_i", "v_i")
+)
+_R0 = Vector("r_0")
+_LENGTH, _S, _T = (sp.Symbol(name, positive=True) for name in ("L_i", "s_i", "t_i"))
+_SCALARS = {sp.Symbol(f"{x}_i", real=True) for x in "fhxz"} | {_LENGTH, _S, _T}
+
+
+@dataclass(frozen=True)
+class LegInVectors:
+    """A leg as it is written: its wrenches, what each meets, and what pairs of them share."""
+
+    wrenches: tuple[VectorExpression, ...]
+    compliances: tuple[Any, ...]
+    # Numbers of two wrenches, the first one less, and what they share
+    shared: tuple[tuple[int, int, Any], ...] = ()
+
+    @property
+    def entries(self) -> dict[tuple[int, int], Any]:
+        """What pairs of wrenches meet, by their numbers; none of those that share no energy."""
+        found = {(k, k): c for k, c in enumerate(self.compliances)}
+        return dict(sorted((found | {(i, j): c for i, j, c in self.shared}).items()))
+
+    @property
+    def moved(self) -> tuple[int, Any] | None:
+        """The force that only shares energy with the last wrench, a couple, and what they share."""
+        if len(self.shared) != 1:
+            return None
+        i, j, energy = self.shared[0]
+        forces = [isinstance(w, Stacked) and w.force is not None for w in self.wrenches]
+        return (i, energy) if j == len(forces) - 1 and forces[i] and not forces[j] else None
+
+    @property
+    def coupled(self) -> tuple[tuple[str, ...], ...]:
+        """Names of what pairs meet, empty for zero; none where at most a force is moved."""
+        if not self.shared or self.moved is not None:
+            return ()
+        known, places = self.entries, range(len(self.wrenches))
+        return tuple(
+            tuple(shared_name(i, j) * ((min(i, j), max(i, j)) in known) for j in places)
+            for i in places
+        )
+
+
+# Its place in the basis, and how it is written
+_Written = tuple[int, UnitWrench, Stacked]
+
+
+@dataclass(frozen=True)
+class WrenchWriter:
+    """Writes the wrenches of legs in vectors, and what they meet in scalars of these."""
+
+    placed: PlacedRobot
+    springs: LegReader
+    read: KnownReading
+    plain: ClosedReading
+    rotation: str | None  # of the platform; None where it is not turned
+    shifted: bool  # whether the reference point is not the platform's origin
+
+    def of(self, number: int, basis: Basis, rod: Bar) -> LegInVectors | None:
+        """A leg; None where a wrench has another direction, or acts along another line."""
+        own, count = self.placed.legs[number].leg, self.placed.record.count
+        if rod.carrier is not Carrier.SLIDE:
+            basis = self._with_couples(own, basis, rod)
+        known, joint = self._directions(rod)
+        e = dict(known)[joint]
+        self.read.known = felt_by_carrier(rod, self.plain(rod.crank))
+        if rod.carrier is Carrier.NOTHING and rod.joint is not None:
+            L = np.linalg.norm(rod.end - rod.start, axis=1)
+            self.read.known += [(L, _LENGTH), (L / 2, _LENGTH / 2)]
+        written: list[_Written] = []
+        at_samples: dict[VectorExpression, np.ndarray] = {}
+        for place, found in enumerate(basis.wrenches):
+            at = sampled(found.direction, count)
+            alike = next(((v, x) for v, x in known if are_alike(x, at)), None)
+            if alike is None:
+                return None
+            vector, named = alike
+            # The sign matters where two wrenches share energy.
+            sign = 1 if np.max(np.abs(at - named)) < _SAME else -1
+            wrench = replace(found, direction=sign * found.direction)
+            if wrench.point is None:
+                written.append((place, wrench, Stacked(None, vector)))
+            else:
+                arm = self._arm(sampled(wrench.point, count), named, rod)
+                if arm is None:
+                    return None
+                written.append((place, wrench, Stacked(vector, Cross(arm, vector))))
+            at_samples[vector] = named
+        written.sort(key=lambda one: (one[1].point is None, one[2].force != _U))
+        if rod.carrier in (Carrier.NOTHING, Carrier.SLIDE, Carrier.CRANK):
+            # What lies across both is written by the axis of the joint, or by what is square to it.
+            across_both = [e] if _G in at_samples else []
+            others = [x for v, x in at_samples.items() if v not in (_U, _G)] or across_both
+            if any(not are_alike(x, others[0]) for x in others):
+                return None
+            for at in others[:1]:
+                self._felt_across(at, e, rod, is_across=_N in at_samples)
+        bars = None
+        if _N in at_samples and own.blocks:
+            bars = ParallelBars.of(own, rod, self.springs, self.placed)
+        return self._in_scalars(own, written, basis, bars)
+
+    def _in_scalars(
+        self,
+        own: PlacedLeg,
+        written: list[_Written],
+        basis: Basis,
+        bars: ParallelBars | None,
+    ) -> LegInVectors:
+        """What the wrenches meet and share; the couple that comes with a force is the last."""
+        pairs, places = basis.coupled, [place for place, _, _ in written]
+        coupled = [(i, j) for i, j in _pairs(len(written)) if pairs[places[i], places[j]]]
+        if len(coupled) == 1:
+            written.append(written.pop(coupled[0][1]))
+            coupled = [(coupled[0][0], len(written) - 1)]
+        units = [unit for _, unit, _ in written]
+        met = [self._shared(own, x, x, bars) for x in units]
+        shared = tuple((i, j, self._shared(own, units[i], units[j], bars)) for i, j in coupled)
+        return LegInVectors(tuple(w for *_, w in written), tuple(met), shared)
+
+    def _directions(self, rod: Bar) -> tuple[list[tuple[VectorExpression, np.ndarray]], Vector]:
+        """Names of directions with their values at the samples, and that of the joint's axis."""
+        count = self.placed.record.count
+        joint, u = joint_of(rod, count), rod.unit
+        e = sampled(rod.axis if joint == _E or rod.joint is None else rod.joint, count)
+        known: list[tuple[VectorExpression, np.ndarray]] = [(_U, u), (joint, e)]
+        if rod.carrier is Carrier.DYAD:
+            m, n, v = rod.across, np.cross(rod.across, e), rod.along
+            known += [(_M, m), (_N, n), (_V, v), (_G, np.cross(e, u))]
+            known.append((Cross(_E, _V), np.cross(e, v)))
+            return known, joint
+        across = np.cross(e, u)
+        size = np.linalg.norm(across, axis=1)
+        if np.min(size) > _SAME:
+            g = across / size[:, None]
+            known += [(_G, g), (_N, np.cross(g, e))]
+        if rod.carrier is Carrier.NOTHING and rod.joint is not None:
+            R = sampled(self.placed.platform.R, count)
+            known.append((_J, np.einsum("nij,nj->ni", R, sampled(rod.joint, count))))
+        return known, joint
+
+    def _with_couples(self, own: PlacedLeg, basis: Basis, rod: Bar) -> Basis:
+        """Of forces along parallel lines across a bar, one at an end of it, and couples.
+
+        Couples are along and across the bar. Of two links the force is at the joint between them.
+        """
+        record, units = self.placed.record, basis.wrenches
+        forces = [w for w in units if w.point is not None]
+        at = [sampled(w.direction, record.count) for w in forces]
+        along = _axis_along(own, rod.unit, record.count)
+        if along is None or basis.couplings == 0:
+            return basis
+        for i, j in _pairs(len(forces)):
+            is_across = np.max(np.abs(np.sum(at[i] * rod.unit, axis=1))) < _SAME
+            if not (is_across and are_alike(at[i], at[j])):
+                continue
+            force, turning = forces[i].direction, cross(forces[i].direction, along)
+            across = np.array([record.simplified(x) for x in turning], dtype=object)
+            kept = [w for w in units if w not in (forces[i], forces[j])]
+            point = own.end
+            if rod.carrier is not Carrier.NOTHING:
+                point = [f for f in own.freedoms if f.is_passive][-2].point
+                others = (w for w, d in zip(forces, at, strict=True) if not are_alike(d, at[i]))
+                kept = [*others, UnitWrench(along, None)]
+            chosen = (*kept, UnitWrench(across, None), UnitWrench(force, point))
+            found = self.springs.search.of_wrenches(own, chosen)
+            return basis if found is None or found.couplings > basis.couplings else found
+        return basis
+
+    def _felt_across(self, at: np.ndarray, e: np.ndarray, rod: Bar, *, is_across: bool) -> None:
+        u = rod.unit
+        s, t = np.einsum("ni,ni->n", at, u), np.linalg.norm(np.cross(at, u), axis=1)
+        if rod.carrier is Carrier.NOTHING and is_across:
+            t = np.einsum("ni,ni->n", e, u)  # the same but for its sign
+        width = sampled(rod.width, self.placed.record.count)
+        name = self.plain(rod.width)
+        self.read.known += felt_across(self.read.known, t, width, name)
+        self.read.known += [(x, name) for x, name in ((s, _S), (t, _T)) if varies(x)]
+
+    def _shared(
+        self, own: PlacedLeg, a: UnitWrench, b: UnitWrench, bars: ParallelBars | None
+    ) -> Any:
+        met = self.springs.contributions.of(own, a, b) if bars is None else bars.of_pair(own, a, b)
+        shared = self.of_leg(summed(met))
+        if count_of(shared) > _LONGEST:
+            raise FormulaTooLargeError.beyond(_LONGEST)
+        return shared
+
+    def of_leg(self, compliance: Any) -> Any:
+        """A compliance without names that stand for scalars of the leg."""
+        for d in reversed(self.read.definitions):
+            if compliance.has(d.symbol) and d.expression.free_symbols & _SCALARS:
+                compliance = compliance.xreplace({d.symbol: d.expression})
+        return compliance
+
+    def turned(self, vector: VectorExpression) -> VectorExpression:
+        """A vector of the platform in the world."""
+        return vector if self.rotation is None else Turned(self.rotation, vector)
+
+    @property
+    def end(self) -> VectorExpression:
+        """From the reference point to the leg's joint on the platform."""
+        return self.turned(Sum(((1, _B), (-1, _R0))) if self.shifted else _B)
+
+    def _arm(self, point: np.ndarray, direction: np.ndarray, rod: Bar) -> VectorExpression | None:
+        """From the reference point to the line of a force."""
+        close = _SAME * self.placed.length
+        places = rod.end, rod.start, (rod.end + rod.start) / 2
+        away = [float(np.max(np.abs(np.cross(x - point, direction)))) for x in places]
+        if away[0] < close:
+            return self.end
+        if away[1] < close and rod.carrier is Carrier.NOTHING:
+            terms: tuple[tuple[int, VectorExpression], ...] = ((1, _A), (-1, _P))
+            return Sum((*terms, (-1, self.turned(_R0))) if self.shifted else terms)
+        back = None
+        if away[1] < close:
+            back = self.plain(rod.length)
+        elif away[2] < close and rod.carrier is Carrier.NOTHING:
+            back = _LENGTH / 2
+        return None if back is None else Sum(((1, self.end), (-1, Times(back, _U))))
+
+
+def shared_name(i: int, j: int) -> str:
+    """The name of what two wrenches of a leg share."""
+    return f"c_i_{min(i, j) + 1}{max(i, j) + 1}"
+
+
+def joint_of(rod: Bar, count: int) -> Vector:
+    """The name of the axis of the first joint of a rod: that of its carrier, or its own."""
+    if rod.carrier is Carrier.NOTHING or rod.joint is None:
+        return _E
+    both = (sampled(x, count) for x in (rod.joint, rod.axis))
+    return _E if are_alike(*both) else _J
+
+
+def are_alike(own: np.ndarray, other: np.ndarray) -> bool:
+    """Whether directions are the same up to one sign."""
+    return any(bool(np.max(np.abs(own - sign * other)) < _SAME) for sign in (1, -1))
+
+
+def _axis_along(leg: PlacedLeg, unit: np.ndarray, count: int) -> np.ndarray | None:
+    """The axis of a spring of the leg that lies along a direction, on entries."""
+    axes = (axis for spring in leg.springs for axis in np.asarray(spring.rotation).T)
+    return next((axis for axis in axes if are_alike(sampled(axis, count), unit)), None)
+
+
+def _pairs(count: int) -> list[tuple[int, int]]:
+    return [(i, j) for i in range(count) for j in range(i + 1, count)]
+
+
+def vectors_of(expressions: Sequence[Any]) -> set[Vector]:
+    """Names of vectors in expressions."""
+    found: set[Vector] = set()
+    for expression in expressions:
+        if isinstance(expression, Vector):
+            found.add(expression)
+        elif isinstance(expression, Stacked):
+            found |= vectors_of([x for x in (expression.force, expression.moment) if x])
+        elif isinstance(expression, Cross):
+            found |= vectors_of([expression.left, expression.right])
+    return found
