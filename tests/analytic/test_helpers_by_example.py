@@ -11,7 +11,7 @@ from robostiff.analytic.export.code_printer import about_argument, ascii_identif
 from robostiff.analytic.export.entries import in_decimals, readable, without_lost_digits
 from robostiff.analytic.export.products import ordered_terms
 from robostiff.analytic.export.symbol_names import NameParts, name_parts
-from robostiff.analytic.questions.questions import matrix_by_entries
+from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.springs.contributions import Contribution, summed
 
 x, y, k, a, b, R, r, h = sp.symbols("x y k a b R r h")

@@ -25,13 +25,12 @@ from robostiff.analytic.questions.eigenvalues import (
     Unsolved,
     eigenvalue_formulas,
 )
-from robostiff.analytic.questions.questions import (
-    RankFormula,
+from robostiff.analytic.questions.motions import (
     decoupling_conditions,
     fixed_point_formula,
     free_motion_formulas,
-    rank_formula,
 )
+from robostiff.analytic.questions.rank import RankFormula, rank_formula
 from robostiff.analytic.reading.combinations import NamedCombinations, name_combinations
 from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.analytic.robot_formula import derive_robot

@@ -15,7 +15,7 @@ from robostiff.analytic.exact.definition import Condition, Definition, used_defi
 from robostiff.analytic.exact.exact_matrix import echelon
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.formula import Formula
-from robostiff.analytic.questions.questions import closed_matrix, matrix_by_entries
+from robostiff.analytic.questions.rank import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from robostiff.analytic.exact.exact_matrix import determinant, null_space
 from robostiff.analytic.exact.factors import factored, quadratic_roots
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.operation_count import count_of
-from robostiff.analytic.questions.questions import closed_matrix, matrix_by_entries
+from robostiff.analytic.questions.rank import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 

@@ -1,36 +1,30 @@
-"""Rank of a formula and conditions under which it drops, free motions, decoupling."""
+"""Rank of a formula, and the conditions under which it drops."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
-import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, OutOfTimeError, within
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.exact_matrix import determinant, echelon, null_space
+from robostiff.analytic.exact.exact_matrix import determinant, echelon
 from robostiff.analytic.exact.factors import is_positive_form, without_sign
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.questions.in_names import MatrixInNames
 from robostiff.analytic.questions.loci import (
     Locus,
-    WrittenSteps,
-    coupling_of,
-    decoupling_in_steps,
     rank_locus,
-    shared_zeros,
 )
-from robostiff.analytic.questions.questions_in_names import MatrixInNames
 from robostiff.errors import InputError
-from robostiff.spatial import Space, skew
 
-_SHORT = 5.0  # seconds for an answer in steps
+#: Seconds for an answer in steps.
+SHORT = 5.0
 
 
 @dataclass(frozen=True)
@@ -99,11 +93,12 @@ def closed_matrix(formula: Any, question: str) -> sp.Matrix:
     if not isinstance(formula, Derivation):
         return sp.Matrix(formula)
     if not formula.is_closed:
-        raise _in_steps(formula, question)
+        raise needs_closed_form(formula, question)
     return sp.Matrix(formula.K)
 
 
-def _in_steps(derivation: Derivation, question: str) -> InputError:
+def needs_closed_form(derivation: Derivation, question: str) -> InputError:
+    """The error of a question that steps cannot answer."""
     return InputError(
         f"{question} of {derivation.name!r}",
         got="named steps",
@@ -144,7 +139,7 @@ def matrix_by_entries(
     return M, tuple(entries)
 
 
-def _general_rank(K: Any) -> int | None:
+def general_rank(K: Any) -> int | None:
     """Rank of a robot's derivation in steps, where it was compared with numbers."""
     is_in_steps = isinstance(K, Derivation) and not K.is_closed
     return getattr(K, "general_rank", None) if is_in_steps else None
@@ -180,10 +175,10 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     >>> rank_formula(sp.diag(a, a * (a - b), 0))
     RankFormula(rank=2, exceptions=(a, a - b), common_minor=a**2*(a - b))
     """
-    if (rank := _general_rank(K)) is not None:
+    if (rank := general_rank(K)) is not None:
         return _rank_in_steps(K, rank, budget)
     matrix = closed_matrix(K, "rank")
-    names = _in_names(K)
+    names = matrix_in_names(K)
 
     def answer() -> RankFormula:
         found = None if names is None else _rank_in_names(names)
@@ -200,7 +195,7 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
 
 def _rank_in_steps(derivation: Any, rank: int, budget: float | None) -> RankFormula:
     try:
-        short = _SHORT if budget is None else min(budget, _SHORT)
+        short = SHORT if budget is None else min(budget, SHORT)
         found = within(short, lambda: rank_locus(derivation, rank), "rank of a formula")
     except FormulaTooLargeError:
         found = Locus({}, "it drops where wrenches of the legs depend on one another; too long")
@@ -236,7 +231,7 @@ def _rank_in_names(names: MatrixInNames) -> RankFormula | None:
     return RankFormula(names.rank, tuple(sorted(common, key=sp.default_sort_key)), minor)
 
 
-def _in_names(K: Any) -> MatrixInNames | None:
+def matrix_in_names(K: Any) -> MatrixInNames | None:
     """A derivation as a sum of springs, in names."""
     named = getattr(K, "named", None)
     return None if named is None else MatrixInNames.of(*named.in_lengths)
@@ -260,142 +255,3 @@ def _rank(K: Any) -> RankFormula:
     exceptions = {factor: e for factor, e in exceptions.items() if factor.free_symbols}
     common = sp.Mul(*(factor**exponent for factor, exponent in exceptions.items()))
     return RankFormula(rank, tuple(sorted(exceptions, key=sp.default_sort_key)), common)
-
-
-def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
-    """Free motions as formulas: a basis of the null space in echelon form.
-
-    Its denominators say where the basis changes its kind: a rotation about an apex at the height
-    h r / (R - r) becomes a translation where R = r.
-
-    Parameters
-    ----------
-    K : (n, n) matrix of SymPy expressions, or Derivation
-        In steps, the motions are in given symbols and in names of its steps.
-
-    Returns
-    -------
-    tuple of (n, 1) matrices
-        Each with a 1 in a coordinate of its own, rotations first where there is a choice.
-
-    Examples
-    --------
-    >>> k, d = sp.symbols("k d")
-    >>> K = k * sp.Matrix([[1, 0, d], [0, 1, 0], [d, 0, d**2]])
-    >>> free_motion_formulas(K)[0].T
-    Matrix([[-d, 0, 1]])
-    """
-    if (rank := _general_rank(K)) is not None:
-        return () if rank == K.K.rows else _free_motions_in_steps(K, rank)
-    matrix, names = closed_matrix(K, "free motions"), _in_names(K)
-    try:
-        if names is not None:
-            if names.rank == names.matrix.rows:
-                return ()
-            found = _null_space(names.matrix)
-            if names.matrix.rows - len(found) == names.rank:
-                return tuple(motion.applyfunc(names.written_out) for motion in found)
-        return _null_space(matrix)
-    except FormulaTooLargeError as error:
-        with suppress(InputError):  # of its wrenches, without compliances
-            if (rank := getattr(K, "general_rank", None)) is not None:
-                return _free_motions_in_steps(K, rank)
-        raise error from None
-
-
-def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:
-    """Motions against which no wrench of a leg does work."""
-    written = WrittenSteps(derivation)
-    W = sp.Matrix([list(written(w)) for leg in derivation.legs for w in leg.wrenches])
-    try:
-        found = within(_SHORT, lambda: _null_space(W), "free motions")
-    except FormulaTooLargeError:
-        found = ()
-    if len(found) != derivation.K.rows - rank:
-        raise _in_steps(derivation, "free motions")
-    return found
-
-
-def _null_space(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
-    field = ExactField(list(K))
-    rows = [[field.element(entry) for entry in K.row(i)] for i in range(K.rows)]
-    return tuple(
-        sp.ImmutableMatrix([field.expression(element) for element in motion])
-        for motion in null_space(field, rows, K.cols)
-    )
-
-
-def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
-    """The one point of the platform that no free motion moves, such as an apex of all legs.
-
-    A free motion (v, w) moves the point p by v + w x p.
-
-    Parameters
-    ----------
-    K : (n, n) matrix of SymPy expressions, or Derivation in closed form
-
-    Returns
-    -------
-    (3, 1) matrix, or (2, 1) for a planar robot, or None
-        From the reference point [m]; None where there is no such point, or more than one.
-
-    Examples
-    --------
-    >>> k, d = sp.symbols("k d")
-    >>> K = k * sp.Matrix([[1, 0, d], [0, 1, 0], [d, 0, d**2]])
-    >>> fixed_point_formula(K).T
-    Matrix([[0, -d]])
-    """
-    motions = free_motion_formulas(K)
-    if not motions:
-        return None
-    space = Space.of_size(motions[0].rows)
-    t = space.translations
-    equations = []
-    for motion in motions:
-        entries: list[Any] = [motion[i, 0] for i in range(space.size)]
-        v, w = entries[:t], entries[t:]
-        if t == 2:
-            equations += [[0, -w[0], v[0]], [w[0], 0, v[1]]]
-        else:
-            cross_w = skew(np.array(w, dtype=object))
-            equations += [[*cross_w[i], v[i]] for i in range(3)]
-    field = ExactField(entry for equation in equations for entry in equation)
-    rows = [[field.element(entry) for entry in equation] for equation in equations]
-    points = null_space(field, rows, t + 1)
-    if len(points) != 1 or points[0][t].is_zero:
-        return None
-    return sp.ImmutableMatrix([field.expression(entry / points[0][t]) for entry in points[0][:t]])
-
-
-def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
-    """Irreducible factors that all entries between translations and rotations share.
-
-    Where one of them is zero, forces only translate the platform and moments only turn it. An
-    empty tuple: no single condition decouples; ``(0,)``: they are decoupled as they are. Named
-    steps are written out.
-
-    Raises
-    ------
-    InputError
-        For steps that are too long to be written out.
-
-    Examples
-    --------
-    >>> k, R, r = sp.symbols("k R r")
-    >>> decoupling_conditions(sp.Matrix([[k, 0, k * (R - r)], [0, k, 0], [k * (R - r), 0, k]]))
-    (k, R - r)
-    """
-    if isinstance(K, Derivation) and not K.is_closed:
-        try:
-            return within(_SHORT, lambda: decoupling_in_steps(K), "decoupling")
-        except FormulaTooLargeError:
-            raise _in_steps(K, "decoupling") from None
-    matrix, names = closed_matrix(K, "decoupling"), _in_names(K)
-    if names is not None:
-        always = (sp.Integer(0),)
-        each = {shared_zeros([entry]) for entry in dict.fromkeys(coupling_of(names.matrix))}
-        own = [set(names.powers_of_zeros(sp.Mul(*found))) for found in each - {always}]
-        shared = set.intersection(*own) if own else always
-        return tuple(sorted(shared, key=sp.default_sort_key))
-    return shared_zeros(coupling_of(matrix))
