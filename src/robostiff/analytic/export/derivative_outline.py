@@ -141,7 +141,8 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     if not alone:
         taken |= {d.symbol.name for d in derivation.definitions}
     if form is not None:
-        section, defined = vector_blocks(form, names.result, definitions, taken)
+        springs = [] if alone else [d for d in derivation.definitions if d.parts]
+        section, defined = vector_blocks(form, names.result, [*definitions, *springs], taken)
         blocks += section
         definitions = [d for d in definitions if d.symbol not in defined]
     if alone:

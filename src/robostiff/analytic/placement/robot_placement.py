@@ -359,8 +359,8 @@ def _samples(
     for name in symbols:
         # A symbol of a given coordinate has no nominal value.
         value = float(nominal.get(name, 1.0))
-        scale = finder.length if name in places else abs(value) or 1.0
-        spread = _SPREAD * scale
+        own = min(finder.length, 1.0) if name in places else 1.0
+        spread = _SPREAD * (abs(value) or own)
         samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
     return samples
 
