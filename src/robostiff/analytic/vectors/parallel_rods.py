@@ -8,7 +8,7 @@ couples do no work on the slide, so that only the force meets the compliance of 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from robostiff.analytic.springs.contributions import summed
 from robostiff.analytic.springs.leg_springs import LegReader
 from robostiff.analytic.springs.unit_wrenches import UnitWrench
 from robostiff.analytic.vectors.vector_rods import Bar, Carrier, ends_of, in_the_platform
-from robostiff.model import PlacedSpring
+from robostiff.model import PlacedBlock, PlacedSpring
 from robostiff.recorded.leg import at_samples as sampled
 
 _SAME = 1e-9
@@ -54,17 +54,20 @@ def cluster_of(
         if np.max(np.abs(np.cross(sampled(found[0].direction, count), rod.unit))) > _SAME:
             return None
         forces.append(found[0])
-    mean = UnitWrench(forces[0].direction, middle[1])
-    met = summed(reader.contributions.of(own, mean, mean))
+    mean, contributions = UnitWrench(forces[0].direction, middle[1]), reader.contributions.of
     if len(branches) == 1:
-        return ParallelRods(mean, met, (), None)
-    each = {summed(reader.contributions.of(b, f, f)) for b, f in zip(branches, forces, strict=True)}
+        return ParallelRods(mean, summed(contributions(own, mean, mean)), (), None)
+    each = {summed(contributions(b, f, f)) for b, f in zip(branches, forces, strict=True)}
     if len(each) > 1:
         return None
+    (of_rod,) = each
+    # Each rod takes the same share of a force through their middle.
+    drive = tuple(x for x in own.elements if not isinstance(x, PlacedBlock))
+    met = summed(contributions(replace(own, elements=drive), mean, mean)) + of_rod / len(branches)
     ends = [ends_of(branch) for branch in branches]
     arms = [in_the_platform(placed, end[1] - middle[1]) for end in ends if end is not None]
     labels = [f"{own.name}, {branch.name.split('/')[-1]}" for branch in branches]
-    return ParallelRods(mean, met, tuple(zip(labels, arms, strict=True)), each.pop())
+    return ParallelRods(mean, met, tuple(zip(labels, arms, strict=True)), of_rod)
 
 
 def rods_of(clusters: Sequence[ParallelRods]) -> tuple[tuple[int, str, Any], ...] | None:
