@@ -134,7 +134,7 @@ def test_poses_out_of_reach_are_named_in_the_legend(planar, planar_map):
 
 def test_formulas_are_typeset(planar):
     planar.page.locator("#formula summary").click()
-    box = planar.page.locator("#formula math[display='block']").first.bounding_box()
+    box = planar.page.locator("#formula .formula math").first.bounding_box()
     assert box["height"] > 10
     assert box["width"] > 20
 
