@@ -17,7 +17,7 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.element import made_of, quotient_of, root_of
-from robostiff.analytic.exact.operation_count import operations_in, symbols_in
+from robostiff.analytic.exact.operation_count import operations_in, parts_of, symbols_in
 from robostiff.analytic.reading.combinations import free_names
 from robostiff.analytic.reading.names_written_out import (
     Written,
@@ -100,6 +100,31 @@ def with_components(
         written = _with_cosine(written, Definition(symbol, product), ours)
         best = min(best, written, key=lambda own: own.length(_A_LINE))
     return best
+
+
+def with_angles(written: Written, taken: Iterable[str]) -> Written:
+    """The same with a name for a sum of angles whose sines and cosines recur.
+
+    Examples
+    --------
+    >>> a, b, c = sp.symbols("q1 q2 c")
+    >>> K = sp.cos(a + b) ** 2 / c, sp.sin(a + b) * sp.cos(a + b) / c, sp.sin(a + b) ** 2 / c
+    >>> found = with_angles(Written(K, ()), {"c"})
+    >>> found.definitions[0].expression, found.results[0]
+    (q1 + q2, cos(theta_a)**2/c)
+    """
+    used = {*taken, *(d.symbol.name for d in written.definitions)}
+    formulas = (*written.results, *(d.expression for d in written.definitions))
+    turns = (x for formula in formulas for x in parts_of(formula))
+    angles = (x.args[0] for x in turns if isinstance(x, sp.sin | sp.cos) and x.args[0].is_Add)
+    for angle in dict.fromkeys(sorted(angles, key=str)):
+        own = Definition(sp.Symbol(next(free_names("theta", used)), real=True), angle)
+        found = changed(written, lambda x, own=own: x.xreplace({own.expression: own.symbol}))
+        found = replace(found, definitions=tuple(in_order([own, *found.definitions])))
+        if found.operations < written.operations:
+            used.add(own.symbol.name)
+            written = found
+    return written
 
 
 def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:

@@ -26,7 +26,7 @@ from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.names_written_out import Written
-from robostiff.analytic.reading.recurring_products import as_printed
+from robostiff.analytic.reading.recurring_products import as_printed, with_angles
 from robostiff.analytic.springs.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.springs.wrenches_alike import PRINTED, WrenchesAlike, WrenchOfLeg, matrix_of
@@ -229,6 +229,8 @@ def _with_components(
     names = [COMPONENTS[i] for i in _ROWS[K.rows]]
     plain = Written(tuple(entries), found.definitions, lambda: tuple(others))
     written = as_printed(plain, placed.symbols, names, _always_one_at(placed))
+    if placed.robot.is_posed_by_joints:
+        written = with_angles(written, placed.symbols)
     put = dict(zip(entries, written.results, strict=True))
     put |= {-entry: -x for entry, x in put.items()}
     of_others = written.others()
