@@ -116,7 +116,8 @@ def with_angles(written: Written, taken: Iterable[str]) -> Written:
     used = {*taken, *(d.symbol.name for d in written.definitions)}
     formulas = (*written.results, *(d.expression for d in written.definitions))
     turns = (x for formula in formulas for x in parts_of(formula))
-    angles = (x.args[0] for x in turns if isinstance(x, sp.sin | sp.cos) and x.args[0].is_Add)
+    turned: Any = (x.args[0] for x in turns if isinstance(x, sp.sin | sp.cos))
+    angles = [angle for angle in turned if angle.is_Add]
     for angle in dict.fromkeys(sorted(angles, key=str)):
         own = Definition(sp.Symbol(next(free_names("theta", used)), real=True), angle)
         found = changed(written, lambda x, own=own: x.xreplace({own.expression: own.symbol}))
