@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,7 +11,7 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.closed import canonical
-from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.definition import Definition, in_given_symbols, used_definitions
 from robostiff.analytic.exact.field import Element, ExactField
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
@@ -155,17 +155,11 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDer
         return FormulaDerivative(derivation, symbol, derivative_formula(derivation.K, symbol))
 
     def write() -> Any:
-        return _written_out(found.in_names.dK, found.in_names.definitions)
+        names = in_given_symbols(found.in_names.definitions)
+        return found.in_names.dK.xreplace(names)
 
     found = FormulaDerivative(derivation, symbol, Unwritten(write))
     return found
-
-
-def _written_out(K: Any, definitions: Sequence[Definition]) -> Any:
-    known: dict[Any, Any] = {}
-    for definition in definitions:
-        known[definition.symbol] = definition.expression.xreplace(known)
-    return K.xreplace(known)
 
 
 def series_formula(
@@ -212,7 +206,7 @@ def series_formula(
     whole = Derivation(derivation.name, stacked, (), stacked, definitions)
     at = whole.subs({symbol: x0}) if symbol in whole.free_symbols else whole
     if in_names is not None:
-        K = _written_out(at.K, at.definitions)
+        K = at.K.xreplace(in_given_symbols(at.definitions))
         at = Derivation(derivation.name, K, (), K)
     is_exact = not (at.definitions or at.K.has(sp.Float))
     # Sums over compliances would be put over a common denominator, which is long.

@@ -49,6 +49,21 @@ def used_definitions(
     return tuple(reversed(kept))
 
 
+def in_given_symbols(definitions: Iterable[Definition]) -> dict[Any, Any]:
+    """What names stand for, by symbol, without the other names among them.
+
+    Examples
+    --------
+    >>> x, a, b = sp.symbols("x a b")
+    >>> in_given_symbols([Definition(a, x + 1), Definition(b, 2 * a)])
+    {a: x + 1, b: 2*x + 2}
+    """
+    found: dict[Any, Any] = {}
+    for d in definitions:
+        found[d.symbol] = d.expression.xreplace(found)
+    return found
+
+
 @dataclass(frozen=True)
 class Condition:
     """A condition under which a formula holds.

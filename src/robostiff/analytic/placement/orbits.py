@@ -5,20 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import flint
 import numpy as np
 import sympy as sp
 
-from robostiff.spatial import Space
-
-if TYPE_CHECKING:
-    from robostiff.analytic.placement.robot_placement import PlacedRobot
-    from robostiff.analytic.vectors.vector_expressions import VectorForm
-
 _SAME = 1e-10
-_ALIKE = 1e-9
 
 #: Names of the entries of a wrench: force, moment.
 COMPONENTS = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z")
@@ -159,35 +152,3 @@ def averages(
         for place, products in averages.items():
             M[place] += products
     return M
-
-
-def average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | None:
-    """K by the wrench of the first leg, of which all others are turns or mirror images."""
-    is_one = len(found.wrenches) == 1 and not (found.others or found.rods)
-    if not is_one or placed.coordinates or found.space is not Space.SPATIAL:
-        return None
-    names = placed.symbols
-    values = [
-        {name: float(placed.record.input(name).sample[i]) for name in names}
-        for i in range(placed.record.count)
-    ]
-    each = [list(found.wrenches_at(at)) for at in values]
-    c = np.array([[float(own[1][0]) for own in legs] for legs in each])
-    if np.max(np.abs(c - c[:, :1]) / c) > _ALIKE:
-        return None
-    scale = np.array([1.0] * 3 + [placed.length] * 3)
-    W = np.array([[own[0][0] for own in legs] for legs in each]) / scale
-    orbits = orbits_of(W)
-    if orbits is None or len(orbits) > 1:
-        return None
-    is_nothing = np.max(np.abs(W[:, 0]), axis=0) < _ALIKE
-    symbols: Any = sp.symbols(COMPONENTS, real=True)
-    own = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
-    products = averages({0: own}, orbits)
-    c_of_all = sp.Symbol("c_1", positive=True)
-
-    def entry(i: int, j: int) -> Any:
-        terms = products[min(i, j), max(i, j)]
-        return sp.factor_terms(sp.Add(*(n * a * b for n, a, b in terms)) / c_of_all)
-
-    return sp.ImmutableMatrix(6, 6, entry)

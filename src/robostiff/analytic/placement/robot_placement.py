@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import Definition, in_given_symbols
 from robostiff.analytic.exact.exact_points import ExactPoints
 from robostiff.analytic.placement.closed_posture import AROUND, Following, Sample, leg_coordinates
 from robostiff.analytic.placement.guiding_post import guiding_post, place_guiding_post
@@ -99,11 +99,8 @@ class PlacedRobot:
     @cached_property
     def written_out(self) -> dict[str, Any]:
         """The symbols by name, and what those of springs stand for in given symbols."""
-        found: dict[str, Any] = dict(self.symbols)
-        for d in self.springs:
-            put = {x: found[str(x)] for x in d.expression.free_symbols}
-            found[d.symbol.name] = d.expression.xreplace(put)
-        return found
+        named = in_given_symbols(self.springs)
+        return {name: named.get(symbol, symbol) for name, symbol in self.symbols.items()}
 
     @cached_property
     def legs(self) -> tuple[PlacedFormula, ...]:

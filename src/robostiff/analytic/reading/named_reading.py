@@ -10,7 +10,7 @@ import sympy as sp
 from sympy.core.cache import cacheit
 
 from robostiff.analytic.exact.closed_sum import factored_fraction, fraction_in_factors
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import Definition, in_given_symbols
 from robostiff.analytic.exact.element import above_and_below, root_of
 from robostiff.analytic.exact.factors import (
     bound_of_terms,
@@ -182,11 +182,8 @@ class NamedReading:
 
     def without_shifts(self, expression: Any, letters: tuple[str, ...] = ("e_",)) -> Any:
         """An expression without names that begin with some letters."""
-        put: dict[Any, Any] = {}
-        for d in self.definitions:
-            if d.symbol.name.startswith(letters) and not d.parts:
-                put[d.symbol] = d.expression.xreplace(put)
-        return expression.xreplace(put)
+        own = (d for d in self.definitions if d.symbol.name.startswith(letters) and not d.parts)
+        return expression.xreplace(in_given_symbols(own))
 
     def entry(self, letter: str, expression: Any, sample: Any) -> Any:
         """An expression in names as an entry: a new input with a name where it is long."""

@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.exact.closed_sum import factored_fraction
-from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.definition import Definition, in_given_symbols, used_definitions
 from robostiff.analytic.exact.numeric_value import values_of
 from robostiff.analytic.exact.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.exact.products import FormulaTooLargeError
@@ -88,10 +88,7 @@ class SumOfSprings:
     @cached_property
     def _full(self) -> dict[sp.Symbol, Any]:
         """What each name stands for, in given symbols."""
-        full: dict[sp.Symbol, Any] = {}
-        for d in self.definitions:
-            full[d.symbol] = d.expression.xreplace(full)
-        return full
+        return in_given_symbols(self.definitions)
 
 
 def sum_of_springs(

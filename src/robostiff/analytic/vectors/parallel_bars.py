@@ -14,7 +14,7 @@ end, s = |j x u|. Moved as one they hold three wrenches that share no energy:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.springs.contributions import Contribution, recognised_beam
 from robostiff.analytic.springs.leg_springs import LegReader
 from robostiff.analytic.springs.unit_wrenches import UnitWrench
-from robostiff.analytic.vectors.vector_rods import Bar, varies
+from robostiff.analytic.vectors.vector_rods import Bar, are_along, varies
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.recorded.leg import at_samples as sampled
 
@@ -65,7 +65,7 @@ class ParallelBars:
         found = recognised_beam(first, placed.record)
         axes = [sampled(axis, count) for axis in first.rotation.T]
         letters = ("EI_z", axes[1]), ("EI_y", axes[2])
-        bends = next((letter for letter, axis in letters if _are_along(axis, pin)), None)
+        bends = next((letter for letter, axis in letters if are_along(axis, pin)), None)
         if found is None or bends is None:
             return None
         between = np.linalg.norm(rod.end - rod.start, axis=1)
@@ -77,14 +77,14 @@ class ParallelBars:
 
     def of_pair(self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench) -> list[Contribution]:
         """What the springs of the leg add to a^T C b; the bars only where both are the same."""
-        rest = replace(leg, elements=(*leg.own_parts,))
-        return [*self.reader.contributions.of(rest, a, b), *(self._own(a) if a is b else ())]
+        rest = self.reader.contributions.of(leg.without_blocks, a, b)
+        return [*rest, *(self._own(a) if a is b else ())]
 
     def _own(self, wrench: UnitWrench) -> tuple[Contribution, ...]:
         L, w = self.along, self.width
         if wrench.point is not None:
             met = L / (2 * self._value("EA"))
-        elif _are_along(sampled(wrench.direction, len(self.unit)), self.pin):
+        elif are_along(sampled(wrench.direction, len(self.unit)), self.pin):
             met = 2 * L / (self._value("EA") * w**2 * _SINE**2)
         else:
             EI, GJ = self._value(self.bends), self._value("GJ")
@@ -108,17 +108,12 @@ def _bar_of(
     for joint in (first, last):
         if not (isinstance(joint, PlacedFreedom) and joint.is_passive and joint.is_rotation):
             return None
-        if not _are_along(sampled(joint.axis, count), pin):
+        if not are_along(sampled(joint.axis, count), pin):
             return None
-    return beam if _are_along(sampled(beam.rotation[:, 0], count), unit) else None
+    return beam if are_along(sampled(beam.rotation[:, 0], count), unit) else None
 
 
 def _are_equal(beams: Sequence[PlacedSpring | None], count: int) -> bool:
     each = [sampled(x.elasticity.compliance, count) for x in beams if x is not None]
     apart = [np.abs(C - each[0]) <= _SAME * np.abs(each[0]) for C in each]
     return len(each) == len(beams) and bool(np.all(apart))
-
-
-def _are_along(own: np.ndarray, other: np.ndarray) -> bool:
-    """Whether unit vectors lie along one another, at each sample."""
-    return bool(np.max(np.abs(np.cross(own, other))) < _SAME)

@@ -8,20 +8,16 @@ couples do no work on the slide, so that only the force meets the compliance of 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.springs.contributions import summed
 from robostiff.analytic.springs.leg_springs import LegReader
 from robostiff.analytic.springs.unit_wrenches import UnitWrench
-from robostiff.analytic.vectors.vector_rods import Bar, Carrier, ends_of, in_the_platform
-from robostiff.model import PlacedBlock, PlacedSpring
+from robostiff.analytic.vectors.vector_rods import Bar, Carrier, are_along, ends_of, in_the_platform
+from robostiff.model import PlacedSpring
 from robostiff.recorded.leg import at_samples as sampled
-
-_SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +47,7 @@ def cluster_of(
         found = () if basis is None else basis.wrenches
         if len(found) != 1 or found[0].point is None:
             return None
-        if np.max(np.abs(np.cross(sampled(found[0].direction, count), rod.unit))) > _SAME:
+        if not are_along(sampled(found[0].direction, count), rod.unit):
             return None
         forces.append(found[0])
     mean, contributions = UnitWrench(forces[0].direction, middle[1]), reader.contributions.of
@@ -62,8 +58,7 @@ def cluster_of(
         return None
     (of_rod,) = each
     # Each rod takes the same share of a force through their middle.
-    drive = tuple(x for x in own.elements if not isinstance(x, PlacedBlock))
-    met = summed(contributions(replace(own, elements=drive), mean, mean)) + of_rod / len(branches)
+    met = summed(contributions(own.without_blocks, mean, mean)) + of_rod / len(branches)
     ends = [ends_of(branch) for branch in branches]
     arms = [in_the_platform(placed, end[1] - middle[1]) for end in ends if end is not None]
     labels = [f"{own.name}, {branch.name.split('/')[-1]}" for branch in branches]

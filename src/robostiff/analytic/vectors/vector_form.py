@@ -17,7 +17,7 @@ import sympy as sp
 from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.exact.products import FormulaTooLargeError
 from robostiff.analytic.placement.agreement import check_form
-from robostiff.analytic.placement.orbits import average_of
+from robostiff.analytic.placement.orbits import COMPONENTS, averages, orbits_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.known_reading import KnownContributions, KnownReading
@@ -56,6 +56,7 @@ from robostiff.analytic.vectors.vector_wrenches import (
     vectors_of,
 )
 from robostiff.recorded.leg import at_samples as sampled
+from robostiff.spatial import Space
 
 _SAME = 1e-9
 
@@ -77,7 +78,39 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
     if found is None:
         return None
     check_form("the vector form", found.stiffness, placed)
-    return replace(found, average=average_of(found, placed))
+    return replace(found, average=_average_of(found, placed))
+
+
+def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | None:
+    """K by the wrench of the first leg, of which all others are turns or mirror images."""
+    is_one = len(found.wrenches) == 1 and not (found.others or found.rods)
+    if not is_one or placed.coordinates or found.space is not Space.SPATIAL:
+        return None
+    names = placed.symbols
+    values = [
+        {name: float(placed.record.input(name).sample[i]) for name in names}
+        for i in range(placed.record.count)
+    ]
+    each = [list(found.wrenches_at(at)) for at in values]
+    c = np.array([[float(own[1][0]) for own in legs] for legs in each])
+    if np.max(np.abs(c - c[:, :1]) / c) > _SAME:
+        return None
+    scale = np.array([1.0] * 3 + [placed.length] * 3)
+    W = np.array([[own[0][0] for own in legs] for legs in each]) / scale
+    orbits = orbits_of(W)
+    if orbits is None or len(orbits) > 1:
+        return None
+    is_nothing = np.max(np.abs(W[:, 0]), axis=0) < _SAME
+    symbols: Any = sp.symbols(COMPONENTS, real=True)
+    own = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
+    products = averages({0: own}, orbits)
+    c_of_all = sp.Symbol("c_1", positive=True)
+
+    def entry(i: int, j: int) -> Any:
+        terms = products[min(i, j), max(i, j)]
+        return sp.factor_terms(sp.Add(*(n * a * b for n, a, b in terms)) / c_of_all)
+
+    return sp.ImmutableMatrix(6, 6, entry)
 
 
 _P, _A, _B, _U, _E, _J, _G, _N = map(Vector, ("p", "a_i", "b_i", "u_i", "e_i", "j_i", "g_i", "n_i"))

@@ -338,6 +338,11 @@ def _distance(a: np.ndarray, b: np.ndarray, placed: PlacedRobot) -> Any:
     return placed.record.simplified(length)
 
 
+def are_along(own: np.ndarray, other: np.ndarray) -> bool:
+    """Whether unit vectors lie along one another, at each sample."""
+    return bool(np.max(np.abs(np.cross(own, other))) < _SAME)
+
+
 def varies(values: np.ndarray) -> bool:
     """Whether a scalar is no whole number at all samples, which needs no name."""
     return bool(np.max(np.abs(values - np.rint(values))) > _SAME)
