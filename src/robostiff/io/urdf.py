@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError, Location, needs_extra
+from robostiff.errors import FileError, Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
@@ -231,12 +231,9 @@ def expand_xacro(source: Path | str) -> bytes:
     """
     file = str(source)
     read_xml(source)
-    if find_spec("xacrodoc") is None or find_spec("xacro") is None:
-        raise InputError(
-            "xacro",
-            got=Words("no xacrodoc, which expands it"),
-            expected="the extra urdf",
-            hint="pip install 'robostiff[urdf]'",
-        )
+    with needs_extra("xacro files", "urdf"):
+        for package in ("xacrodoc", "xacro"):
+            if find_spec(package) is None:  # another process imports it
+                raise ModuleNotFoundError(name=package)
     request = {"file": file, "limits": vars(XmlLimits())}
     return answer_of(EXPAND_XACRO, request, Location(file), "xacro", "xacro")["text"].encode()

@@ -18,7 +18,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError, Location
+from robostiff.errors import FileError, Location, needs_extra
 from robostiff.io.child_process import COMPILE_MJCF, answer_of
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words
@@ -56,13 +56,9 @@ class CompiledModel:
 def compiled_model(source: Path | str) -> CompiledModel:
     """The MuJoCo model of a file without its shapes."""
     lines = kinematic_part(source)
-    if find_spec("mujoco") is None:
-        raise InputError(
-            "MJCF",
-            got=Words("no package mujoco"),
-            expected="the extra mjcf",
-            hint="pip install 'robostiff[mjcf]'",
-        )
+    with needs_extra("MJCF files", "mjcf"):
+        if find_spec("mujoco") is None:  # another process imports it
+            raise ModuleNotFoundError(name="mujoco")
     try:
         return _compiled("\n".join(tag for tag, _ in lines), str(source))
     except FileError as error:
