@@ -53,14 +53,14 @@ def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
         long_name = "time" if unit == "s" else "length along the path"
         attributes = {"units": unit, "long_name": long_name}
         found[name] = CoordinateArray(source.dims, values, attributes)
-    for variable in job.evaluator.variables:
+    for variable in job.answers:
         for dim, labels in zip(variable.dims, variable.labels, strict=False):
             found[dim] = CoordinateArray((dim,), np.array(labels), {"long_name": dim})
         if not isinstance(variable.units, str):
             about = {"long_name": f"unit of each entry of {variable.name}"}
             own = CoordinateArray(variable.dims, np.array(variable.units), about)
             found[f"{variable.name}_units"] = own
-    taken = {v.name for v in job.evaluator.variables} | {d for v in job.variables for d in v.dims}
+    taken = {v.name for v in job.answers} | {d for v in job.variables for d in v.dims}
     for name in source.names:
         if name in taken or "/" in name:
             raise InputError(
@@ -75,7 +75,7 @@ def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
 def own_coordinates(job: MapJob) -> list[str]:
     """Names of the coordinates that are no dimension: of single poses, time, units of entries."""
     parameter = job.source.parameter()
-    several = [v.name for v in job.evaluator.variables if not isinstance(v.units, str)]
+    several = [v.name for v in job.answers if not isinstance(v.units, str)]
     units = [f"{name}_units" for name in several]
     return [v.name for v in job.coordinates] + ([parameter[0]] if parameter else []) + units
 
