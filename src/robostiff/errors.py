@@ -189,7 +189,7 @@ def needs_extra(what: str, extra: str) -> Iterator[None]:
 
 
 class PlausibilityWarning(UserWarning):
-    """Input that can be used, but is probably a slip, such as a link of 500 m or E of 210 Pa."""
+    """Input that can be used, but is probably a slip, or of which a part is not read."""
 
 
 def warn_of_slip(text: str) -> None:

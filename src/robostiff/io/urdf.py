@@ -17,6 +17,7 @@ from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
+from robostiff.io.urdf_extensions import with_extensions
 from robostiff.model import Actuated, Passive
 from robostiff.spatial import Frame
 
@@ -142,7 +143,8 @@ def _check_numbers(element: XmlElement, sizes: dict[str, int], what: str) -> Non
 def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     """Read a URDF.
 
-    Meshes, inertias and collision shapes are not looked at, and no other file is opened.
+    Meshes, inertias and collision shapes are not looked at, and no other file is opened. Loops and
+    springs are read where simulators have them, see `urdf_extensions`.
 
     Parameters
     ----------
@@ -163,12 +165,13 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     check_structure(root)
     robot = _parsed(root)
     places = {joint.attributes["name"]: joint.location for joint in root.all("joint")}
-    return RigidTree(
+    tree = RigidTree(
         name=robot.name,
         file=file,
         links=tuple(link.name for link in robot.links),
         joints=tuple(_joint(joint, places[joint.name]) for joint in robot.joints),
     )
+    return with_extensions(tree, root)
 
 
 def _parsed(root: XmlElement) -> Any:
