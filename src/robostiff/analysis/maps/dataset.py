@@ -12,7 +12,7 @@ import numpy as np
 
 from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import FACTOR, Mapped
-from robostiff.analysis.maps.stored import IDENTITY, CheckedChunks, damaged, read_store
+from robostiff.analysis.maps.stored import IDENTITY, damaged, read_store
 from robostiff.analysis.maps.variables import Variable, status_flags, status_words
 from robostiff.errors import InputError, needs_extra
 from robostiff.version import __version__
@@ -187,8 +187,9 @@ def open_map(path: Path) -> xarray.Dataset:
     with needs_extra("maps", "maps"):
         import xarray
 
-    stored = read_store(path)
-    store: Any = CheckedChunks(stored)
+        from robostiff.analysis.maps.chunks import CheckedChunks
+
+    store: Any = CheckedChunks(read_store(path))
     try:
         found = xarray.open_zarr(store, consolidated=False, zarr_format=3)
     except InputError:
