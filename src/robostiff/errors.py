@@ -181,14 +181,15 @@ def needs_extra(what: str, extra: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
+        package = str(error.name).partition(".")[0]
         raise InputError(
-            f"{what} need {error.name!r}, which is not installed",
+            f"{what} need {package!r}, which is not installed",
             hint=f"write pip install 'robostiff[{extra}]'",
         ) from None
 
 
 class PlausibilityWarning(UserWarning):
-    """Input that can be used, but is probably a slip, such as a link of 500 m or E of 210 Pa."""
+    """Input that can be used, but is probably a slip, or of which a part is not read."""
 
 
 def warn_of_slip(text: str) -> None:

@@ -115,6 +115,6 @@ def test_missing_package(monkeypatch):
     with pytest.raises(InputError) as error:
         section_from_sectionproperties(None)  # type: ignore[arg-type]
     assert str(error.value) == (
-        "the package sectionproperties is not installed; "
-        "install it with: pip install robostiff[sections]"
+        "sections of any shape need 'sectionproperties', which is not installed; "
+        "write pip install 'robostiff[sections]'"
     )

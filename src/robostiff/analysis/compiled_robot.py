@@ -22,6 +22,7 @@ from robostiff.analysis.kernel_inputs import (
     InputRows,
     KernelInputs,
     ParameterValues,
+    at_joints,
     with_parameters,
 )
 from robostiff.analysis.measures import differences
@@ -83,6 +84,7 @@ class CompiledRobot(CompiledStiffness):
     def _given(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None
     ) -> tuple[Kernel, InputRows, np.ndarray, ParameterValues[Robot]]:
+        pose = at_joints(self.robot, pose)
         by_joints = self.joint_kernel if isinstance(pose, JointCoordinates) else None
         kernel = by_joints or self.kernel
         if kernel is self.joint_kernel and not isinstance(pose, JointCoordinates):
@@ -107,6 +109,7 @@ class CompiledRobot(CompiledStiffness):
                 rate = rate.of
 
     def _careful(self, robot: Robot, pose: Pose, given: np.ndarray) -> RobotStiffness:
+        pose = at_joints(self.robot, pose)
         some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given
         return careful_stiffness(robot, some)
 

@@ -10,13 +10,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError, Location, needs_extra
+from robostiff.errors import FileError, Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
+from robostiff.io.urdf_extensions import with_extensions
 from robostiff.model import Actuated, Passive
 from robostiff.spatial import Frame
 
@@ -142,7 +143,8 @@ def _check_numbers(element: XmlElement, sizes: dict[str, int], what: str) -> Non
 def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     """Read a URDF.
 
-    Meshes, inertias and collision shapes are not looked at, and no other file is opened.
+    Meshes, inertias and collision shapes are not looked at, and no other file is opened. Loops and
+    springs are read where simulators have them, see `urdf_extensions`.
 
     Parameters
     ----------
@@ -163,12 +165,13 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     check_structure(root)
     robot = _parsed(root)
     places = {joint.attributes["name"]: joint.location for joint in root.all("joint")}
-    return RigidTree(
+    tree = RigidTree(
         name=robot.name,
         file=file,
         links=tuple(link.name for link in robot.links),
         joints=tuple(_joint(joint, places[joint.name]) for joint in robot.joints),
     )
+    return with_extensions(tree, root)
 
 
 def _parsed(root: XmlElement) -> Any:
@@ -231,12 +234,9 @@ def expand_xacro(source: Path | str) -> bytes:
     """
     file = str(source)
     read_xml(source)
-    if find_spec("xacrodoc") is None or find_spec("xacro") is None:
-        raise InputError(
-            "xacro",
-            got=Words("no xacrodoc, which expands it"),
-            expected="the extra urdf",
-            hint="pip install 'robostiff[urdf]'",
-        )
+    with needs_extra("xacro files", "urdf"):
+        for package in ("xacrodoc", "xacro"):
+            if find_spec(package) is None:  # another process imports it
+                raise ModuleNotFoundError(name=package)
     request = {"file": file, "limits": vars(XmlLimits())}
     return answer_of(EXPAND_XACRO, request, Location(file), "xacro", "xacro")["text"].encode()

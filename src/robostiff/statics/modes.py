@@ -21,23 +21,17 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.chains.carried_masses import CarriedMasses
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.equations.vibration import SmallMotions
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
-from robostiff.statics.loading.given_loads import Gravity, Loads, Masses, has_masses, unit_weights
+from robostiff.statics.loading.given_loads import Gravity, Loads, Masses, has_masses
 from robostiff.statics.loading.joint_laws import Laws
-from robostiff.statics.loading.loaded_posture import (
-    LoadedPosture,
-    one_wrench,
-    places_of,
-    postures_of,
-)
+from robostiff.statics.loading.loaded_posture import LoadedPosture, one_wrench, postures_of
 from robostiff.statics.result_tables import modes_html
 
 _BOWING = Bowing()
-# Gravity that makes forces of masses, whose size alone counts [m/s^2].
-_UNIT = np.array([0.0, 0.0, -1.0])
 # Of the platform's motion beside that of the legs: below this it stays.
 _STAYS = 1e-6
 # Of a motion, rotations times the length of the robot: below this it is called a translation.
@@ -192,24 +186,18 @@ def modes(
     (72, array([48.7, 48.7]))
     """
     postures = postures_of(robot, pose, near)
-    own = has_masses(postures.robot)
-    if not (masses or own):
+    if not (masses or has_masses(postures.robot)):
         raise _without_mass(robot.name)
     given = one_wrench(postures, wrench)
-    loaded = postures.loaded(0, at, loads, preload, beams, gravity, masses=own).under(laws)
+    loaded = postures.loaded(
+        0, at, loads, preload, beams, gravity, masses={} if masses is None else masses
+    ).under(laws)
     if not loaded.has_posture:
         return Modes(loaded.name, loaded.space, loaded.status)
     problem, known, state, status = _about(loaded, given)
     if known is None or state is None:
         return Modes(loaded.name, loaded.space, status)
-    more = unit_weights(masses or {}, {"platform": problem.point, **places_of(loaded.posed)})
-    try:
-        weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
-    except InputError as error:
-        if error.subject != "loads":
-            raise
-        raise InputError("masses", got=error.got, expected=error.expected) from None
-    each = _vibrating(problem, weights, known, state)
+    each = _vibrating(problem, loaded.masses, known, state)
     if not each:
         raise _without_mass(robot.name)
     return Modes(loaded.name, loaded.space, status, each, loaded.posed, problem)
@@ -240,9 +228,9 @@ def _about(
 
 
 def _vibrating(
-    problem: EquilibriumProblem, weights: EquilibriumProblem, known: Linearised, state: State
+    problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
 ) -> tuple[Mode, ...]:
-    squares, shapes = SmallMotions.of(problem, weights, known, state).vibrations()
+    squares, shapes = SmallMotions.of(problem, masses, known, state).vibrations()
     largest = np.max(np.abs(squares), initial=0.0)
     each, rest = [], body_places(problem, state)
     for square, shape in zip(squares, shapes, strict=True):

@@ -244,7 +244,13 @@ def test_whatever_draws_touches_or_senses_is_left_out(tmp_path):
     dressed = dressed.replace(
         '<site name="tip" ', '<geom class="shell"/><site name="tip2"/><site name="tip" '
     ).replace("</actuator>", '<motor tendon="both"/><general site="tip"/></actuator>')
-    robot = _loaded(tmp_path, dressed, FOUR_BAR_SIDE)
+    with pytest.warns(rs.PlausibilityWarning) as caught:
+        robot = _loaded(tmp_path, dressed, FOUR_BAR_SIDE)
+    said = [str(warning.message).rpartition("not read: ")[2] for warning in caught]
+    assert said == [
+        "tendons both; nothing stands in their place",
+        "drives of sites or bodies without a name; nothing stands in their place",
+    ]
     plain = _loaded(tmp_path, FOUR_BAR, FOUR_BAR_SIDE)
     assert matrix_distance(rs.stiffness(robot).K, rs.stiffness(plain).K) == 0.0
 

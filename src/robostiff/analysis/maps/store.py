@@ -34,12 +34,11 @@ from robostiff.analysis.maps.stored import (
     StoredMap,
     array_checksum,
     damaged,
-    is_sound,
     read_store,
     sealed,
 )
 from robostiff.analysis.maps.variables import Variable
-from robostiff.errors import InputError, needs_extra
+from robostiff.errors import InputError
 
 if TYPE_CHECKING:
     import zarr
@@ -55,9 +54,6 @@ def create_store(
     attributes: Mapping[str, Any],
 ) -> None:
     """Make an empty store beside its place, then move it there whole."""
-    with needs_extra("maps", "maps"):
-        import zarr  # noqa: F401
-
     if not path.parent.is_dir():
         raise InputError("store of a map", got=str(path), expected="a path in an existing folder")
     begun = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
@@ -259,6 +255,8 @@ class MapStore:
         return index, summary
 
     def _is_whole(self, stored: StoredMap, index: int) -> bool:
+        from robostiff.analysis.maps.chunks import is_sound
+
         try:
             return all(
                 is_sound(self._chunk(variable, index).read_bytes(), stored.arrays[variable.name])

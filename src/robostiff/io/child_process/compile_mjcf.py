@@ -11,7 +11,8 @@ mujoco: Any = _mujoco  # a module in C without annotations
 _ARRAYS = (
     *("body_parentid", "body_jntadr", "body_jntnum", "body_pos", "body_quat"),
     *("jnt_type", "jnt_bodyid", "jnt_qposadr", "jnt_limited", "jnt_range", "jnt_pos", "jnt_axis"),
-    *("qpos0", "site_bodyid", "site_pos", "site_quat"),
+    *("qpos0", "qpos_spring", "site_bodyid", "site_pos", "site_quat"),
+    *("actuator_trntype", "actuator_trnid", "actuator_biastype", "actuator_gear"),
     *("eq_type", "eq_objtype", "eq_obj1id", "eq_obj2id", "eq_active0", "eq_data"),
 )
 
@@ -20,28 +21,24 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
     """Names and arrays of the model of a text without shapes, or the reason of a failure."""
     try:
         spec = mujoco.MjSpec.from_string(request["text"])
-        on_joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-        driven = sorted({a.target for a in spec.actuators if a.trntype in on_joints})
-        for actuator in list(spec.actuators):
-            spec.delete(actuator)
         # Bodies have no mass without their shapes.
         spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
         model = spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         return {"refusal": str(error)}
-    return names_and_arrays(model, driven)
+    return names_and_arrays(model)
 
 
-def names_and_arrays(model: Any, driven: list[str]) -> dict[str, Any]:
+def names_and_arrays(model: Any) -> dict[str, Any]:
     """What is read of a compiled model, as plain data."""
     return {
         "name": bytes(model.names).split(b"\0", 1)[0].decode(),
-        "driven": driven,
         "bodies": [model.body(i).name for i in range(model.nbody)],
         "joints": [model.joint(i).name for i in range(model.njnt)],
         "sites": [model.site(i).name for i in range(model.nsite)],
         "equalities": [model.equality(i).name for i in range(model.neq)],
-        # Newer versions have coefficients of higher powers behind it.
+        # Newer versions have coefficients of higher powers, here or in another array.
         "jnt_stiffness": [model.joint(i).stiffness.flat[0] for i in range(model.njnt)],
+        "actuator_biasprm": model.actuator_biasprm[:, :2].tolist(),
         **{key: getattr(model, key).tolist() for key in _ARRAYS},
     }

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from robostiff.errors import warn_of_slip
 from robostiff.io.model_file.build_link import build_beam, build_link, build_spring
 from robostiff.io.model_file.joints import build_joint
 from robostiff.io.model_file.place import Place, transform
@@ -135,7 +136,14 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
                 "name of the loop", got=name, expected="a name no joint or loop has"
             )
         taken.add(name)
-        loops.append(_loop(place, entry, name, tree))
+        loop = _loop(place, entry, name, tree)
+        described = [own.name for own in tree.loops if set(own.links) == set(loop.links)]
+        if described:
+            words = (
+                f"a loop between links that {described[0]!r} of the description connects; both hold"
+            )
+            warn_of_slip(f"{place.document.location(place.path)}: {words}")
+        loops.append(loop)
     return loops
 
 

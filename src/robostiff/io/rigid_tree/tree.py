@@ -59,7 +59,9 @@ class TreeJoint:
     after : Frame
         Of the child, seen from the joint's frame once it has moved.
     role : Passive, Actuated or Locked
-        Role in the description.
+        Role in the description; a stiffness is that of its drive.
+    spring : float
+        Stiffness of a spring of the joint, beside its drive [N m/rad or N/m]; 0 for none.
     home : float
         Coordinate in the configuration in which the description draws it.
     mimic : Mimic or None
@@ -73,6 +75,7 @@ class TreeJoint:
     axis: np.ndarray
     after: Frame = field(default_factory=Frame.identity)
     role: Role = field(default_factory=Actuated)
+    spring: float = 0.0
     home: float = 0.0
     mimic: Mimic | None = None
 

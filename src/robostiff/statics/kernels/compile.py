@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import reduce
+from operator import or_
 
 import numpy as np
 
@@ -222,9 +224,30 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     """
     robot = found.robot
     posture = sample_postures(finder, 1873)
-    by_joints = robot.is_posed_by_joints
-    given = posture.coordinates[0] if by_joints else posture.pose[:, robot.coordinate_places]
-    pose = JointCoordinates(given) if by_joints else given
+    poses: list[JointCoordinates | np.ndarray] = []
+    if robot.coordinates or not robot.is_posed_by_joints:
+        poses.append(posture.pose[:, robot.coordinate_places])
+    if robot.is_posed_by_joints:
+        poses.append(JointCoordinates(posture.coordinates[0]))
+    # Poses alone may leave all of them open: of an arm with more than six joints.
+    each = (_status_at(found, finder, force, pose) for pose in poses)
+    status = [own for own in each if own is not None]
+    if not status:
+        return replace(found, general=replace(found.general, verified=False))
+    return replace(found, status=reduce(or_, status))
+
+
+def _status_at(
+    found: CompiledLoading, finder: PostureFinder, force: float, pose: JointCoordinates | np.ndarray
+) -> Status | None:
+    """Status at generic poses (N, n) where equilibria confirm the record; None where it has none.
+
+    Raises
+    ------
+    DisagreementError
+        When it gives something else.
+    """
+    robot, given = found.robot, np.asarray(getattr(pose, "values", pose))
     random = np.random.default_rng(5)
     rows = np.array(robot.space.rows)
     F = (
@@ -236,13 +259,13 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     values = parameter_samples(robot, 1873)
     answer = found.in_arrays.evaluate(pose, F, parameters=values)
     if np.all(answer.guarded):
-        return replace(found, general=replace(found.general, verified=False))
+        return None
     parameter_rows = ParameterValues(
         robot, np.reshape(list(values.values()), (len(values), len(given)))
     )
     status = Status.OK
     for other, own in parameter_rows.groups(~answer.guarded):
-        part = JointCoordinates(given[own]) if by_joints else given[own]
+        part = given[own] if pose is given else JointCoordinates(given[own])
         sure = found.standing.equilibria(other, part, F[own])
         for k, one in zip(own, sure, strict=True):
             where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
@@ -253,4 +276,4 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
             if not off <= _AGREES:
                 raise DisagreementError(_SUBJECT, off, where)
             status = one.status & ~Status.BEYOND_LIMITS
-    return replace(found, status=status)
+    return status
