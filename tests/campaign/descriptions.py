@@ -1,0 +1,3 @@
+"""Descriptions."""
+def described(rng):
+    return []
