@@ -91,7 +91,9 @@ class Assembly:
         number = None
         if numbered:
             number = sums[name] = self.bodies.numbers
-        own = SingleJoint(a, b, axis, point, None if pitch is None else float(pitch), energy, number)
+        own = SingleJoint(
+            a, b, axis, point, None if pitch is None else float(pitch), energy, number
+        )
         self.bodies.joints.append(own)
         return b
 
@@ -196,7 +198,9 @@ class Assembly:
                 raise NotAssembledError("a rigid part from the base to the platform")
             self.bodies.merge(low, high)
             ends = [low if i == high else i - (i > high) for i in ends]
-            moved = {k: (low if i == high else i - (i > high), p) for k, (i, p) in self.behind.items()}
+            moved = {
+                k: (low if i == high else i - (i > high), p) for k, (i, p) in self.behind.items()
+            }
             self.behind = moved
             self.spread = [
                 (*(low if i == high else i - (i > high) for i in own[:2]), *own[2:])
@@ -211,9 +215,7 @@ class Assembly:
         for m in masses:
             at = middle if m.centre is None else T[:3, :3] @ np.asarray(m.centre, float) + T[:3, 3]
             inertia = np.zeros((3, 3)) if m.inertia is None else m.inertia
-            self.bodies.masses.append(
-                (body, float(m.value), at, T[:3, :3] @ inertia @ T[:3, :3].T)
-            )
+            self.bodies.masses.append((body, float(m.value), at, T[:3, :3] @ inertia @ T[:3, :3].T))
 
     def fall(self, gravity: np.ndarray) -> None:
         """Weights of all masses; those along parts a sixth of the length before both ends."""
@@ -239,9 +241,7 @@ def _check_closed(T: np.ndarray, wanted: np.ndarray) -> None:
         raise NotAssembledError("open")
 
 
-def _stiffness(
-    C: np.ndarray, freedoms: np.ndarray, length: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _stiffness(C: np.ndarray, freedoms: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Energy by the deflection, and rows whose product with it is zero.
 
     Wrenches P do no work on the freedoms; ``P^T th = P^T C P w`` with w their components.
@@ -357,7 +357,9 @@ def of_robot(
     return found
 
 
-def of_network(network: Network, beams: int = 0, sections: Mapping[str, Any] | None = None) -> Assembly:
+def of_network(
+    network: Network, beams: int = 0, sections: Mapping[str, Any] | None = None
+) -> Assembly:
     """A network: its nodes are the bodies; `sections` are rigidities of its beams by name."""
     point = np.asarray(network.reference_point, float)
     length = float(network.characteristic_length) or 1.0
@@ -406,5 +408,7 @@ def of_network(network: Network, beams: int = 0, sections: Mapping[str, Any] | N
     for node in network.nodes:
         for m in node.masses:
             at = np.asarray(m.centre, float)
-            found.bodies.masses.append((found.behind[node.name][0], float(m.value), at, np.zeros((3, 3))))
+            found.bodies.masses.append(
+                (found.behind[node.name][0], float(m.value), at, np.zeros((3, 3)))
+            )
     return found

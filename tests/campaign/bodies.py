@@ -307,7 +307,9 @@ class _Group:
         if self.parts[0].number is not None:
             gaps.append(q)
         energy = np.zeros_like(q)
-        coefficients = np.array([[*p.energy, *[0.0] * (_POWERS - len(p.energy))] for p in self.parts])
+        coefficients = np.array(
+            [[*p.energy, *[0.0] * (_POWERS - len(p.energy))] for p in self.parts]
+        )
         for c in coefficients.T[::-1]:
             energy = energy * q + c[:, None, None]
         return energy * q, np.stack(gaps, axis=-1), q
@@ -494,7 +496,9 @@ def curvatures(bodies: Bodies, state: State, pulled: float = 1.0) -> np.ndarray:
 
 
 def _left(own: System) -> np.ndarray:
-    return null_space(own.jacobian, rcond=1e-9) if len(own.constraints) else np.eye(len(own.gradient))
+    return (
+        null_space(own.jacobian, rcond=1e-9) if len(own.constraints) else np.eye(len(own.gradient))
+    )
 
 
 def frequencies(bodies: Bodies, state: State, pulled: float = 1.0) -> np.ndarray:

@@ -1,3 +1,5 @@
 """Descriptions."""
+
+
 def described(rng):
     return []

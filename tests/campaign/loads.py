@@ -80,9 +80,7 @@ class Case:
 
     def ask(self, **how: Any) -> Any:
         """The equilibrium that the library finds."""
-        return rs.equilibrium(
-            self.robot, self.pose, self.wrench, at=self.at, **self.more, **how
-        )
+        return rs.equilibrium(self.robot, self.pose, self.wrench, at=self.at, **self.more, **how)
 
 
 def _energy(own: Assembly, name: str, power: int, value: float) -> None:
@@ -314,7 +312,11 @@ def _beside(rng: np.random.Generator, case: Case, force: float, point: np.ndarra
         place = point + 0.1 * case.length * rng.normal(size=3) * in_space
         loads["platform"] = rs.DeadForce(0.2 * force * rng.normal(size=3) * in_space, place)
     drives = [n for n, i in own.drives.items() if len(own.bodies.joints[i].energy) == 2]
-    drives = [] if robot.is_coupled else [n for n in drives if own.bodies.joints[own.drives[n]].energy[1]]
+    drives = (
+        []
+        if robot.is_coupled
+        else [n for n in drives if own.bodies.joints[own.drives[n]].energy[1]]
+    )
     preload, laws = {}, {}
     for name in drives:
         if rng.uniform() < 0.15:
@@ -328,7 +330,10 @@ def _beside(rng: np.random.Generator, case: Case, force: float, point: np.ndarra
     if rng.uniform() < 0.2:
         case.at = point + rng.uniform(-0.5, 0.5, 3) * case.length * in_space
     if rng.uniform() < 0.2:
-        a, b = (rs.BodyPoint(body, rng.uniform(-0.3, 0.3, 3) * in_space) for body in ("base", "platform"))
+        a, b = (
+            rs.BodyPoint(body, rng.uniform(-0.3, 0.3, 3) * in_space)
+            for body in ("base", "platform")
+        )
         k, rest = force / case.length * 10 ** rng.uniform(-1, 1), float(rng.uniform(0, 0.5))
         spring = rs.BodySpring("spring", (a, b), stiffness=k, free_length=rest)
         case.robot = robot.with_springs([spring])
