@@ -62,7 +62,7 @@ class FormulaDerivative(Formula):
 
     @property
     def _expressions(self) -> Any:
-        return (*self.K, *self.dK)
+        return (*self.K, *self.dK, *(c.expression for c in self.conditions))
 
     @cached_property
     def in_names(self) -> FormulaDerivative:
