@@ -188,32 +188,6 @@ class Derivation(Formula):
         refuse_undefined(K.flat(), where)
         return K
 
-    def series(self, symbol: Any, x0: Any = 0, n: int = 2) -> Derivation:
-        """The first n terms of K as a power series in a symbol about x0, as SymPy counts them.
-
-        Parameters
-        ----------
-        symbol : str or Symbol
-            A coordinate of the pose, a length, a stiffness.
-        x0 : number or formula
-        n : int
-            Number of terms; the rest is of the order of (x - x0)**n.
-
-        Examples
-        --------
-        >>> k, x = sp.symbols("k x", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k / (1 + x), 0, 0))
-        >>> Derivation("K_C", K, (), K).series("x", 0, 3).K[0, 0]
-        k*x**2 - k*x + k
-        """
-        from robostiff.analytic.derivatives import series_formula
-
-        own = next((s for s in self.symbols if s.name == str(symbol)), None)
-        if own is None:
-            names = ", ".join(map(str, self.symbols))
-            raise InputError(f"symbol of a series of {self.name!r}", got=symbol, expected=names)
-        return series_formula(self, own, x0, n)
-
     def lambdify(self, *arguments: Any) -> FormulaFunction:
         """K as a function of numbers and of arrays that broadcast, in milliseconds.
 
