@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, is_rigid, moves
+from robostiff.statics.chains.beam_bowing import Beams, is_rigid, moves
 from robostiff.statics.chains.chain import BodyLoad, FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
 from robostiff.statics.chains.element import Element
@@ -53,7 +53,7 @@ def group_of(
     on_bodies = bodies.loaded(loads)
     for node in network.nodes:
         on_bodies[bodies.of_node[node.name]] += weights_of(node.masses, gravity)
-    elements = SpringElements(network.space)
+    elements = SpringElements(network.space, beams)
     chains: list[FiniteChain] = []
     left = dict(preload)
     places: dict[tuple[str, str, str, str], tuple[int, int]] = {}
@@ -77,7 +77,7 @@ def group_of(
                 own.append(replace(joint, preload=joint.preload + push))
             else:
                 sides = (bodies.outwards(element, node) for node in (element.a, element.b))
-                own += elements.of(part, partial(elements_of, beams, part, sides))
+                own += elements.of(part, sides)
         end = element.end if isinstance(element, BeamElement) else element.point
         weights = tuple(
             BodyLoad(
