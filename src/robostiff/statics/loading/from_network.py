@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, is_rigid, moves
+from robostiff.statics.chains.beam_bowing import Beams, is_rigid, moves
 from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
 from robostiff.statics.chains.chain import BodyLoad, FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
@@ -57,7 +57,7 @@ def group_of(
     masses: dict[str, list[PlacedMass]] = defaultdict(list)
     for node in network.nodes:
         masses[bodies.of_node[node.name]] += node.masses
-    elements = SpringElements(network.space)
+    elements = SpringElements(network.space, beams)
     chains: list[FiniteChain] = []
     carried: list[CarriedMass] = []
     left = dict(preload)
@@ -82,7 +82,7 @@ def group_of(
                 own.append(replace(joint, preload=joint.preload + push))
             else:
                 sides = (bodies.outwards(element, node) for node in (element.a, element.b))
-                own += elements.of(part, partial(elements_of, beams, part, sides))
+                own += elements.of(part, sides)
         of_chain = []
         for mass in along:
             end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
@@ -98,16 +98,16 @@ def group_of(
     ]
     for name in left:
         raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
-    for body, own in masses.items():
-        on_bodies[body] += weights_of(own, gravity)
-    for name, own in given.items():
-        masses[bodies.moving(name, "masses")] += own
+    for body, of_body in masses.items():
+        on_bodies[body] += weights_of(of_body, gravity)
+    for name, more in given.items():
+        masses[bodies.moving(name, "masses")] += more
     on_platform = on_bodies.pop(network.platform, [])
     chains = _with_loads(chains, bodies, on_bodies)
     carried += [
-        CarriedMass(own, *_held_at(chains, body, bodies.number(body), "masses"))
+        CarriedMass(mass, *_held_at(chains, body, bodies.number(body), "masses"))
         for body in bodies.between
-        for own in masses[body]
+        for mass in masses[body]
     ]
     group = LegGroup(
         (0,),
