@@ -238,7 +238,7 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition,
         names = ", ".join(x.name for x in some)
         words = f"joints {names} of leg {leg.name!r} are independent"
         if len(some) == 3 and all(x.turns for x in some):
-            words = f"leg {leg.name!r} is not stretched"
+            words = f"leg {leg.name!r} is neither stretched nor folded"
         square = aa * bb - ((aa + bb - ab) / 2) ** 2
         short = not square.atoms(sp.sin, sp.cos) and count_of(square) <= _SHORT
         product = factored_fraction(square) if short else square

@@ -109,6 +109,7 @@ def slice_picture(
 
 
 OVERVIEW: Mapping[str, Mapping[str, int]] = {
+    "displacement_magnitude": {},
     "worst_deflection": {},
     "translational_stiffness": {"principal_translation": 0},
     "rotational_stiffness": {"principal_rotation": 0},

@@ -257,18 +257,30 @@ class LegGroup:
         x, starts = self.family.coordinates([state]), self.family.placements([state])
         return share * (total + float(np.sum(self.family.arrays.load_potential(x, starts))))
 
-    def load_velocities(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
-        """Of the points at which loads act, by coordinates and bodies (N, L, 3, m); the loads."""
+    def twists(self, state: LegState, about: np.ndarray) -> list[np.ndarray]:
+        """Of the body at the start of every chain, and of that behind each of its elements.
+
+        Arrays (N, K + 1, 6, m) about a point (3,), by coordinates and bodies.
+        """
         if not self.chains:
-            return np.zeros((1, 0, 3, 0)), np.zeros((1, 0, 3))
-        family, found, forces = self.family, [], []
-        rates = family.loaded(state)[1]
-        for i, (own, columns) in enumerate(zip(family.rows, family.columns, strict=True)):
-            wide = np.zeros((self.count, *rates.shape[1:3], self.free_size))
-            wide[..., self.moving_places(i)] = rates[own][..., columns]
+            return []
+        family, found = self.family, []
+        by_all = family.twists(state, about)
+        parts = zip(family.rows, family.slots, family.columns, strict=True)
+        for i, (own, slots, columns) in enumerate(parts):
+            behind = np.append(0, slots + 1)
+            moving = by_all[own][:, None] * family.arrays.moving(behind)[..., None]
+            wide = np.zeros((self.count, len(behind), 6, self.free_size))
+            wide[..., self.moving_places(i)] = np.swapaxes(moving[:, :, columns], -1, -2)
             found.append(wide)
-            forces.append(family.arrays.load_force[own])
-        return np.concatenate(found, axis=1), np.concatenate(forces, axis=1)
+        return found
+
+    def place_of(self, leg: int, chain: int) -> tuple[int, int]:
+        """Number and row of a chain of a leg, by its index in the robot."""
+        place = self.indices.index(leg)
+        if not self.owners:
+            return chain, place
+        return [c for c, owner in enumerate(self.owners) if owner == place][chain], 0
 
     @cached_property
     def own_curvature(self) -> np.ndarray:
