@@ -17,7 +17,6 @@ from robostiff.analytic.exact.factors import without_sign
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.products import FormulaTooLargeError
-from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
 from robostiff.analytic.questions.in_names import MatrixInNames
 from robostiff.analytic.questions.loci import Locus, rank_locus
 from robostiff.analytic.questions.zeros import independent_zeros, may_vanish
@@ -45,15 +44,15 @@ class RankFormula:
     remark : str
         Why there are no exceptions where they were not looked for, and which are too long to be
         listed; empty otherwise.
-    conditions : tuple of Condition
-        Under which the formula holds.
+    of_formula : Derivation or None
+        The formula whose conditions decide what is `allowed`.
     """
 
     rank: int
     exceptions: tuple[sp.Expr, ...]
     common_minor: sp.Expr
     remark: str = field(default="", repr=False, compare=False)
-    conditions: WrittenField = WrittenField(())
+    of_formula: Derivation | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(cls, K: Any, rank: int, powers: Mapping[Any, int], remark: str = "") -> RankFormula:
@@ -66,8 +65,7 @@ class RankFormula:
             lost = f"too long to be listed: where a sum in {', '.join(names)} vanishes"
             remark = "; ".join(filter(None, (remark, lost)))
         common = sp.Mul(*(factor ** powers[factor] for factor in kept))
-        conditions = Unwritten(lambda: getattr(K, "conditions", ()))
-        return cls(rank, kept, common, remark, conditions)
+        return cls(rank, kept, common, remark, K if isinstance(K, Derivation) else None)
 
     @property
     def allowed(self) -> tuple[sp.Expr, ...]:
@@ -80,7 +78,8 @@ class RankFormula:
         (R - r,)
         """
         possible = (x for x in self.exceptions if not x.is_nonzero)
-        return tuple(x for x in possible if x.is_Symbol or may_vanish(x, self.conditions))
+        conditions = () if self.of_formula is None else self.of_formula.conditions
+        return tuple(x for x in possible if x.is_Symbol or may_vanish(x, conditions))
 
 
 def closed_matrix(formula: Any, question: str) -> sp.Matrix:
