@@ -9,11 +9,14 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition, in_given_symbols
+from robostiff.analytic.derivation import Derivation, Formula
+from robostiff.analytic.exact.definition import (
+    Definition,
+    Unwritten,
+    WrittenField,
+    in_given_symbols,
+)
 from robostiff.analytic.exact.field import Element, ExactField
-from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
-from robostiff.analytic.formula import Formula
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.errors import InputError

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Derivation, Formula
 from robostiff.analytic.exact.definition import Condition, Definition, used_definitions
 from robostiff.analytic.exact.exact_matrix import echelon
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.formula import Formula
 from robostiff.analytic.questions.rank import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
 

@@ -20,13 +20,13 @@ from robostiff.analytic.export.code_printer import (
 )
 from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import symbols_of
-from robostiff.analytic.export.identifiers import (
+from robostiff.analytic.export.program import FormulaProgram
+from robostiff.analytic.export.vocabulary import (
     C_WORDS,
     JULIA_WORDS,
     MATLAB_WORDS,
     PYTHON_WORDS,
 )
-from robostiff.analytic.export.program import FormulaProgram
 
 _NO_ANSWER = "the formula does not hold at these values"
 

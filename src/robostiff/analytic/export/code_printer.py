@@ -11,10 +11,15 @@ import sympy as sp
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import wrapped_formula
-from robostiff.analytic.export.identifiers import Identifiers, ascii_identifier
 from robostiff.analytic.export.products import joined_terms, printed_product
 from robostiff.analytic.export.program import LARGE, FormulaProgram, Guard, program
-from robostiff.analytic.export.vocabulary import constant_name, function_name, unknown
+from robostiff.analytic.export.vocabulary import (
+    Identifiers,
+    ascii_identifier,
+    constant_name,
+    function_name,
+    unknown,
+)
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
