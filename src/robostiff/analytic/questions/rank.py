@@ -121,11 +121,12 @@ def needs_closed_form(derivation: Derivation, question: str) -> InputError:
 
 
 def matrix_by_entries(
-    K: sp.ImmutableMatrix, definitions: Sequence[Definition] = ()
-) -> tuple[sp.Matrix, tuple[Definition, ...]]:
+    K: sp.ImmutableMatrix, definitions: Sequence[Definition] = (), letter: str = "K", short: int = -1
+) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
     """K with a name for each different entry that is no symbol or number, and what these stand for.
 
-    Zeros, equal entries and those that differ by a sign are what questions about it can use.
+    Zeros, equal entries and those that differ by a sign are what questions about it can use. Those
+    of at most `short` operations have no name either.
     """
     taken = {s.name for s in K.free_symbols}
     for d in definitions:
@@ -138,14 +139,15 @@ def matrix_by_entries(
             if entry in known:
                 continue
             known[entry] = entry
-            if not (entry.is_Symbol or (-entry).is_Symbol or entry.is_Integer):
-                name = f"K{i + 1}{j + 1}"
+            is_plain = entry.is_Symbol or (-entry).is_Symbol or entry.is_Integer
+            if not (is_plain or count_of(entry) <= short):
+                name = f"{letter}{i + 1}{j + 1}"
                 while name in taken:
                     name += "'"
                 known[entry] = sp.Symbol(name, real=True)
                 entries.append(Definition(known[entry], entry))
             known.setdefault(-entry, -known[entry])
-    M = sp.Matrix(K.rows, K.cols, lambda i, j: known[K[min(i, j), max(i, j)]])
+    M = sp.ImmutableMatrix(K.rows, K.cols, lambda i, j: known[K[min(i, j), max(i, j)]])
     return M, tuple(entries)
 
 
