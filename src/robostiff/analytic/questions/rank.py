@@ -121,7 +121,10 @@ def needs_closed_form(derivation: Derivation, question: str) -> InputError:
 
 
 def matrix_by_entries(
-    K: sp.ImmutableMatrix, definitions: Sequence[Definition] = (), letter: str = "K", short: int = -1
+    K: sp.ImmutableMatrix,
+    definitions: Sequence[Definition] = (),
+    letter: str = "K",
+    short: int = -1,
 ) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
     """K with a name for each different entry that is no symbol or number, and what these stand for.
 
