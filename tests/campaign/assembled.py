@@ -1,4 +1,4 @@
-"""Robots and networks as bodies in the world: every element by itself, from the model's own numbers."""
+"""Robots and networks as bodies in the world: every element from the model's own numbers."""
 
 from __future__ import annotations
 
@@ -91,7 +91,9 @@ class Assembly:
         number = None
         if numbered:
             number = sums[name] = self.bodies.numbers
-        own = SingleJoint(a, b, axis, point, None if pitch is None else float(pitch), energy, number)
+        own = SingleJoint(
+            a, b, axis, point, None if pitch is None else float(pitch), energy, number
+        )
         self.bodies.joints.append(own)
         return b
 
@@ -172,7 +174,7 @@ class Assembly:
 
     def _joint(self, e: Joint, q, body, T, coupled, sums, name):
         is_ball = e.kind is JointKind.SPHERICAL
-        for i, (screw, x) in enumerate(zip(e.freedoms, q, strict=True)):
+        for screw, x in zip(e.freedoms, q, strict=True):
             axis, point = T[:3, :3] @ screw.axis, T[:3, 3].copy()
             numbered, count = e.name in coupled, len(self.bodies.joints)
             body = self.joint(
@@ -196,7 +198,9 @@ class Assembly:
                 raise NotAssembledError("a rigid part from the base to the platform")
             self.bodies.merge(low, high)
             ends = [low if i == high else i - (i > high) for i in ends]
-            moved = {k: (low if i == high else i - (i > high), p) for k, (i, p) in self.behind.items()}
+            moved = {
+                k: (low if i == high else i - (i > high), p) for k, (i, p) in self.behind.items()
+            }
             self.behind = moved
             self.spread = [
                 (*(low if i == high else i - (i > high) for i in own[:2]), *own[2:])
@@ -211,9 +215,7 @@ class Assembly:
         for m in masses:
             at = middle if m.centre is None else T[:3, :3] @ np.asarray(m.centre, float) + T[:3, 3]
             inertia = np.zeros((3, 3)) if m.inertia is None else m.inertia
-            self.bodies.masses.append(
-                (body, float(m.value), at, T[:3, :3] @ inertia @ T[:3, :3].T)
-            )
+            self.bodies.masses.append((body, float(m.value), at, T[:3, :3] @ inertia @ T[:3, :3].T))
 
     def fall(self, gravity: np.ndarray) -> None:
         """Weights of all masses; those along parts a sixth of the length before both ends."""
@@ -225,7 +227,7 @@ class Assembly:
                 self.bodies.pulls.append(DeadPull(body, point, 0.5 * value * gravity))
 
     def lump(self) -> None:
-        """Half of the mass of what is spread on the body at either end, with turns of the section."""
+        """Half of the mass of what is spread on the body at either end."""
         for a, b, start, end, value in self.spread:
             L = np.linalg.norm(end - start)
             for body, share in ((a, 0.25), (b, 0.75)):
@@ -239,9 +241,7 @@ def _check_closed(T: np.ndarray, wanted: np.ndarray) -> None:
         raise NotAssembledError("open")
 
 
-def _stiffness(
-    C: np.ndarray, freedoms: np.ndarray, length: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _stiffness(C: np.ndarray, freedoms: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Energy by the deflection, and rows whose product with it is zero.
 
     Wrenches P do no work on the freedoms; ``P^T th = P^T C P w`` with w their components.
@@ -357,12 +357,14 @@ def of_robot(
     return found
 
 
-def of_network(network: Network, beams: int = 0, sections: Mapping[str, Any] | None = None) -> Assembly:
+def of_network(
+    network: Network, beams: int = 0, sections: Mapping[str, Any] | None = None
+) -> Assembly:
     """A network: its nodes are the bodies; `sections` are rigidities of its beams by name."""
     point = np.asarray(network.reference_point, float)
     length = float(network.characteristic_length) or 1.0
     found = Assembly(Bodies([np.zeros(3), point], length, network.space.rows), beams)
-    place = {name: 0 for name in network.fixed} | {network.platform: 1}
+    place = dict.fromkeys(network.fixed, 0) | {network.platform: 1}
     for node in network.nodes:
         if node.name not in place:
             place[node.name] = found.bodies.body(node.point)
@@ -406,5 +408,7 @@ def of_network(network: Network, beams: int = 0, sections: Mapping[str, Any] | N
     for node in network.nodes:
         for m in node.masses:
             at = np.asarray(m.centre, float)
-            found.bodies.masses.append((found.behind[node.name][0], float(m.value), at, np.zeros((3, 3))))
+            found.bodies.masses.append(
+                (found.behind[node.name][0], float(m.value), at, np.zeros((3, 3)))
+            )
     return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -62,10 +63,12 @@ class Frame:
                 nodes[own] = Node(own, start + s * (end - start))
                 ends.append(own)
             ends.append(b)
-            for i, (one, other) in enumerate(zip(ends, ends[1:], strict=False)):
+            for i, (one, other) in enumerate(pairwise(ends)):
                 own = f"{name} {i}" if len(ends) > 2 else name
                 pair = nodes[one], nodes[other]
-                beams.append(beam_between(*pair, _STEEL, section, y_axis=y, theory=theory, name=own))
+                beams.append(
+                    beam_between(*pair, _STEEL, section, y_axis=y, theory=theory, name=own)
+                )
         point = self.nodes[self.platform].point
         return Network(
             "frame",
@@ -228,7 +231,10 @@ def response(rng: np.random.Generator) -> list[Complaint]:
         pieces = [(a, start, f"{name} at 0"), (f"{name} at 0", start + s * (end - start), b)]
         for one, at, other in pieces if is_cut else [(a, start, b)]:
             to = (end - at) if other == b else s * (end - start)
-            half, couple = 0.5 * np.linalg.norm(to) * along, np.cross(to, along) * np.linalg.norm(to) / 12
+            half, couple = (
+                0.5 * np.linalg.norm(to) * along,
+                np.cross(to, along) * np.linalg.norm(to) / 12,
+            )
             forces += [(one, at, half, couple), (other, at + to, half, -couple)]
     twists = _linear(own, forces)
     if twists is None:
@@ -241,7 +247,9 @@ def response(rng: np.random.Generator) -> list[Complaint]:
         at = frame.nodes[node].point
         total += np.concatenate([R[:3], R[3:] + np.cross(at, R[:3])])
     if len(found.reactions) == len(frame.fixed) and not np.max(np.abs(total)) <= 1e-7 * size:
-        judge.say("response", "reactions do not balance the loads", f"{total}, at {s:.2g} of {name}")
+        judge.say(
+            "response", "reactions do not balance the loads", f"{total}, at {s:.2g} of {name}"
+        )
     scale = np.repeat([own.bodies.length, 1.0], 3)
     moved = max(float(np.max(np.abs(t / scale))) for t in twists.values())
     for node, t in found.twists.items():
@@ -287,7 +295,7 @@ def column(rng: np.random.Generator) -> list[Complaint]:
     for name, x in (("ground", 0.0), ("low", 0.0), ("high", L), ("platform", L)):
         frame.node(name, x * e)
     frame.beams["column"] = ("low", "high", section, R[:, 1], rs.EulerBernoulli())
-    EA, EIy, EIz, _ = _rigidities(_STEEL, section, rs.EulerBernoulli())
+    _, EIy, EIz, _ = _rigidities(_STEEL, section, rs.EulerBernoulli())
     k = min(EIy, EIz) / L
     low, high = (_end(rng, k) for _ in range(2))
     guide = str(rng.choice(["free", "straight", "turning"]))
@@ -341,7 +349,9 @@ def _end(rng: np.random.Generator, k: float) -> tuple[float, float] | None:
     return float(a), float(b)
 
 
-def _turns(stiffness: tuple[float, float] | None, point: np.ndarray, R: np.ndarray) -> tuple[Any, ...]:
+def _turns(
+    stiffness: tuple[float, float] | None, point: np.ndarray, R: np.ndarray
+) -> tuple[Any, ...]:
     roles = [Locked(k) if k else Passive() for k in stiffness or ()]
     return tuple(
         PlacedFreedom(R[:, 1 + i], point, 0.0, f"turn{i}", role) for i, role in enumerate(roles)

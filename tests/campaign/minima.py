@@ -53,7 +53,9 @@ def compare(
             say("equilibrium", "another place than the minimum", f"{off:.1e}; {detail}")
         return
     if found.stable != is_stable and abs(curved[0]) > 1e-6 * curved[-1] and found.margin < 0.9:
-        say("equilibrium", "called stable, and is not, or the reverse", f"{curved[0]:.1e}; {detail}")
+        say(
+            "equilibrium", "called stable, and is not, or the reverse", f"{curved[0]:.1e}; {detail}"
+        )
     s = np.outer(scale, scale)
     off = _off(found.compliance / s, truth.compliance / s)
     if not off <= _SAME_C:
