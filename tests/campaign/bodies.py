@@ -494,7 +494,7 @@ def elastic_energy(bodies: Bodies, state: State) -> float:
 
 
 def curvatures(bodies: Bodies, state: State, pulled: float = 1.0) -> np.ndarray:
-    """Eigenvalues of the energy at a state among motions that the constraints leave, units of it."""
+    """Eigenvalues of the energy at a state among motions that the constraints leave."""
     own = system(bodies, state, pulled)
     Z = _left(own)
     return eigh(Z.T @ own.hessian @ Z, eigvals_only=True)

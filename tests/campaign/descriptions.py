@@ -194,7 +194,7 @@ def described(rng: np.random.Generator) -> list[Complaint]:
     compliance = J @ np.linalg.solve(K, J.T)
     found = rs.stiffness(robot)
     C = found.compliance if found.serial_compliance is None else found.serial_compliance
-    words = f"{tree.kinds}, side {tree.side.round(1)}, springs {tree.springs.round(1)}, servos {servo.round(1)}"
+    words = f"{tree.kinds}, side {tree.side}, springs {tree.springs}, servos {servo}"
     if C is None or not judge.distance(C, compliance) <= 1e-8:
         judge.say(name, "another compliance", words)
         return judge.complaints

@@ -259,9 +259,7 @@ def print_formula(
             hint = hint.replace(words, option)
         if hint == (error.hint or ""):
             raise
-        raise InputError(
-            error.subject, got=error.got, expected=error.expected, hint=hint
-        ) from None
+        raise InputError(error.subject, got=error.got, expected=error.expected, hint=hint) from None
     except KeyboardInterrupt:
         click.echo("robostiff: interrupted; named steps, --steps, are quick", err=True)
         return INTERRUPTED

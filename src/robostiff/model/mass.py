@@ -12,7 +12,7 @@ from robostiff.elasticity.bounds import Bounds
 from robostiff.errors import InputError
 from robostiff.model.checks import vector3
 from robostiff.record import Entry, is_zero, usual_size
-from robostiff.spatial import as_float, as_floats
+from robostiff.spatial import Frame, as_float, as_floats
 from robostiff.spatial.formula import formula_array, is_formula, is_possible
 
 STANDARD_GRAVITY = 9.80665
@@ -40,7 +40,7 @@ class Mass:
         frame.
     span : (float, float) or None
         Of a mass that is spread evenly along an elastic part: from which to which part of its
-        length. An elastic part without a `centre` has it spread along all of it.
+        length. An elastic part without a `centre` or `inertia` has it spread along all of it.
     name : str
         What it is, such as ``tool``.
     inertia : (3,) or (3, 3) array or None
@@ -99,6 +99,17 @@ class Mass:
     def of(cls, value: Any) -> Mass:
         """The mass itself, or that of a number [kg]."""
         return value if isinstance(value, Mass) else cls(value)
+
+    @property
+    def is_spread(self) -> bool:
+        """Whether an elastic part has it spread along its length."""
+        return self.centre is None and self.inertia is None
+
+    def seen_from(self, frame: Frame) -> Mass:
+        """The same mass, its centre given, in the frame from which its own is seen as `frame`."""
+        inertia = None if self.inertia is None else frame.R @ self.inertia @ frame.R.T
+        centre = frame.p if self.centre is None else frame.p + frame.R @ self.centre
+        return replace(self, centre=centre, inertia=inertia)
 
     @property
     def points(self) -> tuple[tuple[Any, np.ndarray], ...]:

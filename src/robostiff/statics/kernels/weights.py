@@ -112,10 +112,10 @@ def _weighed(chain: Chain, placed: PlacedLeg) -> PlacedLeg:
 def _along(link: Link, own: Any, R: np.ndarray, p: np.ndarray, after: int) -> Iterator[PlacedMass]:
     """Masses of an elastic part that begins in the frame (R, p)."""
     for mass in link.masses:
-        centre = p if mass.centre is None else p + R @ mass.centre
+        centre = p + R @ (link.to * 0.5 if mass.centre is None else mass.centre)
         if not np.any(link.to):
             yield from _fixed(own.name, mass, centre, after)
-        elif mass.centre is None:
+        elif mass.is_spread:
             yield _spread(mass.value, own, p, mass.span or (0.0, 1.0), after)
         else:
             yield from _fixed(own.name, mass, centre, after, p)

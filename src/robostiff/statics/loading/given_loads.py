@@ -88,7 +88,7 @@ def has_masses(robot: Robot | Snapshot | Network | Linkage | CableRobot) -> bool
     if isinstance(robot, CableRobot):
         return False
     if isinstance(robot, Linkage):
-        return any(_carries(c.element) for c in robot.connections)
+        return bool(robot.masses) or any(_carries(c.element) for c in robot.connections)
     if isinstance(robot, Network):
         return robot.has_masses
     if isinstance(robot, Snapshot):
