@@ -26,6 +26,7 @@ _OF_INPUT = 1e-8
 #: Which of several redundant joints is left out is no part of the input: more follows from that.
 _OF_CHOICE = 1e-6
 #: Differences between a way and itself in other company: the same steps, other roundings.
+_NEAR_CUT = (0.1 * CUT, 10 * CUT)
 DECISIVE = (
     Status.RIGID_DIRECTION | Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS | Status.UNREACHABLE
 )
@@ -135,7 +136,8 @@ class Judge:
         truth = answer.truth or self.truth
         if truth is not None:
             self._against_truth(answer, truth)
-        if default is not None and default is not answer and not default.error:
+        another = answer.way == "tilted"  # another robot, with a joint more
+        if not another and default is not None and default is not answer and not default.error:
             self._against_default(answer, default)
 
     def _against_truth(self, answer: Answer, truth: Reference) -> None:
@@ -144,12 +146,14 @@ class Judge:
         if status is not None:
             if status & Status.UNREACHABLE:
                 return
+            is_clear = not any(_NEAR_CUT[0] < m < _NEAR_CUT[1] for m in truth.margins)
             if not answer.in_doubt:
                 rigid = bool(status & Status.RIGID_DIRECTION)
                 if rigid != truth.is_rigid:
                     word = "rigid, and is not" if rigid else "not rigid, and is"
                     self.say(answer.way, f"called {word}", f"{status}; {margins}")
                     return
+            if not answer.in_doubt or is_clear:  # the tolerance decides, whatever the digits
                 if answer.rank is not None and answer.rank != truth.rank:
                     detail = f"{answer.rank} for {truth.rank}; {status}; {margins}"
                     self.say(answer.way, "another rank", detail)
