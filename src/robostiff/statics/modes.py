@@ -26,7 +26,7 @@ from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, 
 from robostiff.statics.equations.vibration import SmallMotions
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
-from robostiff.statics.loading.given_loads import Gravity, Loads, Masses, has_masses
+from robostiff.statics.loading.given_loads import Gravity, Loads, Masses
 from robostiff.statics.loading.joint_laws import Laws
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_wrench, postures_of
 from robostiff.statics.result_tables import modes_html
@@ -192,8 +192,6 @@ def modes(
     (180, array([48.8, 48.8]))
     """
     postures = postures_of(robot, pose, near)
-    if not (masses or has_masses(postures.robot)):
-        raise _without_mass(robot.name)
     given = one_wrench(postures, wrench)
     loaded = postures.loaded(
         0, at, loads, preload, beams, gravity, masses={} if masses is None else masses

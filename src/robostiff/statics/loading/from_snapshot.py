@@ -331,6 +331,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
     k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
     varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
     law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None
+    inertia = getattr(freedom.role, "inertia", None)
     return FiniteJoint(
         (freedom.name,),
         np.array(freedom.point, dtype=float)[None],
@@ -340,6 +341,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
         np.array([k]),
         np.zeros(1),
         (law,),
+        np.array([0.0 if inertia is None else float(inertia)]),
     )
 
 
