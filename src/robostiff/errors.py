@@ -241,8 +241,11 @@ class DisagreementError(RobostiffError):
         )
 
 
-def _shortened(value: Any, limit: int = 80) -> str:
+def _shortened(value: Any) -> str:
     # Arrays and their numbers are shown as a user would write them.
     is_array = type(value).__module__ == "numpy"
     text = repr(value.tolist() if is_array else value)
+    # What is shown without quotes is a sentence, perhaps of another program, with its point last.
+    is_sentence = isinstance(value, str) and text == value
+    limit = 600 if is_sentence else 80
     return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -20,7 +20,7 @@ from tests.project.shown_output import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
-FOR_DEVELOPERS = {"test", "lint", "bench", "docs"}
+FOR_DEVELOPERS = {"test", "peers", "lint", "bench", "docs"}
 MOST_MEGABYTES = 300
 INTERPRETERS = [f"python3.{minor}" for minor in (11, 12, 13, 14)]
 

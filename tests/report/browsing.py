@@ -1,14 +1,13 @@
 """A page opened in the Chromium of the system, and what it did while it was open."""
 
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import pytest
+from tests.other_programs import command
 
 _DRAWN = """
 document.querySelectorAll('.plot').length > 0 && [...document.querySelectorAll('.plot')].every(
@@ -18,17 +17,15 @@ document.querySelectorAll('.plot').length > 0 && [...document.querySelectorAll('
 
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """The browser; what needs it is skipped where there is none."""
-    program = shutil.which("chromium") or shutil.which("chromium-browser")
-    if program is None:
-        pytest.skip("no chromium here; on Debian and Ubuntu: apt install chromium")
-    sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here")
+    """The browser."""
+    from playwright import sync_api
+
     # drawn by the processor: machines that run tests have no graphics
     arguments = ["--enable-unsafe-swiftshader"]
     if hasattr(os, "getuid") and os.getuid() == 0:
         arguments.append("--no-sandbox")
     with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=arguments)
+        browser = playwright.chromium.launch(executable_path=command("Chromium"), args=arguments)
         yield browser
         browser.close()
 

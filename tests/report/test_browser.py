@@ -11,6 +11,7 @@ from robostiff.report import write_report
 from tests.report.browsing import chromium, opened
 from tests.report.machines import shipped, with_symbols
 
+pytestmark = pytest.mark.needs("Chromium", "Playwright")
 POSE, LOAD = [0.06, 0.02, 0.9, 0, 0.17, 0], [300, 100, -200, 0, 0, 0]
 PLANAR_LOAD = [100, 20, 3]
 

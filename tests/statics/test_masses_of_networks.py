@@ -179,6 +179,7 @@ def reference():
         yield process.submit(frequencies, POINTS, FEET, BEAMS, MASSES, section, 9).result()
 
 
+@pytest.mark.needs("OpenSees")
 def test_a_frame_vibrates_as_opensees_has_it(reference):
     nodes = {
         name: Node(

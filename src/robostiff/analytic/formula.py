@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -20,7 +20,7 @@ class Formula(ABC):
     @property
     @abstractmethod
     def _expressions(self) -> Iterable[Any]:
-        """What it consists of, beside its steps."""
+        """What it consists of beside its steps, and its conditions."""
 
     @property
     def is_closed(self) -> bool:
@@ -29,7 +29,7 @@ class Formula(ABC):
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
-        """The given symbols, in alphabetical order."""
+        """The given symbols, those of conditions among them, in alphabetical order."""
         steps: tuple[Definition, ...] = self.definitions
         expressions = [*self._expressions, *(d.expression for d in steps)]
         found = set().union(*(e.free_symbols for e in expressions))
@@ -37,13 +37,8 @@ class Formula(ABC):
 
     @property
     def free_symbols(self) -> set[sp.Symbol]:
-        """The given symbols as a set, as SymPy's expressions have them, and those of conditions."""
-        return {*self.symbols, *self._symbols_of_conditions}
-
-    @property
-    def _symbols_of_conditions(self) -> Sequence[sp.Symbol]:
-        """Those that only conditions have."""
-        return ()
+        """The given symbols as a set, as SymPy's expressions have them."""
+        return set(self.symbols)
 
     @abstractmethod
     def substituted(self, values: Mapping[Any, Any]) -> Any:

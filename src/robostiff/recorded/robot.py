@@ -357,7 +357,7 @@ def record_robot(robot: Robot, finder: PostureFinder) -> RecordedRobot:
     An arm that is posed by its joints is recorded at joint coordinates.
     """
     by_joints = robot.is_posed_by_joints
-    if not by_joints and all(s.closed_form is not None for s in finder.solvers):
+    if not by_joints and all(s.recorded_form is not None for s in finder.solvers):
         recorded = record_at_pose(robot, finder)
         # Where a leg misses the platform at generic poses, the other coordinates must follow.
         if all(np.all(part.sample >= 0) for part in recorded.reach if isinstance(part, Entry)):

@@ -39,8 +39,6 @@ _STAYS = 1e-6
 _TURNS = 1e-2
 # Of a mode, by which bodies are moved to find how they move [rad].
 _PART = 1e-3
-# Of the largest square of a frequency: what rounding leaves of none.
-_ROUNDING = 1e-10
 
 
 @dataclass(frozen=True)
@@ -235,10 +233,9 @@ def _vibrating(
     problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
 ) -> tuple[Mode, ...]:
     squares, shapes = SmallMotions.of(problem, masses, known, state).vibrations()
-    largest = np.max(np.abs(squares), initial=0.0)
     each, rest = [], body_places(problem, state)
     for square, shape in zip(squares, shapes, strict=True):
-        rate = np.sqrt(abs(square)) if abs(square) > _ROUNDING * largest else 0.0
+        rate = np.sqrt(abs(square))
         twist = shape[len(shape) - problem.size :]
         parts = _shares(problem, shape)
         each.append(

@@ -8,7 +8,7 @@ is that of the formulas at random numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -139,10 +139,10 @@ class MatrixInNames:
         above = sp.fraction(sp.together(expression))[0]
         return self._unique(_irreducible(above**2 if above.is_Pow else above))
 
-    def powers_of_zeros(self, product: Any) -> dict[Any, Any]:
-        """Of a product in names: how often it vanishes with each factor in given symbols."""
+    def powers_of_zeros(self, factors: Mapping[Any, int]) -> dict[Any, Any]:
+        """Of factors in names with exponents: those of factors in given symbols."""
         powers: dict[Any, Any] = {}
-        for factor, exponent in product.as_powers_dict().items():
+        for factor, exponent in factors.items():
             for own in self.zeros_of(factor) if factor.free_symbols else ():
                 powers[own] = powers.get(own, 0) + exponent
         return powers

@@ -163,7 +163,7 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     if names is not None:
         always = (sp.Integer(0),)
         each = {shared_zeros([entry]) for entry in dict.fromkeys(coupling_of(names.matrix))}
-        own = [set(names.powers_of_zeros(sp.Mul(*found))) for found in each - {always}]
+        own = [set(names.powers_of_zeros(dict.fromkeys(found, 1))) for found in each - {always}]
         shared = set.intersection(*own) if own else always
         return tuple(sorted(shared, key=sp.default_sort_key))
     return shared_zeros(coupling_of(matrix))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
@@ -13,18 +13,19 @@ from robostiff.analytic.budget import BUDGET, OutOfTimeError, within
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.exact_matrix import determinant, echelon
-from robostiff.analytic.exact.factors import is_positive_form, without_sign
+from robostiff.analytic.exact.factors import without_sign
 from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.products import FormulaTooLargeError
+from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
 from robostiff.analytic.questions.in_names import MatrixInNames
-from robostiff.analytic.questions.loci import (
-    Locus,
-    rank_locus,
-)
+from robostiff.analytic.questions.loci import Locus, rank_locus
+from robostiff.analytic.questions.zeros import independent_zeros, may_vanish
 from robostiff.errors import InputError
 
 #: Seconds for an answer in steps.
 SHORT = 5.0
+_LONGEST = 500  # operations of a factor that is listed
 
 
 @dataclass(frozen=True)
@@ -42,17 +43,35 @@ class RankFormula:
         What those minors share, as a product of the exceptions: at full rank the determinant but
         for its denominator and a number, and 1 for the rank 0.
     remark : str
-        Why there are no exceptions where they were not looked for; empty otherwise.
+        Why there are no exceptions where they were not looked for, and which are too long to be
+        listed; empty otherwise.
+    conditions : tuple of Condition
+        Under which the formula holds.
     """
 
     rank: int
     exceptions: tuple[sp.Expr, ...]
     common_minor: sp.Expr
     remark: str = field(default="", repr=False, compare=False)
+    conditions: WrittenField = WrittenField(())
+
+    @classmethod
+    def of(cls, K: Any, rank: int, powers: Mapping[Any, int], remark: str = "") -> RankFormula:
+        """Of a matrix or derivation; `powers`: the factors with their exponents in the minors."""
+        kept = independent_zeros(sorted(powers, key=sp.default_sort_key))
+        long = [x for x in kept if count_of(x) > _LONGEST]
+        kept = tuple(x for x in kept if x not in long)
+        names = sorted({str(s) for x in long for s in x.free_symbols})
+        if long:
+            lost = f"too long to be listed: where a sum in {', '.join(names)} vanishes"
+            remark = "; ".join(filter(None, (remark, lost)))
+        common = sp.Mul(*(factor ** powers[factor] for factor in kept))
+        conditions = Unwritten(lambda: getattr(K, "conditions", ()))
+        return cls(rank, kept, common, remark, conditions)
 
     @property
     def allowed(self) -> tuple[sp.Expr, ...]:
-        """Exceptions that the assumptions of the symbols allow: a positive length is never zero.
+        """Exceptions that signs of symbols and conditions allow: a positive length is never zero.
 
         Examples
         --------
@@ -60,16 +79,8 @@ class RankFormula:
         >>> rank_formula(sp.diag(R, R * (R - r))).allowed
         (R - r,)
         """
-        return tuple(x for x in self.exceptions if _may_vanish(x))
-
-
-def _may_vanish(factor: Any) -> bool:
-    """Whether a factor has real zeros, as far as assumptions and the signs of its terms decide."""
-    if factor.is_nonzero:
-        return False
-    field = ExactField([factor])
-    polynomial = field.element(factor).num
-    return not is_positive_form(field, polynomial)
+        possible = (x for x in self.exceptions if not x.is_nonzero)
+        return tuple(x for x in possible if x.is_Symbol or may_vanish(x, self.conditions))
 
 
 def closed_matrix(formula: Any, question: str) -> sp.Matrix:
@@ -181,8 +192,8 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     names = matrix_in_names(K)
 
     def answer() -> RankFormula:
-        found = None if names is None else _rank_in_names(names)
-        return _rank(matrix) if found is None else found
+        found = None if names is None else _rank_in_names(K, names)
+        return RankFormula.of(K, *_rank(matrix)) if found is None else found
 
     try:
         return within(budget, answer, "rank of a formula")
@@ -199,23 +210,19 @@ def _rank_in_steps(derivation: Any, rank: int, budget: float | None) -> RankForm
         found = within(short, lambda: rank_locus(derivation, rank), "rank of a formula")
     except FormulaTooLargeError:
         found = Locus({}, "it drops where wrenches of the legs depend on one another; too long")
-    factors = found.factors
-    common = sp.Mul(*(factor**exponent for factor, exponent in factors.items()))
-    return RankFormula(
-        rank, tuple(sorted(factors, key=sp.default_sort_key)), common, remark=found.remark
-    )
+    return RankFormula.of(derivation, rank, found.factors, found.remark)
 
 
-def _rank_in_names(names: MatrixInNames) -> RankFormula | None:
+def _rank_in_names(K: Any, names: MatrixInNames) -> RankFormula | None:
     """Rank of a sum of w w^T / c; None where its names hide what they have in common.
 
     It drops where the wrenches do, whatever the stiffnesses are, and where one of these is zero.
     """
     found = [_rank(names.with_numbers(seed)) for seed in (1, 2)]
-    if any(one.rank != names.rank for one in found):
+    if any(rank != names.rank for rank, _ in found):
         return None
     # Lengths in names depend on one another: what two minors share is seen in given symbols.
-    first, second = (names.powers_of_zeros(one.common_minor) for one in found)
+    first, second = (names.powers_of_zeros(powers) for _, powers in found)
     common: dict[Any, Any] = {
         zero: min(exponent, second[zero]) for zero, exponent in first.items() if zero in second
     }
@@ -227,8 +234,7 @@ def _rank_in_names(names: MatrixInNames) -> RankFormula | None:
         lost = names.rank - names.rank_near_zero(symbol)
         if lost:
             common[symbol] = max(common.get(symbol, 0), lost)
-    minor = sp.Mul(*(factor**exponent for factor, exponent in common.items()))
-    return RankFormula(names.rank, tuple(sorted(common, key=sp.default_sort_key)), minor)
+    return RankFormula.of(K, names.rank, common)
 
 
 def matrix_in_names(K: Any) -> MatrixInNames | None:
@@ -237,12 +243,13 @@ def matrix_in_names(K: Any) -> MatrixInNames | None:
     return None if named is None else MatrixInNames.of(*named.in_lengths)
 
 
-def _rank(K: Any) -> RankFormula:
+def _rank(K: Any) -> tuple[int, dict[Any, int]]:
+    """Rank, and the factors that all principal minors of its size share, with their exponents."""
     field = ExactField(list(K))
     elements = [[field.element(K[i, j]) for j in range(K.cols)] for i in range(K.rows)]
     rank = len(echelon(field, elements)[1])
     if rank == 0:
-        return RankFormula(0, (), sp.Integer(1))
+        return 0, {}
     shared = None
     for places in combinations(range(K.rows), rank):
         minor = determinant(field, [[elements[i][j] for j in places] for i in places])
@@ -252,6 +259,4 @@ def _rank(K: Any) -> RankFormula:
     factors = [] if shared is None else shared.factor()[1]
     exceptions = {without_sign(field.polynomial_expression(f)): int(e) for f, e in factors}
     # Roots and pi are generators of the field, too; a number never vanishes.
-    exceptions = {factor: e for factor, e in exceptions.items() if factor.free_symbols}
-    common = sp.Mul(*(factor**exponent for factor, exponent in exceptions.items()))
-    return RankFormula(rank, tuple(sorted(exceptions, key=sp.default_sort_key)), common)
+    return rank, {factor: e for factor, e in exceptions.items() if factor.free_symbols}

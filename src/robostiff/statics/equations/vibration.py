@@ -17,7 +17,7 @@ from robostiff.statics.equations.stability import unit_sizes
 
 # Of the largest singular value: of closure, and of the masses, whose roots are taken.
 _CLOSED, _MASSLESS = 1e-10, 1e-9
-# Of the largest stiffness: nothing resists.
+# Of the largest stiffness, or square of a frequency: nothing resists.
 _LOOSE = 1e-10
 
 
@@ -99,7 +99,8 @@ class SmallMotions:
         follow = light @ Q[:, held]
         moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
         squares, own = np.linalg.eigh(moved.T @ K @ moved)
-        return squares, (Z @ moved @ own).T
+        none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
+        return np.where(none, 0.0, squares), (Z @ moved @ own).T
 
     def _closed(self) -> np.ndarray:
         """Motions (n, k) that keep the robot together."""
