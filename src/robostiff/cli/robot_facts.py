@@ -155,6 +155,9 @@ def _masses_of(snapshot: Snapshot) -> Iterator[tuple[str, PlacedMass]]:
     for leg in snapshot.legs:
         yield from ((f"{leg.name}/{mass.name}", mass) for mass in _masses(leg))
     yield from ((f"platform/{mass.name}", mass) for mass in snapshot.masses)
+    placed = snapshot.platform
+    for several in () if placed is None else placed.masses.values():
+        yield from ((f"platform/{mass.name}", mass) for mass in several)
 
 
 def _in_parts(

@@ -219,6 +219,14 @@ class PlacedLeg:
         return tuple(e for e in self.elements if isinstance(e, PlacedBlock))
 
     @property
+    def all_blocks(self) -> Iterator[PlacedBlock]:
+        """Its parallel blocks, and those inside of them."""
+        for block in self.blocks:
+            yield block
+            for branch in block.branches:
+                yield from branch.all_blocks
+
+    @property
     def own_parts(self) -> tuple[PlacedFreedom | PlacedSpring, ...]:
         """Its joints and elastic parts, those of its parallel blocks left out."""
         return tuple(e for e in self.elements if not isinstance(e, PlacedBlock))

@@ -330,6 +330,7 @@ def _add_platform(placed: PlacedPlatform, parts: _Parts) -> None:
                 placed.in_world(part.point),
                 placed.rotation @ part.axes,
                 part.elasticity,
+                placed.masses[part.name],
             )
         )
 

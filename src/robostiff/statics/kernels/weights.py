@@ -173,6 +173,7 @@ def loads_on_legs(
             joint = getattr(element, "joint", element.name)  # of a coupling the one that follows
             for name in (element.name, element.name.partition("[")[0], joint):
                 points[name] = element.point
+        points |= {block.name: block.branches[0].end for block in leg.all_blocks}
         own: dict[int, list[BodyLoad]] = {}
         weights: dict[tuple[int, int], list[tuple[Any, np.ndarray]]] = {}
         if np.any(gravity):

@@ -191,6 +191,7 @@ class LegWalk:
     # parts that do not move where no other does, between blocks and before or behind all of them
     fixed: list[tuple[PlacedFreedom | PlacedSpring, _Behind]] = field(default_factory=list)
     couplings: list[FiniteCoupling] = field(default_factory=list)
+    blocks: list[tuple[PlacedBlock, _Behind]] = field(default_factory=list)
 
     def along(self, leg: PlacedLeg, start: int | None, end: int | None) -> None:
         """Chains from one body to another, through the blocks between them."""
@@ -214,6 +215,7 @@ class LegWalk:
             for branch in element.branches:
                 self.along(branch, start, target)
             behind.append(_Behind(target, is_end=True))
+            self.blocks.append((element, behind[-1]))
             if not goes_on:
                 behind += self.fix(replace(leg, elements=tuple(elements[i + 1 :])), behind[-1])
                 break
@@ -231,9 +233,12 @@ class LegWalk:
         return [behind] * len(run.elements)
 
     def name_fixed(self) -> None:
-        """Name the parts that do not move, when all chains are there."""
+        """Name the parts that do not move, and blocks, when all chains are there."""
         for element, behind in self.fixed:
             self.name(element, _Part(*self.place(behind), np.asarray(element.point, float), None))
+        for block, behind in self.blocks:
+            end = np.asarray(block.branches[0].end, float)
+            self.named.setdefault(self.prefix + block.name, _Part(*self.place(behind), end, None))
 
     def name(self, element: PlacedFreedom | PlacedSpring, part: _Part) -> None:
         """A part by its name, and the last freedom of a joint, behind which its body is, by both.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +18,7 @@ from robostiff.kinematics.placed_body_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
-from robostiff.model import Robot, Snapshot
+from robostiff.model import PlacedPlatform, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.mass import one_of
 from robostiff.network import Network
@@ -40,6 +40,7 @@ from robostiff.statics.loading.given_loads import (
     weights_of,
 )
 from robostiff.statics.loading.joint_laws import Laws, check_own_laws, with_laws
+from robostiff.statics.loading.on_platform_nodes import node_names, on_platform_nodes
 
 if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures
@@ -174,11 +175,20 @@ class Postures:
             group, more, carried = group_of(posed, point, beams, forces, pushes, pull, moving)
             groups = (group,)
         else:
+            nodes = node_names(posed.platform)
+            at_nodes = {node: forces.pop(name, ()) for name, node in nodes.items()}
+            of_nodes = {node: moving.pop(name, []) for name, node in nodes.items()}
             groups = legs_of(posed, point, beams, forces, pushes, pull)
-            more, carried = weights_of(posed.masses, pull), _NO_MASSES
+            more, carried = weights_of(posed.masses, pull), CarriedMasses((), posed.masses)
+            if posed.platform is not None:
+                group, on_tool, carried = on_platform_nodes(
+                    groups[0], posed.platform, at_nodes, of_nodes, pull
+                )
+                groups, more = (group,), [*more, *on_tool]
+                carried = replace(carried, on_platform=(*carried.on_platform, *posed.masses))
             if masses is not None:
                 on_legs = masses_on_legs(posed, beams, moving)
-                carried = CarriedMasses(tuple(on_legs), posed.masses)
+                carried = replace(carried, on_legs=(*carried.on_legs, *on_legs))
         carried = replace(carried, on_platform=(*carried.on_platform, *on_it))
         problem = EquilibriumProblem(
             groups,
@@ -198,6 +208,10 @@ class Postures:
             return frame
         if isinstance(posed, Network):
             return next(((np.eye(3), n.point) for n in posed.nodes if n.name == name), None)
+        nodes = node_names(posed.platform)
+        if posed.platform is not None and name in nodes:
+            at = posed.platform.platform.point_of(nodes[name])
+            return posed.platform.rotation, posed.platform.in_world(at)
         if self.posture is None:
             return None
         bodies = bodies_of(self.posture)
@@ -266,7 +280,12 @@ def places_of(posed: Snapshot | Network | CableRobot) -> dict[str, np.ndarray]:
     if isinstance(posed, CableRobot):
         return {}
     found = {}
+    for name, node in node_names(posed.platform).items():
+        at = cast("PlacedPlatform", posed.platform)
+        found[name] = at.in_world(at.platform.point_of(node))
     for leg in posed.legs:
+        for block in leg.all_blocks:
+            found[f"{leg.name}/{block.name}"] = np.asarray(block.branches[0].end, dtype=float)
         for part in leg.parts:
             joint = getattr(part, "joint", part.name)  # of a coupling the one that follows
             for name in (part.name, part.name.partition("[")[0], joint):
