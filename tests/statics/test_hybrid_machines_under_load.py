@@ -202,7 +202,7 @@ def test_loads_on_the_platform_of_an_inner_module():
     """By the name of the module: as a force on a rigid part that its platform carries."""
     robot, force = rs.load("examples/tricept-with-head.yaml"), np.array([200.0, 100, -300])
     name, at = "machine/tricept", [0.1, 0.05, 0.2]
-    flange = rs.Link(np.zeros(3), rs.Elasticity(1e-13 * np.eye(6)), np.eye(3), "flange")
+    flange = rs.Link(np.zeros(3), rs.Elasticity(1e-14 * np.eye(6)), np.eye(3), "flange")
     (leg,) = robot.legs
     block, *others = leg.chain.elements
     marked = replace(robot, legs=(replace(leg, chain=Chain((block, flange, *others))),))
