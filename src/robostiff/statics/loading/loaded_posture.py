@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.placed_body_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
@@ -37,6 +37,7 @@ from robostiff.statics.loading.given_loads import (
     arms_and_forces,
     given_forces,
     given_masses,
+    load_vector,
     weights_of,
 )
 from robostiff.statics.loading.joint_laws import Laws, check_own_laws, with_laws
@@ -46,6 +47,8 @@ if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures
 
 _NO_MASSES = CarriedMasses()
+# Of the forces: what is missing of them that is no rounding.
+_MISSED = 1e-9
 _NO_POSTURE = Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
 
 
@@ -166,6 +169,7 @@ class Postures:
         point = point_at(at, posed.reference_point)
         frame_of = partial(self._frame_of, i if self.batch else 0, posed, frame)
         forces = given_forces(loads, pull, posed.space, frame_of)
+        forces_given = [load_vector("force", n, f.force) for n, own in forces.items() for f in own]
         on_platform, pushes = list(forces.pop("platform", ())), _pushes(preload)
         places = {"platform": point, **places_of(posed)} if masses else {}
         moving = given_masses(masses or {}, places, frame_of)
@@ -197,6 +201,7 @@ class Postures:
             float(posed.characteristic_length) or 1.0,
             DeadForces(*arms_and_forces([*on_platform, *more], point)),
         )
+        _check_all_act(problem, forces_given, posed, pull)
         laws = self.robot.laws if isinstance(self.robot, Robot) else {}
         if laws and isinstance(posed, Snapshot):
             check_own_laws(laws, posed)
@@ -241,6 +246,28 @@ class Postures:
         if own.undetermined[k]:
             status |= Status.ILL_CONDITIONED
         return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
+
+
+def _check_all_act(
+    problem: EquilibriumProblem,
+    forces: list[np.ndarray],
+    posed: Snapshot | Network,
+    pull: np.ndarray,
+) -> None:
+    """Raise unless the problem has all forces and weights of what moves, which reactions balance.
+
+    The forces (3,) are as they are given, and the masses as the robot has them.
+    """
+    moving = {name for group in problem.groups for name in group.nodes}
+    wanted = np.sum([np.zeros(3), *forces], axis=0)
+    weight = pull * float(sum(mass.value for mass in posed.moving_masses(moving)))
+    acting = [load.force for g in problem.groups for c in g.chains for load in c.loads]
+    total = np.sum(
+        [np.zeros(3), *(f for own in [*acting, problem.dead.forces] for f in own)], axis=0
+    )
+    size = sum(np.linalg.norm(f) for own in [*acting, problem.dead.forces] for f in own)
+    if np.linalg.norm(total - wanted - weight) > _MISSED * max(float(size), np.linalg.norm(wanted)):
+        raise NoAnswerError(f"no answer of {posed.name!r}: its loads are not those that are given")
 
 
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
