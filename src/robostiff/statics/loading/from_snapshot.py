@@ -189,6 +189,7 @@ class LegWalk:
     # parts that do not move where no other does, between blocks and before or behind all of them
     fixed: list[tuple[PlacedFreedom | PlacedSpring, _Behind]] = field(default_factory=list)
     couplings: list[FiniteCoupling] = field(default_factory=list)
+    blocks: list[tuple[PlacedBlock, _Behind]] = field(default_factory=list)
 
     def along(self, leg: PlacedLeg, start: int | None, end: int | None) -> None:
         """Chains from one body to another, through the blocks between them."""
@@ -212,6 +213,7 @@ class LegWalk:
             for branch in element.branches:
                 self.along(branch, start, target)
             behind.append(_Behind(target, is_end=True))
+            self.blocks.append((element, behind[-1]))
             if not goes_on:
                 behind += self.fix(replace(leg, elements=tuple(elements[i + 1 :])), behind[-1])
                 break
@@ -229,9 +231,12 @@ class LegWalk:
         return [behind] * len(run.elements)
 
     def name_fixed(self) -> None:
-        """Name the parts that do not move, when all chains are there."""
+        """Name the parts that do not move, and blocks, when all chains are there."""
         for element, behind in self.fixed:
             self.name(element, _Part(*self.place(behind), np.asarray(element.point, float), None))
+        for block, behind in self.blocks:
+            end = np.asarray(block.branches[0].end, float)
+            self.named.setdefault(self.prefix + block.name, _Part(*self.place(behind), end, None))
 
     def name(self, element: PlacedFreedom | PlacedSpring, part: _Part) -> None:
         """A part by its name, and the last freedom of a joint, behind which its body is, by both.
@@ -329,6 +334,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
     k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
     varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
     law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None
+    inertia = getattr(freedom.role, "inertia", None)
     return FiniteJoint(
         (freedom.name,),
         np.array(freedom.point, dtype=float)[None],
@@ -338,6 +344,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
         np.array([k]),
         np.zeros(1),
         (law,),
+        np.array([0.0 if inertia is None else float(inertia)]),
     )
 
 
