@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import RigidTransform, Rotation
+from scipy.spatial.transform import Rotation
 
 from robostiff.analysis.cable_tensions import cable_tensions
 from robostiff.analysis.careful_form import careful_stiffness
@@ -39,6 +39,7 @@ from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import as_float
+from robostiff.spatial.rotation import is_rigid_transform
 from robostiff.version import __version__
 
 
@@ -74,7 +75,7 @@ def _plain(thing: Any) -> Any:
             data = np.ascontiguousarray(thing, dtype=thing.dtype.newbyteorder("<"))
             digest = hashlib.sha256(data.tobytes()).hexdigest()
             plain = [list(data.shape), data.dtype.str, digest]
-        case RigidTransform() | Rotation():
+        case _ if isinstance(thing, Rotation) or is_rigid_transform(thing):
             plain = [type(thing).__name__, _plain(thing.as_matrix())]
         case Mapping():
             # In the order given: that of the axes of a grid decides the shape of its map.
