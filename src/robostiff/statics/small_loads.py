@@ -139,7 +139,7 @@ def _of_network(
 ) -> Deflection:
     """A network under loads at its nodes and its own weight."""
     rest = deflection_under_wrench(network, None, wrench, at=at, tolerance=tolerance)
-    pull = acting_gravity(network, gravity)
+    pull = acting_gravity(network, gravity, loads)
     point = np.asarray(rest.stiffness.reference_point, dtype=float)
     points = {name: p for name, p in places_of(network).items() if name not in network.fixed}
     points = {"platform": point} | points | {network.platform: point}

@@ -45,19 +45,24 @@ class DeadForce:
     point: object = None
 
 
-def acting_gravity(robot: Robot | Snapshot | Network, gravity: Gravity) -> np.ndarray:
+def acting_gravity(
+    robot: Robot | Snapshot | Network, gravity: Gravity, loads: Loads | None
+) -> np.ndarray:
     """Acceleration of free fall (3,) [m/s^2]: as given, or as the robot has it, or none.
 
     Raises
     ------
     InputError
-        When it is given for a robot without masses, or is no vector.
+        When it is given for a robot without masses, none being among the loads, or is no vector.
     """
     if gravity is None:
         own = (robot.in_floats if isinstance(robot, Robot) else robot).gravity
         return _NONE if own is None else own
     pull = gravity_vector("gravity", gravity)
-    if np.any(pull) and not has_masses(robot):
+    given = loads.values() if isinstance(loads, Mapping) else ()
+    each = (own if isinstance(own, Sequence) else [own] for own in given)
+    weighs = any(isinstance(load, Mass) for own in each for load in own)
+    if np.any(pull) and not (weighs or has_masses(robot)):
         raise InputError(
             f"gravity on {robot.name!r}",
             got="a robot without masses",

@@ -149,7 +149,7 @@ class Postures:
         masses: bool = False,
     ) -> LoadedPosture:
         """The robot at posture i with its loads; `masses`: those without gravity as well."""
-        pull = acting_gravity(self.robot, gravity)
+        pull = acting_gravity(self.robot, gravity, loads)
         posed, frame, status = self._posed(i, masses or bool(np.any(pull)))
         point = point_at(at, posed.reference_point)
         forces = given_forces(loads, pull, posed.space, frame)
