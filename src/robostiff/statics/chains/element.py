@@ -42,6 +42,7 @@ class FiniteJoint:
     stiffness: np.ndarray  # (N,): k of its drive or lock, 0 where it is passive [N/m or N m/rad]
     preload: np.ndarray  # (N,): f, with which its drive pushes at q = 0 [N or N m]
     laws: tuple[Law | None, ...]  # in place of k q, with k their tangent at rest
+    inertia: np.ndarray  # (N,): of its drive in motion by q [kg or kg m^2]
 
     size = 1
 

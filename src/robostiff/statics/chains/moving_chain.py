@@ -319,6 +319,18 @@ class MovingChains:
         at = self._loaded_points(motion)
         return at, np.swapaxes(self._at_loads(w, v, C, at)[0], -1, -2)
 
+    def twists(
+        self, x: np.ndarray, start: BodyPlace | None, centre: np.ndarray | None, about: np.ndarray
+    ) -> np.ndarray:
+        """Twists (N, n, 6) about a point (3,) of what each unknown moves."""
+        steps = self._steps(x)
+        w, v, C = self._columns(steps, self._moved(steps, start), centre)
+        return np.concatenate([v + crossed(w, about - C[:, self.order]), w], axis=-1)
+
+    def moving(self, behind: np.ndarray) -> np.ndarray:
+        """Which unknowns move the bodies behind so many slots (K, n)."""
+        return self.order < behind[:, None] + bool(self.body_rows)
+
     def _at_loads(
         self, w: np.ndarray, v: np.ndarray, C: np.ndarray, at: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring
+from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring, PlatformPart
 from robostiff.spatial import skew
 from robostiff.statics.chains.beam_bowing import uniform_beam
 from robostiff.statics.chains.chain import FiniteChain
@@ -41,9 +41,7 @@ def on_flexible_platform(
         start, end = numbers[body[part.a]], numbers[body[part.b]]
         if start == end:
             continue
-        spring = PlacedSpring(
-            part.name, placed.in_world(part.point), placed.rotation @ part.axes, part.elasticity
-        )
+        spring = spring_of(part, placed)
         if start is None:  # chains lead to the tool
             start, end, spring = end, start, from_its_end(spring)
         own = elements.of(spring, [()])
@@ -59,6 +57,12 @@ def on_flexible_platform(
         owners=(*owners, *(number,) * (len(chains) - len(legs.chains))),
         nodes={name: numbers[own] for name, own in body.items()},
     )
+
+
+def spring_of(part: PlatformPart, placed: PlacedPlatform) -> PlacedSpring:
+    """A part of a flexible platform in the world, at one pose."""
+    place = placed.in_world(part.point), placed.rotation @ part.axes
+    return PlacedSpring(part.name, *place, part.elasticity)
 
 
 def _bodies(platform: FlexiblePlatform) -> Mapping[str, str]:
