@@ -94,10 +94,10 @@ def group_of(
     ]
     for name in left:
         raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
-    for body, own in masses.items():
-        on_bodies[body] += weights_of(own, gravity)
-    for name, own in given.items():
-        masses[bodies.moving(name, "masses")] += own
+    for body, several in masses.items():
+        on_bodies[body] += weights_of(several, gravity)
+    for name, several in given.items():
+        masses[bodies.moving(name, "masses")] += several
     on_platform = on_bodies.pop(network.platform, [])
     group = LegGroup(
         (0,),
