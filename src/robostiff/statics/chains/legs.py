@@ -14,6 +14,7 @@ from robostiff.statics.chains.body_springs import FiniteBodySpring, SpringArrays
 from robostiff.statics.chains.chain import BodyLoad, FiniteChain, Moved
 from robostiff.statics.chains.chain_family import ChainFamily
 from robostiff.statics.chains.couplings import FiniteCoupling
+from robostiff.statics.chains.element import FiniteSpring
 from robostiff.statics.chains.equilibrated import Arrowhead
 from robostiff.statics.chains.leg_state import LegState, MovingBody, Share
 
@@ -246,6 +247,17 @@ class LegGroup:
             leg = self.names[self.owners[own.place[0]] if self.owners else i]
             energy = 0.5 * float(own.drive.stiffness[i] * (a[i] @ mode) ** 2)
             found.append((leg, own.drive.names[i], energy))
+        return found
+
+    @cached_property
+    def inside(self) -> np.ndarray:
+        """Which free unknowns are inner modes of beams (m,)."""
+        found = np.zeros(self.free_size, dtype=bool)
+        for chain, own in zip(self.chains, self.coordinates, strict=True):
+            for element, place in zip(chain.elements, chain.places, strict=True):
+                if isinstance(element, FiniteSpring):
+                    here = slice(own.start + place.start, own.start + place.stop)
+                    found[here] = ~np.any(element.modes, axis=(0, 1))
         return found
 
     def load_potential(self, state: LegState, share: float) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, is_rigid, moves
+from robostiff.statics.chains.beam_bowing import Beams, is_rigid, moves
 from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
 from robostiff.statics.chains.chain import FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
@@ -57,7 +57,7 @@ def group_of(
     masses: dict[str, list[PlacedMass]] = defaultdict(list)
     for node in network.nodes:
         masses[bodies.of_node[node.name]] += node.masses
-    elements = SpringElements(network.space)
+    elements = SpringElements(network.space, beams)
     chains: list[FiniteChain] = []
     carried: list[CarriedMass] = []
     left = dict(preload)
@@ -82,7 +82,7 @@ def group_of(
                 own.append(replace(joint, preload=joint.preload + push))
             else:
                 sides = (bodies.outwards(element, node) for node in (element.a, element.b))
-                own += elements.of(part, partial(elements_of, beams, part, sides))
+                own += elements.of(part, sides)
         of_chain = [_carried(m, element, backwards, len(chains), len(own), parts) for m in along]
         weights = [load for one in of_chain if np.any(gravity) for load in one.weights(gravity)]
         carried += of_chain
@@ -94,10 +94,10 @@ def group_of(
     ]
     for name in left:
         raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
-    for body, several in masses.items():
-        on_bodies[body] += weights_of(several, gravity)
-    for name, several in given.items():
-        masses[bodies.moving(name, "masses")] += several
+    for body, of_body in masses.items():
+        on_bodies[body] += weights_of(of_body, gravity)
+    for name, more in given.items():
+        masses[bodies.moving(name, "masses")] += more
     on_platform = on_bodies.pop(network.platform, [])
     group = LegGroup(
         (0,),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from functools import partial
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from robostiff.model import (
     Snapshot,
     StiffnessLaw,
 )
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, moves
+from robostiff.statics.chains.beam_bowing import Beams, moves
 from robostiff.statics.chains.carried_masses import CarriedMass
 from robostiff.statics.chains.chain import BodyLoad, FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
@@ -54,7 +53,7 @@ def legs_of(
     InputError
         When a name is no part of the robot, or a preload is not of an elastic or passive joint.
     """
-    springs, walks = SpringElements(snapshot.space), walks_of(snapshot, beams)
+    springs, walks = SpringElements(snapshot.space, beams), walks_of(snapshot, beams)
     if np.any(gravity):
         for walk in walks:
             for own in walk.carried:
@@ -111,7 +110,7 @@ def legs_of(
     joined = held.joined([LegGroup.stacked(legs) for legs in groups.values()])
     if snapshot.platform is None:
         return joined
-    return (on_flexible_platform(joined[0], snapshot.platform, springs, beams),)
+    return (on_flexible_platform(joined[0], snapshot.platform, springs),)
 
 
 @dataclass(frozen=True)
@@ -166,10 +165,10 @@ def masses_on_legs(
 
 def walks_of(snapshot: Snapshot, beams: Beams) -> list[LegWalk]:
     """The chains of each leg, loads left out."""
-    springs = SpringElements(snapshot.space)
+    springs = SpringElements(snapshot.space, beams)
     found = []
     for leg in snapshot.legs:
-        walk = LegWalk(springs, beams, f"{leg.name}/")
+        walk = LegWalk(springs, f"{leg.name}/")
         walk.along(leg, None, None)
         walk.name_fixed()
         found.append(walk)
@@ -181,7 +180,6 @@ class LegWalk:
     """The chains of one leg, as they are found on the way from base to platform."""
 
     springs: SpringElements
-    beams: Beams
     prefix: str
     chains: list[tuple[int | None, int | None, list[Element]]] = field(default_factory=list)
     points: list[np.ndarray] = field(default_factory=list)
@@ -320,7 +318,7 @@ class LegWalk:
             if isinstance(element, PlacedSpring):
                 spring = element
                 sides = run[i + 1 :], run[:i][::-1]
-                own += self.springs.of(element, partial(elements_of, self.beams, element, sides))
+                own += self.springs.of(element, sides)
             elif moves(element):
                 drive = len(own)
                 own.append(finite_joint(element))
