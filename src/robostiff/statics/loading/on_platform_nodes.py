@@ -70,10 +70,10 @@ def _along_parts(group: LegGroup, placed: PlacedPlatform) -> list[CarriedMass]:
         chain = group.chains[chains[numbers[part.name]]]
         n = len(chain.elements)
         backwards = chain.start == group.nodes[part.b]
-        spring, end = spring_of(part, placed), placed.in_world(placed.platform.point_of(part.b))
-        for mass in masses[part.name]:
-            way = (spring, mass, end)
-            if backwards:
-                way = (from_its_end(spring), mass.from_its_end(end), mass.start)
-            found.append(CarriedMass(way[1], numbers[part.name], n, n, way[0], way[2], leg))
+        start, end = (placed.in_world(placed.platform.point_of(node)) for node in (part.a, part.b))
+        spring, several = spring_of(part, placed), masses[part.name]
+        if backwards:
+            spring, several = from_its_end(spring), [own.from_its_end(end) for own in several]
+            end = start
+        found += [CarriedMass(m, numbers[part.name], n, n, spring, end, leg) for m in several]
     return found
