@@ -181,8 +181,9 @@ def needs_extra(what: str, extra: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
+        package = str(error.name).partition(".")[0]
         raise InputError(
-            f"{what} need {error.name!r}, which is not installed",
+            f"{what} need {package!r}, which is not installed",
             hint=f"write pip install 'robostiff[{extra}]'",
         ) from None
 

@@ -109,15 +109,13 @@ def test_quantities_are_converted(closed):
 
 @pytest.mark.parametrize("system", ["cgs", "imperial"])
 def test_quantities_of_any_system_are_converted(closed, system: str):
-    """A registry may prefer centimetres or yards; a series begins at a quantity as well."""
+    """A registry may prefer centimetres or yards."""
     pint = pytest.importorskip("pint")
     Q = pint.UnitRegistry(system=system).Quantity
     given = {"R": Q(500, "mm"), "r": Q(30, "cm"), "h": Q(0.75, "m"), "k": Q(100, "MN/m")}
     expected = closed.lambdify()(R=0.5, r=0.3, h=0.75, k=1e8)
     assert numbers(closed.lambdify()(**given)) == pytest.approx(expected, rel=1e-12)
     assert numbers(closed.subs(given).K) == pytest.approx(expected, rel=1e-12)
-    line = closed.series("h", Q(75, "cm"), 2)
-    assert numbers(line.substituted(given)) == pytest.approx(expected, rel=1e-12)
     with pytest.raises(InputError, match="a quantity of mechanics"):
         closed.subs({"h": Q(3, "ampere")})
 
@@ -280,7 +278,7 @@ def test_values_without_the_sign_of_their_symbol_do_not_hold(closed):
     for method in (derivation.subs, derivation.substituted):
         with pytest.raises(rs.InputError, match="value of x: got '2', expected a negative number"):
             method({"x": 2})
-    with pytest.raises(rs.NoAnswerError, match="unless x is negative or zero"):
+    with pytest.raises(rs.NoAnswerError, match="it holds where x is negative or zero, and -2"):
         derivation.lambdify()(2.0)
 
 

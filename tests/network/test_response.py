@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 import robostiff as rs
 from robostiff.elasticity import BeamTheory, EulerBernoulli, Timoshenko
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.io.results.equilibrium import response_data, response_text
 from robostiff.network import JointElement, Network, beam_between
 from robostiff.spatial import Space, move_twist, move_wrench
 from tests.network.frames import BAR, GRAPH_NAMES, STEEL, ball, graph, nodes, sliding, turning
@@ -110,6 +111,51 @@ def test_supports_carry_all_loads():
     assert_allclose(moment, -(loads + np.cross([L, 0, 0], [1, 2, 3])), rtol=1e-9, atol=1e-10)
 
 
+@pytest.mark.parametrize("theory", [SLENDER, Timoshenko()])
+def test_a_force_at_an_end_of_a_beam_is_one_at_its_node(theory: BeamTheory):
+    """Alone, and beside a load that crosses the beam: the force at the start was left out."""
+    network, P = straight(("a", "c"), 0.7, theory=theory), np.array([100.0, 30, -1000])
+    weight = rs.DistributedForce([1.0, 2, -Q])
+    for beside in ((), (weight, rs.ForceOnBeam([4.0, 5, 6], 0.4))):
+        at_node = {"bc": list(beside)} if beside else {}
+        wanted = rs.network_response(network, {"b": P} | at_node)
+        for beam, distance in (("bc", 0.0), ("ab", 0.7)):
+            loads = {beam: [rs.ForceOnBeam(P, distance)]} | at_node
+            if beam == "bc":
+                loads = {"bc": [rs.ForceOnBeam(P, 0.0), *beside]}
+            found = rs.network_response(network, loads)
+            assert_allclose(found.twists["b"], wanted.twists["b"], rtol=1e-10, atol=1e-18)
+            assert_allclose(found.energy, wanted.energy, rtol=1e-10)
+            for foot in "ac":
+                assert_allclose(found.reactions[foot], wanted.reactions[foot], atol=1e-9)
+    on_support = rs.network_response(network, {"ab": rs.ForceOnBeam(P, 0.0)})
+    assert_allclose(on_support.reactions["a"][:3], -P, rtol=1e-12)
+    assert_allclose(on_support.twists["b"], 0, atol=1e-18)
+
+
+@pytest.mark.parametrize("name", GRAPH_NAMES)
+def test_loads_and_reactions_are_in_equilibrium(name: str):
+    """Of forces at any place along each beam, its ends among them, and at each node."""
+    network, _ = graph(name)
+    rng, d, rows = np.random.default_rng(7), network.space.translations, network.space.rows
+    points = {node.name: node.point for node in network.nodes}
+    for beam in network.beams:
+        for part in (0.0, 1.0, rng.uniform()):
+            force = np.append(rng.normal(size=d), np.zeros(3 - d))
+            place = beam.start + part * (beam.end - beam.start)
+            try:
+                load = rs.ForceOnBeam(force, part * beam.length)
+                found = rs.network_response(network, {beam.name: load})
+            except NoAnswerError:
+                continue
+            if len(found.reactions) < len(network.fixed):
+                continue
+            total = np.append(force, np.cross(place, force))[list(rows)]
+            for foot, F in found.reactions.items():
+                total = total + move_wrench(F, -points[foot][:d])
+            assert_allclose(total, 0, atol=1e-8 * np.linalg.norm(force))
+
+
 def test_a_planar_frame_is_as_in_space():
     network = straight(("a", "c"))
     planar = replace(network, space=Space.PLANAR)
@@ -194,3 +240,33 @@ def test_quantities():
         settlements={"a": [0, 0, 1e-3, 0, 0, 0]},
     )
     assert_allclose(found.twists["b"], expected.twists["b"], rtol=1e-12)
+
+
+def test_nodes_of_a_truss_spin_and_are_displaced_all_the_same():
+    """Bars between balls: displacements of the nodes have values, their rotations have none."""
+    feet = {"a": [0, 0, 0], "b": [1, 0, 0], "c": [0, 1, 0]}
+    tip = np.array([0.3, 0.3, 0.8])
+    at = {**feet, "tip": tip.tolist()}
+    bodies, beams, joints = list(nodes(**at)), [], []
+    for name, place in feet.items():
+        low, high = nodes(**{f"{name} low": place, f"{name} high": tip.tolist()})
+        bodies += [low, high]
+        beams.append(beam_between(low, high, STEEL, BAR, name=f"bar {name}"))
+        joints.append(JointElement(f"foot {name}", name, low.name, ball(low.point)))
+        joints.append(JointElement(f"top {name}", high.name, "tip", ball(tip)))
+    truss = Network(
+        "truss", tuple(bodies), tuple(feet), "tip", tip, beams=tuple(beams), joints=tuple(joints)
+    )
+    F = np.array([100.0, -200, -1000])
+    found = rs.network_response(truss, {"tip": F})
+    arms = [tip - np.array(place) for place in feet.values()]
+    K = sum(E * A / np.linalg.norm(x) ** 3 * np.outer(x, x) for x in arms)
+    assert_allclose(found.shifts["tip"], np.linalg.solve(K, F), rtol=1e-9)
+    assert "tip" in found.free_nodes
+    assert "tip" not in found.twists
+    shown = response_text(truss, found)
+    assert "; it spins freely" in shown
+    assert "can move freely" not in shown
+    data = response_data(truss, found)["displacements"]["tip"]
+    assert_allclose(data[:3], found.shifts["tip"])
+    assert data[3:] == [None] * 3

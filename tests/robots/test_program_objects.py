@@ -18,7 +18,8 @@ def urdf_of_yourdfpy():
 
 
 def model_of_pinocchio():
-    pinocchio = pytest.importorskip("pinocchio")
+    import pinocchio
+
     return pinocchio.buildModelFromUrdf(str(EXAMPLES / "ur5.urdf"))
 
 
@@ -29,7 +30,10 @@ def model_of_mujoco(text: str):
     return spec.compile()
 
 
-@pytest.mark.parametrize("make", [urdf_of_yourdfpy, model_of_pinocchio])
+@pytest.mark.parametrize(
+    "make",
+    [urdf_of_yourdfpy, pytest.param(model_of_pinocchio, marks=pytest.mark.needs("pinocchio"))],
+)
 def test_urdf_as_an_object(make):
     from_file = rs.load(EXAMPLES / "ur5.urdf")
     robot = rs.load(make(), side=SIDE)
@@ -97,8 +101,10 @@ def test_mujoco_model_of_an_arm(tmp_path):
     assert reach == pytest.approx(0.8)
 
 
+@pytest.mark.needs("pinocchio")
 def test_pinocchio_joints_of_all_kinds(tmp_path):
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     model = pin.Model()
     model.name = "arm"
     axis = np.array([0.6, 0, 0.8])
@@ -133,8 +139,10 @@ def test_pinocchio_joints_of_all_kinds(tmp_path):
     )
 
 
+@pytest.mark.needs("pinocchio")
 def test_pinocchio_joint_without_counterpart():
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     model = pin.Model()
     model.addJoint(0, pin.JointModelTranslation(), pin.SE3.Identity(), "table")
     with pytest.raises(rs.FileError, match="joint 'table': got Translation, expected a rev"):

@@ -115,16 +115,18 @@ class Substitution:
 
     def __init__(self, values: Mapping[sp.Symbol, Any]) -> None:
         floats = [x for value in values.values() for x in sp.sympify(value).atoms(sp.Float)]
+        self.values = values
         self._digits = min((_digits(x) for x in floats), default=0)
         self._sizes: dict[Any, int] = {}
         self._known: dict[Any, Any] = {s: self._longer(sp.sympify(v)) for s, v in values.items()}
 
     def definitions(self, definitions: Iterable[Any]) -> dict[sp.Symbol, Any]:
-        """Named steps with the values in them, by symbol; numbers and copies are put in."""
+        """Named steps with the values in them, by symbol; those that become numbers are put in."""
         kept = {}
         for definition in definitions:
             value = self._step(definition.expression)
-            if value.is_Atom or value.is_Rational:
+            was_number = definition.parts and not definition.expression.free_symbols
+            if value.is_Atom and not was_number:
                 self._known[definition.symbol] = value
             else:
                 kept[definition.symbol] = replace(definition, expression=self._shorter(value))
@@ -243,6 +245,6 @@ def refuse_failing(conditions: Iterable[Any], put_in: Substitution, subject: str
         if not number.is_real or number <= 0:
             raise InputError(
                 f"{subject} at these values",
-                got="a condition that fails",
+                got=f"{number.evalf(6)} for what is positive where {condition.words}",
                 expected=f"values at which {condition.words}",
             )

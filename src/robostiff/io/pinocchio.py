@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import FileError, Location
-from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
+from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, mass_of_body
 from robostiff.io.suggest import Words
 from robostiff.model import Actuated, Passive
 from robostiff.spatial import Frame
@@ -44,7 +44,12 @@ def tree_of_pinocchio(model: Any) -> RigidTree:
             own = f"{body.name} on {parent}"
             joints.append(TreeJoint(own, JointType.FIXED, parent, body.name, frame, np.zeros(3)))
     names = (links[0], *(joint.child for joint in joints))
-    return RigidTree(model.name, file, names, tuple(joints))
+    masses = {}
+    for link, own in zip(links, model.inertias, strict=True):
+        inertia, place = np.array(own.inertia), Location(file, path=link)
+        mass = mass_of_body(link, float(own.mass), np.array(own.lever), inertia, place)
+        masses |= {} if mass is None else {link: mass}
+    return RigidTree(model.name, file, names, tuple(joints), masses=masses)
 
 
 def _own_link(model: Any, bodies: list[Any], joint: int) -> str:
@@ -98,6 +103,7 @@ def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: 
         before=_frame(model.jointPlacements[joint]),
         axis=axis,
         role=Actuated(limits=None if follows else _limits(model, joint)) if driven else Passive(),
+        inertia=float(model.armature[model.joints[joint].idx_v]) if driven else 0.0,
         mimic=mimic,
     )
 

@@ -66,15 +66,18 @@ def _doubt(number: float, dimension: Dimension, has_unit: bool) -> tuple[str, st
 _NAMES = {"deg": "degrees"}
 
 
-def warn_of_parts_not_read(parts: Mapping[str, Sequence[tuple[str, Location]]]) -> None:
-    """Warn of parts of a description that move, bend or hold others, and are not read.
+def warn_of_parts_not_read(
+    parts: Mapping[str, Sequence[tuple[str, Location]]],
+    instead: str = "nothing stands in their place",
+) -> None:
+    """Warn of parts of a description that move, bend, weigh or hold others, and are not read.
 
-    For each kind their names and places; those of the first are shown.
+    For each kind their names and places; that of the first is shown.
     """
     for kind, found in parts.items():
         if found:
             names = listing([name or "without a name" for name, _ in found], _MOST_NAMES)
-            words = f"not read: {kind} {names}; nothing stands in their place"
+            words = f"not read: {kind} {names}; {instead}"
             warn_of_slip(f"{found[0][1]}: {words}")
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError, Location
+from robostiff.errors import FileError, Location, needs_extra
 from robostiff.io.child_process import COMPILE_MJCF, answer_of
 from robostiff.io.mjcf.kinematic_part import kinematic_part
 from robostiff.io.plausibility import warn_of_parts_not_read
@@ -23,8 +23,13 @@ _REAL = frozenset(
     (
         *("body_pos", "body_quat", "site_pos", "site_quat", "jnt_pos", "jnt_axis", "jnt_range"),
         *("jnt_stiffness", "qpos0", "qpos_spring", "eq_data", "actuator_biasprm", "actuator_gear"),
+        *("body_mass", "body_ipos", "body_iquat", "body_inertia", "dof_armature"),
     )
 )
+
+
+NOTHING = 1e-12
+"""Mass and moments of a body without any, as MuJoCo compiles no other [kg], [kg m^2]."""
 
 
 @dataclass(frozen=True)
@@ -48,15 +53,11 @@ class CompiledModel:
 
 
 def compiled_model(source: Path | str) -> CompiledModel:
-    """The MuJoCo model of a file without its shapes."""
+    """The MuJoCo model of a file without what is seen or touched, and the shapes of other files."""
     lines = kinematic_part(source)
-    if find_spec("mujoco") is None:
-        raise InputError(
-            "MJCF",
-            got=Words("no package mujoco"),
-            expected="the extra mjcf",
-            hint="pip install 'robostiff[mjcf]'",
-        )
+    with needs_extra("MJCF files", "mjcf"):
+        if find_spec("mujoco") is None:  # another process imports it
+            raise ModuleNotFoundError(name="mujoco")
     try:
         return _compiled("\n".join(tag for tag, _ in lines), str(source))
     except FileError as error:
@@ -65,8 +66,8 @@ def compiled_model(source: Path | str) -> CompiledModel:
 
 @lru_cache(maxsize=64)
 def _compiled(text: str, file: str) -> CompiledModel:
-    place = Location(file)
-    return _from_data(answer_of(COMPILE_MJCF, {"text": text}, place, "MJCF", "MuJoCo"), place)
+    place, request = Location(file), {"text": text, "nothing": NOTHING}
+    return _from_data(answer_of(COMPILE_MJCF, request, place, "MJCF", "MuJoCo"), place)
 
 
 def read_model(model: Any) -> CompiledModel:
@@ -102,7 +103,9 @@ ON_JOINTS, _ON_TENDONS = (0, 1), 3
 
 def _from_data(data: dict[str, Any], place: Location) -> CompiledModel:
     names = {key: data.pop(key) for key in ("bodies", "joints", "sites", "equalities")}
-    name = data.pop("name")
+    name, without = data.pop("name"), data.pop("without_mass", [])
+    unread = {"the masses of meshes of": [(body, place) for body in without]}
+    warn_of_parts_not_read(unread, "bodies have those of other shapes")
     arrays = {key: _array(key, values, place) for key, values in data.items()}
     return CompiledModel(
         name,

@@ -9,13 +9,26 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robostiff.errors import FileError, Location
-from robostiff.io.mjcf.compiled_model import ON_JOINTS, CompiledModel, compiled_model, read_model
+from robostiff.io.mjcf.compiled_model import (
+    NOTHING,
+    ON_JOINTS,
+    CompiledModel,
+    compiled_model,
+    read_model,
+)
 from robostiff.io.plausibility import question, warn_of_parts_not_read
-from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, TreeLoop
+from robostiff.io.rigid_tree.tree import (
+    JointType,
+    Mimic,
+    RigidTree,
+    TreeJoint,
+    TreeLoop,
+    mass_of_body,
+)
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.kinematics.turn import turn_about
-from robostiff.model import Actuated, Passive, Role, spherical
+from robostiff.model import Actuated, Mass, Passive, Role, spherical
 from robostiff.spatial import Frame
 
 
@@ -196,7 +209,21 @@ def _tree(model: CompiledModel, source: Path | str) -> RigidTree:
         links=tuple(links),
         joints=tuple(joints),
         loops=loops,
+        masses=_masses(model, names, Location(str(source))),
     )
+
+
+def _masses(model: CompiledModel, names: ElementNames, place: Location) -> dict[str, Mass]:
+    """Masses of the bodies, as MuJoCo has them of what is written or of their shapes."""
+    found = {}
+    for i, name in enumerate(names.bodies):
+        seen = frame_of(model.body_ipos[i], model.body_iquat[i])
+        moments = np.where(model.body_inertia[i] > NOTHING, model.body_inertia[i], 0.0)
+        if i and model.body_mass[i] > NOTHING:
+            inertia = seen.R @ np.diag(moments) @ seen.R.T
+            mass = mass_of_body(name, float(model.body_mass[i]), seen.p, inertia, place)
+            found |= {} if mass is None else {name: mass}
+    return found
 
 
 def _joints_of_body(
@@ -241,6 +268,7 @@ def _joints_of_body(
                 after=anchor.inverse,
                 role=_role(model, i, drives),
                 spring=float(model.jnt_stiffness[i]) * (kind is not JointType.FLOATING),
+                inertia=float(model.dof_armature[model.jnt_dofadr[i]]),
                 home=home,
                 mimic=mimics.get(own),
             )
@@ -278,6 +306,8 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
     for i, name in enumerate(names.joints):
         start, kind = int(model.jnt_qposadr[i]), _TYPES[int(model.jnt_type[i])]
         if not model.jnt_stiffness[i]:
+            if model.dof_armature[model.jnt_dofadr[i]] and i not in drives:
+                unread.setdefault("the armature of joints without a drive,", []).append(name)
             continue
         if kind is JointType.FLOATING:
             unread.setdefault("springs of free joints", []).append(name)

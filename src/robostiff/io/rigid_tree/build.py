@@ -94,6 +94,7 @@ def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
             held=frozenset(held),
             title=written.title,
             source=written.source,
+            masses={link: (own,) for link, own in tree.masses.items() if link not in elastic},
         )
         places = welded_places(linkage)
     (whole, platform_place), (other, tool_place) = places[platform], places[tool_body]
