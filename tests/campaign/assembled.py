@@ -364,7 +364,7 @@ def of_network(
     point = np.asarray(network.reference_point, float)
     length = float(network.characteristic_length) or 1.0
     found = Assembly(Bodies([np.zeros(3), point], length, network.space.rows), beams)
-    place = {name: 0 for name in network.fixed} | {network.platform: 1}
+    place = dict.fromkeys(network.fixed, 0) | {network.platform: 1}
     for node in network.nodes:
         if node.name not in place:
             place[node.name] = found.bodies.body(node.point)

@@ -10,9 +10,14 @@ from itertools import pairwise
 import numpy as np
 
 from robostiff.kinematics.closure.assembly_mode import AssemblyMode
-from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree, advanced
+from robostiff.kinematics.closure.motion_tree import (
+    MotionTree,
+    PlacedTree,
+    Spin,
+    advanced,
+    spins_of,
+)
 from robostiff.kinematics.closure.newton import CLOSED, ClosurePart, nearest
-from robostiff.kinematics.closure.spin import Spin, spins_of
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
