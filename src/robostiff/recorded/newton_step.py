@@ -16,7 +16,7 @@ import numpy as np
 
 from robostiff.kinematics.closure import gaps
 from robostiff.kinematics.closure.body import tidied, tidied_point
-from robostiff.kinematics.formula.placed import FormulaPose
+from robostiff.kinematics.formula.place import FormulaPose
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near

@@ -132,7 +132,8 @@ class NewtonTask:
         """Twists by which free pose coordinates close the ends (N, ends, 6, k): of legs alone."""
         J = np.zeros((*placed.p.shape[:2], 6, len(self.open)))
         if self.open:
-            rates, legs = rotvec_rate(x[:, 3:6]), self._ends_of_legs
+            rates = rotvec_rate(x[:, 3:6])
+            legs = np.cumsum([0, *self._tree.ends_of_legs])[:-1]  # their ends on the platform
             arm = placed.p_wanted[:, legs] - x[:, None, :3]
             for k, coordinate in enumerate(self.open):
                 J[..., k][:, legs] = -_pose_twist(coordinate, rates, arm)
@@ -177,11 +178,6 @@ class NewtonTask:
     @cached_property
     def _tree(self) -> MotionTree:
         return MotionTree(self.legs)
-
-    @cached_property
-    def _ends_of_legs(self) -> np.ndarray:
-        """Which ends are those of legs on the platform."""
-        return np.cumsum([0, *self._tree.ends_of_legs])[:-1]
 
     @cached_property
     def _free(self) -> np.ndarray:

@@ -201,7 +201,9 @@ def recognise_strut(skeleton: Skeleton) -> Strut | None:
         case (Cluster() as A, Slide() as slide, Cluster() as B):
             pass
         case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B):
-            if not _turns_along(turn, slide):
+            if turn.is_ball or len(turn.axes) != 1:
+                return None
+            if np.linalg.norm(turn.axes[0] - slide.axis) >= _PARALLEL:
                 return None
             spin = turn.places[0]
         case _:
@@ -212,13 +214,6 @@ def recognise_strut(skeleton: Skeleton) -> Strut | None:
     if np.linalg.norm(np.cross(along, A_to_B)) > size or not fits(A, B, along):
         return None
     return Strut(skeleton, joints_of(skeleton, A, B, along, spin), slide)
-
-
-def _turns_along(turn: Cluster, slide: Slide) -> bool:
-    """Whether a joint turns about the slide itself, as a cylindrical joint does."""
-    if turn.is_ball or len(turn.axes) != 1:
-        return False
-    return float(np.linalg.norm(turn.axes[0] - slide.axis)) < 1e-9
 
 
 # Of the rod: nearer than this to the crank's axis, its far end leaves few digits of the angle.

@@ -369,8 +369,9 @@ def _at_second(ends: RodEnds, rod: LegBody) -> tuple[LegBody, list[Any], list[An
     if len(B.axes) == 1:
         misses = _missed_angle(ends, B.axes[0], e)
         return _about_rod(ends, rod, (B.axes[0], e)), misses, []
-    far, lack = _taken_up(ends, rod, e)
-    return far, [], [lack]
+    found = aim(ends.d, e, *ends.joints.cosines_at_B)
+    b = found.way(ends.mode.second)
+    return _about_rod(ends, rod, (B.axes[0], b)), [], [found.gap]
 
 
 def _at_A(ends: RodEnds, before: LegBody, axis: Pair, target: Pair) -> LegBody:
@@ -403,13 +404,6 @@ def _pointed(ends: RodEnds) -> tuple[LegBody, LegBody, Any]:
     b = found.way(ends.mode.first)
     gimbal = _at_A(ends, ends.near, (a0, a), (b0, b))
     return gimbal, _at_A(ends, gimbal, (b0, b), (ends.joints.along, ends.d)), found.gap
-
-
-def _taken_up(ends: RodEnds, rod: LegBody, e: np.ndarray) -> tuple[LegBody, Any]:
-    """The rod as the two axes at its far end turn it about itself, and what they lack to do so."""
-    found = aim(ends.d, e, *ends.joints.cosines_at_B)
-    b = found.way(ends.mode.second)
-    return _about_rod(ends, rod, (ends.joints.B.axes[0], b)), found.gap
 
 
 def _missed(ends: RodEnds, rod: LegBody) -> list[Any]:

@@ -170,22 +170,17 @@ def _is_copy(first: Branch, other: Branch) -> bool:
     )
     shifted = [two.p - one.p - shift]
     for f, g in zip(one.freedoms, two.freedoms, strict=True):
-        if not _moves_alike(f, g):
+        if f.turns is not g.turns or np.abs(f.axis - g.axis).max() > _SAME:
             return False
         if f.turns:
+            if abs(f.pitch - g.pitch) > _SAME * abs(f.pitch):
+                return False
             apart = g.point - f.point - shift
             shifted.append(apart - f.axis * (f.axis @ apart))
     # The body after the block may be turned against the one before.
     longer = np.linalg.norm(other.end.p - first.end.p) - np.linalg.norm(shift)
     apart = max(abs(longer), *(np.linalg.norm(gap) for gap in shifted))
     return bool(max(turned) <= _SAME and apart <= size)
-
-
-def _moves_alike(one: Screw, other: Screw) -> bool:
-    """Whether two screws have the same direction and pitch, wherever they are."""
-    if one.turns is not other.turns or np.abs(one.axis - other.axis).max() > _SAME:
-        return False
-    return not one.turns or bool(abs(one.pitch - other.pitch) <= _SAME * abs(one.pitch))
 
 
 def _kinds(chain: Chain) -> list[object]:

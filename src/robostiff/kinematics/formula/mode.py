@@ -14,8 +14,7 @@ from robostiff.kinematics.closure.body import ClosedLeg, direction_across
 from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.rod_ends import circle_of
-from robostiff.kinematics.formula.place import Site
-from robostiff.kinematics.formula.placed import FormulaPose
+from robostiff.kinematics.formula.place import FormulaPose, Site
 from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
 from robostiff.model import Actuated, Leg
 from robostiff.record import Entry, most_size, square_root
