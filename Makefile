@@ -8,20 +8,31 @@
 PYTHON ?= python3
 PYTEST_ARGS ?= -n 2 --dist loadfile
 VENV := .venv
+ifeq ($(OS),Windows_NT)
+SHELL := bash
+BIN := $(VENV)/Scripts
+INTERPRETER := $(BIN)/python.exe
+else
 BIN := $(VENV)/bin
+INTERPRETER := $(BIN)/python
+endif
 STAMP := $(VENV)/.installed
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+# Bytecode is written when a module is imported first: of most it never is.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile \
+  --constraint constraints.txt
 
 # Tests start some two hundred processes; without bytecode each compiles all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 CAMPAIGN_ARGS ?=
-.PHONY: help demo test slow processors campaign lint format docs outputs bench proof clean
+.PHONY: help demo test slow peers processors campaign extras lint format docs outputs bench proof clean
 .NOTPARALLEL:
 
 help:
 	@echo "make demo    stiffness, free motions and deflection of shipped robots, and a report"
 	@echo "make test    the tests, doctests included (PYTEST_ARGS='-x tests/paper' runs some)"
-	@echo "make slow    the tests that take long: many more poses, long runs, browsers"
+	@echo "make peers   comparisons with other programs, whose packages take 1.6 GB"
+	@echo "make slow    those, and the tests that take long: many more poses, long runs"
+	@echo "make extras  the wheel alone and with each extra alone, at newest and lowest versions"
 	@echo "make processors  the numerical tests with the arithmetic of other processors"
 	@echo "make campaign  20,000 random robots, mutated files and stores through every way (30 minutes)"
 	@echo "make lint    ruff, pyright and the direction of imports"
@@ -48,14 +59,21 @@ demo: $(STAMP)-demo
 test: $(STAMP)-test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
 
-slow: $(STAMP)-test
-	$(BIN)/python -m pytest $(PYTEST_ARGS) -q -m slow
+slow: $(STAMP)-peers
+	$(BIN)/python -m pytest $(PYTEST_ARGS) -q -m 'slow or peer'
+
+peers: $(STAMP)-peers
+	$(BIN)/python -m pytest $(PYTEST_ARGS) -q -m 'peer and not slow'
+
+extras: $(STAMP)-runtime
+	$(PIP) uv
+	$(BIN)/python tests/project/extras_alone.py
 
 # OpenBLAS and NumPy choose their loops by processor, and these round differently.
 NUMERICAL := $(addprefix tests/,paper laws cases elastostatics recorded compiled)
 NO_AVX512 := NPY_DISABLE_CPU_FEATURES="X86_V4 AVX512_ICL AVX512_SPR"
 
-processors: $(STAMP)-test
+processors: $(STAMP)-peers
 	@if grep -qs avx512f /proc/cpuinfo; then set -ex; \
 	  OPENBLAS_CORETYPE=SkylakeX $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL); \
 	  OPENBLAS_CORETYPE=Haswell $(NO_AVX512) $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL); \
@@ -64,11 +82,11 @@ processors: $(STAMP)-test
 	fi; \
 	OPENBLAS_CORETYPE=Prescott $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL)
 
-campaign: $(STAMP)-test slow
+campaign: slow
 	$(BIN)/python -m pytest $(PYTEST_ARGS) -q --hypothesis-profile=campaign tests/laws
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.campaign $(CAMPAIGN_ARGS)
 
-lint: $(STAMP)-lint $(STAMP)-test
+lint: $(STAMP)-lint $(STAMP)-peers
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/lint-imports
@@ -82,7 +100,7 @@ docs: $(STAMP)-docs
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "built docs/_build/html/index.html"
 
-outputs: $(STAMP)-test $(STAMP)-docs
+outputs: $(STAMP)-peers $(STAMP)-docs
 	$(BIN)/python docs/make_picture.py docs/_static/gough-stewart-a.png
 	$(BIN)/python docs/make_plots.py
 	$(BIN)/python docs/make_report_picture.py docs/_static/report.png
@@ -113,7 +131,7 @@ clean:
 	rm -rf $(VENV) docs/_build docs/gallery build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find src tests docs benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} +
 
-$(BIN)/python:
+$(INTERPRETER):
 	@command -v $(PYTHON) > /dev/null || { \
 	  echo "robostiff needs Python 3.11 or newer, and there is no '$(PYTHON)' here:"; \
 	  echo "install it, or name another: make PYTHON=/path/to/python3.11"; exit 1; }
@@ -125,21 +143,25 @@ $(BIN)/python:
 	  echo "apt install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 
-$(STAMP)-runtime: pyproject.toml constraints.txt | $(BIN)/python
+$(STAMP)-runtime: pyproject.toml constraints.txt | $(INTERPRETER)
 	$(PIP) --editable .
 	@touch $@
 
 $(STAMP)-demo: $(STAMP)-runtime
-	$(PIP) --editable '.[fast,plot,pdf]'
+	$(PIP) --editable '.[plot,pdf]'
 	@touch $@
 
 $(STAMP)-test: $(STAMP)-runtime
-	$(PIP) --editable '.[test,fast,maps,urdf,mjcf,plot]'
+	$(PIP) --editable '.[test]'
 	@touch $@
 
-# Other programs to compare with.
-$(STAMP)-bench: $(STAMP)-test
-	$(PIP) --editable '.[test,fast,maps,urdf,mjcf,plot,view,bench]'
+# Other programs to compare with, and the compiler of kernels.
+$(STAMP)-peers: $(STAMP)-test
+	$(PIP) --editable '.[test,peers]'
+	@touch $@
+
+$(STAMP)-bench: $(STAMP)-peers
+	$(PIP) --editable '.[test,peers,bench]'
 	@touch $@
 
 # Pyright runs on Node.js, which need not be there: it comes as a wheel.

@@ -2,6 +2,8 @@
 
 import gc
 import os
+from collections import Counter
+from collections.abc import Iterator
 from copy import copy
 from dataclasses import fields
 from pathlib import Path
@@ -10,6 +12,8 @@ from typing import Any
 import jaxtyping
 import pytest
 from hypothesis import HealthCheck, settings
+
+from tests.other_programs import PEERS, is_there
 
 # The workers of pytest, which inherit it, fill the processors: threads of BLAS beside them would
 # wait for one another busily.
@@ -42,14 +46,53 @@ gc.disable()
 _SLOW = frozenset((Path(__file__).parent / "slow_tests.txt").read_text().splitlines())
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests of ``slow_tests.txt`` for `make slow`.
+_LEFT_OUT: pytest.StashKey[dict[str, int]] = pytest.StashKey()
 
-    They take seconds each, or are the same test at more robots and poses; a few of each are fast.
+
+def _programs(item: pytest.Item) -> list[str]:
+    return sorted({name for mark in item.iter_markers("needs") for name in mark.args})
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection_modifyitems(
+    config: pytest.Config, items: list[pytest.Item]
+) -> Iterator[None]:
+    """Mark tests for `make slow` and `make peers`, and leave out what cannot run here.
+
+    Those of ``slow_tests.txt`` take seconds each, or are the same test at more robots and poses; a
+    few of each are fast.
     """
     for item in items:
         if item.nodeid in _SLOW:
             item.add_marker("slow")
+        if PEERS & set(_programs(item)):
+            item.add_marker("peer")
+    yield  # here `-m` and `-k` choose
+    missing = {item: [name for name in _programs(item) if not is_there(name)] for item in items}
+    left_out = [item for item in items if missing[item]]
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = [item for item in items if not missing[item]]
+    config.stash[_LEFT_OUT] = Counter(" and ".join(missing[item]) for item in left_out)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """A worker of xdist tells what it has left out."""
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["left out"] = session.config.stash.get(_LEFT_OUT, {})
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """All workers have left out the same."""
+    node.config.stash[_LEFT_OUT] = getattr(node, "workeroutput", {}).get("left out", {})
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Say once what was left out."""
+    left_out = config.stash.get(_LEFT_OUT, {})
+    if left_out:
+        parts = [f"{count} that need {name}" for name, count in sorted(left_out.items())]
+        terminalreporter.write_line(f"tests left out, as this is not installed: {', '.join(parts)}")
 
 
 def _shipped_robots_are_built_once() -> None:

@@ -181,14 +181,15 @@ def needs_extra(what: str, extra: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
+        package = str(error.name).partition(".")[0]
         raise InputError(
-            f"{what} need {error.name!r}, which is not installed",
+            f"{what} need {package!r}, which is not installed",
             hint=f"write pip install 'robostiff[{extra}]'",
         ) from None
 
 
 class PlausibilityWarning(UserWarning):
-    """Input that can be used, but is probably a slip, such as a link of 500 m or E of 210 Pa."""
+    """Input that can be used, but is probably a slip, or of which a part is not read."""
 
 
 def warn_of_slip(text: str) -> None:
@@ -240,8 +241,11 @@ class DisagreementError(RobostiffError):
         )
 
 
-def _shortened(value: Any, limit: int = 80) -> str:
+def _shortened(value: Any) -> str:
     # Arrays and their numbers are shown as a user would write them.
     is_array = type(value).__module__ == "numpy"
     text = repr(value.tolist() if is_array else value)
+    # What is shown without quotes is a sentence, perhaps of another program, with its point last.
+    is_sentence = isinstance(value, str) and text == value
+    limit = 600 if is_sentence else 80
     return text if len(text) <= limit else text[: limit - 1] + "…"

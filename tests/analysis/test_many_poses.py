@@ -13,7 +13,7 @@ import pytest
 import robostiff as rs
 from robostiff.analysis import careful_form, compiled_robot, robot_record
 from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.compiled import MachineCode, machine_code_is_available
+from robostiff.compiled import MachineCode
 from robostiff.elastostatics import CartesianStiffness
 from robostiff.kinematics import posture_finder
 from robostiff.model import Chain, Leg, Passive, beam_link, prismatic, spherical, universal
@@ -242,7 +242,7 @@ def test_no_pose_is_an_empty_batch(recorded_at_once):
     assert found.K.shape == (0, 6, 6)
 
 
-@pytest.mark.skipif(not machine_code_is_available(), reason="heyoka is not installed")
+@pytest.mark.needs("heyoka")
 def test_machine_code_takes_over_where_it_pays(recorded_at_once, monkeypatch):
     monkeypatch.setattr(robot_record, "_MACHINE_CODE_PAYS", 150)
     robot: Any = rs.load("3-rpr")

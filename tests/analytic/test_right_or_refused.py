@@ -1,7 +1,6 @@
 """Every formula and every exported function is right, or refused."""
 
 import ctypes
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -35,9 +34,9 @@ from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.series_form import stiffness_of
 from robostiff.errors import DisagreementError, InputError
 from tests.analytic.formulas import cubic_platform
+from tests.other_programs import command
 
 DATA = Path(__file__).parent / "data"
-COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 BENT_RAM = """
 robostiff: 1
 name: bent ram
@@ -265,12 +264,13 @@ def test_a_python_function_raises_where_it_does_not_hold():
         function(np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 1.0]))
 
 
-@pytest.mark.skipif(COMPILER is None, reason="no C compiler on this machine")
+@pytest.mark.needs("a C compiler")
 def test_a_c_function_returns_1_where_it_does_not_hold(tmp_path):
     source, library = tmp_path / "formula.c", tmp_path / "formula.so"
     source.write_text(c_function(singular()[0]), encoding="ascii")
-    command = [COMPILER, "-std=c99", "-Wall", "-Werror", "-shared", "-fPIC", str(source)]
-    subprocess.run([*command, "-o", str(library), "-lm"], check=True)
+    options = ["-std=c99", "-Wall", "-Werror", "-shared", "-fPIC", str(source)]
+    compiler = command("a C compiler")
+    subprocess.run([compiler, *options, "-o", str(library), "-lm"], check=True)
     function = ctypes.CDLL(str(library)).stiffness
     K = (ctypes.c_double * 9)()
     assert function(K, (ctypes.c_double * 2)(2.0, 1.0)) == 0

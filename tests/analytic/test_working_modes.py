@@ -22,7 +22,8 @@ from robostiff.analytic.export import (
 )
 from robostiff.robots import robot_file
 from tests.analytic.export.small_readers import julia, matlab
-from tests.analytic.export.test_c_code import COMPILER, called, compiled
+from tests.analytic.export.test_c_code import called, compiled
+from tests.other_programs import is_there
 
 AT = {"x": 1e-3, "y": -2e-3, "z": -0.6, "alpha_P": 3e-3, "beta": -2e-3, "gamma": 4e-3}
 TURN = Rotation.from_euler("xyz", [AT["alpha_P"], AT["beta"], AT["gamma"]])
@@ -42,7 +43,7 @@ def test_another_posture_is_refused(pose, tmp_path):
     for read, written in ((julia, julia_function), (matlab, matlab_function)):
         other = read(written(formula, name="K_of_robot"))
         calls.append(lambda at, other=other: other(*at.values()))
-    of_c = compiled(c_function(formula), tmp_path) if COMPILER else None
+    of_c = compiled(c_function(formula), tmp_path) if is_there("a C compiler") else None
     for r, holds in ((0.3, True), (0.517, True), (0.5185, False), (0.6, False)):
         all_values = {**robot.nominal, **AT, "r": r}
         values = {x.name: all_values[x.name] for x in formula.symbols}

@@ -121,6 +121,20 @@ def test_bad_input_is_2_and_says_what_to_write(arguments, message):
     assert message in outcome.stderr
 
 
+@pytest.mark.parametrize(
+    ("arguments", "option"),
+    [
+        (("delta", "--leg", "leg1"), "leave out --leg: the formula of the whole robot"),
+        (("h4", "--pose", "symbolic"), "by --pose joints"),
+    ],
+)
+def test_advice_names_options_and_no_python(arguments, option):
+    outcome = run(*arguments)
+    assert outcome.exit_code == 2
+    assert option in outcome.stderr
+    assert "(" not in outcome.stderr.rpartition(";")[2]
+
+
 def test_an_existing_file_is_not_overwritten():
     Path("K.tex").write_text("mine", encoding="utf-8")
     outcome = run("3-rpr", "-o", "K.tex")

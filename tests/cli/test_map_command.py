@@ -49,6 +49,26 @@ def test_the_summary_names_the_weakest_pose_and_its_status():
     assert "least" not in unreachable.stdout
 
 
+def test_the_greatest_displacement_is_that_of_the_magnitude():
+    """Signed components have no common range; the default picture is of the magnitude, too."""
+    grid = ("hexapod", "--x", "-0.2 0.2 5", "--wrench", "300 -200 -500 N 0 0 0")
+    outcome = run(*grid, "--quantity", "deflection", "-o", "map.nc", "--json", "--plot", "map.svg")
+    assert outcome.exit_code == 0, outcome.stderr
+    facts = json.loads(outcome.stdout)
+    wrench, places = [300, -200, -500, 0, 0, 0], np.linspace(-0.2, 0.2, 5)
+    twists = [rs.deflection(rs.load("hexapod"), [x, 0, 0.9, 0, 0, 0], wrench).twist for x in places]
+    for name, part in (("displacement", slice(3)), ("rotation", slice(3, 6))):
+        sizes = [float(np.linalg.norm(twist[part])) for twist in twists]
+        low, high, _ = facts["ranges"][f"{name}_magnitude"]
+        np.testing.assert_allclose([low, high], [min(sizes), max(sizes)], rtol=1e-6)
+        greatest = facts["extremes"][f"{name}_magnitude"]["greatest"]["pose"]["x"]
+        assert greatest == pytest.approx(places[np.argmax(sizes)])
+        assert name not in facts["ranges"]
+    assert "displacement magnitude" in Path("map.svg").read_text(encoding="utf-8")
+    lines = run(*grid, "--quantity", "deflection", "-o", "-").stdout.splitlines()
+    assert "displacement_magnitude [m]" in lines[0].split(",")
+
+
 def test_standard_output_has_the_map_or_the_summary():
     outcome = run(*GRID, "-o", "-", "--json")
     assert outcome.exit_code == 2

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robostiff.compiled.arrays import ArrayCode
-from robostiff.compiled.machine import MachineCode, machine_code_is_available, machine_threads
+from robostiff.compiled.machine import MachineCode, machine_threads
 from robostiff.record import (
     Program,
     Record,
@@ -26,9 +26,7 @@ from robostiff.record import (
 )
 
 NAMES = ("x", "y", "z")
-needs_compiler = pytest.mark.skipif(
-    not machine_code_is_available(), reason="heyoka is not installed"
-)
+needs_compiler = pytest.mark.needs("heyoka")
 
 
 @st.composite

@@ -1,6 +1,7 @@
 """Cross-sections: exact moments, torsion constants and shear factors of the books."""
 
 import math
+import sys
 from itertools import pairwise
 
 import mpmath
@@ -10,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robostiff.elasticity import CrossSection, box, circle, i_section, rectangle, tube
+from robostiff.elasticity.arbitrary_section import section_from_sectionproperties
 from robostiff.errors import InputError
 
 side = st.floats(1e-3, 1.0)
@@ -378,3 +380,13 @@ def test_cross_section_messages(field, words, unit):
 def test_cross_section_numbers_are_needed():
     with pytest.raises(InputError, match="torsion constant J"):
         CrossSection(1.0, 1.0, 1.0, None)  # type: ignore[arg-type]
+
+
+def test_a_missing_package_is_named_with_its_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "sectionproperties", None)
+    with pytest.raises(InputError) as error:
+        section_from_sectionproperties(None)  # type: ignore[arg-type]
+    assert str(error.value) == (
+        "sections of any shape need 'sectionproperties', which is not installed; "
+        "write pip install 'robostiff[sections]'"
+    )

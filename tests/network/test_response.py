@@ -110,6 +110,51 @@ def test_supports_carry_all_loads():
     assert_allclose(moment, -(loads + np.cross([L, 0, 0], [1, 2, 3])), rtol=1e-9, atol=1e-10)
 
 
+@pytest.mark.parametrize("theory", [SLENDER, Timoshenko()])
+def test_a_force_at_an_end_of_a_beam_is_one_at_its_node(theory: BeamTheory):
+    """Alone, and beside a load that crosses the beam: the force at the start was left out."""
+    network, P = straight(("a", "c"), 0.7, theory=theory), np.array([100.0, 30, -1000])
+    weight = rs.DistributedForce([1.0, 2, -Q])
+    for beside in ((), (weight, rs.ForceOnBeam([4.0, 5, 6], 0.4))):
+        at_node = {"bc": list(beside)} if beside else {}
+        wanted = rs.network_response(network, {"b": P} | at_node)
+        for beam, distance in (("bc", 0.0), ("ab", 0.7)):
+            loads = {beam: [rs.ForceOnBeam(P, distance)]} | at_node
+            if beam == "bc":
+                loads = {"bc": [rs.ForceOnBeam(P, 0.0), *beside]}
+            found = rs.network_response(network, loads)
+            assert_allclose(found.twists["b"], wanted.twists["b"], rtol=1e-10, atol=1e-18)
+            assert_allclose(found.energy, wanted.energy, rtol=1e-10)
+            for foot in "ac":
+                assert_allclose(found.reactions[foot], wanted.reactions[foot], atol=1e-9)
+    on_support = rs.network_response(network, {"ab": rs.ForceOnBeam(P, 0.0)})
+    assert_allclose(on_support.reactions["a"][:3], -P, rtol=1e-12)
+    assert_allclose(on_support.twists["b"], 0, atol=1e-18)
+
+
+@pytest.mark.parametrize("name", GRAPH_NAMES)
+def test_loads_and_reactions_are_in_equilibrium(name: str):
+    """Of forces at any place along each beam, its ends among them, and at each node."""
+    network, _ = graph(name)
+    rng, d, rows = np.random.default_rng(7), network.space.translations, network.space.rows
+    points = {node.name: node.point for node in network.nodes}
+    for beam in network.beams:
+        for part in (0.0, 1.0, rng.uniform()):
+            force = np.append(rng.normal(size=d), np.zeros(3 - d))
+            place = beam.start + part * (beam.end - beam.start)
+            try:
+                load = rs.ForceOnBeam(force, part * beam.length)
+                found = rs.network_response(network, {beam.name: load})
+            except NoAnswerError:
+                continue
+            if len(found.reactions) < len(network.fixed):
+                continue
+            total = np.append(force, np.cross(place, force))[list(rows)]
+            for foot, F in found.reactions.items():
+                total = total + move_wrench(F, -points[foot][:d])
+            assert_allclose(total, 0, atol=1e-8 * np.linalg.norm(force))
+
+
 def test_a_planar_frame_is_as_in_space():
     network = straight(("a", "c"))
     planar = replace(network, space=Space.PLANAR)

@@ -4,7 +4,6 @@ CalculiX prints seven digits.
 """
 
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -19,7 +18,9 @@ from robostiff.io.calculix import calculix_input
 from robostiff.network import JointElement, Network, SpringElement, beam_between
 from tests.generators.metric import distance
 from tests.network.frames import BAR, STEEL, ball, nodes, turning
+from tests.other_programs import command
 
+pytestmark = pytest.mark.needs("CalculiX")
 _PORTAL = str(Path(__file__).parents[2] / "examples" / "portal.json")
 _WRIST = str(Path(__file__).parents[2] / "examples" / "bevel-wrist.yaml")
 _ROW = re.compile(r"^ +[12] +(\S+) +(\S+) +(\S+)$", re.MULTILINE)
@@ -27,11 +28,9 @@ _ROW = re.compile(r"^ +[12] +(\S+) +(\S+) +(\S+)$", re.MULTILINE)
 
 def twists_at(path: Path) -> np.ndarray:
     """What an input file prints of its nodes 1 and 2, a row a load (m, 6)."""
-    ccx = shutil.which("ccx")
-    if ccx is None:
-        pytest.skip("CalculiX is not installed")
+    words = [command("CalculiX"), path.stem]
     done = subprocess.run(
-        [ccx, path.stem], cwd=path.parent, capture_output=True, text=True, timeout=120, check=False
+        words, cwd=path.parent, capture_output=True, text=True, timeout=120, check=False
     )
     printed = path.with_suffix(".dat").read_text()
     twists = np.array([[float(x) for x in row] for row in _ROW.findall(printed)]).reshape(-1, 6)

@@ -65,6 +65,8 @@ AGREEMENT = {
     STAR: 1e-9,
 }
 
+pytestmark = pytest.mark.needs("OpenSees")
+
 
 @pytest.fixture(scope="module")
 def by_opensees() -> Iterator[Callable[..., np.ndarray]]:

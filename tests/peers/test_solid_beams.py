@@ -21,6 +21,7 @@ from robostiff.elasticity import (
 )
 from tests.peers.test_calculix import twists_at
 
+pytestmark = pytest.mark.needs("CalculiX")
 WIDE, HIGH, E, NU = 0.06, 0.03, 210e9, 0.3
 STEEL, SECTION = Material("steel", E, E / (2 * (1 + NU))), rectangle(WIDE, HIGH)
 # Where the nodes of a brick of 20 nodes lie, in half sides: corners, then the middles of edges.

@@ -1,20 +1,26 @@
 """What is installed with robostiff, and what works with that alone."""
 
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterable
+from importlib.metadata import packages_distributions, requires
 from pathlib import Path
 
 import numpy as np
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from tests.project.shown_output import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
-FOR_DEVELOPERS = {"test", "lint", "bench", "docs"}
+FOR_DEVELOPERS = {"test", "peers", "lint", "bench", "docs"}
 MOST_MEGABYTES = 300
 INTERPRETERS = [f"python3.{minor}" for minor in (11, 12, 13, 14)]
 
@@ -46,6 +52,23 @@ except rs.InputError as error:
     assert "'robostiff[fast]'" in str(error)
 else:
     raise AssertionError
+"""
+
+
+ALL_NAMES = """
+import sys
+from importlib import import_module
+from pathlib import Path
+
+sys.modules.update(dict.fromkeys({names}))  # None: cannot be imported
+import robostiff
+
+source = Path(robostiff.__file__).parent
+for package in sorted(source.rglob("__init__.py")):
+    module = import_module(".".join(("robostiff", *package.parent.relative_to(source).parts)))
+    for name in getattr(module, "__all__", ()):
+        assert getattr(module, name) is not None
+print(*(name for name in sys.modules if name.startswith("robostiff.")))
 """
 
 
@@ -93,15 +116,81 @@ def test_python_versions_are_listed():
     assert INTERPRETERS[0] == f"python3.{oldest}"
 
 
-def test_everything_but_extras_works_without_them():
-    needed = {bare(each) for each in PROJECT["dependencies"]}
-    more = (
-        {bare(each) for extra in EXTRAS.values() for each in extra}
-        - needed
-        - {"robostiff", "mpmath"}
+def needed_by(requirements: Iterable[str]) -> set[str]:
+    """Names of distributions, and of all that they need themselves."""
+    found: set[str] = set()
+    waiting = list(requirements)
+    while waiting:
+        requirement = Requirement(waiting.pop())
+        name = canonicalize_name(requirement.name)
+        if name not in found and (requirement.marker is None or requirement.marker.evaluate()):
+            found.add(name)
+            waiting += [one for one in requires(name) or () if "extra ==" not in one]
+    return found
+
+
+def beyond_what_is_needed() -> list[str]:
+    """Packages that happen to be installed here, and robostiff does not ask for."""
+    needed = needed_by([*PROJECT["dependencies"], "robostiff"])
+    return sorted(
+        package
+        for package, owners in packages_distributions().items()
+        if not needed & {canonicalize_name(owner) for owner in owners}
     )
-    names = more | {"h5netcdf", "distributed", "yourdfpy", "pinocchio"}
-    subprocess.run([sys.executable, "-c", WITHOUT_EXTRAS.format(names=sorted(names))], check=True)
+
+
+def test_everything_but_extras_works_without_them():
+    code = WITHOUT_EXTRAS.format(names=beyond_what_is_needed())
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_every_public_name_is_there_without_extras():
+    code = ALL_NAMES.format(names=beyond_what_is_needed())
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("package", ["plot", "report", "view"])
+def test_pictures_and_reports_load_no_stores_of_maps(package: str):
+    code = f"import sys, robostiff.{package}; print(*sys.modules)"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    ).stdout.split()
+    stores = {"zarr", "google_crc32c", "xarray", "dask", "h5py", "robostiff.analysis.maps.store"}
+    assert not stores & set(loaded)
+
+
+@pytest.mark.parametrize(
+    ("words", "what", "extra"),
+    [
+        ("map hexapod --x '0 0.1 3' -o map.nc", "maps", "maps"),
+        ("map hexapod --x '0 0.1 3' -o map.zarr", "maps", "maps"),
+        ("map hexapod --x '0 0.1 3' -o map.csv", "maps", "maps"),
+        ("plot hexapod -o picture.png", "plots", "plot"),
+        ("report hexapod -o report.html", "plots", "plot"),
+        ("modes hexapod --plot mode.png", "plots", "plot"),
+        ("view hexapod", "views", "view"),
+        ("check examples/ur5.urdf", "URDF files", "urdf"),
+        ("check examples/two-ur5.urdf.xacro", "xacro files", "urdf"),
+        ("check examples/four-bar.xml", "MJCF files", "mjcf"),
+        ("derive planar-link -o K.pdf", "PDF files", "pdf"),
+    ],
+)
+def test_a_command_says_in_one_line_which_extra_it_needs(words, what, extra, tmp_path):
+    command = [str(ROOT / word) if "examples/" in word else word for word in shlex.split(words)]
+    hide = f"import sys; sys.modules.update(dict.fromkeys({beyond_what_is_needed()}))\n"
+    code = f"{hide}sys.argv = ['robostiff', *{command}]\n"
+    code += "from robostiff.cli.main import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=False, capture_output=True, text=True, cwd=tmp_path
+    )
+    assert done.returncode == 2
+    assert re.fullmatch(
+        rf"robostiff: error: {what} need '\w+', which is not installed; "
+        rf"write pip install 'robostiff\[{extra}\]'\n",
+        done.stderr,
+    )
+    assert not done.stdout
+    assert not list(tmp_path.iterdir())
 
 
 def test_shapes_are_checked_while_testing():

@@ -17,10 +17,10 @@ def named(path: Path) -> str:
 
 
 @pytest.mark.parametrize("module", MODULES, ids=named)
-def test_module_has_a_docstring_and_at_most_400_lines(module: Path):
+def test_module_has_a_docstring_and_at_most_500_lines(module: Path):
     text = module.read_text(encoding="utf-8")
     assert ast.get_docstring(ast.parse(text)), "a module says in a line what it is about"
-    assert text.count("\n") <= 400, "split it"
+    assert text.count("\n") <= 500, "more than one idea: split it"
 
 
 @pytest.mark.parametrize("module", MODULES, ids=named)

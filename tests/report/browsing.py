@@ -1,34 +1,32 @@
 """A page opened in the Chromium of the system, and what it did while it was open."""
 
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import pytest
+from tests.other_programs import command
 
 _DRAWN = """
 document.querySelectorAll('.plot').length > 0 && [...document.querySelectorAll('.plot')].every(
   (place) => place.querySelector('.main-svg') !== null && place._fullLayout !== undefined)
+  && [...document.querySelectorAll('.chart')].every((place) => place.querySelector('svg') !== null)
 """
 
 
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """The browser; what needs it is skipped where there is none."""
-    program = shutil.which("chromium") or shutil.which("chromium-browser")
-    if program is None:
-        pytest.skip("no chromium here; on Debian and Ubuntu: apt install chromium")
-    sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here")
+    """The browser."""
+    from playwright import sync_api
+
     # drawn by the processor: machines that run tests have no graphics
     arguments = ["--enable-unsafe-swiftshader"]
     if hasattr(os, "getuid") and os.getuid() == 0:
         arguments.append("--no-sandbox")
     with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=arguments)
+        browser = playwright.chromium.launch(executable_path=command("Chromium"), args=arguments)
         yield browser
         browser.close()
 
@@ -43,20 +41,18 @@ class Opened:
 
     @property
     def plots(self) -> list[Any]:
-        """The places of its plots."""
+        """The places of its scenes."""
         return self.page.locator(".plot").all()
+
+    @property
+    def charts(self) -> list[Any]:
+        """The places of its charts."""
+        return self.page.locator(".chart").all()
 
     def numbers(self, selector: str) -> list[float]:
         """Numbers below an element, with all their digits."""
         found = self.page.locator(f"{selector} data")
         return [float(value) for value in found.evaluate_all("all => all.map((one) => one.value)")]
-
-    def shown(self, figure: str) -> Any:
-        """What a heat map draws: rows of numbers, None where there is nothing."""
-        return self.page.locator(f"#plot-{figure}").evaluate(
-            "place => Array.from(place.calcdata[0][0].z, (row) => "
-            "Array.from(row, (value) => Number.isFinite(value) ? value : null))"
-        )
 
 
 def opened(browser: Any, path: Path, *, width: int = 1280, dark: bool = False) -> Opened:

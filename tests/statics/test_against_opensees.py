@@ -17,6 +17,7 @@ from tests.peers.opensees import load_opensees, silence
 from tests.statics.opensees_beam import BeamFrame, extrapolated
 from tests.statics.robots_under_load import loaded
 
+pytestmark = pytest.mark.needs("OpenSees")
 L = 0.7
 BEAM = (1e7, 35.0, 20.0)  # EA, EI, GJ
 CANTILEVER = BeamFrame(

@@ -51,6 +51,36 @@ def loads(name: str, part: float) -> np.ndarray:
     return force * scale * np.random.default_rng(8).uniform(-1, 1, (COUNT, robot.space.size))
 
 
+def given_in_all_ways(name: str) -> list[Any]:
+    """Postures of an arm at joints, by drives and, where it has coordinates, at poses."""
+    robot, q = rs.load(name), postures(name)
+    forms: list[Any] = [q]
+    if rs.actuator_names(robot):
+        forms.append(rs.ActuatorCoordinates(q.values))
+    if robot.coordinates:
+        forms.append(rs.find_posture(robot, q).pose)
+    return forms
+
+
+@pytest.mark.parametrize("name", ["two-link-arm", "scara", "six-joint-arm"])
+def test_an_arm_under_load_is_the_same_at_poses_at_joints_and_by_drives(name: str):
+    robot, fast, F = rs.load(name), compiled(name), loads(name, 3e-3)
+    for pose in given_in_all_ways(name):
+        answer, sure = fast.evaluate(pose, F), equilibrium(robot, pose, F)
+        assert fast.verified
+        assert not answer.guarded.any()
+        assert np.allclose(answer.displacement, sure.displacement, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["two-link-arm", "scara", "six-joint-arm", "planar-link"])
+def test_an_arm_is_as_stiff_at_poses_at_joints_and_by_drives(name: str):
+    robot, fast = rs.load(name), rs.compile(rs.load(name), backend=rs.Backend.ARRAYS)
+    for pose in given_in_all_ways(name):
+        answer, sure = fast.evaluate(pose), stiffness(robot, pose)
+        assert answer.status_codes.tolist() == sure.status_codes.tolist()
+        assert np.allclose(answer.values["K"], sure.K, rtol=1e-9, atol=1e-9 * np.abs(sure.K).max())
+
+
 @pytest.mark.parametrize(
     "name",
     [
@@ -282,7 +312,7 @@ ARM = {
         ("two-link-arm", {"gravity": "-y"}),
         ("six-joint-arm", {"gravity": [1.0, 2.0, -9.0]}),
         ("six-joint-arm", {"loads": ARM, "preload": {"arm/joint2": 40.0}}),
-        ("gough-stewart-b", {"loads": {"platform": rs.Mass(2e5, [0.1, 0.2, 2.0])}}),
+        ("gough-stewart-b", {"loads": {"platform": rs.Mass(2e5, point=[0.1, 0.2, 2.0])}}),
         ("3-rps", {"gravity": "-z"}),
     ],
     ids=["plane", "gravity", "loads and preload", "platform", "telescopes closed by steps"],

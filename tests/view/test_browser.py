@@ -13,7 +13,7 @@ from tests.report.browsing import chromium
 from tests.view.test_machines import loaded, numbers
 
 pytest.importorskip("viser", reason="no viser here")
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.needs("Chromium", "Playwright")
 _WAIT = 90_000  # [ms]: a processor draws what a graphics card draws elsewhere
 # one of each kind; that all others answer is tested without a browser
 KINDS = ("hexapod", "3-rrr", "six-joint-arm", "gough-stewart-a", "cable-8", "double-pantograph")

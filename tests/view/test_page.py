@@ -1,22 +1,31 @@
 """The page on its server, without a browser."""
 
 import json
+import math
 import socket
 import subprocess
 import sys
 import time
+from contextlib import closing
+from http.client import HTTPConnection
+from importlib.metadata import version
 from signal import SIGINT
 from typing import Any
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.plot.picture import Path, PlainColour
 from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
 from tests.interrupts import interrupts_heard
 from tests.view.test_machines import numbers
 
 pytest.importorskip("viser", reason="no viser here")
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +118,87 @@ def test_only_this_computer_is_served(page):
     # an address of this computer too, on which nothing listens
     with pytest.raises(OSError, match=r"refused|reset"):
         socket.create_connection(("127.0.0.2", port), timeout=10)
+
+
+def answered(page: LivePage, path: str, **headers: str) -> int:
+    """The status of a handshake with headers of its own, such as a foreign page would send."""
+    port = page._server.get_port()
+    viser_protocol = f"viser-v{version('viser')}"
+    every = {
+        "Host": f"127.0.0.1:{port}",
+        "Upgrade": "websocket",
+        "Connection": "Upgrade",
+        "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+        "Sec-WebSocket-Version": "13",
+        "Sec-WebSocket-Protocol": viser_protocol,
+        **headers,
+    }
+    connection = HTTPConnection("127.0.0.1", port, timeout=10)
+    with closing(connection):
+        connection.putrequest("GET", path, skip_host=True)
+        for name, value in every.items():
+            connection.putheader(name, value)
+        connection.endheaders()
+        return connection.getresponse().status
+
+
+def test_no_other_page_can_connect(page):
+    port, path = page._server.get_port(), urlsplit(page.url).path.rstrip("/")
+    own = f"http://127.0.0.1:{port}"
+    assert answered(page, path, Origin=own) == 101
+    assert answered(page, path) == 101  # a program that was told the address
+    for foreign in ("http://evil.example", f"http://localhost:{port}", f"{own}0", "null"):
+        assert answered(page, path, Origin=foreign) == 403
+    rebound = f"evil.example:{port}"
+    assert answered(page, path, Host=rebound, Origin=f"http://{rebound}") == 403
+    for guess in ("", "/", f"{path}x", path[:-1], f"/{path}", "/guess/", "/?websocket=1"):
+        assert answered(page, guess or "/", Origin=own) == 403
+
+
+def test_the_page_itself_needs_its_address(page):
+    assert answered(page, urlsplit(page.url).path, Upgrade="none") == 200
+    assert answered(page, "/", Upgrade="none") == 403
+
+
+@pytest.mark.parametrize("sent", [b"\xff\xff", b"", b"\x81\xa4type\xa4None", "text"])
+def test_a_message_that_cannot_be_read_is_one_line(page, sent, caplog):
+    with connect(
+        page.url.replace("http", "ws").rstrip("/"),
+        subprotocols=[Subprotocol(f"viser-v{version('viser')}")],
+    ) as client:
+        client.send(sent)
+        with pytest.raises(ConnectionClosed):
+            list(client)
+    assert [len(record.getMessage().splitlines()) for record in caplog.records] == [1]
+    assert caplog.records[0].exc_info is None
+    assert answered(page, urlsplit(page.url).path) == 101
+
+
+def test_a_slider_stays_within_its_ends(page):
+    slider = page._of_pose[0]
+    drawn = {}
+    for value in (slider.high, 1e12, math.inf, slider.low, -1e12, math.nan):
+        page._handles["x"].value = value
+        drawn[value] = page.update().head
+    assert drawn[slider.high] == drawn[1e12] == drawn[math.inf]
+    assert drawn[slider.low] == drawn[-1e12]
+
+
+def test_lines_have_a_bounded_number_of_dashes(page):
+    ends = np.array([[0.0, 0, 0], [1e12, 0, 0]])
+    assert len(page._scene._pieces(Path(ends, PlainColour.INK, dashed=True))) <= 200
+
+
+def test_the_page_follows_after_an_error(page, monkeypatch):
+    monkeypatch.setattr(page, "update", fails)
+    page.move("x", 30.0)
+    time.sleep(0.2)
+    monkeypatch.undo()
+    test_the_picture_follows_a_slider(page)
+
+
+def fails() -> None:
+    raise RuntimeError("a picture that cannot be drawn")
 
 
 @pytest.mark.parametrize("as_json", [False, True])

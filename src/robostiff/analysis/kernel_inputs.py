@@ -109,6 +109,14 @@ def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]
     return robot.substituted(others)
 
 
+def at_joints(robot: Robot, pose: Pose) -> Pose:
+    """The pose; of an arm that is given by all its drives, the coordinates of its joints."""
+    if isinstance(pose, ActuatorCoordinates) and robot.is_posed_by_joints:
+        request = posture_finder(robot.numeric).request(pose)
+        return JointCoordinates(request) if isinstance(request, np.ndarray) else pose
+    return pose
+
+
 # Of the length: legs that miss the platform by more are no matter for a record, which takes for
 # granted that they meet it; `stiffness` says where the platform is.
 _MET = 1e-12
@@ -121,7 +129,8 @@ class InputRows:
 
     rows: np.ndarray  # (inputs, N)
     missed: np.ndarray  # (N,) of bool: poses that are known to be out of reach
-    # (N,) of bool: poses within reach whose legs do not meet the platform to the last digits
+    # (N,) of bool: poses within reach whose legs do not meet the platform to the last digits, or
+    # do not follow from the pose
     loose: np.ndarray
 
 
@@ -188,7 +197,7 @@ class KernelInputs:
                         continue
                     rows[:, own] = np.concatenate([q.T for q in posture.coordinates])
                     missed[own] = ~posture.reached
-                    loose[own] = posture.reached & ~posture.meets(_MET)
+                    loose[own] = posture.reached & (posture.undetermined | ~posture.meets(_MET))
         if len(values.rows):
             rows = np.concatenate([rows, values.rows])
         return InputRows(rows, missed, loose)

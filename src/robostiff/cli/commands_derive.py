@@ -201,6 +201,20 @@ _SUFFIXES = {
 }
 
 
+# What the library advises in Python, as options of this command or another.
+_AS_OPTIONS = {
+    "write derive(robot), which": "leave out --leg: the formula of the whole robot",
+    "derive(robot)": "this command without --wrench",
+    "form=Steps()": "--steps",
+    "form=Closed()": "--closed",
+    "pose=AtJoints()": "--pose joints",
+    "AtSymbols()": "--pose symbolic",
+    "rs.stiffness(robot, pose)": "robostiff stiffness",
+    "rs.equilibrium(robot, pose, wrench).K": "robostiff equilibrium",
+    "rs.equilibrium": "robostiff equilibrium",
+}
+
+
 def print_formula(
     model: Model,
     asked: FormulaRequest,
@@ -243,6 +257,13 @@ def print_formula(
             hint="write --steps for named steps, fewer --symbols, or a larger "
             + ("--budget" if isinstance(error, OutOfTimeError) else "--limit"),
         ) from None
+    except InputError as error:
+        hint = error.hint or ""
+        for words, option in _AS_OPTIONS.items():
+            hint = hint.replace(words, option)
+        if hint == (error.hint or ""):
+            raise
+        raise InputError(error.subject, got=error.got, expected=error.expected, hint=hint) from None
     except KeyboardInterrupt:
         click.echo("robostiff: interrupted; named steps, --steps, are quick", err=True)
         return INTERRUPTED

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from robostiff.elasticity.shapes import CrossSection
-from robostiff.errors import InputError
+from robostiff.errors import InputError, needs_extra
 
 if TYPE_CHECKING:
     from sectionproperties.analysis.section import Section
@@ -44,7 +44,7 @@ def section_from_sectionproperties(analysis: Section) -> CrossSection:
     Examples
     --------
     A steel rectangle 40 mm by 60 mm; the optional package comes with
-    ``pip install robostiff[sections]``::
+    ``pip install 'robostiff[sections]'``::
 
         from sectionproperties.analysis import Section
         from sectionproperties.pre.library import rectangular_section
@@ -52,14 +52,8 @@ def section_from_sectionproperties(analysis: Section) -> CrossSection:
         geometry = rectangular_section(b=0.040, d=0.060)
         section = section_from_sectionproperties(Section(geometry.create_mesh(mesh_sizes=1e-5)))
     """
-    try:
+    with needs_extra("sections of any shape", "sections"):
         from sectionproperties.analysis.section import Section
-    except ImportError as error:
-        raise InputError(
-            "the package sectionproperties is not installed",
-            hint="install it with: pip install robostiff[sections]",
-        ) from error
-
     if not isinstance(analysis, Section):
         raise InputError(
             "analysed section",

@@ -1,10 +1,11 @@
-"""Warnings about numbers that are possible but probably wrong."""
+"""Warnings about numbers that are possible but probably wrong, and about what is not read."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
 from robostiff.errors import Location, warn_of_slip
+from robostiff.io.suggest import listing
 from robostiff.io.units import Dimension
 from robostiff.kinematics.pose import FARTHEST, FULL_TURN
 
@@ -63,3 +64,13 @@ def _doubt(number: float, dimension: Dimension, has_unit: bool) -> tuple[str, st
 
 
 _NAMES = {"deg": "degrees"}
+
+
+def left_out(
+    location: Location, what: str, names: Sequence[str], then: str = "nothing stands in their place"
+) -> None:
+    """Warn of parts of a description that move, bend or hold others, and are not read."""
+    warn_of_slip(f"{location}: not read: {what} {listing(names, _MOST_NAMES)}; {then}")
+
+
+_MOST_NAMES = 12

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from robostiff.errors import FileError, InputError, Location, needs_extra
+from robostiff.errors import FileError, Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question
-from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
+from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, mass_of_body
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
-from robostiff.model import Actuated, Passive
+from robostiff.io.urdf_extensions import with_extensions
+from robostiff.model import Actuated, Mass, Passive
 from robostiff.spatial import Frame
 
 _TYPES = {
@@ -33,6 +36,12 @@ _NUMBERS = {
     "axis": {"xyz": 3},
     "limit": {"lower": 1, "upper": 1},
     "mimic": {"multiplier": 1, "offset": 1},
+}
+_OF_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_NUMBERS_OF_MASSES = {
+    "origin": {"xyz": 3, "rpy": 3},
+    "mass": {"value": 1},
+    "inertia": dict.fromkeys(_OF_INERTIA, 1),
 }
 
 _LARGEST = 1e9  # metres and radians; far beyond any robot
@@ -142,7 +151,8 @@ def _check_numbers(element: XmlElement, sizes: dict[str, int], what: str) -> Non
 def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     """Read a URDF.
 
-    Meshes, inertias and collision shapes are not looked at, and no other file is opened.
+    Meshes and collision shapes are not looked at, and no other file is opened. Loops and springs
+    are read where simulators have them, see `urdf_extensions`.
 
     Parameters
     ----------
@@ -163,12 +173,18 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     check_structure(root)
     robot = _parsed(root)
     places = {joint.attributes["name"]: joint.location for joint in root.all("joint")}
-    return RigidTree(
+    tree = RigidTree(
         name=robot.name,
         file=file,
         links=tuple(link.name for link in robot.links),
         joints=tuple(_joint(joint, places[joint.name]) for joint in robot.joints),
+        masses={
+            link.attributes["name"]: mass
+            for link in root.all("link")
+            if (mass := _mass(link)) is not None
+        },
     )
+    return with_extensions(tree, root)
 
 
 def _parsed(root: XmlElement) -> Any:
@@ -203,6 +219,32 @@ def _joint(joint: Any, place: Location) -> TreeJoint:
     )
 
 
+def _mass(link: XmlElement) -> Mass | None:
+    """Mass, centre and moments of inertia of a link in its frame; None where it has none."""
+    inertial, what = link.one("inertial"), f"inertial of link {link.attributes['name']!r}"
+    if inertial is None:
+        return None
+    for tag, sizes in _NUMBERS_OF_MASSES.items():
+        element = inertial.one(tag)
+        if element is not None:
+            _check_numbers(element, sizes, f"{tag} in the {what}")
+
+    def numbers(tag: str, keys: Sequence[str], otherwise: str) -> list[float]:
+        own = inertial.one(tag)
+        texts = [otherwise if own is None else own.attributes.get(key, otherwise) for key in keys]
+        return [float(word) for text in texts for word in text.split()]
+
+    (value,), centre = numbers("mass", ["value"], "0"), numbers("origin", ["xyz"], "0 0 0")
+    turn = Rotation.from_euler("xyz", numbers("origin", ["rpy"], "0 0 0")).as_matrix()
+    xx, xy, xz, yy, yz, zz = numbers("inertia", _OF_INERTIA, "0")
+    if value < 0:
+        raise inertial.error(f"mass in the {what}", got=value, expected="zero or more [kg]")
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return mass_of_body(
+        link.attributes["name"], value, np.array(centre), turn @ inertia @ turn.T, inertial.location
+    )
+
+
 def _limits(joint: Any) -> tuple[float, float] | None:
     limit = joint.limit
     if joint.type == "continuous" or limit is None or None in (limit.lower, limit.upper):
@@ -231,12 +273,9 @@ def expand_xacro(source: Path | str) -> bytes:
     """
     file = str(source)
     read_xml(source)
-    if find_spec("xacrodoc") is None or find_spec("xacro") is None:
-        raise InputError(
-            "xacro",
-            got=Words("no xacrodoc, which expands it"),
-            expected="the extra urdf",
-            hint="pip install 'robostiff[urdf]'",
-        )
+    with needs_extra("xacro files", "urdf"):
+        for package in ("xacrodoc", "xacro"):
+            if find_spec(package) is None:  # another process imports it
+                raise ModuleNotFoundError(name=package)
     request = {"file": file, "limits": vars(XmlLimits())}
     return answer_of(EXPAND_XACRO, request, Location(file), "xacro", "xacro")["text"].encode()

@@ -7,7 +7,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from robostiff.errors import InputError
 from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.turn import turn_by_vector
@@ -78,18 +77,12 @@ class _MassWalk(ChainWalk):
                 self.fixed(element.name, mass, R, p, 0.5 * element.transform.p)
         elif isinstance(element, Link):
             for mass in element.masses:
-                if np.any(element.to) and mass.inertia is not None:
-                    raise InputError(
-                        f"inertia of a mass of {self.prefix + element.name!r}",
-                        got="a part that bends",
-                        expected="a rigid part: an elastic one moves its masses by both its ends",
-                    )
                 if not np.any(element.to):
                     self.fixed(element.name, mass, R, p, np.zeros(3))
-                elif mass.centre is None:
+                elif mass.is_spread:
                     self.spread(mass.value, p, mass.span or (0.0, 1.0))
                 else:
-                    self.fixed(element.name, mass, R, p, mass.centre, start=p)
+                    self.fixed(element.name, mass, R, p, 0.5 * element.to, start=p)
 
     def leg(self, name: str) -> PlacedLeg:
         return replace(super().leg(name), masses=tuple(self.masses))

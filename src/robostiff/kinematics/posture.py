@@ -39,7 +39,8 @@ class Posture:
     shift_gaps, turn_gaps : (N, legs) arrays
         By how much each leg misses the platform [m], [rad].
     undetermined : (N,) array of bool
-        Where a drive may have any coordinate, so that the one given is arbitrary.
+        Where a drive may have any coordinate, so that the one given is arbitrary, or the nearest
+        to home.
     elsewhere : (N,) array of bool
         Where all legs close, but no path without singularity was found that leads there from home.
     length : float
@@ -89,10 +90,16 @@ class Posture:
         if not sentences and self.elsewhere[0]:
             sentences.append(
                 "the legs close at this pose in another assembly mode only: the straight way from "
-                "home passes a singularity; give poses nearer to home, or another home"
+                "home passes a singularity; give poses nearer to home, another home, or joint "
+                "coordinates close by: near=[...]"
             )
         if self.reached[0] and self.undetermined[0]:
-            sentences.append("a crank may stand at any angle at this pose: one of them is shown")
+            sentences.append(
+                "drives can move at this pose while the platform stands still, as two axes of a "
+                "wrist in one line, or a crank below the end of its rod: one of the postures is "
+                "shown, of an arm the nearest to home; joint coordinates close by choose another: "
+                "near=[...]"
+            )
         if self.reached[0]:
             for leg, i, q, (low, high) in self._limited:
                 if not low <= q[0, i] <= high:

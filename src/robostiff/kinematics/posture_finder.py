@@ -165,8 +165,10 @@ class PostureFinder:
         """
         if request.open and not self.open_stay_at_home:
             return self._with_open(request, near)
-        alone = self._alone(request, near, from_afar=True)
-        return self.placed(request.batch, request.coordinates, request.R, *alone)
+        pose, R = request.coordinates, request.R
+        q, elsewhere, chains = self._alone(request, near, from_afar=True)
+        open_ = self.open_drives(pose, R, q, near)
+        return self.placed(request.batch, pose, R, q, elsewhere, chains, open_)
 
     def _alone(
         self, request: PoseRequest, near: Sequence[np.ndarray] | None, *, from_afar: bool
@@ -209,7 +211,9 @@ class PostureFinder:
             for kept, new in zip(found.coordinates, q, strict=True):
                 kept[rows[own]] = new[own]
         R = turn_by_vector(pose[:, 3:])
-        return self.placed(request.batch, pose, R, found.coordinates, elsewhere)
+        q = found.coordinates
+        open_ = self.open_drives(pose, R, q, near)
+        return self.placed(request.batch, pose, R, q, elsewhere, undetermined=open_)
 
     @kept
     def task(self, open_: tuple[int, ...]) -> NewtonTask:
@@ -240,10 +244,17 @@ class PostureFinder:
             for name in names
         )
 
-    def _undetermined(self, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
-        if self.robot.is_posed_by_joints:
-            return np.zeros(len(pose), dtype=bool)
-        return np.any([solver.leaves_drive_open(pose, R) for solver in self.solvers], axis=0)
+    def open_drives(
+        self,
+        pose: np.ndarray,
+        R: np.ndarray,
+        q: Sequence[np.ndarray],
+        near: Sequence[np.ndarray] | None,
+    ) -> np.ndarray:
+        """Where coordinates of drives follow neither from the pose nor from `near` (N,)."""
+        each = zip(self.solvers, q, strict=True)
+        open_ = [own.leaves_drive_open(pose, R, x, chosen=near is not None) for own, x in each]
+        return np.any(open_, axis=0)
 
     @cached_property
     def _alike(self) -> tuple[LegsAlike, ...]:
@@ -283,13 +294,14 @@ class PostureFinder:
         q: list[np.ndarray],
         elsewhere: np.ndarray | None = None,
         chains: Sequence[PlacedChain | None] | None = None,
+        undetermined: np.ndarray | None = None,
     ) -> Posture:
         """Posture at poses (N, 6), rotations R among them, with coordinates q of every leg.
 
         Chains of legs that are computed together may be placed already.
         """
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
-        legs = {}
+        legs, nowhere = {}, np.zeros(len(pose), dtype=bool)
         gaps = np.empty((2, len(robot.legs), len(pose)))
         groups = self._groups(len(pose))
         for group, chain in zip(groups, chains or [None] * len(groups), strict=True):
@@ -311,8 +323,8 @@ class PostureFinder:
             snapshot=snapshot,
             shift_gaps=gaps[0].T,
             turn_gaps=gaps[1].T,
-            undetermined=self._undetermined(pose, R),
-            elsewhere=np.zeros(len(pose), dtype=bool) if elsewhere is None else elsewhere,
+            undetermined=nowhere if undetermined is None else undetermined,
+            elsewhere=nowhere if elsewhere is None else elsewhere,
             length=self.length,
         )
 

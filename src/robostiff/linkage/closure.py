@@ -52,6 +52,8 @@ class Configuration:
         Characteristic length [m] that weighs turns against shifts.
     elsewhere : bool
         Whether no path without singularity was found that leads there from home.
+    closes_at_home : bool
+        Whether this was reached from a home at which all loops close.
     """
 
     coordinates: Mapping[str, np.ndarray]
@@ -59,6 +61,7 @@ class Configuration:
     gaps: Mapping[str, tuple[float, float]]
     length: float
     elsewhere: bool = False
+    closes_at_home: bool = False
 
     @property
     def is_closed(self) -> bool:
@@ -87,6 +90,8 @@ class Configuration:
         if self._has_no_gap:
             return "give joint values nearer to home, or another home"
         _, (shift, turn) = self._widest
+        if max(shift / self.length, turn) < _NEARLY and self.closes_at_home:
+            return "give joint values nearer to home: the loops close there, and nearly do here"
         if max(shift / self.length, turn) < _NEARLY:
             return "give its lengths and angles more digits, for the loops nearly close"
         return "give other joint values, or leave more joints free to follow"
@@ -185,7 +190,11 @@ class _PathOfLoops:
 
     def _configurations(self, found: FollowedPosture, lost: bool = False) -> list[Configuration]:
         return [
-            replace(self.loops.configuration(x), elsewhere=lost or bool(elsewhere))
+            replace(
+                self.loops.configuration(x),
+                elsewhere=lost or bool(elsewhere),
+                closes_at_home=True,
+            )
             for x, elsewhere in zip(found.x, found.elsewhere, strict=True)
         ]
 

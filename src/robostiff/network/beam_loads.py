@@ -86,7 +86,7 @@ def beam_load(beam: BeamElement, loads: Sequence[DistributedForce | ForceOnBeam]
     L, e = beam.length, np.array([1.0, 0.0, 0.0])
     # w(u) of every piece of the beam as coefficients of 1, u, u^2; pieces end where forces are.
     at = sorted({0.0, L, *(_distance(beam, own) for own in loads if isinstance(own, ForceOnBeam))})
-    tip, energy, start = np.zeros(6), 0.0, np.zeros(6)
+    tip, energy = np.zeros(6), 0.0
     for low, high in pairwise(at):
         w = np.zeros((3, 6))
         for own in loads:
@@ -106,8 +106,21 @@ def beam_load(beam: BeamElement, loads: Sequence[DistributedForce | ForceOnBeam]
             tip += strain * integral[i]
             tip[:3] += np.cross(strain[3:], e) * integral[i + 1]
             energy += 0.5 * sum(float(strain @ w[j]) * integral[i + j] for j in range(3))
-        start = w[0] + w[1] * L + w[2] * L**2
-    return BeamLoad(start, tip, energy)
+    return BeamLoad(_at_start(beam, loads), tip, energy)
+
+
+def _at_start(beam: BeamElement, loads: Sequence[DistributedForce | ForceOnBeam]) -> np.ndarray:
+    """Sum of the loads about the start of the beam (6,), in its axes [N, N m]."""
+    total, e = np.zeros(6), np.array([1.0, 0.0, 0.0])
+    for own in loads:
+        if isinstance(own, DistributedForce):
+            arm = beam.length / 2
+            force = beam.length * _in_axes(beam, "force per length", own.per_length, "N/m")
+        else:
+            arm = beam.length - _distance(beam, own)
+            force = _in_axes(beam, "force", own.force, "N")
+        total += np.concatenate([force, arm * np.cross(e, force)])
+    return total
 
 
 def _distance(beam: BeamElement, load: ForceOnBeam) -> float:

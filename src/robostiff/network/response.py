@@ -22,12 +22,14 @@ from robostiff.network.saddle_point import (
     driven_mechanism,
     system_of,
 )
-from robostiff.spatial import as_floats, block_rotation, move_wrench
+from robostiff.spatial import as_float, as_floats, block_rotation, move_wrench
 
 Loads = Mapping[str, Any]
 _ON_BEAMS = (DistributedForce, ForceOnBeam)
 # Of the largest displacement: a gap between rigid parts that is no rounding.
 _GAP = 1e-9
+# Of the loads and reactions: what they lack for equilibrium that is no rounding.
+_BALANCED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -163,11 +165,22 @@ def network_response(
     gap = (system.matrix @ x - right)[:, 0]
     _check_gaps(equations, system, dependent, x[:, 0], gap)
     beams = _beams(equations, system, x[:, 0], on_beams)
-    extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
-    free = {name for mechanism in mobile.mechanisms for name in mechanism.moving}
     undetermined = {
         end for k in dependent.undetermined for end, _, _ in equations.connections[k].ends
     }
+    reactions = {
+        # What a fixed node lacks for its equilibrium, about its point.
+        name: move_wrench(
+            gap[system.rows_of[name]] * equations.scale * equations.stiffness,
+            (points[name] - equations.points[name])[: network.space.translations],
+        )
+        for name in network.fixed
+        if name not in undetermined
+    }
+    if len(reactions) == len(network.fixed):
+        _check_balance(equations, points, at_nodes, {} if loads is None else loads, reactions)
+    extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
+    free = {name for mechanism in mobile.mechanisms for name in mechanism.moving}
     return NetworkResponse(
         network.name,
         {
@@ -175,15 +188,7 @@ def network_response(
             for name, point in points.items()
             if name not in free
         },
-        {
-            # What a fixed node lacks for its equilibrium, about its point.
-            name: move_wrench(
-                gap[system.rows_of[name]] * equations.scale * equations.stiffness,
-                (points[name] - equations.points[name])[: network.space.translations],
-            )
-            for name in network.fixed
-            if name not in undetermined
-        },
+        reactions,
         beams,
         loads_of_parts(equations, system, x[:, 0], dependent.undetermined, extra),
         tuple(node.name for node in network.nodes if node.name in free),
@@ -270,6 +275,39 @@ def _right_side(
         right += system.forces(equations, [(beam.a, total, beam.start)])
         right[system.wrench_rows[k], 0] += c.W.T @ (equations.scale * tip)
     return right
+
+
+def _check_balance(
+    equations: Equations,
+    points: Mapping[str, np.ndarray],
+    at_nodes: Mapping[str, np.ndarray],
+    loads: Loads,
+    reactions: Mapping[str, np.ndarray],
+) -> None:
+    """Raise unless the loads as they are given, and the reactions, are in equilibrium."""
+    network = equations.network
+    d, about = network.space.translations, network.reference_point
+    pairs = [(points[name], F) for own in (at_nodes, reactions) for name, F in own.items()]
+    each = [move_wrench(F, (about - point)[:d]) for point, F in pairs]
+    beams = {beam.name: beam for beam in network.beams}
+    for name in loads.keys() - at_nodes.keys():
+        beam = beams[name]
+        for own in _as_sequence(loads[name]):
+            s, force = beam.length / 2, np.zeros(6)
+            if isinstance(own, ForceOnBeam):
+                s = as_float("distance", own.distance, "a number [m]", "m")
+                force[:3] = as_floats("force", own.force, "three numbers [N]", "N")
+            else:
+                per_length = as_floats("force", own.per_length, "three numbers [N/m]", "N/m")
+                force[:3] = beam.length * per_length
+            moved = move_wrench(force, about - beam.start - s * beam.rotation[:, 0])
+            each.append(moved[list(network.space.rows)])
+    scaled = np.array(each).reshape(-1, equations.size) / equations.scale
+    if np.linalg.norm(scaled.sum(axis=0)) > _BALANCED * np.sum(np.linalg.norm(scaled, axis=1)):
+        raise NoAnswerError(
+            f"no response of {network.name!r}: the reactions do not balance the loads; "
+            f"{Status.ILL_CONDITIONED.advice[0]}"
+        )
 
 
 def _check_gaps(

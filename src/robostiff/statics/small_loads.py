@@ -139,12 +139,13 @@ def _of_network(
 ) -> Deflection:
     """A network under loads at its nodes and its own weight."""
     rest = deflection_under_wrench(network, None, wrench, at=at, tolerance=tolerance)
-    pull = acting_gravity(network, gravity)
+    pull = acting_gravity(network, gravity, loads)
     point = np.asarray(rest.stiffness.reference_point, dtype=float)
     points = {name: p for name, p in places_of(network).items() if name not in network.fixed}
     points = {"platform": point} | points | {network.platform: point}
     forces = list(network.weights(pull)) if np.any(pull) else []
-    for name, own in given_forces(loads, pull, network.space, (np.eye(3), point)).items():
+    frame_of = {name: (np.eye(3), at) for name, at in points.items()}.get
+    for name, own in given_forces(loads, pull, network.space, frame_of).items():
         if name not in points:
             known = ", ".join(list(network.free_nodes)[:5])
             raise InputError("loads", got=name, expected=f"a node that moves, or platform: {known}")

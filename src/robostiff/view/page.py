@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import RobostiffError, needs_extra
+from robostiff.errors import RobostiffError
 from robostiff.markup import element
 from robostiff.spatial import Space
 from robostiff.view.answer import LAYERS, Look, ShownAnswer, refusal
+from robostiff.view.handshake import guarded_server
 from robostiff.view.machines import Machine
 from robostiff.view.scene import LayeredScene
 from robostiff.view.sliders import Slider, load_sliders
 
-_HOST = "127.0.0.1"
 _WIDE, _NARROW = 540.0, 330.0  # [px]
 _MOST = 1e6  # exaggeration
 _EMPTY = "There is nothing to show."
@@ -28,7 +28,12 @@ _LOG = logging.getLogger(__name__)
 
 
 class LivePage:
-    """A robot in the browser, served to this computer alone.
+    """A robot in the browser, served to this computer alone, at an address with a token.
+
+    Attributes
+    ----------
+    url : str
+        The address; no other opens the page.
 
     Parameters
     ----------
@@ -56,16 +61,11 @@ class LivePage:
         wrench: Sequence[float] | None = None,
         port: int = 8080,
     ) -> None:
-        with needs_extra("views", "view"):
-            import viser
         self._machine, self._rebuilt = machine, rebuilt
         self._written: dict[str, str] = {}
         self._changed, self._closing = threading.Event(), threading.Event()
         self._drawing = threading.Lock()
-        with redirect_stdout(StringIO()):  # viser greets
-            self._server = viser.ViserServer(
-                host=_HOST, port=port, verbose=False, label=machine.name
-            )
+        self._server, self.url = guarded_server(port, machine.name)
         self._gui = self._server.gui
         start = np.zeros(machine.space.size) if wrench is None else wrench
         self._build(load_sliders(machine.space, list(start)), parameters)
@@ -73,11 +73,6 @@ class LivePage:
         self._aim()
         self._worker = threading.Thread(target=self._follow, daemon=True)
         self._worker.start()
-
-    @property
-    def url(self) -> str:
-        """Its address."""
-        return f"http://{_HOST}:{self._server.get_port()}"
 
     def close(self) -> None:
         """Stop serving."""
@@ -102,29 +97,35 @@ class LivePage:
         with self._drawing:
             try:
                 answer = self._answer()
-            except (RobostiffError, np.linalg.LinAlgError) as error:
-                answer = refusal(error)
+                self._draw(answer)
             except Exception as error:  # what is shown must never be of another pose
-                _LOG.exception("the view of %r", self._machine.name)
+                if not isinstance(error, RobostiffError | np.linalg.LinAlgError):
+                    _LOG.exception("the view of %r", self._machine.name)
                 answer = refusal(error)
-            self._draw(answer)
+                self._draw(answer)
         return answer
 
     def _answer(self) -> ShownAnswer:
-        of_pose, handles = self._of_pose, self._handles
-        values = {s.name: s.factor * float(handles[s.name].value) for s in of_pose}
-        wrench = np.array([self._handles[slider.name].value for slider in self._of_load])
+        values = {s.name: s.factor * self._value(s, s.name) for s in self._of_pose}
+        wrench = np.array([self._value(slider, slider.name) for slider in self._of_load])
+        of_parameters = [(s, self._value(s, _key(s))) for s in self._of_parameters]
         written = {
-            slider.name: f"{self._handles[_key(slider)].value!r} {slider.unit}".strip()
-            for slider in self._of_parameters
-            if self._handles[_key(slider)].value != slider.start
+            slider.name: f"{value!r} {slider.unit}".strip()
+            for slider, value in of_parameters
+            if value != slider.start
         }
         if written != self._written and self._rebuilt is not None:
             self._machine = self._machine.like(self._rebuilt(written))
             self._written = written
-        exaggeration = None if self._automatic.value else float(self._exaggeration.value)
+        exaggeration = None
+        if not self._automatic.value:
+            exaggeration = min(_MOST, max(0.0, float(self._exaggeration.value)))
         seen = frozenset(name for name, box in self._seen.items() if box.value)
         return self._machine.answer(values, wrench, Look(exaggeration, seen))
+
+    def _value(self, slider: Slider, key: str) -> float:
+        """Where a slider is, within its ends: a page may send any number, and NaN."""
+        return min(slider.high, max(slider.low, float(self._handles[key].value)))
 
     def _draw(self, answer: ShownAnswer) -> None:
         seen = {name: answer.layers[name] for name in answer.layers if self._seen[name].value}
@@ -142,7 +143,10 @@ class LivePage:
             self._changed.clear()
             if self._closing.is_set():
                 return
-            self.update()
+            try:
+                self.update()
+            except Exception:  # the next values may be drawn
+                _LOG.exception("the view of %r", self._machine.name)
 
     def _build(self, of_load: Sequence[Slider], of_parameters: Sequence[Slider]) -> None:
         gui, machine = self._gui, self._machine

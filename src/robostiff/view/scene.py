@@ -27,6 +27,7 @@ from robostiff.plot.theme import Theme
 _WIDTHS = {LineWeight.BOLD: 0.012, LineWeight.LINE: 0.006, LineWeight.THIN: 0.0025}
 _MARKS = {Shape.RING: 0.011, Shape.SQUARE: 0.010, Shape.DIAMOND: 0.012, Shape.CROSS: 0.008}
 _DASH, _ARROW, _APART = 0.03, 0.006, 0.002
+_MOST_DASHES = 200  # of a line
 _DEEPEST = 12  # faces below the lines
 _PASSIVE = (216, 216, 216)
 
@@ -135,7 +136,8 @@ class LayeredScene:
             return segments
         pieces = []
         for start, end in segments:
-            n = max(1, round(float(np.linalg.norm(end - start)) / (2 * _DASH * self._size)))
+            length = float(np.linalg.norm(end - start))
+            n = max(1, round(min(length / (2 * _DASH * self._size), _MOST_DASHES)))
             at = (np.arange(n)[:, None] + np.array([0.0, 0.5])) / n
             pieces.append(start + at[..., None] * (end - start))
         return np.concatenate(pieces)

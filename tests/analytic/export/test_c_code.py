@@ -1,8 +1,5 @@
 import ctypes
-import os
-import shutil
 import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -21,24 +18,15 @@ from tests.analytic.export.derivations import (
     of_signed_symbols,
     random_values,
 )
-
-COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-# Where the checks of the project run, a missing compiler is a failure.
-IS_REQUIRED = os.environ.get("CI") == "true" and sys.platform == "linux"
-
-needs_compiler = pytest.mark.skipif(
-    sys.platform == "win32" or (COMPILER is None and not IS_REQUIRED),
-    reason="no C compiler on this machine",
-)
+from tests.other_programs import command
 
 
 def compiled(source, folder, name="stiffness"):
     code, library = folder / "formula.c", folder / "formula.so"
     code.write_text(source, encoding="ascii")
     options = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-shared", "-fPIC"]
-    assert COMPILER is not None, "no C compiler: install one, or unset CI"
-    command = [COMPILER, *options, str(code), "-o", str(library), "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    words = [command("a C compiler"), *options, str(code), "-o", str(library), "-lm"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return getattr(ctypes.CDLL(str(library)), name)
 
@@ -51,7 +39,7 @@ def called(function, values, n):
     return np.array(K).reshape(n, n)
 
 
-@needs_compiler
+@pytest.mark.needs("a C compiler")
 @pytest.mark.parametrize("name", ALL)
 def test_compiled_function_gives_the_substituted_formula(name, tmp_path):
     derivation = ALL[name]
@@ -63,7 +51,7 @@ def test_compiled_function_gives_the_substituted_formula(name, tmp_path):
         assert np.max(np.abs(K - expected)) <= 1e-13 * np.max(np.abs(expected))
 
 
-@needs_compiler
+@pytest.mark.needs("a C compiler")
 def test_values_without_the_sign_of_their_symbol_or_infinite_are_refused(tmp_path):
     function = compiled(c_function(of_signed_symbols()), tmp_path)
     for values, fails in [

@@ -1,4 +1,3 @@
-import shutil
 import subprocess
 
 import numpy as np
@@ -22,8 +21,8 @@ from tests.analytic.export.derivations import (
     of_signed_symbols,
     random_values,
 )
+from tests.other_programs import command
 
-OCTAVE = shutil.which("octave-cli")
 LANGUAGES = {
     "julia": (julia_function, small_readers.julia),
     "matlab": (matlab_function, small_readers.matlab),
@@ -48,7 +47,7 @@ def test_functions_give_the_substituted_formula(language, name):
 def octave(folder, script):
     (folder / "run.m").write_text(script, encoding="utf-8")
     done = subprocess.run(
-        [OCTAVE, "--quiet", "--no-init-file", "run.m"],
+        [command("Octave"), "--quiet", "--no-init-file", "run.m"],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -59,7 +58,7 @@ def octave(folder, script):
     return done.stdout
 
 
-@pytest.mark.skipif(OCTAVE is None, reason="Octave is not installed")
+@pytest.mark.needs("Octave")
 def test_octave_gives_the_substituted_formula(tmp_path):
     lines, expected = [], []
     for i, derivation in enumerate(ALL.values()):
@@ -91,7 +90,7 @@ POSED = {
 }
 
 
-@pytest.mark.skipif(OCTAVE is None, reason="Octave is not installed")
+@pytest.mark.needs("Octave")
 def test_octave_gives_the_stiffness_of_robots(tmp_path):
     lines, expected = [], []
     for name, pose in POSED.items():
@@ -141,7 +140,7 @@ def test_values_without_the_sign_of_their_symbol_or_infinite_are_refused(languag
             f(*values)
 
 
-@pytest.mark.skipif(OCTAVE is None, reason="Octave is not installed")
+@pytest.mark.needs("Octave")
 def test_octave_refuses_where_the_formula_does_not_hold(tmp_path):
     (tmp_path / "guarded.m").write_text(matlab_function(guarded(), "guarded"), encoding="utf-8")
     lines = ["disp(guarded(2, 1)(1, 1))"]

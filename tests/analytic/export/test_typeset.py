@@ -1,6 +1,5 @@
 """LaTeX of derivations, set by pdflatex: it compiles, and nothing is wider than the page."""
 
-import shutil
 import subprocess
 
 import pytest
@@ -10,9 +9,9 @@ import robostiff as rs
 from robostiff.analytic import differentiate
 from robostiff.analytic.export import derivation_html, derivation_latex, derivation_text
 from tests.analytic.export.derivations import ALL
+from tests.other_programs import command
 
-PDFLATEX = shutil.which("pdflatex")
-pytestmark = pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
+pytestmark = pytest.mark.needs("LaTeX")
 
 # Arms, parallel blocks, numbers of twelve digits, vectors, steps, angles of joints, a leg.
 ROBOTS = {
@@ -39,7 +38,7 @@ def complaints_of_tex(folder, fragments):
         encoding="utf-8",
     )
     done = subprocess.run(
-        [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", "all.tex"],
+        [command("LaTeX"), "-interaction=nonstopmode", "-halt-on-error", "all.tex"],
         cwd=folder,
         capture_output=True,
         check=False,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sysconfig
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,12 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from tests.other_programs import ROBOTS
 
-_ROBOTS = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
-UR5 = _ROBOTS / "ur_description/urdf/ur5_robot.urdf"
-PANDA = _ROBOTS / "panda_description/urdf/panda.urdf"
-ROMEO = _ROBOTS / "romeo_description/urdf/romeo.urdf"
-TALOS = _ROBOTS / "talos_data/robots/talos_full_v2.urdf"
+UR5 = ROBOTS / "ur_description/urdf/ur5_robot.urdf"
+PANDA = ROBOTS / "panda_description/urdf/panda.urdf"
+ROMEO = ROBOTS / "romeo_description/urdf/romeo.urdf"
+TALOS = ROBOTS / "talos_data/robots/talos_full_v2.urdf"
 
 UR5_JOINTS = (
     "shoulder_pan_joint",
@@ -38,9 +37,7 @@ joints:
 home: {shoulder_lift_joint: -60 deg, elbow_joint: 90 deg, wrist_2_joint: 40 deg}
 """
 
-needs_examples = pytest.mark.skipif(
-    not UR5.exists(), reason="example-robot-data has no wheel for this system"
-)
+needs_examples = pytest.mark.needs("example-robot-data")
 
 
 def with_side(folder: Path, side: str) -> Path:
@@ -70,7 +67,8 @@ def network_of(description: Path, side: Path) -> rs.Network:
 
 def pinocchio_model(path: Path) -> Any:
     """The robot as pinocchio reads it, with its data."""
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     model = pin.buildModelFromUrdf(str(path))
     return pin, model, model.createData()
 

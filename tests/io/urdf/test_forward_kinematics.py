@@ -44,6 +44,7 @@ def _at_random(robot, seed):
 
 
 @pytest.mark.parametrize(("path", "base", "tool"), ARMS)
+@pytest.mark.needs("pinocchio")
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_tool_frame_is_that_of_pinocchio(path, base, tool, seed, tmp_path):
     robot = _arm(path, base, tool, tmp_path)

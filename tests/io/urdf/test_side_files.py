@@ -135,9 +135,11 @@ def test_joints_that_follow_one_another_in_a_circle_are_refused(arm, tmp_path):
 
 
 @needs_examples
+@pytest.mark.needs("pinocchio")
 def test_fingers_of_romeo_follow_its_hand(tmp_path):
     """Rigid fingers: C = t t^T / k with the columns of Pinocchio."""
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     side = with_side(
         tmp_path,
         HEAD + "base: l_wrist\ntool: LFinger13Link\njoints: {LHand: {stiffness: 12}}\n"

@@ -46,6 +46,7 @@ def _pinocchio_jacobian(path, values, tool, at):
     return J[:, [model.joints[model.getJointId(name)].idx_v for name in values]]
 
 
+@pytest.mark.needs("pinocchio")
 @pytest.mark.parametrize("seed", range(4))
 def test_ur5_is_eq_7_with_the_jacobian_of_pinocchio(seed, tmp_path):
     robot = robot_of(UR5, with_side(tmp_path, UR5_SIDE))
@@ -56,6 +57,7 @@ def test_ur5_is_eq_7_with_the_jacobian_of_pinocchio(seed, tmp_path):
     assert matrix_distance(K, _saddle_point(C, np.zeros((6, 0)))) < 1e-9
 
 
+@pytest.mark.needs("pinocchio")
 def test_ur5_with_a_passive_joint_is_eq_7(tmp_path):
     side = UR5_SIDE.replace("wrist_*:", "wrist_2_joint: {role: passive}\n  wrist_*:")
     robot = robot_of(UR5, with_side(tmp_path, side))

@@ -12,7 +12,7 @@ import numpy as np
 
 from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import FACTOR, Mapped
-from robostiff.analysis.maps.stored import IDENTITY, CheckedChunks, damaged, read_store
+from robostiff.analysis.maps.stored import IDENTITY, damaged, read_store
 from robostiff.analysis.maps.variables import Variable, status_flags, status_words
 from robostiff.errors import InputError, needs_extra
 from robostiff.version import __version__
@@ -53,14 +53,14 @@ def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
         long_name = "time" if unit == "s" else "length along the path"
         attributes = {"units": unit, "long_name": long_name}
         found[name] = CoordinateArray(source.dims, values, attributes)
-    for variable in job.evaluator.variables:
+    for variable in job.answers:
         for dim, labels in zip(variable.dims, variable.labels, strict=False):
             found[dim] = CoordinateArray((dim,), np.array(labels), {"long_name": dim})
         if not isinstance(variable.units, str):
             about = {"long_name": f"unit of each entry of {variable.name}"}
             own = CoordinateArray(variable.dims, np.array(variable.units), about)
             found[f"{variable.name}_units"] = own
-    taken = {v.name for v in job.evaluator.variables} | {d for v in job.variables for d in v.dims}
+    taken = {v.name for v in job.answers} | {d for v in job.variables for d in v.dims}
     for name in source.names:
         if name in taken or "/" in name:
             raise InputError(
@@ -75,7 +75,7 @@ def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
 def own_coordinates(job: MapJob) -> list[str]:
     """Names of the coordinates that are no dimension: of single poses, time, units of entries."""
     parameter = job.source.parameter()
-    several = [v.name for v in job.evaluator.variables if not isinstance(v.units, str)]
+    several = [v.name for v in job.answers if not isinstance(v.units, str)]
     units = [f"{name}_units" for name in several]
     return [v.name for v in job.coordinates] + ([parameter[0]] if parameter else []) + units
 
@@ -187,10 +187,11 @@ def open_map(path: Path) -> xarray.Dataset:
     with needs_extra("maps", "maps"):
         import xarray
 
-    stored = read_store(path)
-    store: Any = CheckedChunks(stored)
+        from robostiff.analysis.maps.chunks import CheckedChunks
+
+    store: Any = CheckedChunks(read_store(path))
     try:
-        found = xarray.open_zarr(store, consolidated=False, zarr_format=3)
+        found = xarray.open_zarr(store, consolidated=True, zarr_format=3)
     except InputError:
         raise
     except Exception as error:  # any failure of Zarr at a store of another program

@@ -95,8 +95,7 @@ def summarize(
     codes = np.bincount(status)
     ranges: dict[str, tuple[float, float]] = {}
     for variable in variables:
-        # Smallest and largest entry of several units mean nothing.
-        if variable.is_float and isinstance(variable.units, str):
+        if variable.has_range:
             values = arrays[variable.name]
             low, high = np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None)
             if np.isfinite(low):
@@ -216,9 +215,15 @@ class MapJob:
         )
 
     @cached_property
+    def answers(self) -> tuple[Variable, ...]:
+        """What is computed at each pose; the magnitude of a vector follows it."""
+        computed = self.evaluator.variables
+        return tuple(own for v in computed for own in (v, v.magnitude) if own is not None)
+
+    @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """What a block holds: coordinates of its poses, then the answers."""
-        return (*self.coordinates, *self.evaluator.variables)
+        return (*self.coordinates, *self.answers)
 
     @property
     def bytes_a_pose(self) -> int:
@@ -276,5 +281,9 @@ class MapJob:
             found = self.evaluator.evaluate(poses_at(poses, chosen)) if chosen.any() else {}
             for name in places.keys() & found.keys():
                 places[name][chosen] = found[name]
+        for variable in self.evaluator.variables:
+            if variable.magnitude:
+                components = out[variable.name].astype(float)
+                out[variable.magnitude.name][...] = np.linalg.norm(components, axis=0)
         guarded = int(np.count_nonzero(found["guarded"])) if "guarded" in found else 0
-        return PoseBlock(out, summarize(out, self.evaluator.variables, guarded))
+        return PoseBlock(out, summarize(out, self.answers, guarded))

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
-from enum import Enum
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analysis.cable_tensions import cable_tensions
 from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.maps.cables import CableEvaluator
 from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, CompiledEvaluator, Evaluator
+from robostiff.analysis.maps.identity import plain
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.pose_columns import (
     Mapped,
@@ -40,55 +37,6 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import as_float
 from robostiff.version import __version__
-
-
-def fingerprint(thing: Any) -> str:
-    """SHA-256 of everything that a frozen object consists of, to the last digit.
-
-    Examples
-    --------
-    >>> fingerprint({"a": np.zeros(2)}) == fingerprint({"a": np.zeros(2)})
-    True
-    >>> fingerprint([1.0]) == fingerprint([1.0 + 1e-15])
-    False
-    """
-    text = json.dumps(_plain(thing), separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _plain(thing: Any) -> Any:
-    """The same in lists, mappings and texts; the kind of every object included."""
-    plain: Any
-    match thing:
-        case None | bool() | str():
-            plain = thing
-        case int() | np.integer():
-            plain = int(thing)
-        case float() | np.floating():
-            plain = float(thing).hex()
-        case Enum():
-            plain = [type(thing).__name__, thing.name]
-        case np.ndarray() if thing.dtype == object:
-            plain = [list(thing.shape), [_plain(entry) for entry in thing.flat]]
-        case np.ndarray():
-            data = np.ascontiguousarray(thing, dtype=thing.dtype.newbyteorder("<"))
-            digest = hashlib.sha256(data.tobytes()).hexdigest()
-            plain = [list(data.shape), data.dtype.str, digest]
-        case RigidTransform() | Rotation():
-            plain = [type(thing).__name__, _plain(thing.as_matrix())]
-        case Mapping():
-            # In the order given: that of the axes of a grid decides the shape of its map.
-            plain = [[str(key), _plain(value)] for key, value in thing.items()]
-        case frozenset():
-            plain = sorted(_plain(entry) for entry in thing)
-        case tuple() | list():
-            plain = [_plain(entry) for entry in thing]
-        case _ if is_dataclass(thing):
-            own = {field.name: _plain(getattr(thing, field.name)) for field in fields(thing)}
-            plain = [type(thing).__name__, own]
-        case _:  # symbols and other exact numbers are distinguished by their text
-            plain = [type(thing).__name__, str(thing)]
-    return plain
 
 
 @dataclass(frozen=True)
@@ -134,15 +82,15 @@ class MapRequest:
     robot: Mapped
     settings: Mapping[str, Any]  # quantities, wrench and characteristic length
 
-    def identity(self) -> dict[str, str]:
-        """A fingerprint of everything on which the map depends, part by part."""
+    def identity(self) -> dict[str, Any]:
+        """Everything on which the map depends, part by part."""
         job = self.job
         return {
-            "robot": fingerprint(self.robot),
-            "poses": fingerprint([job.source.description(), job.partition.block]),
-            "quantities": fingerprint(self.settings),
-            "selection": fingerprint(_sampled_selection(job)),
-            "method": fingerprint(job.evaluator.method),
+            "robot": plain(self.robot),
+            "poses": plain([job.source.description(), job.partition.block]),
+            "quantities": plain(self.settings),
+            "selection": plain(_sampled_selection(job)),
+            "method": job.evaluator.method,
             "version of robostiff": __version__,
         }
 

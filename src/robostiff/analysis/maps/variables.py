@@ -35,6 +35,20 @@ class Variable:
     # Of its last dimension, where the places have names (of both dimensions for K)
     labels: tuple[tuple[str, ...], ...] = ()
     note: str = ""  # what a reader must know
+    is_vector: bool = False  # whether its entries are components of a vector
+
+    @property
+    def has_range(self) -> bool:
+        """Whether least and greatest entry mean something: of one unit, and no components."""
+        return self.is_float and isinstance(self.units, str) and not self.is_vector
+
+    @property
+    def magnitude(self) -> Variable | None:
+        """Length of a vector as a variable; None of others, and of a single component."""
+        if not self.is_vector or self.shape == (1,):
+            return None
+        words = f"magnitude of the {self.long_name}"
+        return Variable(f"{self.name}_magnitude", (), (), self.units, words)
 
     def poses_first(self, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
         """Values (*self.shape, N) as an array (*shape, *self.shape) of N poses in that shape."""
@@ -118,7 +132,7 @@ class Quantity(Enum):
         Smallest and largest eigenvalue of K scaled by a characteristic length, their ratio, and
         log10 of the determinant.
     ``DEFLECTION``
-        Displacement and rotation under a wrench.
+        Displacement and rotation under a wrench, and their magnitudes.
     ``ACTUATOR_FORCES``
         Loads on the actuators under a wrench.
     ``TENSIONS``
@@ -241,6 +255,7 @@ def _of(quantity: Quantity, robot: Mapped) -> Iterator[Variable]:
                 "m",
                 "displacement of the reference point under the wrench",
                 labels=(twist[:d],),
+                is_vector=True,
             )
             yield Variable(
                 "rotation",
@@ -249,6 +264,7 @@ def _of(quantity: Quantity, robot: Mapped) -> Iterator[Variable]:
                 "rad",
                 "rotation of the platform under the wrench",
                 labels=(twist[d:],),
+                is_vector=True,
             )
         case Quantity.ACTUATOR_FORCES:
             names, units = actuator_labels(robot)

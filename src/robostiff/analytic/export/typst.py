@@ -36,7 +36,7 @@ from robostiff.analytic.export.products import (
     name_parts,
 )
 from robostiff.analytic.export.vocabulary import constant_name, function_name
-from robostiff.errors import InputError
+from robostiff.errors import needs_extra
 from robostiff.markup import typst_text
 
 _FUNCTIONS = {
@@ -253,7 +253,7 @@ def derivation_pdf(derivation: Derivation | FormulaDerivative, path: str | Path)
 
     Examples
     --------
-    The optional package comes with ``pip install typst``::
+    The optional package comes with ``pip install 'robostiff[pdf]'``::
 
         derivation_pdf(derive_chain(K0, joints), "leg.pdf")
     """
@@ -268,13 +268,8 @@ def typst_pdf(source: str) -> bytes:
     InputError
         When the optional package typst is not installed.
     """
-    try:
+    with needs_extra("PDF files", "pdf"):
         import typst
-    except ImportError as error:
-        raise InputError(
-            "the package typst is not installed",
-            hint="install it with: pip install 'robostiff[pdf]', or choose another format",
-        ) from error
     return typst.compile(source.encode(), ignore_system_fonts=True, timestamp=0)
 
 

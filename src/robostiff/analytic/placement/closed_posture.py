@@ -85,7 +85,7 @@ class Following:
             return cls(robot, legs, {}, (), at_joints=True)
         if isinstance(pose, AtHome):
             for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
-                if solver.closed_form is None:
+                if solver.recorded_form is None:
                     legs[i] = tuple(
                         free_name(f"q_{leg.name}_{j + 1}", taken) for j in range(leg.chain.size)
                     )
@@ -223,7 +223,7 @@ def _number(value: float, near: float, *, turns: bool) -> Any:
 
 def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[int, ...]:
     """Places of coordinates that the legs fix and that do not stay as they are at home."""
-    closed = all(solver.closed_form is not None for solver in finder.solvers)
+    closed = all(solver.recorded_form is not None for solver in finder.solvers)
     given = robot.coordinate_places
     if not closed or len(given) == 6 or not given:
         return ()

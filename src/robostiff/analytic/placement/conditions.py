@@ -82,7 +82,7 @@ def _nearest_to_home(
 
     Modes count that have another stiffness at values nearby.
     """
-    if not placed.symbols or not any(x.closed_form for x in placed.solvers):
+    if not placed.symbols or not any(x.recorded_form for x in placed.solvers):
         return
     names = {str(x) for x in placed.robot.symbols}
     values = {x: float(placed.record.input(x).sample[0]) for x in names}
@@ -96,9 +96,9 @@ def _nearest_to_home(
     wanted = {leg.leg.name for leg in legs}
     every = list(zip(placed.entries.legs, placed.solvers, finder.solvers, strict=True))
     for i, (leg, solver, near) in enumerate(every):
-        if solver.closed_form is None or leg.name not in wanted:
+        if solver.recorded_form is None or leg.name not in wanted:
             continue
-        own = solver.closed_form.mode
+        own = solver.recorded_form.mode
         q = dict(zip(*near.that_close(finder.home_pose), strict=True))
         K = {x: _stiffness(robot, [*at[:i], q[x], *at[i + 1 :]]) for x in solver.modes if x in q}
         if own not in K:

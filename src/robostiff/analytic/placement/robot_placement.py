@@ -317,7 +317,7 @@ def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFor
 
 
 def _check_closed_form(leg: Leg, solver: LegSolver) -> None:
-    if solver.closed_form is not None:
+    if solver.recorded_form is not None:
         return
     raise InputError(
         f"closure of leg {leg.name!r}",

@@ -1,8 +1,8 @@
-"""Models as MuJoCo compiles them, from the bodies, joints, sites and loops of a file alone.
+"""Models as MuJoCo compiles them, from bodies, joints, sites, loops and drives of joints alone.
 
-Elements for graphics, contact, sensors and drives do not position bodies and joints. They are left
-out before MuJoCo sees the file, as some of it takes memory by the number written there, and some
-opens other files.
+Elements for graphics, contact and sensors do not position bodies and joints. They are left out
+before MuJoCo sees the file, as some of it takes memory by the number written there, and some opens
+other files. Tendons, plugins and flexible bodies, which may hold a robot, are named in a warning.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError, Location
+from robostiff.errors import FileError, Location, needs_extra
 from robostiff.io.child_process import COMPILE_MJCF, answer_of
+from robostiff.io.plausibility import left_out
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words
 
@@ -27,9 +28,14 @@ _LINE = re.compile(r",? line (\d+)")
 _REAL = frozenset(
     (
         *("body_pos", "body_quat", "site_pos", "site_quat", "jnt_pos", "jnt_axis", "jnt_range"),
-        *("jnt_stiffness", "qpos0", "eq_data"),
+        *("jnt_stiffness", "qpos0", "qpos_spring", "eq_data", "actuator_biasprm", "actuator_gear"),
+        *("body_mass", "body_ipos", "body_iquat", "body_inertia", "dof_armature"),
     )
 )
+
+
+NOTHING = 1e-12
+"""Mass and moments of a body without any, as MuJoCo compiles no other [kg], [kg m^2]."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,6 @@ class CompiledModel:
     joints: tuple[str, ...]
     sites: tuple[str, ...]
     equalities: tuple[str, ...]
-    driven: frozenset[str]  # joints that actuators drive
     arrays: dict[str, np.ndarray]  # those of MuJoCo's own model, by the same names
 
     def __getattr__(self, key: str) -> np.ndarray:
@@ -54,15 +59,11 @@ class CompiledModel:
 
 
 def compiled_model(source: Path | str) -> CompiledModel:
-    """The MuJoCo model of a file without its shapes."""
+    """The MuJoCo model of a file without what is seen or touched, and the shapes of other files."""
     lines = kinematic_part(source)
-    if find_spec("mujoco") is None:
-        raise InputError(
-            "MJCF",
-            got=Words("no package mujoco"),
-            expected="the extra mjcf",
-            hint="pip install 'robostiff[mjcf]'",
-        )
+    with needs_extra("MJCF files", "mjcf"):
+        if find_spec("mujoco") is None:  # another process imports it
+            raise ModuleNotFoundError(name="mujoco")
     try:
         return _compiled("\n".join(tag for tag, _ in lines), str(source))
     except FileError as error:
@@ -71,32 +72,57 @@ def compiled_model(source: Path | str) -> CompiledModel:
 
 @lru_cache(maxsize=64)
 def _compiled(text: str, file: str) -> CompiledModel:
-    place = Location(file)
-    return _from_data(answer_of(COMPILE_MJCF, {"text": text}, place, "MJCF", "MuJoCo"), place)
+    place, request = Location(file), {"text": text, "nothing": NOTHING}
+    return _from_data(answer_of(COMPILE_MJCF, request, place, "MJCF", "MuJoCo"), place)
 
 
 def read_model(model: Any) -> CompiledModel:
     """Names and arrays of an ``mujoco.MjModel``."""
-    from robostiff.io.child_process.compile_mjcf import mujoco, names_and_arrays
+    from robostiff.io.child_process.compile_mjcf import names_and_arrays
 
-    on_joints = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
-    driven = [
-        model.joint(int(model.actuator_trnid[i, 0])).name
-        for i in range(model.nu)
-        if model.actuator_trntype[i] in on_joints
-    ]
-    data = names_and_arrays(model, sorted(set(driven)))
-    return _from_data(data, Location(f"model of MuJoCo {data['name']!r}"))
+    data = names_and_arrays(model)
+    place = Location(f"model of MuJoCo {data['name']!r}")
+    on_tendons = model.actuator_trntype == _ON_TENDONS
+    moving = {
+        "tendons": [
+            model.tendon(i).name or str(i)
+            for i in range(model.ntendon)
+            if np.any(model.tendon_stiffness[i])
+            or model.tendon_limited[i]
+            or i in model.actuator_trnid[on_tendons, 0]
+        ],
+        "drives of sites or bodies": [
+            model.actuator(i).name or str(i)
+            for i in range(model.nu)
+            if model.actuator_trntype[i] not in (*ON_JOINTS, _ON_TENDONS)
+        ],
+        "plugins": [str(i) for i in range(model.nplugin)],
+        "flexible bodies": [str(i) for i in range(model.nflex)],
+    }
+    _name_left_out({what: [(name, place) for name in names] for what, names in moving.items()})
+    return _from_data(data, place)
+
+
+ON_JOINTS, _ON_TENDONS = (0, 1), 3
+"""Kinds of transmission, as of ``mujoco.mjtTrn``."""
+
+
+def _name_left_out(moving: dict[str, list[tuple[str, Location]]]) -> None:
+    """Name what moves or bends and is not read, with the place of the first of each kind."""
+    for what, found in moving.items():
+        if found:
+            left_out(found[0][1], what, [name for name, _ in found])
 
 
 def _from_data(data: dict[str, Any], place: Location) -> CompiledModel:
     names = {key: data.pop(key) for key in ("bodies", "joints", "sites", "equalities")}
-    name, driven = data.pop("name"), frozenset(data.pop("driven"))
+    name, without = data.pop("name"), data.pop("without_mass", [])
+    if without:
+        left_out(place, "the masses of meshes of", without, "bodies have those of other shapes")
     arrays = {key: _array(key, values, place) for key, values in data.items()}
     return CompiledModel(
         name,
         **{key: tuple(map(str, listed)) for key, listed in names.items()},
-        driven=driven,
         arrays=arrays,
     )
 
@@ -125,11 +151,11 @@ def _in_its_line(error: FileError, places: Sequence[Location]) -> FileError:
 
 _LIMITS = XmlLimits()
 MOST_ELEMENTS = 4_000
-"""Bodies, joints and sites of a description, copies counted."""
+"""Bodies, joints and sites of a description, copies counted; five times as many shapes."""
 _DEEPEST_INCLUDE = 16
 _LARGEST = 1e30
 
-_IN_BODIES = frozenset(("geom", "camera", "light", "inertial", "plugin", "flexcomp"))
+_IN_BODIES = frozenset(("camera", "light", "plugin", "flexcomp"))
 _AT_TOP = frozenset(
     (
         *("asset", "contact", "custom", "deformable", "extension", "keyframe", "option"),
@@ -138,9 +164,9 @@ _AT_TOP = frozenset(
 )
 _IN_DEFAULTS = frozenset(
     (
-        *("mesh", "material", "geom", "camera", "light", "pair", "tendon", "flex", "inertial"),
-        *("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder"),
-        *("muscle", "adhesion", "dcmotor", "plugin"),
+        *("mesh", "material", "camera", "light", "pair", "tendon", "flex"),
+        *("motor", "velocity", "damper", "muscle", "adhesion", "dcmotor", "pid", "orientation"),
+        "plugin",
     )
 )
 _LEFT_OUT = {
@@ -152,18 +178,26 @@ _LEFT_OUT = {
 }
 _ATTRIBUTES_LEFT_OUT = {
     "compiler": (
-        *("alignfree", "assetdir", "balanceinertia", "boundinertia", "boundmass"),
-        *("discardvisual", "exactmeshinertia", "fitaabb", "fusestatic", "inertiafromgeom"),
-        *("inertiagrouprange", "meshdir", "saveinertial", "settotalmass", "strippath"),
-        *("texturedir", "usethread"),
+        *("alignfree", "assetdir", "discardvisual", "exactmeshinertia", "fitaabb", "fusestatic"),
+        *("meshdir", "saveinertial", "strippath", "texturedir", "usethread"),
     ),
     "site": ("user", "material"),
     "joint": ("user",),
     "body": ("user",),
-    "geom": ("user", "material", "mesh", "hfield"),
+    "geom": ("user", "material"),
 }
 _COPYING = ("replicate", "composite")
 _DRIVEN = ("joint", "jointinparent")
+# What of a drive decides its stiffness.
+_SERVOS = {
+    "position": frozenset(("kp",)),
+    "intvelocity": frozenset(("kp", "actrange", "actlimited")),
+    "general": frozenset(("biastype", "biasprm")),
+    "cylinder": frozenset(("bias",)),
+}
+_WITHOUT_FORCE_OF_POSITION = frozenset(("motor", "velocity", "damper", "dcmotor"))
+_AFFINE = frozenset(("none", "affine"))
+_FLEXIBLE = frozenset(("flexcomp", "flex"))
 _NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
 
 
@@ -173,6 +207,7 @@ def kinematic_part(source: Path | str) -> list[tuple[str, Location]]:
     if root.tag != "mujoco":
         raise root.error("MJCF", got=Words(f"<{root.tag}>"), expected="<mujoco> at the top")
     _Includes(Path(source)).resolve(root)
+    _name_left_out(_moving_parts_left_out(root))
     _keep_kinematics(root)
     _check_number_of_elements(root)
     _check_numbers(root)
@@ -256,14 +291,72 @@ def _keep_kinematics(root: XmlElement) -> None:
         if element.tag == "equality":
             _keep_loops(element)
         if element.tag == "actuator":
-            # Only the fact that a joint is driven.
+            element.children = [own for own in map(_kept_drive, element.children) if own]
+        elif element.tag == "default":
             element.children = [
-                XmlElement("general", driven, own.location, [])
-                for own in element.children
-                if (driven := {key: x for key, x in own.attributes.items() if key in _DRIVEN})
+                _kept_servo(own) if own.tag in _SERVOS else own for own in element.children
             ]
         for name in _ATTRIBUTES_LEFT_OUT.get(element.tag, ()):
             element.attributes.pop(name, None)
+
+
+def _kept_servo(drive: XmlElement) -> XmlElement:
+    """A drive with what decides its stiffness alone."""
+    attributes = drive.attributes
+    read = {"class", "gear", *_DRIVEN, *_SERVOS[drive.tag]}
+    if attributes.get("biastype", "none") not in _AFFINE:
+        read -= {"biastype"}
+    kept = {key: text for key, text in attributes.items() if key in read}
+    return XmlElement(drive.tag, kept, drive.location, [])
+
+
+def _kept_drive(drive: XmlElement) -> XmlElement | None:
+    """A drive of a joint; any other is None, one without a stiffness a motor."""
+    driven = {key: text for key, text in drive.attributes.items() if key in _DRIVEN}
+    if not driven:
+        return None
+    if drive.tag in _SERVOS:
+        return _kept_servo(drive)
+    return XmlElement("motor", driven, drive.location, [])
+
+
+def _moving_parts_left_out(root: XmlElement) -> dict[str, list[tuple[str, Location]]]:
+    """What moves or bends and is not read, by its kind: names and places."""
+    found: dict[str, list[tuple[str, Location]]] = {"tendons": []}
+    tendons: list[XmlElement] = []
+    pulled: set[str | None] = set()
+    sprung = False  # by a class of defaults
+
+    def add(what: str, own: XmlElement, name: str = "name") -> None:
+        found.setdefault(what, []).append(
+            (own.attributes.get(name, "without a name"), own.location)
+        )
+
+    for element in _all(root):
+        for child in element.children:
+            holds = not {"stiffness", "limited", "range"}.isdisjoint(child.attributes)
+            if element.tag == "tendon":
+                tendons.append(child)
+            elif element.tag == "default" and child.tag == "tendon":
+                sprung = sprung or holds
+            elif child.tag in _FLEXIBLE:
+                add("flexible bodies", child)
+            elif child.tag == "plugin" and element.tag in ("body", "composite", "actuator"):
+                add("plugins", child, "plugin")
+            elif element.tag == "actuator" and "tendon" in child.attributes:
+                pulled.add(child.attributes["tendon"])
+            elif element.tag == "actuator" and set(_DRIVEN).isdisjoint(child.attributes):
+                add("drives of sites or bodies", child)
+            elif element.tag == "actuator" and (
+                child.tag not in {*_SERVOS, *_WITHOUT_FORCE_OF_POSITION}
+                or child.attributes.get("biastype", "none") not in _AFFINE
+            ):
+                add("forces that a drive has by its position", child)
+    for own in tendons:
+        holds = not {"stiffness", "limited", "range"}.isdisjoint(own.attributes)
+        if sprung or holds or own.attributes.get("name") in pulled:
+            add("tendons", own)
+    return found
 
 
 def _keep_loops(equality: XmlElement) -> None:
@@ -288,7 +381,7 @@ def _check_number_of_elements(root: XmlElement) -> None:
         if element.tag in _COPYING:
             for word in element.attributes.get("count", "1").split():
                 times *= max(1, abs(_whole(word)))
-        total += times
+        total += times * (0.2 if element.tag == "geom" else 1)
         if total > MOST_ELEMENTS:
             raise element.error(
                 "MJCF",

@@ -168,7 +168,7 @@ def coordinate_dimension(freedom: Screw) -> Dimension:
     return Dimension.ANGLE if freedom.turns else Dimension.LENGTH
 
 
-_STIFFNESS_OF = {
+STIFFNESS_OF = {
     Dimension.ANGLE: Dimension.ROTATIONAL_STIFFNESS,
     Dimension.LENGTH: Dimension.TRANSLATIONAL_STIFFNESS,
 }
@@ -191,7 +191,7 @@ def stiffness_law(place: Place, written: str | float, turns: bool) -> StiffnessL
             return None
         import sympy as sp
 
-        dimension = _STIFFNESS_OF[Dimension.ANGLE if turns else Dimension.LENGTH]
+        dimension = STIFFNESS_OF[Dimension.ANGLE if turns else Dimension.LENGTH]
         k = of_motion(place, written, dimension, turns)
         return StiffnessLaw.of(k, sp.Symbol(_MOTION, real=True), exact=place.is_exact)
 
@@ -211,7 +211,7 @@ def build_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension,
     _check_role(place, written, dimensions)
     stiffness = None
     if written.stiffness is not None:
-        here, dimension = place / "stiffness", _STIFFNESS_OF[dimensions[0]]
+        here, dimension = place / "stiffness", STIFFNESS_OF[dimensions[0]]
         turns = dimensions[0] is Dimension.ANGLE
         stiffness = stiffness_law(here, written.stiffness, turns)
         if stiffness is None:

@@ -23,12 +23,13 @@ class XmlLimits:
 
 @dataclass
 class XmlElement:
-    """An element: its name, attributes, place and children."""
+    """An element: its name, attributes, place, children, and the beginning of its text."""
 
     tag: str
     attributes: dict[str, str]
     location: Location
     children: list[XmlElement]
+    text: str = ""
 
     def error(self, subject: str, **words: Any) -> FileError:
         """An error at this element."""
@@ -44,6 +45,7 @@ class XmlElement:
 
 
 _LIMITS = XmlLimits()
+_LONGEST_TEXT = 1000  # beyond which no number or name is read
 
 
 def read_xml(
@@ -75,6 +77,7 @@ class _XmlReader:
         self.parser = expat.ParserCreate()
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.end
+        self.parser.CharacterDataHandler = self.characters
         self.parser.StartDoctypeDeclHandler = self.refuse_doctype
 
     def read(self, content: bytes) -> XmlElement:
@@ -112,6 +115,10 @@ class _XmlReader:
 
     def end(self, _: str) -> None:
         self.open.pop()
+
+    def characters(self, text: str) -> None:
+        if len(self.open[-1].text) < _LONGEST_TEXT:
+            self.open[-1].text += text
 
     def refuse_doctype(self, *_: object) -> None:
         raise FileError(

@@ -49,11 +49,11 @@ def aim(a: np.ndarray, d: np.ndarray, to_a: Any, to_d: Any) -> Aim:
         x = (to_a - g to_d) / D,  y = (to_d - g to_a) / D,  z = sqrt((1 - x to_a - y to_d) / D)
 
     At right angles to both, b = +-(a x d) / |a x d|. Where the angles cannot be had, z = 0.
-    a and d are unit vectors, not parallel; `to_a` and `to_d` cosines.
+    a and d are unit vectors, not parallel; `to_a` and `to_d` cosines, of poses perhaps (N,).
     """
     normal = cross(a, d)
     square = dot(normal, normal)
-    if is_zero(to_a) and is_zero(to_d):
+    if not isinstance(to_d, np.ndarray) and is_zero(to_a) and is_zero(to_d):
         return Aim(0, quotient(normal, root(square)), normal, square, 0)
     g = dot(a, d)
     x, y = quotient(to_a - g * to_d, square), quotient(to_d - g * to_a, square)

@@ -41,7 +41,7 @@ def other_modes(
     leg: Leg, home: FormulaPose, solver: LegSolver, modes: Iterable[RootSigns]
 ) -> Iterator[OtherMode]:
     """Compare the mode of a leg with others that close it at home, as `nearest` does in numbers."""
-    form, whole = solver.closed_form, solver.leg.chain
+    form, whole = solver.recorded_form, solver.leg.chain
     if form is None or isinstance(form, Post):
         return
     site, path = Site.of(leg, home, solver), whole.main_path

@@ -20,7 +20,7 @@ from robostiff.kinematics.closure.body import (
     tidied_point,
 )
 from robostiff.kinematics.closure.closed_leg import ClosedLeg
-from robostiff.kinematics.closure.leg_solver import ClosedForm, LegSolver
+from robostiff.kinematics.closure.leg_solver import LegSolver, RecordedForm
 from robostiff.kinematics.closure.post import Post
 from robostiff.kinematics.closure.rod_ends import RodJoints
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
@@ -56,7 +56,7 @@ def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
     InputError
         When the leg has no closed form.
     """
-    form = solver.closed_form
+    form = solver.recorded_form
     if form is None:
         raise InputError(
             f"leg {leg.name!r}",
@@ -104,7 +104,7 @@ class Site:
         """Home coordinates of the main path, as they are recorded."""
         return np.array(self.leg.chain.main_path.home, dtype=object)
 
-    def own_form(self, form: ClosedForm) -> ClosedForm:
+    def own_form(self, form: RecordedForm) -> RecordedForm:
         """A closed form recognised in floats, with the entries of the leg to be recorded."""
         if isinstance(form, Post):
             joint = self._own(form.joint)

@@ -205,7 +205,7 @@ def checked_map(found: Any) -> xarray.Dataset:
 
     Raises InputError when it is no map.
     """
-    with needs_extra("plots", "plot"):
+    with needs_extra("plots of maps", "maps"):
         import xarray
     if not isinstance(found, xarray.Dataset) or not {"rank", "status"} <= set(found.data_vars):
         raise InputError(

@@ -50,12 +50,11 @@ def map_slice(
     full_rank : int, optional
         Rank of a regular pose; to be given for a robot that is free by design.
         Rows of the stiffness matrix when left out.
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------
@@ -109,6 +108,7 @@ def slice_picture(
 
 
 OVERVIEW: Mapping[str, Mapping[str, int]] = {
+    "displacement_magnitude": {},
     "worst_deflection": {},
     "translational_stiffness": {"principal_translation": 0},
     "rotational_stiffness": {"principal_rotation": 0},
@@ -141,12 +141,11 @@ def map_overview(
         first is shown, which is the smallest of principal ones.
     full_rank : int, optional
         As for `map_slice`.
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------
@@ -249,12 +248,11 @@ def map_bands(
         Ascending, between 0 and 100, and symmetric about 50, which is among them.
     full_rank : int, optional
         As for `map_slice`.
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------

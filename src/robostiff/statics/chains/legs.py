@@ -14,6 +14,7 @@ from robostiff.statics.chains.body_springs import FiniteBodySpring, SpringArrays
 from robostiff.statics.chains.chain import FiniteChain, Moved
 from robostiff.statics.chains.chain_family import ChainFamily
 from robostiff.statics.chains.couplings import FiniteCoupling
+from robostiff.statics.chains.element import FiniteSpring
 from robostiff.statics.chains.equilibrated import Arrowhead
 from robostiff.statics.chains.leg_state import LegState, MovingBody, Share
 
@@ -248,6 +249,17 @@ class LegGroup:
             found.append((leg, own.drive.names[i], energy))
         return found
 
+    @cached_property
+    def inside(self) -> np.ndarray:
+        """Which free unknowns are inner modes of beams (m,)."""
+        found = np.zeros(self.free_size, dtype=bool)
+        for chain, own in zip(self.chains, self.coordinates, strict=True):
+            for element, place in zip(chain.elements, chain.places, strict=True):
+                if isinstance(element, FiniteSpring):
+                    here = slice(own.start + place.start, own.start + place.stop)
+                    found[here] = ~np.any(element.modes, axis=(0, 1))
+        return found
+
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
         total = -sum(
@@ -257,18 +269,30 @@ class LegGroup:
         x, starts = self.family.coordinates([state]), self.family.placements([state])
         return share * (total + float(np.sum(self.family.arrays.load_potential(x, starts))))
 
-    def load_velocities(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
-        """Of the points at which loads act, by coordinates and bodies (N, L, 3, m); the loads."""
+    def twists(self, state: LegState, about: np.ndarray) -> list[np.ndarray]:
+        """Of the body at the start of every chain, and of that behind each of its elements.
+
+        Arrays (N, K + 1, 6, m) about a point (3,), by coordinates and bodies.
+        """
         if not self.chains:
-            return np.zeros((1, 0, 3, 0)), np.zeros((1, 0, 3))
-        family, found, forces = self.family, [], []
-        rates = family.loaded(state)[1]
-        for i, (own, columns) in enumerate(zip(family.rows, family.columns, strict=True)):
-            wide = np.zeros((self.count, *rates.shape[1:3], self.free_size))
-            wide[..., self.moving_places(i)] = rates[own][..., columns]
+            return []
+        family, found = self.family, []
+        by_all = family.twists(state, about)
+        parts = zip(family.rows, family.slots, family.columns, strict=True)
+        for i, (own, slots, columns) in enumerate(parts):
+            behind = np.append(0, slots + 1)
+            moving = by_all[own][:, None] * family.arrays.moving(behind)[..., None]
+            wide = np.zeros((self.count, len(behind), 6, self.free_size))
+            wide[..., self.moving_places(i)] = np.swapaxes(moving[:, :, columns], -1, -2)
             found.append(wide)
-            forces.append(family.arrays.load_force[own])
-        return np.concatenate(found, axis=1), np.concatenate(forces, axis=1)
+        return found
+
+    def place_of(self, leg: int, chain: int) -> tuple[int, int]:
+        """Number and row of a chain of a leg, by its index in the robot."""
+        place = self.indices.index(leg)
+        if not self.owners:
+            return chain, place
+        return [c for c, owner in enumerate(self.owners) if owner == place][chain], 0
 
     @cached_property
     def own_curvature(self) -> np.ndarray:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import reduce
+from operator import or_
 
 import numpy as np
 
@@ -133,7 +135,7 @@ def compile_loaded(
     recorded = record_robot(robot, finder)
     standing = StandingLoads(loads, gravity, preload, beams)
     loaded_postures = _loaded_postures(finder, standing)
-    force = _small_force(robot, loaded_postures[0].problem)
+    force = _small_force(robot, [own.problem for own in loaded_postures])
     try:
         loading = record_loading(
             robot, finder, loaded_postures, force, standing, by_pose=not recorded.joints
@@ -169,17 +171,21 @@ def compile_loaded(
 
 
 def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[LoadedPosture]:
-    """The robot in numbers at home, and at postures around it."""
+    """The robot in numbers at home, and at postures around it that it reaches."""
     robot = finder.robot
     own = standing.loads, standing.preload, standing.beams, standing.gravity
     found = [postures_of(robot, None, None).loaded(0, None, *own)]
-    if robot.is_posed_by_joints:
-        return found
-    places = robot.coordinate_places
     random = np.random.default_rng(20111)
-    size = np.where(np.array(places) < 3, finder.length, 1.5)
-    shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
-    around = postures_of(robot, finder.home_pose[places] + shifts, None)
+    if robot.is_posed_by_joints:
+        home, moving = robot.legs[0].chain.home, robot.legs[0].chain.free
+        shifts = _SPREAD * random.uniform(-1, 1, (4 * _POSTURES, home.size)) * moving
+        pose = JointCoordinates(home + shifts)
+    else:
+        places = robot.coordinate_places
+        size = np.where(np.array(places) < 3, finder.length, 1.5)
+        shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
+        pose = finder.home_pose[places] + shifts
+    around = postures_of(robot, pose, None)
     posture = around.posture if isinstance(around, Postures) else None
     if posture is None:
         return found
@@ -187,18 +193,21 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     return [*found, *(around.loaded(int(k), None, *own) for k in reached)]
 
 
-def _small_force(robot: Robot, problem: EquilibriumProblem) -> float:
+def _small_force(robot: Robot, problems: Sequence[EquilibriumProblem]) -> float:
     """Under which the platform moves by about a thousandth of the robot's length [N].
+
+    An arm of rigid links may be rigid at home, where it is stretched out, and nowhere else: the
+    first posture of those given decides at which it is not.
 
     Raises
     ------
     NoAnswerError
         When the platform is not held in all directions, or is rigid.
     """
-    known = problem.at_rest
-    if known.rigid:
+    problem = next((own for own in problems if not own.at_rest.rigid), None)
+    if problem is None:
         raise _rigid(robot)
-    values = np.linalg.eigvalsh(known.K / np.outer(problem.scale, problem.scale))
+    values = np.linalg.eigvalsh(problem.at_rest.K / np.outer(problem.scale, problem.scale))
     if values[0] <= _FREE * values[-1]:
         raise NoAnswerError(
             f"no kernel under load of {robot.name!r}: its platform has free motions, in which a "
@@ -222,9 +231,30 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     """
     robot = found.robot
     posture = sample_postures(finder, 1873)
-    by_joints = robot.is_posed_by_joints
-    given = posture.coordinates[0] if by_joints else posture.pose[:, robot.coordinate_places]
-    pose = JointCoordinates(given) if by_joints else given
+    poses: list[JointCoordinates | np.ndarray] = []
+    if robot.coordinates or not robot.is_posed_by_joints:
+        poses.append(posture.pose[:, robot.coordinate_places])
+    if robot.is_posed_by_joints:
+        poses.append(JointCoordinates(posture.coordinates[0]))
+    # Poses alone may leave all of them open: of an arm with more than six joints.
+    each = (_status_at(found, finder, force, pose) for pose in poses)
+    status = [own for own in each if own is not None]
+    if not status:
+        return replace(found, general=replace(found.general, verified=False))
+    return replace(found, status=reduce(or_, status))
+
+
+def _status_at(
+    found: CompiledLoading, finder: PostureFinder, force: float, pose: JointCoordinates | np.ndarray
+) -> Status | None:
+    """Status at generic poses (N, n) where equilibria confirm the record; None where it has none.
+
+    Raises
+    ------
+    DisagreementError
+        When it gives something else.
+    """
+    robot, given = found.robot, np.asarray(getattr(pose, "values", pose))
     random = np.random.default_rng(5)
     rows = np.array(robot.space.rows)
     F = (
@@ -236,13 +266,13 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     values = parameter_samples(robot, 1873)
     answer = found.in_arrays.evaluate(pose, F, parameters=values)
     if np.all(answer.guarded):
-        return replace(found, general=replace(found.general, verified=False))
+        return None
     parameter_rows = ParameterValues(
         robot, np.reshape(list(values.values()), (len(values), len(given)))
     )
     status = Status.OK
     for other, own in parameter_rows.groups(~answer.guarded):
-        part = JointCoordinates(given[own]) if by_joints else given[own]
+        part = given[own] if pose is given else JointCoordinates(given[own])
         sure = found.standing.equilibria(other, part, F[own])
         for k, one in zip(own, sure, strict=True):
             where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
@@ -253,4 +283,4 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
             if not off <= _AGREES:
                 raise DisagreementError(_SUBJECT, off, where)
             status = one.status & ~Status.BEYOND_LIMITS
-    return replace(found, status=status)
+    return status

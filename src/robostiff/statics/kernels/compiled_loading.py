@@ -9,7 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import AtGeneralPoses, checked_results
-from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
+from robostiff.analysis.kernel_inputs import (
+    InputRows,
+    KernelInputs,
+    ParameterValues,
+    at_joints,
+)
 from robostiff.compiled import Kernel, unpack
 from robostiff.compiled.arrays import chunks_of, in_shares
 from robostiff.compiled.closed import ClosedCode
@@ -17,7 +22,7 @@ from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, Pose
-from robostiff.model import Robot
+from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.recorded import CLOSED
 from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.kernels.weights import StandingLoads
@@ -167,7 +172,7 @@ class CompiledLoading:
 
         Parameters
         ----------
-        pose : (N, n) array or JointCoordinates
+        pose : (N, n) array, JointCoordinates, or ActuatorCoordinates of all joints of an arm
             Unloaded postures, as `rs.compile` takes them.
         wrench : (r,) or (N, r) array
             On the platform about its reference point, world axes [N, N m].
@@ -182,15 +187,17 @@ class CompiledLoading:
         """
         threads = whole_threads(threads)
         robot, space = self.robot, self.robot.space
+        pose = at_joints(robot, pose)
         by_joints = isinstance(pose, JointCoordinates)
-        joints = robot.legs[0].chain.size if robot.is_posed_by_joints else 0
-        given = KernelInputs(robot, joints).checked(pose)
+        inputs = self._inputs
+        given = inputs.checked(pose)
         count = len(given)
         F = wrenches_of("wrench", wrench, space)
         if F.ndim == 2 and len(F) not in (1, count):
             raise InputError("wrench", got=f"{len(F)} wrenches", expected=f"one, or {count}")
         F = np.broadcast_to(F, (count, space.size))
         values = ParameterValues.of(robot, parameters, count)
+        rows = inputs.rows(pose, given, values)
         answer = LoadedAnswer(
             K_sym=np.moveaxis(np.empty((space.size, space.size, count)), -1, 0),
             displacement=np.empty((count, space.size)),
@@ -203,37 +210,38 @@ class CompiledLoading:
 
         def fill(part: slice) -> None:
             for own in chunks_of(part):
-                self._fill(given[own], F[own], values.rows[:, own], own, answer)
+                self._fill(rows, F[own], own, answer)
 
         in_shares(fill, count, threads)
-        for other, rows in values.groups(answer.guarded):
-            some = JointCoordinates(given[rows]) if by_joints else given[rows]
+        for other, part in values.groups(answer.guarded):
+            some = JointCoordinates(given[part]) if by_joints else given[part]
             try:
-                self._compute_again(other, some, F[rows], rows, answer)
+                self._compute_again(other, some, F[part], part, answer)
             except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
-                answer.K_sym[rows], answer.displacement[rows] = np.nan, np.nan
-                answer.stable[rows] = False
-                answer.status_codes[rows] = int(Status.UNREACHABLE)
+                answer.K_sym[part], answer.displacement[part] = np.nan, np.nan
+                answer.stable[part] = False
+                answer.status_codes[part] = int(Status.UNREACHABLE)
         return answer
 
-    def _fill(
-        self,
-        given: np.ndarray,
-        F: np.ndarray,
-        parameters: np.ndarray,
-        where: slice,
-        answer: LoadedAnswer,
-    ) -> None:
+    @property
+    def _inputs(self) -> KernelInputs:
+        """What poses become before the record closes them, or takes the coordinates of legs."""
+        inputs, robot = self.kernel.inputs, self.robot
+        joints = len(inputs) - len(robot.symbols) - robot.space.size
+        if self.closure is not None or inputs[0] in {own.value for own in ALL_COORDINATES}:
+            joints = 0
+        return KernelInputs(robot, joints)
+
+    def _fill(self, given: InputRows, F: np.ndarray, where: slice, answer: LoadedAnswer) -> None:
         """Results of the kernel at a chunk of poses."""
-        count, r = len(given), self.robot.space.size
-        posture, loose = given.T, np.zeros(count, dtype=bool)
+        r = self.robot.space.size
+        posture, loose = given.rows[:, where], given.loose[where]
         if self.closure is not None:
-            found = self.closure.evaluate(np.concatenate([given.T, parameters]))
-            posture = found[:-2]
-            loose = ~((found[-2] < CLOSED) & (found[-1] > 0))
-        results = self.kernel.evaluate(np.concatenate([posture, parameters, F.T]))
-        missed = np.zeros(count, dtype=bool)
-        checked = checked_results(self.kernel, results, missed, loose, self.general)
+            found = self.closure.evaluate(posture)
+            posture = np.concatenate([found[:-2], posture[len(self.robot.coordinates) :]])
+            loose = loose | ~((found[-2] < CLOSED) & (found[-1] > 0))
+        results = self.kernel.evaluate(np.concatenate([posture, F.T]))
+        checked = checked_results(self.kernel, results, given.missed[where], loose, self.general)
         unpack(checked.rows["K"], answer.K_sym[where])
         rows = r * (r + 1) // 2
         # Equilibrium is only as good as all that it was computed from.

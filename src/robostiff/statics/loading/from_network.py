@@ -9,18 +9,19 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
-from robostiff.model import Locked, PlacedFreedom, PlacedSpring
+from robostiff.model import Locked, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, is_rigid, moves
+from robostiff.statics.chains.beam_bowing import Beams, is_rigid, moves
+from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
 from robostiff.statics.chains.chain import BodyLoad, FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
 from robostiff.statics.chains.element import Element
@@ -38,11 +39,13 @@ def group_of(
     loads: Mapping[str, Sequence[DeadForce]],
     preload: Mapping[str, float],
     gravity: np.ndarray,
-) -> tuple[LegGroup, list[DeadForce]]:
-    """A network as one leg from its fixed bodies to its platform, and the forces on the latter.
+    given: Mapping[str, Sequence[PlacedMass]],
+) -> tuple[LegGroup, list[DeadForce], CarriedMasses]:
+    """A network as one leg from its fixed bodies to its platform; forces on the latter; masses.
 
     Forces act on bodies, preloads [N or N m] in joints, by their names. Gravity [m/s^2] makes
-    weights of the masses. Wrenches are about a point of the platform (3,) [m].
+    weights of the masses of the network, not of the `given` ones. Wrenches are about a point of the
+    platform (3,) [m].
 
     Raises
     ------
@@ -51,17 +54,19 @@ def group_of(
     """
     bodies = _Bodies.of(network)
     on_bodies = bodies.loaded(loads)
+    masses: dict[str, list[PlacedMass]] = defaultdict(list)
     for node in network.nodes:
-        on_bodies[bodies.of_node[node.name]] += weights_of(node.masses, gravity)
-    elements = SpringElements(network.space)
+        masses[bodies.of_node[node.name]] += node.masses
+    elements = SpringElements(network.space, beams)
     chains: list[FiniteChain] = []
+    carried: list[CarriedMass] = []
     left = dict(preload)
     places: dict[tuple[str, str, str, str], tuple[int, int]] = {}
     for element in network.elements:
         a, b = bodies.of_node[element.a], bodies.of_node[element.b]
-        masses = () if isinstance(element, JointElement) else element.masses
-        along = [m for m in masses if a != b and m.start is not None]
-        on_bodies[b] += weights_of([m for m in masses if a == b or m.start is None], gravity)
+        of_part = () if isinstance(element, JointElement) else element.masses
+        along = [m for m in of_part if a != b and m.start is not None]
+        masses[b] += [m for m in of_part if a == b or m.start is None]
         if a == b:
             continue
         parts = _parts(element)
@@ -77,19 +82,15 @@ def group_of(
                 own.append(replace(joint, preload=joint.preload + push))
             else:
                 sides = (bodies.outwards(element, node) for node in (element.a, element.b))
-                own += elements.of(part, partial(elements_of, beams, part, sides))
-        end = element.end if isinstance(element, BeamElement) else element.point
-        weights = tuple(
-            BodyLoad(
-                len(own) - point.after if backwards else point.after,
-                point.point[None],
-                point.value * gravity[None],
-            )
-            for mass in along
-            for point in mass.lumped(len(own), np.asarray(end, dtype=float))
-            if np.any(gravity)
-        )
-        chains.append(FiniteChain(bodies.number(a), bodies.number(b), tuple(own), weights))
+                own += elements.of(part, sides)
+        of_chain = []
+        for mass in along:
+            end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
+            way = (mass.from_its_end(end), mass.start) if backwards else (mass, end)
+            of_chain.append(CarriedMass(way[0], len(chains), len(own), len(own), parts[0], way[1]))
+        weights = [load for one in of_chain if np.any(gravity) for load in one.weights(gravity)]
+        carried += of_chain
+        chains.append(FiniteChain(bodies.number(a), bodies.number(b), tuple(own), tuple(weights)))
     couplings = [
         coupled.pushed(0.0 if coupled.is_rigid else left.pop(one.name, 0.0))
         for one in network.couplings
@@ -97,9 +98,17 @@ def group_of(
     ]
     for name in left:
         raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
+    for body, of_body in masses.items():
+        on_bodies[body] += weights_of(of_body, gravity)
+    for name, more in given.items():
+        masses[bodies.moving(name, "masses")] += more
     on_platform = on_bodies.pop(network.platform, [])
-    for body in bodies.between:
-        chains = _with_loads(chains, body, bodies.number(body), on_bodies[body])
+    chains = _with_loads(chains, bodies, on_bodies)
+    carried += [
+        CarriedMass(mass, *_held_at(chains, body, bodies.number(body), "masses"))
+        for body in bodies.between
+        for mass in masses[body]
+    ]
     group = LegGroup(
         (0,),
         (network.name,),
@@ -114,7 +123,7 @@ def group_of(
             if body != bodies.of_node[network.fixed[0]]
         },
     )
-    return group, on_platform
+    return group, on_platform, CarriedMasses(tuple(carried), tuple(masses[network.platform]))
 
 
 @dataclass(frozen=True)
@@ -150,19 +159,24 @@ class _Bodies:
         """Forces at points, by bodies that move."""
         found: dict[str, list[DeadForce]] = defaultdict(list)
         for name, forces in loads.items():
-            body = self.of_node.get(name)
-            if body is None or body == self.of_node[self.network.fixed[0]]:
-                raise InputError(
-                    "loads",
-                    got=name,
-                    expected="the name of a body that moves, or platform: "
-                    + ", ".join(self.between[:5]),
-                )
+            body = self.moving(name, "loads")
             for own in forces:
                 at = self.points[name] if own.point is None else own.point
                 force = load_vector("force", name, own.force)
                 found[body].append(DeadForce(force, load_vector("point", name, at)))
         return found
+
+    def moving(self, name: str, subject: str) -> str:
+        """The body that a node is part of, one that moves."""
+        body = self.of_node.get(name)
+        if body is None or body == self.of_node[self.network.fixed[0]]:
+            raise InputError(
+                subject,
+                got=name,
+                expected="the name of a body that moves, or platform: "
+                + ", ".join(self.between[:5]),
+            )
+        return body
 
     @cached_property
     def held_by(self) -> Mapping[str, Sequence[NetworkElement]]:
@@ -239,16 +253,23 @@ def _reversed(part: PlacedSpring | PlacedFreedom) -> PlacedSpring | PlacedFreedo
 
 
 def _with_loads(
-    chains: Sequence[FiniteChain], body: str, number: int | None, forces: Sequence[DeadForce]
+    chains: Sequence[FiniteChain], bodies: _Bodies, forces: Mapping[str, Sequence[DeadForce]]
 ) -> list[FiniteChain]:
-    """The chains, one of them with forces on a body at one of its ends."""
+    """The chains, some with forces on the bodies at their ends."""
     found = list(chains)
-    if not forces:
-        return found
-    c = next((i for i, own in enumerate(found) if number in (own.start, own.end)), None)
-    if c is None:
-        raise InputError("loads", got=body, expected="a body that beams, springs or joints hold")
-    after = len(found[c].elements) if found[c].end == number else 0
-    more = [BodyLoad(after, np.array([f.point]), np.array([f.force])) for f in forces]
-    found[c] = replace(found[c], loads=(*found[c].loads, *more))
+    for body in bodies.between:
+        if forces[body]:
+            c, after = _held_at(found, body, bodies.number(body), "loads")
+            more = [BodyLoad(after, np.array([f.point]), np.array([f.force])) for f in forces[body]]
+            found[c] = replace(found[c], loads=(*found[c].loads, *more))
     return found
+
+
+def _held_at(
+    chains: Sequence[FiniteChain], body: str, number: int | None, subject: str
+) -> tuple[int, int]:
+    """A chain that begins or ends at a body between chains, and how many elements lie before it."""
+    for c, own in enumerate(chains):
+        if number in (own.start, own.end):
+            return c, len(own.elements) if own.end == number else 0
+    raise InputError(subject, got=body, expected="a body that beams, springs or joints hold")

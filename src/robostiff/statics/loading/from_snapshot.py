@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from functools import partial
 
 import numpy as np
 
@@ -21,7 +20,8 @@ from robostiff.model import (
     Snapshot,
     StiffnessLaw,
 )
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, moves
+from robostiff.statics.chains.beam_bowing import Beams, moves
+from robostiff.statics.chains.carried_masses import CarriedMass
 from robostiff.statics.chains.chain import BodyLoad, FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
 from robostiff.statics.chains.element import Element, FiniteJoint
@@ -53,10 +53,11 @@ def legs_of(
     InputError
         When a name is no part of the robot, or a preload is not of an elastic or passive joint.
     """
-    springs, walks = SpringElements(snapshot.space), walks_of(snapshot, beams)
+    springs, walks = SpringElements(snapshot.space, beams), walks_of(snapshot, beams)
     if np.any(gravity):
         for walk in walks:
-            walk.weigh(gravity)
+            for own in walk.carried:
+                walk.loads.setdefault(own.chain, []).extend(own.weights(gravity))
     named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
     for name, forces in loads.items():
         k, part = _found(named, name, "loads")
@@ -109,7 +110,7 @@ def legs_of(
     joined = held.joined([LegGroup.stacked(legs) for legs in groups.values()])
     if snapshot.platform is None:
         return joined
-    return (on_flexible_platform(joined[0], snapshot.platform, springs, beams),)
+    return (on_flexible_platform(joined[0], snapshot.platform, springs),)
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,7 @@ class _Part:
     point: np.ndarray
     drive: int | None
     sum: int | None = None
+    spring: PlacedSpring | None = None  # the elastic part that it is
 
 
 @dataclass(frozen=True)
@@ -142,12 +144,31 @@ class _Behind:
     is_end: bool = False
 
 
+def masses_on_legs(
+    snapshot: Snapshot, beams: Beams, given: Mapping[str, Sequence[PlacedMass]]
+) -> list[CarriedMass]:
+    """The masses of the legs, and given ones on bodies behind ``leg/part``.
+
+    Raises
+    ------
+    InputError
+        When a name is no part of the robot.
+    """
+    walks = walks_of(snapshot, beams)
+    named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
+    found = [replace(own, leg=k) for k, walk in enumerate(walks) for own in walk.carried]
+    for name, masses in given.items():
+        k, part = _found(named, name, "masses")
+        found += [CarriedMass(own, part.chain, part.after, leg=k) for own in masses]
+    return found
+
+
 def walks_of(snapshot: Snapshot, beams: Beams) -> list[LegWalk]:
     """The chains of each leg, loads left out."""
-    springs = SpringElements(snapshot.space)
+    springs = SpringElements(snapshot.space, beams)
     found = []
     for leg in snapshot.legs:
-        walk = LegWalk(springs, beams, f"{leg.name}/")
+        walk = LegWalk(springs, f"{leg.name}/")
         walk.along(leg, None, None)
         walk.name_fixed()
         found.append(walk)
@@ -159,7 +180,6 @@ class LegWalk:
     """The chains of one leg, as they are found on the way from base to platform."""
 
     springs: SpringElements
-    beams: Beams
     prefix: str
     chains: list[tuple[int | None, int | None, list[Element]]] = field(default_factory=list)
     points: list[np.ndarray] = field(default_factory=list)
@@ -252,20 +272,18 @@ class LegWalk:
             )
         )
 
-    def weigh(self, gravity: np.ndarray) -> None:
-        """Weights of its masses; those along an elastic part are shared by bodies at its ends."""
+    @property
+    def carried(self) -> list[CarriedMass]:
+        """Its masses; those along an elastic part are carried by the bodies at its ends."""
+        found = []
         for mass, behind in self.weights:
-            chain, after, parts = self.carrier(mass, behind)
-            for own in mass.lumped(parts, behind.point):
-                force = own.value * gravity
-                body = BodyLoad(after - parts + own.after, own.point[None], force[None])
-                self.loads.setdefault(chain, []).append(body)
-
-    def carrier(self, mass: PlacedMass, behind: _Behind) -> tuple[int, int, int]:
-        """Chain of a mass, elements before its body, and how many of them its elastic part has."""
-        chain, after = self.place(behind)
-        along = self.chains[chain][2][:after] if mass.start is not None else ()
-        return chain, after, sum(element.names[0] == mass.name for element in along)
+            chain, after = self.place(behind)
+            along = self.chains[chain][2][:after] if mass.start is not None else ()
+            parts = sum(element.names[0] == mass.name for element in along)
+            known = self.named.get(self.prefix + mass.name)
+            part = None if known is None else known.spring
+            found.append(CarriedMass(mass, chain, after, parts, part, behind.point))
+        return found
 
     def place(self, behind: _Behind) -> tuple[int, int]:
         """A chain, and how many of its elements lie before a body."""
@@ -291,16 +309,17 @@ class LegWalk:
         own: list[Element] = []
         behind: list[_Behind] = []
         for i, element in enumerate(run):
-            drive = None
+            drive = spring = None
             if isinstance(element, PlacedSpring):
+                spring = element
                 sides = run[i + 1 :], run[:i][::-1]
-                own += self.springs.of(element, partial(elements_of, self.beams, element, sides))
+                own += self.springs.of(element, sides)
             elif moves(element):
                 drive = len(own)
                 own.append(finite_joint(element))
             point = np.asarray(element.point, float)
             behind.append(_Behind(end, len(self.chains), len(own), point))
-            self.name(element, _Part(len(self.chains), len(own), point, drive))
+            self.name(element, _Part(len(self.chains), len(own), point, drive, spring=spring))
         self.chains.append((start, end, own))
         return behind
 

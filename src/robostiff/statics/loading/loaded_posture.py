@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,23 +14,29 @@ from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
+from robostiff.kinematics.placed_body_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
+from robostiff.model.mass import one_of
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams
+from robostiff.statics.chains.carried_masses import CarriedMasses
 from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem
 from robostiff.statics.loading.from_network import group_of
-from robostiff.statics.loading.from_snapshot import legs_of
+from robostiff.statics.loading.from_snapshot import legs_of, masses_on_legs
 from robostiff.statics.loading.given_loads import (
+    Frame,
     Gravity,
     Loads,
+    Masses,
     acting_gravity,
     arms_and_forces,
     given_forces,
+    given_masses,
     weights_of,
 )
 from robostiff.statics.loading.joint_laws import Laws, check_own_laws, with_laws
@@ -37,6 +44,7 @@ from robostiff.statics.loading.joint_laws import Laws, check_own_laws, with_laws
 if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures
 
+_NO_MASSES = CarriedMasses()
 _NO_POSTURE = Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
 
 
@@ -57,6 +65,8 @@ class LoadedPosture:
         The robot at that posture; of cables the robot itself.
     laws : Laws
         That the robot has.
+    masses : CarriedMasses
+        That vibrate; none unless they were asked for.
     """
 
     name: str
@@ -66,6 +76,7 @@ class LoadedPosture:
     status: Status
     posed: Snapshot | Network | CableRobot
     laws: Laws = field(default_factory=dict)
+    masses: CarriedMasses = _NO_MASSES
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -146,21 +157,29 @@ class Postures:
         beams: Beams,
         gravity: Gravity = None,
         *,
-        masses: bool = False,
+        masses: Masses | None = None,
     ) -> LoadedPosture:
-        """The robot at posture i with its loads; `masses`: those without gravity as well."""
-        pull = acting_gravity(self.robot, gravity)
-        posed, frame, status = self._posed(i, masses or bool(np.any(pull)))
+        """The robot at posture i with its loads, and what vibrates where masses are given."""
+        pull = acting_gravity(self.robot, gravity, loads)
+        posed, frame, status = self._posed(i, masses is not None or bool(np.any(pull)))
         point = point_at(at, posed.reference_point)
-        forces = given_forces(loads, pull, posed.space, frame)
+        frame_of = partial(self._frame_of, i if self.batch else 0, posed, frame)
+        forces = given_forces(loads, pull, posed.space, frame_of)
         on_platform, pushes = list(forces.pop("platform", ())), _pushes(preload)
+        places = {"platform": point, **places_of(posed)} if masses else {}
+        moving = given_masses(masses or {}, places, frame_of)
+        on_it = moving.pop("platform", [])
         if isinstance(posed, Network):
             on_platform += forces.pop(posed.platform, ())
-            group, more = group_of(posed, point, beams, forces, pushes, pull)
+            group, more, carried = group_of(posed, point, beams, forces, pushes, pull, moving)
             groups = (group,)
         else:
             groups = legs_of(posed, point, beams, forces, pushes, pull)
-            more = weights_of(posed.masses, pull)
+            more, carried = weights_of(posed.masses, pull), _NO_MASSES
+            if masses is not None:
+                on_legs = masses_on_legs(posed, beams, moving)
+                carried = CarriedMasses(tuple(on_legs), posed.masses)
+        carried = replace(carried, on_platform=(*carried.on_platform, *on_it))
         problem = EquilibriumProblem(
             groups,
             posed.space.rows,
@@ -171,7 +190,19 @@ class Postures:
         laws = self.robot.laws if isinstance(self.robot, Robot) else {}
         if laws and isinstance(posed, Snapshot):
             check_own_laws(laws, posed)
-        return LoadedPosture(posed.name, problem, posed.space, frame, status, posed, laws)
+        return LoadedPosture(posed.name, problem, posed.space, frame, status, posed, laws, carried)
+
+    def _frame_of(self, k: int, posed: Snapshot | Network, frame: Frame, name: str) -> Frame | None:
+        """Axes and origin of a body at posture k, by its name; None where they are not known."""
+        if name == "platform":
+            return frame
+        if isinstance(posed, Network):
+            return next(((np.eye(3), n.point) for n in posed.nodes if n.name == name), None)
+        if self.posture is None:
+            return None
+        bodies = bodies_of(self.posture)
+        own = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
+        return None if own is None else (one_of(own.R, 2, k), one_of(own.p, 1, k))
 
     def _posed(
         self, i: int, masses: bool
