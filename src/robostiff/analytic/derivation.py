@@ -86,6 +86,15 @@ class Formula(ABC):
 
         return formula_function(self._computed, arguments, self.symbols)
 
+    def latex(self) -> str:
+        """The matrix and the names in it in LaTeX with nothing around it, for a paper.
+
+        `export.derivation_latex` writes the whole derivation.
+        """
+        from robostiff.analytic.export.latex import latex_snippet
+
+        return latex_snippet(self._computed)
+
     def evalf(self, n: int = 15, subs: Mapping[Any, Any] | None = None) -> Any:
         """The same in n digits, at values of all or some of the symbols.
 

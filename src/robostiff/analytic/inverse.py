@@ -200,8 +200,6 @@ def inverse_in_steps(M: Any, named: Callable[[int, int, int, Any], Any]) -> sp.I
             for j in range(i, n):
                 if k not in (i, j) and ratio[i] != 0 and column[j] != 0:
                     A[i, j] = named(k, i, j, A[i, j] - ratio[i] * column[j])
-                elif k not in (i, j):
-                    A[i, j] = named(k, i, j, A[i, j])
         A |= {both[i]: ratio[i] for i in range(n)}
         A[k, k] = named(k, k, k, -1 / pivot)
     return sp.ImmutableMatrix(n, n, lambda i, j: -A[min(i, j), max(i, j)])
