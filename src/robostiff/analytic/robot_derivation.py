@@ -142,7 +142,7 @@ class InNames:
     def at(self, values: Mapping[sp.Symbol, Any]) -> InNames:
         """The same at values of some of the symbols; names of numbers stay names."""
         put_in = Substitution(values)
-        kept = put_in.definitions(self.definitions)
+        kept = put_in.definitions(self.definitions, with_numbers=True)
         legs = tuple(leg.with_values(put_in, kept) for leg in self.legs)
         before = None if self.before is None else self.before.at(values)
         return InNames(put_in.matrix(self.K), legs, tuple(kept.values()), before)
