@@ -9,8 +9,7 @@ from typing import Any, Self
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.unwritten import WrittenField
+from robostiff.analytic.exact.definition import Definition, WrittenField
 from robostiff.analytic.substitution import Substitution, refuse_negative
 from robostiff.analytic.vectors.vector_expressions import ArmOfSprings, VectorForm
 

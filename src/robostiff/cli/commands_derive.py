@@ -46,8 +46,12 @@ from robostiff.analytic.export import (
     matlab_function,
     python_function,
 )
-from robostiff.analytic.placement.pose_rotation import ABOUT_WORLD_AXES, rotation_by_name
-from robostiff.analytic.placement.robot_pose import PoseFormula, coordinate_names
+from robostiff.analytic.placement.robot_pose import (
+    ABOUT_WORLD_AXES,
+    PoseFormula,
+    coordinate_names,
+    rotation_by_name,
+)
 from robostiff.cli.command import INTERRUPTED
 from robostiff.cli.options import Answer, Model, Replacing
 from robostiff.cli.options_of_files import FORMATS, FormulaRequest, Questions, Sheet

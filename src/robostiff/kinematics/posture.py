@@ -90,7 +90,8 @@ class Posture:
         if not sentences and self.elsewhere[0]:
             sentences.append(
                 "the legs close at this pose in another assembly mode only: the straight way from "
-                "home passes a singularity; give poses nearer to home, or another home"
+                "home passes a singularity; give poses nearer to home, another home, or joint "
+                "coordinates close by: near=[...]"
             )
         if self.reached[0] and self.undetermined[0]:
             sentences.append(

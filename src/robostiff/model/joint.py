@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elasticity.checks import positive_number
 from robostiff.errors import InputError
 from robostiff.model.checks import (
     are_parallel,
@@ -49,13 +50,20 @@ class Actuated:
         Of the drive [N/m or N m/rad]; None for a rigid one.
     limits : (float, float) or None
         Lowest and highest coordinate [m or rad].
+    inertia : float, SymPy expression or None
+        Of the rotor at the joint: its own times the square of the gear ratio [kg m^2, or kg of a
+        slide]. It matters for `modes` alone.
     """
 
     stiffness: Any = None
     limits: tuple[float, float] | None = None
+    inertia: Any = None
 
     def __post_init__(self) -> None:
         checked_stiffness("stiffness of the drive", self.stiffness)
+        if self.inertia is not None:
+            hint = "leave it out for a drive without"
+            positive_number("inertia of the drive", self.inertia, "kg m^2 or kg", hint)
         if self.limits is not None:
             refuse_quantities("limits of the drive", self.limits, "lowest < highest [m or rad]")
             low, high = self.limits

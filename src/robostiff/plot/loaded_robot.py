@@ -264,12 +264,11 @@ def load_curve(
         What ``rs.load_path`` returns.
     twist : str, optional
         Which displacement, such as ``dz``; the largest one when left out.
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------

@@ -87,8 +87,7 @@ def equilibrium(
     laws : mapping of str to ForceLaw, optional
         How the force of a joint, ``leg/part``, follows from its motion, in place of its stiffness.
     beams : Bowing or Linear
-        What axial load does to a beam between its ends: ``Bowing(elements=None)`` chooses the
-        number of elements by how a beam is held.
+        What axial load does to a beam between its ends.
     near : joint coordinates, optional
         Those that choose the posture, as for `stiffness`.
 

@@ -30,12 +30,13 @@ from robostiff.analytic.export.outline import (
     OutlineHeading,
     OutlineText,
 )
-from robostiff.analytic.export.products import number_in_front, ordered_terms
-from robostiff.analytic.export.symbol_names import (
+from robostiff.analytic.export.products import (
     differential_parts,
     is_greek,
     is_word,
     name_parts,
+    number_in_front,
+    ordered_terms,
 )
 
 _ESCAPED = {

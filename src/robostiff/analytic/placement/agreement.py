@@ -11,7 +11,7 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.numeric_value import matrix_value, values_of
+from robostiff.analytic.exact.exact_points import matrix_value, values_of
 from robostiff.analytic.placement.closed_posture import AROUND
 from robostiff.analytic.placement.robot_placement import (
     PlacedRobot,

@@ -268,6 +268,7 @@ def _joints_of_body(
                 after=anchor.inverse,
                 role=_role(model, i, drives),
                 spring=float(model.jnt_stiffness[i]) * (kind is not JointType.FLOATING),
+                inertia=float(model.dof_armature[model.jnt_dofadr[i]]),
                 home=home,
                 mimic=mimics.get(own),
             )
@@ -305,6 +306,8 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
     for i, name in enumerate(names.joints):
         start, kind = int(model.jnt_qposadr[i]), _TYPES[int(model.jnt_type[i])]
         if not model.jnt_stiffness[i]:
+            if model.dof_armature[model.jnt_dofadr[i]] and i not in drives:
+                unread.setdefault("the armature of joints without a drive,", []).append(name)
             continue
         if kind is JointType.FLOATING:
             unread.setdefault("springs of free joints", []).append(name)
