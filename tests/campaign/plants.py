@@ -261,7 +261,7 @@ def _no_guard(patch: Patch) -> None:
         return lambda checks, count, general: np.zeros(count, dtype=bool)
 
     patch.function(compiled_answer, "_unsafe", changed)
-    patch.set(compiled_answer, "_SAFE", -1.0)
+    patch.set(compiled_answer, "_SAFE", np.inf)
 
 
 def _pitch_sign(patch: Patch) -> None:
@@ -412,7 +412,7 @@ PLANTS = (
     Plant("forces at the part, not at their point", _force_at_part, "robots under loads"),
     Plant("kernels without margins", _no_guard, "shipped robots by kernel"),
     Plant("sign of the pitch of screws", _pitch_sign, "legs and arms"),
-    Plant("axes of springs transposed", _spring_axes, "legs and arms"),
+    Plant("axes of springs transposed", _spring_axes, "robots under loads"),
     Plant("twice the energy of parallel blocks", _block_energy, "robots frozen at a pose"),
     Plant("slack cables push", _cables_push, "cables", 400),
     Plant("weights of beams at their ends", _weights_at_ends, "frames under loads"),
