@@ -3,11 +3,10 @@
     python tests/project/extras_alone.py                  all, at the newest and lowest versions
     python tests/project/extras_alone.py plot view        these, at both
 
-In each environment every public name is imported, and the commands of the pages about its extra run
-(``pip install 'robostiff[...]'`` makes a page one about an extra); those of all pages in the base.
-With all extras together, `make test` runs them. A command that needs another extra must say so in one line, with exit status 2,
-and its page must name that extra. This script needs
-the package uv.
+In each environment every public name is imported, and the commands of the pages about its extra
+run (``pip install 'robostiff[...]'`` makes a page one about an extra); those of all pages in the
+base. With all extras together, `make test` runs them. A command that needs another extra must say
+so in one line, with exit status 2, and its page must name that extra. This needs the package uv.
 """
 
 from __future__ import annotations
