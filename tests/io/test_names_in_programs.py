@@ -56,8 +56,9 @@ def model_of(folder, name, text=MODEL):
 
 
 def _run(command, folder):
-    options = {"capture_output": True, "text": True, "timeout": 60, "check": False}
-    return subprocess.run(command, cwd=folder, **options)
+    return subprocess.run(
+        command, check=False, cwd=folder, capture_output=True, text=True, timeout=60
+    )
 
 
 @pytest.mark.parametrize("name", HOSTILE)
