@@ -12,7 +12,6 @@ from pathlib import Path
 from robostiff.errors import FileError, Location
 from robostiff.io.suggest import Words
 
-
 _LONGEST_ENDING = 20
 
 
