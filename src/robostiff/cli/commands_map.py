@@ -199,7 +199,7 @@ def make_map(
 ) -> int:
     """Compute a map, write it, and print a summary."""
     output = _checked_output(run, replacing, answer)
-    picture = picture_beside(run.plot, replacing)
+    picture = picture_beside(run.plot, replacing, is_scene=False)
     robot, source = loaded(model, by_joints=bool(asked.joints)), model.source
     if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"

@@ -83,21 +83,25 @@ def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
 ON_PAPER = (".png", ".svg", ".pdf")
 
 
-def picture_file(option: str, name: str, overwrite: bool) -> Path:
-    """A picture to be written, checked before anything is computed.
+def picture_file(option: str, name: str, overwrite: bool, *, is_scene: bool = True) -> Path:
+    """A picture to be written, checked before anything is computed; a scene may be a page.
 
     Raises InputError as `new_file`, and for another ending.
     """
     path = new_file(option, name, overwrite)
-    if path.suffix.lower() not in {*ON_PAPER, ".html"}:
-        endings = ", ".join((*ON_PAPER, ".html"))
-        raise InputError(option, got=name, expected=f"a name that ends in {endings}")
+    endings = (*ON_PAPER, ".html") if is_scene else ON_PAPER
+    if path.suffix.lower() not in endings:
+        expected = f"a name that ends in {', '.join(endings)}"
+        hint = "only robots are drawn on pages, to be turned" if path.suffix == ".html" else None
+        raise InputError(option, got=name, expected=expected, hint=hint)
     return path
 
 
-def picture_beside(plot: str | None, replacing: Replacing) -> Path | None:
+def picture_beside(plot: str | None, replacing: Replacing, *, is_scene: bool = True) -> Path | None:
     """The picture of ``--plot``, if it is wanted; see `picture_file`."""
-    return None if plot is None else picture_file("--plot", plot, replacing.overwrite)
+    if plot is None:
+        return None
+    return picture_file("--plot", plot, replacing.overwrite, is_scene=is_scene)
 
 
 def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:
