@@ -133,10 +133,11 @@ def twists_of_screws(
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         J[..., i, :] = e[..., j, :] * r[..., k, :] - e[..., k, :] * r[..., j, :]
     J[..., 3:, :] = e
+    slides = [k for k, pitch in enumerate(pitches) if pitch is None]
+    if slides:
+        J[..., :3, slides], J[..., 3:, slides] = e[..., slides], 0
     for k, pitch in enumerate(pitches):
-        if pitch is None:
-            J[..., :3, k], J[..., 3:, k] = e[..., k], 0
-        elif pitch != 0:
+        if pitch is not None and pitch != 0:
             J[..., :3, k] += pitch * e[..., k]
     return J
 
