@@ -20,7 +20,7 @@ from robostiff.analytic import (
     free_motion_formulas,
     rank_formula,
 )
-from robostiff.analytic.exact.numeric_value import matrix_value
+from robostiff.analytic.exact.exact_points import matrix_value
 from tests.project.shown_output import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))

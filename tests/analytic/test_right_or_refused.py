@@ -23,7 +23,7 @@ from robostiff.analytic import (
     robot_formula,
     snapshot_formula,
 )
-from robostiff.analytic.chain_agreement import check_chain
+from robostiff.analytic.chain import check_chain
 from robostiff.analytic.export import (
     c_function,
     derivation_text,

@@ -1,4 +1,4 @@
-"""Robots and networks as bodies in the world: every element by itself, from the model's own numbers."""
+"""Robots and networks as bodies in the world: every element from the model's own numbers."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ class Assembly:
 
     def _joint(self, e: Joint, q, body, T, coupled, sums, name):
         is_ball = e.kind is JointKind.SPHERICAL
-        for i, (screw, x) in enumerate(zip(e.freedoms, q, strict=True)):
+        for screw, x in zip(e.freedoms, q, strict=True):
             axis, point = T[:3, :3] @ screw.axis, T[:3, 3].copy()
             numbered, count = e.name in coupled, len(self.bodies.joints)
             body = self.joint(
@@ -227,7 +227,7 @@ class Assembly:
                 self.bodies.pulls.append(DeadPull(body, point, 0.5 * value * gravity))
 
     def lump(self) -> None:
-        """Half of the mass of what is spread on the body at either end, with turns of the section."""
+        """Half of the mass of what is spread on the body at either end."""
         for a, b, start, end, value in self.spread:
             L = np.linalg.norm(end - start)
             for body, share in ((a, 0.25), (b, 0.75)):
@@ -364,7 +364,7 @@ def of_network(
     point = np.asarray(network.reference_point, float)
     length = float(network.characteristic_length) or 1.0
     found = Assembly(Bodies([np.zeros(3), point], length, network.space.rows), beams)
-    place = {name: 0 for name in network.fixed} | {network.platform: 1}
+    place = dict.fromkeys(network.fixed, 0) | {network.platform: 1}
     for node in network.nodes:
         if node.name not in place:
             place[node.name] = found.bodies.body(node.point)

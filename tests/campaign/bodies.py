@@ -1,9 +1,10 @@
 """Rigid bodies in the world and the energy of what connects them, at its minimum.
 
-Every body has a matrix and a shift of its own; joints are constraints between two of them. No chain,
-no coordinate of a joint and no derivative by hand: first derivatives come from complex steps, second
-ones from differences of these, and Newton's method finds where the energy is stationary under the
-constraints. The energies are those of docs/under-load.md; a beam may be cut into many parts.
+Every body has a matrix and a shift of its own; joints are constraints between two of them. No
+chain, no coordinate of a joint and no derivative by hand: first derivatives come from complex
+steps, second ones from differences of these, and Newton's method finds where the energy is
+stationary under the constraints. The energies are those of docs/under-load.md; a beam may be cut
+into many parts.
 """
 
 from __future__ import annotations
@@ -65,13 +66,14 @@ class SingleJoint:
 
 @dataclass(frozen=True)
 class PointSpring:
-    """Between points of two bodies: tension ``k l + c`` at the distance l."""
+    """Between points of two bodies: tension ``k l + c`` at the distance l, of a cable 0 or more."""
 
     a: int
     b: int
     ends: tuple[np.ndarray, np.ndarray]
     k: float
     c: float
+    is_cable: bool = False
 
 
 @dataclass(frozen=True)
@@ -278,7 +280,10 @@ class _Group:
             v = at(ends[..., 1, :], cb, ub, Rb) - at(ends[..., 0, :], ca, ua, Ra)
             length = np.sqrt(np.sum(v * v, axis=-1))
             k, c = self._of("k"), self._of("c")
-            return 0.5 / k * (k * length + c) ** 2, none, None
+            tension = k * length + c
+            # Decided where nothing is shifted: differences must not cross the corner.
+            slack = self._of("is_cable") * (tension[:, :1, :1].real < 0)
+            return 0.5 / k * np.where(slack, 0.0, tension) ** 2, none, None
         points = self._of("point")
         away = at(points, cb, ub, Rb) - at(points, ca, ua, Ra)
         d = np.einsum("...ji,...j->...i", Ra, away)
@@ -402,9 +407,8 @@ def minimum(
     """
     state = start or bodies.at_rest()
     r, units = len(bodies.rows), np.repeat([bodies.length, 1.0], 3)[list(bodies.rows)]
-    before, own = np.inf, None
+    before, own, known = np.inf, None, None
     for _ in range(60):
-        known = own.hessian if own is not None and before < 1e-4 else None
         own = system(bodies, state, pulled, known=known)
         wanted = np.zeros(len(own.gradient))
         wanted[:r] = wrench * units
@@ -417,10 +421,11 @@ def minimum(
         part = min(1.0, _LONGEST / max(size, 1e-300))
         multipliers = (1 - part) * state.multipliers + part * more
         state = _stepped(bodies, state, part * step, multipliers)
-        if size < 1e-12 or (size < 1e-9 and size > 0.5 * before):
+        if size < 1e-12 or (known is None and size < 1e-9 and size > 0.5 * before):
             if np.max(np.abs(own.constraints), initial=0.0) > _OPEN:
                 break
             return _minimum(bodies, state, wrench, pulled)
+        known = own.hessian if size < min(1e-4, 0.1 * before) else None
         before = size
     raise NoMinimumError
 
@@ -489,7 +494,7 @@ def elastic_energy(bodies: Bodies, state: State) -> float:
 
 
 def curvatures(bodies: Bodies, state: State, pulled: float = 1.0) -> np.ndarray:
-    """Eigenvalues of the energy at a state among motions that the constraints leave, units of it."""
+    """Eigenvalues of the energy at a state among motions that the constraints leave."""
     own = system(bodies, state, pulled)
     Z = _left(own)
     return eigh(Z.T @ own.hessian @ Z, eigvals_only=True)

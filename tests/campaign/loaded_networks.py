@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -62,7 +63,7 @@ class Frame:
                 nodes[own] = Node(own, start + s * (end - start))
                 ends.append(own)
             ends.append(b)
-            for i, (one, other) in enumerate(zip(ends, ends[1:], strict=False)):
+            for i, (one, other) in enumerate(pairwise(ends)):
                 own = f"{name} {i}" if len(ends) > 2 else name
                 pair = nodes[one], nodes[other]
                 beams.append(
@@ -294,7 +295,7 @@ def column(rng: np.random.Generator) -> list[Complaint]:
     for name, x in (("ground", 0.0), ("low", 0.0), ("high", L), ("platform", L)):
         frame.node(name, x * e)
     frame.beams["column"] = ("low", "high", section, R[:, 1], rs.EulerBernoulli())
-    EA, EIy, EIz, _ = _rigidities(_STEEL, section, rs.EulerBernoulli())
+    _, EIy, EIz, _ = _rigidities(_STEEL, section, rs.EulerBernoulli())
     k = min(EIy, EIz) / L
     low, high = (_end(rng, k) for _ in range(2))
     guide = str(rng.choice(["free", "straight", "turning"]))

@@ -11,6 +11,8 @@ from robostiff.elasticity import circle
 from robostiff.kinematics import find_posture, with_masses
 from robostiff.model import Chain, Leg, Mass, PlacedLeg, PlacedMass, Robot
 from robostiff.spatial import Frame
+from robostiff.statics.loading import loaded_posture
+from robostiff.statics.loading.from_snapshot import legs_of
 from tests.statics.robots_under_load import loaded, number, root
 from tests.statics.test_closed_forms import pendulum
 
@@ -186,3 +188,36 @@ def test_bad_masses_and_gravity():
         rs.equilibrium(rs.load("hexapod"), loads={"leg1/strut": rs.Weight([0, 0, -1])})
     with pytest.raises(rs.InputError, match="forces by names"):
         rs.equilibrium(rs.load("hexapod"), loads=[0, 0, -1])  # type: ignore[arg-type]
+
+
+def test_gravity_acts_on_masses_among_the_loads():
+    """As the refusal of gravity on a robot without masses advises: here the masses are loads."""
+    robot, mass = rs.load("gough-stewart-b"), rs.Mass(12.0)
+    with pytest.raises(rs.InputError, match="or weights as loads"):
+        rs.equilibrium(robot, gravity="-z")
+    down = loaded(robot, loads={"platform": mass})
+    for gravity, factor in (("-z", 1.0), ([0, 0, -1.62], 1.62 / 9.80665)):
+        answer = loaded(robot, loads={"platform": [mass]}, gravity=gravity)
+        assert np.isclose(answer.displacement[2], factor * down.displacement[2], rtol=1e-5)
+        small = rs.deflection(robot, loads={"platform": mass}, gravity=gravity)
+        assert np.isclose(small.twist[2], answer.displacement[2], rtol=1e-5)
+    fast = rs.compile_loaded(
+        robot, loads={"platform": mass}, gravity="-z", backend=rs.Backend.ARRAYS
+    )
+    home = find_posture(robot).pose
+    found = fast.evaluate(home.reshape(1, 6), np.zeros(6)).displacement[0]
+    assert np.allclose(found, down.displacement, rtol=1e-9, atol=1e-15)
+
+
+def test_loads_that_do_not_all_act_are_no_answer(monkeypatch: pytest.MonkeyPatch):
+    """As the base would carry less than is given."""
+    robot = rs.load("delta")
+    name = f"{robot.legs[0].name}/{next(iter(find_posture(robot).snapshot.legs[0].parts)).name}"
+    loads = {name: [0, 0, -10.0], "platform": [1.0, 0, 0]}
+    loaded(robot, loads=loads)
+    without = lambda snapshot, point, beams, _, *more: legs_of(snapshot, point, beams, {}, *more)  # noqa: E731
+    monkeypatch.setattr(loaded_posture, "legs_of", without)
+    with pytest.raises(rs.NoAnswerError, match="loads are not those that are given"):
+        loaded(robot, loads=loads)
+    with pytest.raises(rs.NoAnswerError, match="loads are not those that are given"):
+        rs.deflection(robot, loads=loads)

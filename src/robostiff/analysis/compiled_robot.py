@@ -206,6 +206,17 @@ def compile_robot(
             got=joints,
             expected="none: a robot with legs takes poses",
         )
+    return recorded_and_compiled(robot, outputs, parameters, backend)
+
+
+def recorded_and_compiled(
+    robot: Robot,
+    outputs: Sequence[Output],
+    parameters: Sequence[str],
+    backend: Backend,
+    most: int | None = None,
+) -> CompiledRobot:
+    """As `compile_robot`; a record of more than `most` operations is a `NoAnswerError`."""
     robot.check_has_no_springs("kernel")
     outputs = checked_outputs(outputs)
     robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
@@ -213,9 +224,9 @@ def compile_robot(
     inside = [ALL_COORDINATES[row] for row in robot.space.rows]
     robot = replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
     finder = posture_finder(robot.numeric)
-    recorded = record_robot(robot, finder)
+    recorded = record_robot(robot, finder, most)
     if _depends_on_what_is_held(recorded, robot, finder):
-        recorded = record_at_joints(robot, finder)
+        recorded = record_at_joints(robot, finder, most)
     for output in outputs:
         _check_derivative(output, robot, recorded)
     joint_kernel = None

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Self
 
 import sympy as sp
 
-from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
-from robostiff.analytic.formula import Formula
+from robostiff.analytic.exact.definition import Definition, Unwritten, WrittenField
 from robostiff.analytic.substitution import (
     Substitution,
     refuse_failing,
@@ -21,8 +20,102 @@ from robostiff.analytic.substitution import (
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:
+    from robostiff.analytic.exact.definition import Definition
     from robostiff.analytic.exact.exact_matrix import ExactMatrix
     from robostiff.analytic.formula_function import FormulaFunction
+
+
+class Formula(ABC):
+    """A formula in given symbols, perhaps by named steps."""
+
+    definitions: Any = ()  # of each kind of formula: its named steps, in order
+
+    @property
+    @abstractmethod
+    def _expressions(self) -> Iterable[Any]:
+        """What it consists of beside its steps, and its conditions."""
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it is written in the given symbols alone."""
+        return not self.definitions
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """The given symbols, those of conditions among them, in alphabetical order."""
+        steps: tuple[Definition, ...] = self.definitions
+        expressions = [*self._expressions, *(d.expression for d in steps)]
+        found = set().union(*(e.free_symbols for e in expressions))
+        return tuple(sorted(found - {d.symbol for d in steps}, key=str))
+
+    @property
+    def free_symbols(self) -> set[sp.Symbol]:
+        """The given symbols as a set, as SymPy's expressions have them."""
+        return set(self.symbols)
+
+    @property
+    def _computed(self) -> Any:
+        """The derivation, or derivative, that has its values."""
+        return self
+
+    @abstractmethod
+    def substituted(self, values: Mapping[Any, Any]) -> Any:
+        """Its matrix, or two of them, at values of its symbols."""
+
+    def lambdify(self, *arguments: Any) -> FormulaFunction:
+        """Its matrix as a function of numbers and of arrays that broadcast, in milliseconds.
+
+        Parameters
+        ----------
+        *arguments : str or Symbol
+            The symbols in the order of the function's arguments; alphabetical when left out.
+
+        Returns
+        -------
+        FormulaFunction
+            It raises where the formula does not hold.
+
+        Examples
+        --------
+        >>> k = sp.Symbol("k", positive=True)
+        >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
+        >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
+        array([1. , 0.5])
+        """
+        from robostiff.analytic.formula_function import formula_function
+
+        return formula_function(self._computed, arguments, self.symbols)
+
+    def latex(self) -> str:
+        """The matrix and the names in it in LaTeX with nothing around it, for a paper.
+
+        `export.derivation_latex` writes the whole derivation.
+        """
+        from robostiff.analytic.export.latex import latex_snippet
+
+        return latex_snippet(self._computed)
+
+    def evalf(self, n: int = 15, subs: Mapping[Any, Any] | None = None) -> Any:
+        """The same in n digits, at values of all or some of the symbols.
+
+        Parameters
+        ----------
+        n : int
+            Digits.
+        subs : mapping of str or Symbol to numbers, quantities or formulas, optional
+            In SI units; symbols without a value stay.
+
+        Returns
+        -------
+        Matrix, or a tuple of two of a derivative
+
+        Raises
+        ------
+        InputError
+            When the formula does not hold at these values.
+        """
+        found = self.substituted(subs or {})
+        return tuple(M.evalf(n) for M in found) if isinstance(found, tuple) else found.evalf(n)
 
 
 @dataclass(frozen=True)
@@ -187,30 +280,6 @@ class Derivation(Formula):
         K = put_in.matrix(self.K)
         refuse_undefined(K.flat(), where)
         return K
-
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K as a function of numbers and of arrays that broadcast, in milliseconds.
-
-        Parameters
-        ----------
-        *arguments : str or Symbol
-            The symbols in the order of the function's arguments; alphabetical when left out.
-
-        Returns
-        -------
-        FormulaFunction
-            It raises where the formula does not hold.
-
-        Examples
-        --------
-        >>> k = sp.Symbol("k", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
-        >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
-        array([1. , 0.5])
-        """
-        from robostiff.analytic.formula_function import formula_function
-
-        return formula_function(self, arguments)
 
     def _at(self, values: Mapping[Any, Any]) -> Substitution:
         """All values and steps, for the expressions of the derivation."""

@@ -9,12 +9,14 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition, in_given_symbols
-from robostiff.analytic.exact.field import Element, ExactField
-from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
-from robostiff.analytic.formula import Formula
-from robostiff.analytic.formula_function import FormulaFunction, formula_function
+from robostiff.analytic.derivation import Derivation, Formula
+from robostiff.analytic.exact.closed import canonical
+from robostiff.analytic.exact.definition import (
+    Definition,
+    Unwritten,
+    WrittenField,
+    in_given_symbols,
+)
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.errors import InputError
 
@@ -95,10 +97,6 @@ class FormulaDerivative(Formula):
         n = self.K.rows
         return sp.ImmutableMatrix(found[:n, :]), sp.ImmutableMatrix(found[n:, :])
 
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K and dK as a function of numbers and arrays, see `Derivation.lambdify`."""
-        return formula_function(self, arguments)
-
 
 def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDerivative:
     """Derivative of a stiffness formula with respect to one of its given symbols.
@@ -166,32 +164,7 @@ def derivative_formula(K: Any, symbol: sp.Symbol) -> sp.ImmutableMatrix:
     >>> derivative_formula(sp.Matrix([[sp.sqrt(R**2 + h**2), sp.cos(phi)]]), h)
     Matrix([[h/sqrt(R**2 + h**2), 0]])
     """
-    K = sp.ImmutableMatrix(K)
-    generators = ExactField(K).generators
-    field = ExactField([*K, *(sp.diff(generator, symbol) for generator in generators), symbol])
-    rates = [field.element(sp.diff(generator, symbol)) for generator in field.generators]
-
-    def rate(polynomial: Any) -> Element:
-        total = field.zero
-        for place, change in enumerate(rates):
-            if not change.is_zero and polynomial.degrees()[place]:
-                total = total + _element(field, polynomial.derivative(place)) * change
-        return total
-
-    def derivative(entry: Any) -> Any:
-        if symbol not in entry.free_symbols:
-            return sp.Integer(0)
-        e = field.element(entry)
-        below = _element(field, e.den)
-        above = rate(e.num) * below - rate(e.den) * _element(field, e.num)
-        return field.expression(above / (below * below))
-
-    written = {entry: derivative(entry) for entry in dict.fromkeys(K)}
-    return sp.ImmutableMatrix(K.rows, K.cols, [written[entry] for entry in K])
-
-
-def _element(field: ExactField, polynomial: Any) -> Element:
-    return field.fraction(polynomial, field.ring.constant(1))
+    return canonical(_rates(sp.Matrix(K), {symbol: sp.Integer(1)}))
 
 
 def derivative_name(name: str, symbol: sp.Symbol) -> str:
@@ -223,12 +196,17 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
         taken.add(name)
         rates[definition.symbol] = sp.Symbol(name)
         definitions.append(Definition(rates[definition.symbol], change))
-    entries: dict[Any, Any] = {}
-    for entry in derivation.K:
-        if entry not in entries:
-            entries[entry] = -entries[-entry] if -entry in entries else _rate(entry, rates)
-    dK = derivation.K.applyfunc(entries.__getitem__)
-    return FormulaDerivative(derivation, symbol, sp.ImmutableMatrix(dK), tuple(definitions))
+    dK = _rates(derivation.K, rates)
+    return FormulaDerivative(derivation, symbol, dK, tuple(definitions))
+
+
+def _rates(K: Any, rates: dict[Any, Any]) -> sp.ImmutableMatrix:
+    """Rates of the entries of a matrix; those that differ by a sign are one."""
+    found: dict[Any, Any] = {}
+    for entry in K:
+        if entry not in found:
+            found[entry] = -found[-entry] if -entry in found else _rate(entry, rates)
+    return sp.ImmutableMatrix(K.rows, K.cols, [found[entry] for entry in K])
 
 
 def _rate(expression: Any, rates: dict[Any, Any]) -> Any:

@@ -9,8 +9,7 @@ from typing import Any, Self
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.unwritten import WrittenField
+from robostiff.analytic.exact.definition import Definition, WrittenField
 from robostiff.analytic.substitution import Substitution, refuse_negative
 from robostiff.analytic.vectors.vector_expressions import ArmOfSprings, VectorForm
 
@@ -143,7 +142,7 @@ class InNames:
     def at(self, values: Mapping[sp.Symbol, Any]) -> InNames:
         """The same at values of some of the symbols; names of numbers stay names."""
         put_in = Substitution(values)
-        kept = put_in.definitions(self.definitions)
+        kept = put_in.definitions(self.definitions, with_numbers=True)
         legs = tuple(leg.with_values(put_in, kept) for leg in self.legs)
         before = None if self.before is None else self.before.at(values)
         return InNames(put_in.matrix(self.K), legs, tuple(kept.values()), before)

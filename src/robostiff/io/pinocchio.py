@@ -103,6 +103,7 @@ def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: 
         before=_frame(model.jointPlacements[joint]),
         axis=axis,
         role=Actuated(limits=None if follows else _limits(model, joint)) if driven else Passive(),
+        inertia=float(model.armature[model.joints[joint].idx_v]) if driven else 0.0,
         mimic=mimic,
     )
 

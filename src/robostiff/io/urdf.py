@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint,
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
-from robostiff.io.urdf_extensions import with_extensions
+from robostiff.io.urdf_extensions import rotor_inertias, with_extensions
 from robostiff.model import Actuated, Mass, Passive
 from robostiff.spatial import Frame
 
@@ -173,11 +174,15 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     check_structure(root)
     robot = _parsed(root)
     places = {joint.attributes["name"]: joint.location for joint in root.all("joint")}
+    rotors = rotor_inertias(root)
     tree = RigidTree(
         name=robot.name,
         file=file,
         links=tuple(link.name for link in robot.links),
-        joints=tuple(_joint(joint, places[joint.name]) for joint in robot.joints),
+        joints=tuple(
+            replace(_joint(own, places[own.name]), inertia=rotors.get(own.name, 0.0))
+            for own in robot.joints
+        ),
         masses={
             link.attributes["name"]: mass
             for link in root.all("link")

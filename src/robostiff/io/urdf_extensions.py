@@ -7,13 +7,13 @@ Loops are joints of Gazebo, ``<gazebo><joint>`` as in SDF; ``<loop_joint>``, as 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.io.plausibility import left_out
+from robostiff.io.plausibility import warn_of_parts_not_read
 from robostiff.io.rigid_tree.build_links import drawn_links
 from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeLoop
 from robostiff.io.rigid_tree.xml_text import XmlElement
@@ -63,13 +63,52 @@ def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
             for child in element.children:
                 if child.tag == "link" or child.tag.startswith("joint:"):
                     unread.setdefault(f"<{child.tag}> of Gazebo", []).append(child)
-    for what, elements in unread.items():
-        names = [
-            own.attributes.get("name", own.attributes.get("reference", "")) for own in elements
-        ]
-        left_out(elements[0].location, what, [name or "without a name" for name in names])
+    warn_of_parts_not_read(
+        {
+            kind: [
+                (own.attributes.get("name") or own.attributes.get("reference", ""), own.location)
+                for own in elements
+            ]
+            for kind, elements in unread.items()
+        }
+    )
     joints = tuple(replace(own, spring=springs.get(own.name, 0.0)) for own in tree.joints)
     return replace(tree, joints=joints, loops=tuple(loops))
+
+
+def rotor_inertias(root: XmlElement) -> dict[str, float]:
+    """Inertia of the rotor of each joint that has one, at the joint [kg m^2 or kg].
+
+    That of a ``<transmission>`` of one joint, ``drake:rotor_inertia`` as Drake has it or
+    ``rotorInertia``, times the square of its reduction; or the ``armature`` among the dynamics of a
+    joint, which is at the joint already.
+    """
+    found: dict[str, float] = {}
+    for own in root.all("transmission"):
+        joints = own.all("joint")
+        parts = [part for tag in ("actuator", "joint") for part in own.all(tag)]
+        ratio = _of_drive(parts, "drake:gear_ratio", "mechanicalReduction", 1.0)
+        inertia = _of_drive(parts, "drake:rotor_inertia", "rotorInertia", 0.0)
+        if len(joints) == 1 and inertia:
+            found[joints[0].attributes.get("name", "")] = inertia * ratio**2
+    for own in root.all("joint"):
+        armature = _attribute_or_text(own, "armature", "armature")
+        if armature:
+            found[own.attributes["name"]] = armature
+    for name, inertia in found.items():
+        if inertia < 0:
+            raise root.error(f"rotor of joint {name!r}", got=inertia, expected="an inertia, or 0")
+    return found
+
+
+def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:
+    """A number of a drive, as the value of an element or as its text."""
+    for own in parts:
+        texts = [child.attributes.get("value") for child in own.all(of_drake)]
+        texts += [child.text for child in own.all(tag)]
+        for text in texts:
+            return float(_numbers(own, tag, text, 1, np.array([otherwise]))[0])
+    return otherwise
 
 
 def _springs(root: XmlElement, unread: dict[str, list[XmlElement]]) -> dict[str, float]:

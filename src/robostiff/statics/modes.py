@@ -26,7 +26,7 @@ from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, 
 from robostiff.statics.equations.vibration import SmallMotions
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
-from robostiff.statics.loading.given_loads import Gravity, Loads, Masses, has_masses
+from robostiff.statics.loading.given_loads import Gravity, Loads, Masses
 from robostiff.statics.loading.joint_laws import Laws
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_wrench, postures_of
 from robostiff.statics.result_tables import modes_html
@@ -39,8 +39,6 @@ _STAYS = 1e-6
 _TURNS = 1e-2
 # Of a mode, by which bodies are moved to find how they move [rad].
 _PART = 1e-3
-# Of the largest square of a frequency: what rounding leaves of none.
-_ROUNDING = 1e-10
 
 
 @dataclass(frozen=True)
@@ -192,8 +190,6 @@ def modes(
     (180, array([48.8, 48.8]))
     """
     postures = postures_of(robot, pose, near)
-    if not (masses or has_masses(postures.robot)):
-        raise _without_mass(robot.name)
     given = one_wrench(postures, wrench)
     loaded = postures.loaded(
         0, at, loads, preload, beams, gravity, masses={} if masses is None else masses
@@ -237,10 +233,9 @@ def _vibrating(
     problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
 ) -> tuple[Mode, ...]:
     squares, shapes = SmallMotions.of(problem, masses, known, state).vibrations()
-    largest = np.max(np.abs(squares), initial=0.0)
     each, rest = [], body_places(problem, state)
     for square, shape in zip(squares, shapes, strict=True):
-        rate = np.sqrt(abs(square)) if abs(square) > _ROUNDING * largest else 0.0
+        rate = np.sqrt(abs(square))
         twist = shape[len(shape) - problem.size :]
         parts = _shares(problem, shape)
         each.append(

@@ -1,6 +1,7 @@
 """Masses of MJCF bodies: what is written and what shapes have, against MuJoCo's mass matrix."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,12 +30,13 @@ ARM = """<mujoco>
       <joint name="j1" axis="0 0 1"/><geom type="sphere" size="0.1"/>
       <body name="upper" pos="0.1 0 0.3" quat="0.8 0.1 0.5 0.2">
         <inertial pos="0.1 0 0" mass="3" fullinertia="0.03 0.05 0.06 0.004 -0.002 0.001"/>
-        <joint name="j2" axis="0 1 0" pos="0.01 0.02 0"/>
+        <joint name="j2" axis="0 1 0" pos="0.01 0.02 0" armature="0.3"/>
         <body name="fore" pos="0.5 0 0" childclass="heavy">
           <geom size="0.02 0.03 0.2" pos="0.1 0 0.1" euler="0.3 0.2 0.1"/>
           <geom type="capsule" fromto="0 0 0 0.3 0.1 0" size="0.02" mass="1.5"/>
           <geom type="ellipsoid" size="0.1 0.05 0.03" class="main"/>
-          <joint name="j3" type="slide" axis="0 1 1"/><joint name="j4" axis="1 0 0" pos="0 0 0.1"/>
+          <joint name="j3" type="slide" axis="0 1 1" armature="2"/>
+          <joint name="j4" axis="1 0 0" pos="0 0 0.1"/>
           <body name="hand" pos="0.3 0 0.1" euler="0 0.4 0">
             <geom type="cylinder" size="0.04 0.1"/><joint name="j5" axis="0 0 1"/>
             <body name="box" pos="0 0.1 0.1" euler="1 0 0"><geom size="0.02 0.02 0.05"/></body>
@@ -47,7 +49,7 @@ ARM = """<mujoco>
 </mujoco>"""
 
 
-def of_mujoco(model: object, q: np.ndarray) -> np.ndarray:
+def of_mujoco(model: Any, q: np.ndarray) -> np.ndarray:
     """MuJoCo's mass matrix over the first joints, the last one held."""
     data = mujoco.MjData(model)
     data.qpos[: len(q)] = q

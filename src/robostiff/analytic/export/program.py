@@ -13,8 +13,8 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.nomenclature import in_programs
 from robostiff.analytic.export.vocabulary import check_vocabulary
-from robostiff.analytic.export.where_it_holds import in_programs
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.errors import InputError
 

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analysis import stiffness
-from robostiff.analytic.exact.closed_sum import factored_fraction
+from robostiff.analytic.exact.closed import factored_fraction
 from robostiff.analytic.exact.definition import Condition
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.budget import within
+from robostiff.analytic.budget import FormulaTooLargeError, within
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.exact_matrix import null_space
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.exact.products import FormulaTooLargeError
 from robostiff.analytic.questions.loci import (
     WrittenSteps,
     coupling_of,

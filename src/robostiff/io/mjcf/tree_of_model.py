@@ -16,7 +16,7 @@ from robostiff.io.mjcf.compiled_model import (
     compiled_model,
     read_model,
 )
-from robostiff.io.plausibility import left_out, question
+from robostiff.io.plausibility import question, warn_of_parts_not_read
 from robostiff.io.rigid_tree.tree import (
     JointType,
     Mimic,
@@ -268,6 +268,7 @@ def _joints_of_body(
                 after=anchor.inverse,
                 role=_role(model, i, drives),
                 spring=float(model.jnt_stiffness[i]) * (kind is not JointType.FLOATING),
+                inertia=float(model.dof_armature[model.jnt_dofadr[i]]),
                 home=home,
                 mimic=mimics.get(own),
             )
@@ -305,13 +306,15 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
     for i, name in enumerate(names.joints):
         start, kind = int(model.jnt_qposadr[i]), _TYPES[int(model.jnt_type[i])]
         if not model.jnt_stiffness[i]:
+            if model.dof_armature[model.jnt_dofadr[i]] and i not in drives:
+                unread.setdefault("the armature of joints without a drive,", []).append(name)
             continue
         if kind is JointType.FLOATING:
             unread.setdefault("springs of free joints", []).append(name)
         elif kind in _ONE_AXIS and model.qpos0[start] != model.qpos_spring[start]:
             unread.setdefault("the load at home of springs with a springref,", []).append(name)
-    for what, found in unread.items():
-        left_out(Location(file), what, found)
+    place = Location(file)
+    warn_of_parts_not_read({kind: [(n, place) for n in found] for kind, found in unread.items()})
     return drives
 
 

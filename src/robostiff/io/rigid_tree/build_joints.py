@@ -53,6 +53,8 @@ def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str,
         if joint.type in _DIMENSIONS:
             home = _home(joint, given, {j.name: j for j in tree.joints})
             role = _beside(_role(place, entry, joint), joint, place)
+            if joint.inertia and isinstance(role, Actuated) and role.inertia is None:
+                role = replace(role, inertia=joint.inertia)
             joints[joint.name] = _joint(joint, role, home, tree)
             continue
         if joint.name in written.joints:
@@ -283,17 +285,19 @@ def _home(
 
 def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:
     """The role in the side file; otherwise that of the tree."""
-    if entry.role is None and entry.stiffness is None and entry.limits is None:
+    if all(own is None for own in (entry.role, entry.stiffness, entry.limits, entry.inertia)):
         return joint.role
     word = entry.role
     if word is None:
         moves_freely = entry.stiffness is None and isinstance(joint.role, Passive)
         word = "passive" if moves_freely else "actuated"
-    drive = WrittenDrive(role=word, stiffness=entry.stiffness, limits=entry.limits)
+    drive = WrittenDrive(
+        role=word, stiffness=entry.stiffness, limits=entry.limits, inertia=entry.inertia
+    )
     role = build_role(place, drive, _DIMENSIONS[joint.type])
     if isinstance(role, Actuated) and isinstance(joint.role, Actuated):
         k = joint.role.stiffness if role.stiffness is None else role.stiffness
-        role = Actuated(k, role.limits or joint.role.limits)
+        role = replace(role, stiffness=k, limits=role.limits or joint.role.limits)
     return role
 
 

@@ -62,6 +62,8 @@ class TreeJoint:
         Role in the description; a stiffness is that of its drive.
     spring : float
         Stiffness of a spring of the joint, beside its drive [N m/rad or N/m]; 0 for none.
+    inertia : float
+        Of the rotor of its drive, at the joint [kg m^2 or kg]; 0 for none.
     home : float
         Coordinate in the configuration in which the description draws it.
     mimic : Mimic or None
@@ -76,6 +78,7 @@ class TreeJoint:
     after: Frame = field(default_factory=Frame.identity)
     role: Role = field(default_factory=Actuated)
     spring: float = 0.0
+    inertia: float = 0.0
     home: float = 0.0
     mimic: Mimic | None = None
 

@@ -44,6 +44,7 @@ class WrittenTreeJoint(WrittenMapping):
         "0 for none",
     )
     limits: Pair | None = None
+    inertia: Value | None = None
 
 
 class WrittenLinkBeam(WrittenMapping):

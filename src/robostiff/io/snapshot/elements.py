@@ -62,7 +62,9 @@ def placed(
         return placed_beam(element, name, place)
     if isinstance(element, Spring6Part):
         return placed_spring6(element, name, place)
-    role = Passive() if isinstance(element, PassivePart) else Actuated(stiffness=element.k)
+    role = Passive()
+    if isinstance(element, SpringPart):
+        role = Actuated(element.k, inertia=element.inertia)
     return placed_freedom(element, role, name, place)
 
 

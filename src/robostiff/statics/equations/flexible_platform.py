@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring
+from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring, PlatformPart
 from robostiff.spatial import skew
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, uniform_beam
+from robostiff.statics.chains.beam_bowing import uniform_beam
 from robostiff.statics.chains.chain import FiniteChain
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.chains.spring_elements import SpringElements
@@ -21,7 +20,7 @@ _PLATFORM = "platform"
 
 
 def on_flexible_platform(
-    legs: LegGroup, placed: PlacedPlatform, elements: SpringElements, beams: Beams
+    legs: LegGroup, placed: PlacedPlatform, elements: SpringElements
 ) -> LegGroup:
     """Legs that end at nodes: the tool is the platform, all other nodes are bodies between chains.
 
@@ -42,12 +41,10 @@ def on_flexible_platform(
         start, end = numbers[body[part.a]], numbers[body[part.b]]
         if start == end:
             continue
-        spring = PlacedSpring(
-            part.name, placed.in_world(part.point), placed.rotation @ part.axes, part.elasticity
-        )
+        spring = spring_of(part, placed)
         if start is None:  # chains lead to the tool
             start, end, spring = end, start, from_its_end(spring)
-        own = elements.of(spring, partial(elements_of, beams, spring, [()]))
+        own = elements.of(spring, [()])
         chains.append(FiniteChain(start, end, tuple(own)))
     points = [np.asarray(placed.in_world(platform.point_of(name)), dtype=float) for name in names]
     number = len(legs.indices)
@@ -60,6 +57,12 @@ def on_flexible_platform(
         owners=(*owners, *(number,) * (len(chains) - len(legs.chains))),
         nodes={name: numbers[own] for name, own in body.items()},
     )
+
+
+def spring_of(part: PlatformPart, placed: PlacedPlatform) -> PlacedSpring:
+    """A part of a flexible platform in the world, at one pose."""
+    place = placed.in_world(part.point), placed.rotation @ part.axes
+    return PlacedSpring(part.name, *place, part.elasticity)
 
 
 def _bodies(platform: FlexiblePlatform) -> Mapping[str, str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.spatial import skew
 from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
-from robostiff.statics.chains.element import BodyPlace
+from robostiff.statics.chains.element import BodyPlace, FiniteJoint
 from robostiff.statics.chains.leg_state import LegState
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
@@ -17,7 +17,7 @@ from robostiff.statics.equations.stability import unit_sizes
 
 # Of the largest singular value: of closure, and of the masses, whose roots are taken.
 _CLOSED, _MASSLESS = 1e-10, 1e-9
-# Of the largest stiffness: nothing resists.
+# Of the largest stiffness, or square of a frequency: nothing resists.
 _LOOSE = 1e-10
 
 
@@ -46,6 +46,7 @@ class SmallMotions:
             own_stiff = np.diagonal(group.unloaded_curvature, axis1=-2, axis2=-1)
             gaps = group.closure_sizes(problem.length)[:, None]
             B.append(_velocities(group, own, masses.on_legs, state.p, at, n))
+            B.append(_rates_of_drives(group, at, n))
             for i in range(group.count):
                 here = slice(at, at + m)
                 at += m
@@ -98,7 +99,8 @@ class SmallMotions:
         follow = light @ Q[:, held]
         moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
         squares, own = np.linalg.eigh(moved.T @ K @ moved)
-        return squares, (Z @ moved @ own).T
+        none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
+        return np.where(none, 0.0, squares), (Z @ moved @ own).T
 
     def _closed(self) -> np.ndarray:
         """Motions (n, k) that keep the robot together."""
@@ -108,6 +110,23 @@ class SmallMotions:
         _, values, Vt = np.linalg.svd(C)
         rank = int(np.sum(values > _CLOSED * np.max(values, initial=0.0)))
         return Vt[rank:].T * self.size[:, None]
+
+
+def _rates_of_drives(group: LegGroup, first: int, size: int) -> np.ndarray:
+    """Rates of coordinates and sums times roots of the inertia of their drives (k, size)."""
+    m, found = group.free_size, [np.zeros((0, size))]
+    pairs = [(own.drive, a) for own, a in zip(group.couplings, group.sum_rows, strict=True)]
+    for chain, own in zip(group.chains, group.coordinates, strict=True):
+        for element, place in zip(chain.elements, chain.places, strict=True):
+            if isinstance(element, FiniteJoint) and np.any(element.inertia):
+                unit = np.eye(m)[own.start + place.start]
+                pairs.append((element, np.broadcast_to(unit, (group.count, m))))
+    for drive, rates in pairs:
+        for row in np.flatnonzero(drive.inertia):
+            wide = np.zeros((1, size))
+            wide[0, first + row * m : first + (row + 1) * m] = rates[row]
+            found.append(np.sqrt(drive.inertia[row]) * wide)
+    return np.concatenate(found)
 
 
 def _velocities(

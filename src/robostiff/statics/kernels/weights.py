@@ -147,14 +147,6 @@ def _spread(
     return PlacedMass(own.name, value, centre, after, start, span)
 
 
-def _masses(leg: PlacedLeg) -> Iterator[PlacedMass]:
-    """In the order in which a walk meets them."""
-    for block in leg.blocks:
-        for branch in block.branches:
-            yield from _masses(branch)
-    yield from leg.masses
-
-
 def loads_on_legs(
     walks: Sequence[LegWalk],
     placed: Sequence[PlacedLeg],
@@ -173,10 +165,11 @@ def loads_on_legs(
             joint = getattr(element, "joint", element.name)  # of a coupling the one that follows
             for name in (element.name, element.name.partition("[")[0], joint):
                 points[name] = element.point
+        points |= {block.name: block.branches[0].end for block in leg.all_blocks}
         own: dict[int, list[BodyLoad]] = {}
         weights: dict[tuple[int, int], list[tuple[Any, np.ndarray]]] = {}
         if np.any(gravity):
-            for own_mass, mass in zip(walk.carried, _masses(leg), strict=True):
+            for own_mass, mass in zip(walk.carried, leg.all_masses, strict=True):
                 end = points.get(mass.name, _NOWHERE)
                 for point in mass.lumped(own_mass.parts, end):
                     at = own_mass.chain, own_mass.after - own_mass.parts + point.after

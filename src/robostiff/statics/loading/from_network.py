@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -20,9 +20,9 @@ from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, is_rigid, moves
+from robostiff.statics.chains.beam_bowing import Beams, is_rigid, moves
 from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
-from robostiff.statics.chains.chain import BodyLoad, FiniteChain
+from robostiff.statics.chains.chain import FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
 from robostiff.statics.chains.element import Element
 from robostiff.statics.chains.legs import LegGroup
@@ -57,7 +57,7 @@ def group_of(
     masses: dict[str, list[PlacedMass]] = defaultdict(list)
     for node in network.nodes:
         masses[bodies.of_node[node.name]] += node.masses
-    elements = SpringElements(network.space)
+    elements = SpringElements(network.space, beams)
     chains: list[FiniteChain] = []
     carried: list[CarriedMass] = []
     left = dict(preload)
@@ -82,12 +82,8 @@ def group_of(
                 own.append(replace(joint, preload=joint.preload + push))
             else:
                 sides = (bodies.outwards(element, node) for node in (element.a, element.b))
-                own += elements.of(part, partial(elements_of, beams, part, sides))
-        of_chain = []
-        for mass in along:
-            end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
-            way = (mass.from_its_end(end), mass.start) if backwards else (mass, end)
-            of_chain.append(CarriedMass(way[0], len(chains), len(own), len(own), parts[0], way[1]))
+                own += elements.of(part, sides)
+        of_chain = [_carried(m, element, backwards, len(chains), len(own), parts) for m in along]
         weights = [load for one in of_chain if np.any(gravity) for load in one.weights(gravity)]
         carried += of_chain
         chains.append(FiniteChain(bodies.number(a), bodies.number(b), tuple(own), tuple(weights)))
@@ -98,17 +94,11 @@ def group_of(
     ]
     for name in left:
         raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
-    for body, own in masses.items():
-        on_bodies[body] += weights_of(own, gravity)
-    for name, own in given.items():
-        masses[bodies.moving(name, "masses")] += own
+    for body, of_body in masses.items():
+        on_bodies[body] += weights_of(of_body, gravity)
+    for name, more in given.items():
+        masses[bodies.moving(name, "masses")] += more
     on_platform = on_bodies.pop(network.platform, [])
-    chains = _with_loads(chains, bodies, on_bodies)
-    carried += [
-        CarriedMass(own, *_held_at(chains, body, bodies.number(body), "masses"))
-        for body in bodies.between
-        for own in masses[body]
-    ]
     group = LegGroup(
         (0,),
         (network.name,),
@@ -123,6 +113,8 @@ def group_of(
             if body != bodies.of_node[network.fixed[0]]
         },
     )
+    group, on_others = _with_bodies(group, bodies, on_bodies, masses)
+    carried += on_others
     return group, on_platform, CarriedMasses(tuple(carried), tuple(masses[network.platform]))
 
 
@@ -252,24 +244,44 @@ def _reversed(part: PlacedSpring | PlacedFreedom) -> PlacedSpring | PlacedFreedo
     return from_its_end(part)
 
 
-def _with_loads(
-    chains: Sequence[FiniteChain], bodies: _Bodies, forces: Mapping[str, Sequence[DeadForce]]
-) -> list[FiniteChain]:
-    """The chains, some with forces on the bodies at their ends."""
-    found = list(chains)
-    for body in bodies.between:
-        if forces[body]:
-            c, after = _held_at(found, body, bodies.number(body), "loads")
-            more = [BodyLoad(after, np.array([f.point]), np.array([f.force])) for f in forces[body]]
-            found[c] = replace(found[c], loads=(*found[c].loads, *more))
-    return found
+def _carried(
+    mass: PlacedMass,
+    element: NetworkElement,
+    backwards: bool,
+    chain: int,
+    count: int,
+    parts: Sequence[PlacedSpring | PlacedFreedom],
+) -> CarriedMass:
+    """A mass along an elastic part, which is a chain of its own of so many elements."""
+    end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
+    part = parts[0] if isinstance(parts[0], PlacedSpring) else None
+    if backwards and mass.start is not None:
+        mass, end = mass.from_its_end(end), mass.start
+    return CarriedMass(mass, chain, count, count, part, end)
 
 
-def _held_at(
-    chains: Sequence[FiniteChain], body: str, number: int | None, subject: str
-) -> tuple[int, int]:
-    """A chain that begins or ends at a body between chains, and how many elements lie before it."""
-    for c, own in enumerate(chains):
-        if number in (own.start, own.end):
-            return c, len(own.elements) if own.end == number else 0
-    raise InputError(subject, got=body, expected="a body that beams, springs or joints hold")
+def _with_bodies(
+    group: LegGroup,
+    bodies: _Bodies,
+    forces: Mapping[str, Sequence[DeadForce]],
+    masses: Mapping[str, Sequence[PlacedMass]],
+) -> tuple[LegGroup, list[CarriedMass]]:
+    """A network with forces on bodies between its chains, and the masses of these."""
+    carried = []
+    for i, body in enumerate(bodies.between):
+        own = forces.get(body, ())
+        try:
+            if own:
+                points = [np.asarray(f.point, dtype=float) for f in own]
+                vectors = [np.asarray(f.force, dtype=float) for f in own]
+                group = group.with_forces(i, points, vectors)
+            for mass in masses.get(body, ()):
+                _, chain, after = group.held_at(i)
+                carried.append(CarriedMass(mass, chain, after))
+        except LookupError:
+            raise InputError(
+                "loads" if own else "masses",
+                got=body,
+                expected="a body that beams, springs or joints hold",
+            ) from None
+    return group, carried

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from functools import partial
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from robostiff.model import (
     Snapshot,
     StiffnessLaw,
 )
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, moves
+from robostiff.statics.chains.beam_bowing import Beams, moves
 from robostiff.statics.chains.carried_masses import CarriedMass
 from robostiff.statics.chains.chain import BodyLoad, FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
@@ -54,7 +53,7 @@ def legs_of(
     InputError
         When a name is no part of the robot, or a preload is not of an elastic or passive joint.
     """
-    springs, walks = SpringElements(snapshot.space), walks_of(snapshot, beams)
+    springs, walks = SpringElements(snapshot.space, beams), walks_of(snapshot, beams)
     if np.any(gravity):
         for walk in walks:
             for own in walk.carried:
@@ -111,7 +110,7 @@ def legs_of(
     joined = held.joined([LegGroup.stacked(legs) for legs in groups.values()])
     if snapshot.platform is None:
         return joined
-    return (on_flexible_platform(joined[0], snapshot.platform, springs, beams),)
+    return (on_flexible_platform(joined[0], snapshot.platform, springs),)
 
 
 @dataclass(frozen=True)
@@ -166,10 +165,10 @@ def masses_on_legs(
 
 def walks_of(snapshot: Snapshot, beams: Beams) -> list[LegWalk]:
     """The chains of each leg, loads left out."""
-    springs = SpringElements(snapshot.space)
+    springs = SpringElements(snapshot.space, beams)
     found = []
     for leg in snapshot.legs:
-        walk = LegWalk(springs, beams, f"{leg.name}/")
+        walk = LegWalk(springs, f"{leg.name}/")
         walk.along(leg, None, None)
         walk.name_fixed()
         found.append(walk)
@@ -181,7 +180,6 @@ class LegWalk:
     """The chains of one leg, as they are found on the way from base to platform."""
 
     springs: SpringElements
-    beams: Beams
     prefix: str
     chains: list[tuple[int | None, int | None, list[Element]]] = field(default_factory=list)
     points: list[np.ndarray] = field(default_factory=list)
@@ -191,6 +189,7 @@ class LegWalk:
     # parts that do not move where no other does, between blocks and before or behind all of them
     fixed: list[tuple[PlacedFreedom | PlacedSpring, _Behind]] = field(default_factory=list)
     couplings: list[FiniteCoupling] = field(default_factory=list)
+    blocks: list[tuple[PlacedBlock, _Behind]] = field(default_factory=list)
 
     def along(self, leg: PlacedLeg, start: int | None, end: int | None) -> None:
         """Chains from one body to another, through the blocks between them."""
@@ -214,6 +213,7 @@ class LegWalk:
             for branch in element.branches:
                 self.along(branch, start, target)
             behind.append(_Behind(target, is_end=True))
+            self.blocks.append((element, behind[-1]))
             if not goes_on:
                 behind += self.fix(replace(leg, elements=tuple(elements[i + 1 :])), behind[-1])
                 break
@@ -231,9 +231,12 @@ class LegWalk:
         return [behind] * len(run.elements)
 
     def name_fixed(self) -> None:
-        """Name the parts that do not move, when all chains are there."""
+        """Name the parts that do not move, and blocks, when all chains are there."""
         for element, behind in self.fixed:
             self.name(element, _Part(*self.place(behind), np.asarray(element.point, float), None))
+        for block, behind in self.blocks:
+            end = np.asarray(block.branches[0].end, float)
+            self.named.setdefault(self.prefix + block.name, _Part(*self.place(behind), end, None))
 
     def name(self, element: PlacedFreedom | PlacedSpring, part: _Part) -> None:
         """A part by its name, and the last freedom of a joint, behind which its body is, by both.
@@ -315,7 +318,7 @@ class LegWalk:
             if isinstance(element, PlacedSpring):
                 spring = element
                 sides = run[i + 1 :], run[:i][::-1]
-                own += self.springs.of(element, partial(elements_of, self.beams, element, sides))
+                own += self.springs.of(element, sides)
             elif moves(element):
                 drive = len(own)
                 own.append(finite_joint(element))
@@ -331,6 +334,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
     k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
     varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
     law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None
+    inertia = getattr(freedom.role, "inertia", None)
     return FiniteJoint(
         (freedom.name,),
         np.array(freedom.point, dtype=float)[None],
@@ -340,6 +344,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
         np.array([k]),
         np.zeros(1),
         (law,),
+        np.array([0.0 if inertia is None else float(inertia)]),
     )
 
 

@@ -92,8 +92,10 @@ def has_masses(robot: Robot | Snapshot | Network | Linkage | CableRobot) -> bool
     if isinstance(robot, Network):
         return robot.has_masses
     if isinstance(robot, Snapshot):
-        return bool(robot.masses) or any(_carries(leg) for leg in robot.legs)
-    return bool(robot.platform_masses) or any(_carries(leg.chain) for leg in robot.legs)
+        return any(True for _ in robot.named_masses)
+    parts = () if robot.platform is None else robot.platform.parts
+    carriers = [*parts, *(leg.chain for leg in robot.legs)]
+    return bool(robot.platform_masses) or any(map(_carries, carriers))
 
 
 def _carries(part: Any) -> bool:
