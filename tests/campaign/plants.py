@@ -138,12 +138,12 @@ MACHINES: dict[str, Judged] = {
     "robots frozen at a pose": _frozen,
     "legs and arms": _posed("one leg", "several legs", "arm"),
     "shipped robots by kernel": _posed("shipped", only=("kernel in NumPy",)),
-    "shipped robots by kernel with parameters": _posed(
-        "shipped", only=("kernel with parameters",)
-    ),
+    "shipped robots by kernel with parameters": _posed("shipped", only=("kernel with parameters",)),
     "maps": _posed("several legs", "shipped", only=("map",)),
     "formulas": _posed("shipped", "structure", only=("formula with values",)),
-    "linkages": lambda n: mechanisms.judged_mechanism(np.random.default_rng([SEED, n]), "linkage")[0],
+    "linkages": lambda n: mechanisms.judged_mechanism(np.random.default_rng([SEED, n]), "linkage")[
+        0
+    ],
     "robots under loads": _by(loads.loaded_robot),
     "frames under loads": _by(loaded_networks.loaded_network),
     "loads on beams": _by(loaded_networks.response),
@@ -235,9 +235,7 @@ def _gravity_sign(patch: Patch) -> None:
 
 
 def _no_inertia(patch: Patch) -> None:
-    patch.method(
-        rs.Mass, "points", lambda of: lambda self: ((self.value, np.zeros(3)),)
-    )
+    patch.method(rs.Mass, "points", lambda of: lambda self: ((self.value, np.zeros(3)),))
 
 
 def _force_at_part(patch: Patch) -> None:
@@ -263,7 +261,7 @@ def _no_guard(patch: Patch) -> None:
         return lambda checks, count, general: np.zeros(count, dtype=bool)
 
     patch.function(compiled_answer, "_unsafe", changed)
-    patch.set(compiled_answer, "_SAFE", -1.0)
+    patch.set(compiled_answer, "_SAFE", np.inf)
 
 
 def _pitch_sign(patch: Patch) -> None:
@@ -333,7 +331,10 @@ def _chunk_offset(patch: Patch) -> None:
 
     def changed(of: Any) -> Any:
         def wrong(self: Any, poses: np.ndarray) -> Any:
-            return of(self, poses if len(poses) % 4 == 0 and len(poses) > 4000 else np.roll(poses, 1, axis=0))
+            return of(
+                self,
+                poses if len(poses) % 4 == 0 and len(poses) > 4000 else np.roll(poses, 1, axis=0),
+            )
 
         return wrong
 
@@ -378,7 +379,9 @@ def _preload_sign(patch: Patch) -> None:
     from robostiff.statics.loading import from_snapshot
 
     def changed(of: Any) -> Any:
-        def wrong(snapshot: Any, point: Any, beams: Any, loads: Any, preload: Any, *rest: Any) -> Any:
+        def wrong(
+            snapshot: Any, point: Any, beams: Any, loads: Any, preload: Any, *rest: Any
+        ) -> Any:
             return of(snapshot, point, beams, loads, {n: -v for n, v in preload.items()}, *rest)
 
         return wrong
@@ -409,14 +412,18 @@ PLANTS = (
     Plant("forces at the part, not at their point", _force_at_part, "robots under loads"),
     Plant("kernels without margins", _no_guard, "shipped robots by kernel"),
     Plant("sign of the pitch of screws", _pitch_sign, "legs and arms"),
-    Plant("axes of springs transposed", _spring_axes, "legs and arms"),
+    Plant("axes of springs transposed", _spring_axes, "robots under loads"),
     Plant("twice the energy of parallel blocks", _block_energy, "robots frozen at a pose"),
     Plant("slack cables push", _cables_push, "cables", 400),
     Plant("weights of beams at their ends", _weights_at_ends, "frames under loads"),
     Plant("four fifths of the bowing of beams", _bowing, "columns"),
     Plant("the last chunk of a map begins a pose late", _chunk_offset, "maps"),
     Plant("a millimetre of 1.001 mm", _unit, "files read twice"),
-    Plant("parameters of kernels in another order", _parameter_order, "shipped robots by kernel with parameters"),
+    Plant(
+        "parameters of kernels in another order",
+        _parameter_order,
+        "shipped robots by kernel with parameters",
+    ),
     Plant("values of `subs` exchanged", _value_exchanged, "formulas"),
     Plant("sign of preloads", _preload_sign, "robots under loads", 120),
     Plant("tangent of force laws at rest", _law_tangent, "robots under loads", 120),
