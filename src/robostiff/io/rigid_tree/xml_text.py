@@ -16,7 +16,6 @@ from robostiff.io.suggest import Words
 from robostiff.io.whole_file import bounded_bytes
 from robostiff.spatial import Frame
 
-
 Numbers = Sequence[float] | np.ndarray
 
 
