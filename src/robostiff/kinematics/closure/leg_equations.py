@@ -117,7 +117,7 @@ class NewtonTask:
         placed = self._placed(x)
         J = self._tree.closing_twists(placed)
         for spin in self._spins:
-            spin.at(placed.axes).add_to(J)
+            spin.add_to(J, placed.axes)
         J = np.concatenate([np.take(J, self._free, axis=-1), self._open_twists(x, placed)], axis=-1)
         J[:, :, :3] /= self.length
         J = J.reshape(len(x), 6 * J.shape[1], J.shape[-1]) * self._unit_steps
@@ -147,7 +147,7 @@ class NewtonTask:
         if self._spins:
             axes, back = self._placed(x).axes, np.zeros_like(delta)
             for spin in self._spins:
-                spin.at(axes).take_from(delta, back)
+                spin.take_from(delta, back, axes)
             # Last, so that what is turned back is turned about the very axis of the screw.
             q = advanced(advanced(q, delta, self._tree.balls), back, self._tree.balls)
         else:

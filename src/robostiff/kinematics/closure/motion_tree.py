@@ -27,36 +27,13 @@ from robostiff.model import (
     Rigid,
     Telescope,
 )
-from robostiff.spatial import Screw, cross, skew
-from robostiff.spatial.batch import product
+from robostiff.spatial import Screw, skew
+from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.spatial.screw import twists_of_screws
 
 _COAXIAL = 1e-9  # sine, and part of the length
 _SEED = 3  # of the postures at which axes are compared
-
-
-@dataclass(frozen=True)
-class PlacedSpin:
-    """A screw at some postures, and what takes its turns back."""
-
-    place: int  # of the screw in the coordinate vector of its leg
-    back: tuple[int, ...]  # places of a coaxial turn, or of a spherical joint on the axis
-    # Angle that advances by the characteristic length, or one radian if that is more [rad]
-    unit: float
-    shares: np.ndarray  # (N, k): what each of `back` turns where the screw turns by one
-
-    def add_to(self, rates: np.ndarray) -> None:
-        """In rates (N, ends, 6, size), the screw's become those of an advance without a turn."""
-        own = rates[..., self.place]
-        for k, place in enumerate(self.back):
-            own = own + self.shares[:, k, None, None] * rates[..., place]
-        rates[..., self.place] = self.unit * own
-
-    def take_from(self, step: np.ndarray, back: np.ndarray) -> None:
-        """From steps (..., size) so scaled, those of the coordinates, and what is taken back."""
-        step[..., self.place] *= self.unit
-        for k, place in enumerate(self.back):
-            back[..., place] += self.shares[..., k] * step[..., self.place]
 
 
 @dataclass(frozen=True)
@@ -67,19 +44,35 @@ class Spin:
     back. One step of Newton's method goes that far only where both turn together.
     """
 
-    place: int
-    back: tuple[int, ...]
+    place: int  # of the screw in the coordinate vector of its leg
+    back: tuple[int, ...]  # places of a coaxial turn, or of a spherical joint on the axis
+    # Angle that advances by the characteristic length, or one radian if that is more [rad]
     unit: float
 
     def after(self, start: int) -> Spin:
         """The same in a vector that has other coordinates before those of the chain."""
         return Spin(self.place + start, tuple(i + start for i in self.back), self.unit)
 
-    def at(self, axes: np.ndarray) -> PlacedSpin:
-        """The same at postures with the axes (N, size, 3) of all coordinates."""
-        e = axes[:, self.place]
-        along = [np.einsum("...i,...i->...", e, axes[:, i]) for i in self.back]
-        return PlacedSpin(self.place, self.back, self.unit, -np.stack(along, axis=-1))
+    def add_to(self, rates: np.ndarray, axes: np.ndarray) -> None:
+        """In rates (N, ends, 6, size), the screw's become those of an advance without a turn.
+
+        With the axes (N, size, 3) of all coordinates.
+        """
+        own = rates[..., self.place]
+        for place, share in self._shares(axes):
+            own = own + share[:, None, None] * rates[..., place]
+        rates[..., self.place] = self.unit * own
+
+    def take_from(self, step: np.ndarray, back: np.ndarray, axes: np.ndarray) -> None:
+        """From steps (N, size) so scaled, those of the coordinates, and what is taken back."""
+        step[..., self.place] *= self.unit
+        for place, share in self._shares(axes):
+            back[..., place] += share * step[..., self.place]
+
+    def _shares(self, axes: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+        """What each joint that turns back turns where the screw turns by one (N,), by its place."""
+        for i in self.back:
+            yield i, -np.einsum("...i,...i->...", axes[:, self.place], axes[:, i])
 
 
 def spins_of(chain: Chain, length: float) -> tuple[Spin, ...]:
@@ -282,11 +275,6 @@ class MotionTree:
         return np.array([screw.turns for screw in self._screws], dtype=bool)
 
     @cached_property
-    def _advances(self) -> np.ndarray:
-        """By how much each coordinate slides along its axis, for one (size,)."""
-        return np.array([screw.advance(1.0) for screw in self._screws], dtype=float)
-
-    @cached_property
     def _constants(self) -> _Constants:
         """What every frame does, the frames in the order of levels."""
         order = 2 + np.argsort(np.array(self._levels[2:], dtype=int), kind="stable")
@@ -314,11 +302,15 @@ class MotionTree:
         )
 
     @cached_property
-    def _ends(self) -> tuple[_Ends, _Ends]:
-        """Where ends are, and where they should be."""
-        number = self._constants.order
-        own, wanted = ([getattr(end, name) for end in self.ends] for name in ("own", "wanted"))
-        return _Ends.of(own, number), _Ends.of(wanted, number)
+    def _ends(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Moving frames, axes and origins in them: of the ends, and of where they should be."""
+        found = []
+        for fixed in ([end.own for end in self.ends], [end.wanted for end in self.ends]):
+            frames = self._constants.order[[one.frame for one in fixed]]
+            R = np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3)
+            p = np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1)
+            found.append((frames, R, p))
+        return found
 
     @cached_property
     def _pairs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -353,8 +345,10 @@ class MotionTree:
         frames = c.order[np.array(self._frames, dtype=int)]
         before = R[:, c.parents[frames - 2]]
         axes = (before @ self._local_axes)[..., 0]
-        there, wanted = (end.at(R, p) for end in self._ends)
-        return PlacedTree(axes, p[:, frames][..., 0], *there, *wanted)
+        ends = []
+        for own, R_own, p_own in self._ends:
+            ends += [R[:, own] @ R_own, (p[:, own] + R[:, own] @ p_own)[..., 0]]
+        return PlacedTree(axes, p[:, frames][..., 0], *ends)
 
     @cached_property
     def _local_axes(self) -> np.ndarray:
@@ -365,11 +359,10 @@ class MotionTree:
         ends, places, leads = self._pairs
         at = np.where(leads[:, None], placed.p_wanted[:, ends], placed.p[:, ends])
         e, r = placed.axes[:, places], at - placed.points[:, places]
-        turns = self.turns[places][:, None]
-        shift = np.where(turns, cross(e, r), 0.0) + self._advances[places][:, None] * e
-        twist = np.concatenate([shift, np.where(turns, e, 0.0)], axis=-1)
+        pitches = [self._screws[i].pitch for i in places]
+        twist = twists_of_screws(transposed(e), transposed(r), pitches)
         J = np.zeros((len(at), len(self.ends), 6, len(self._screws)))
-        J[:, ends, :, places] = np.moveaxis(np.where(leads[:, None], -twist, twist), 0, 1)
+        J[:, ends, :, places] = np.moveaxis(np.where(leads, -twist, twist), -1, 0)
         return J if self._motions is None else J @ self._motions
 
     @cached_property
@@ -400,26 +393,6 @@ class _Constants:
     slide: np.ndarray
     balls: np.ndarray
     levels: tuple[slice, ...]
-
-
-@dataclass(frozen=True)
-class _Ends:
-    """Frames (k) at rest in moving frames."""
-
-    frames: np.ndarray
-    R: np.ndarray
-    p: np.ndarray
-
-    @classmethod
-    def of(cls, fixed: list[Fixed], order: np.ndarray) -> _Ends:
-        R = np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3)
-        p = np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1)
-        return cls(order[[one.frame for one in fixed]], R, p)
-
-    def at(self, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Axes (N, k, 3, 3) and origins (N, k, 3)."""
-        R_own = R[:, self.frames]
-        return R_own @ self.R, (p[:, self.frames] + R_own @ self.p)[..., 0]
 
 
 def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
