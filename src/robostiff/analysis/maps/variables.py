@@ -39,7 +39,7 @@ class Variable:
 
     @property
     def has_range(self) -> bool:
-        """Whether least and greatest entry mean something: of one unit, and no components beside others."""
+        """Whether least and greatest entry mean something: of one unit, no mixed components."""
         return self.is_float and isinstance(self.units, str) and self.magnitude is None
 
     @property
