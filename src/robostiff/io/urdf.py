@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,17 +10,16 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robostiff.errors import FileError, Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question
-from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, mass_of_body
+from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
-from robostiff.io.urdf_extensions import rotor_inertias, with_extensions
-from robostiff.model import Actuated, Mass, Passive
+from robostiff.io.urdf_extensions import masses_of_links, rotor_inertias, with_extensions
+from robostiff.model import Actuated, Passive
 from robostiff.spatial import Frame
 
 _TYPES = {
@@ -37,12 +35,6 @@ _NUMBERS = {
     "axis": {"xyz": 3},
     "limit": {"lower": 1, "upper": 1},
     "mimic": {"multiplier": 1, "offset": 1},
-}
-_OF_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-_NUMBERS_OF_MASSES = {
-    "origin": {"xyz": 3, "rpy": 3},
-    "mass": {"value": 1},
-    "inertia": dict.fromkeys(_OF_INERTIA, 1),
 }
 
 _LARGEST = 1e9  # metres and radians; far beyond any robot
@@ -183,11 +175,7 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
             replace(_joint(own, places[own.name]), inertia=rotors.get(own.name, 0.0))
             for own in robot.joints
         ),
-        masses={
-            link.attributes["name"]: mass
-            for link in root.all("link")
-            if (mass := _mass(link)) is not None
-        },
+        masses=masses_of_links(root),
     )
     return with_extensions(tree, root)
 
@@ -221,32 +209,6 @@ def _joint(joint: Any, place: Location) -> TreeJoint:
         axis=axis,
         role=Passive() if kind is JointType.PLANAR else Actuated(limits=_limits(joint)),
         mimic=mimic,
-    )
-
-
-def _mass(link: XmlElement) -> Mass | None:
-    """Mass, centre and moments of inertia of a link in its frame; None where it has none."""
-    inertial, what = link.one("inertial"), f"inertial of link {link.attributes['name']!r}"
-    if inertial is None:
-        return None
-    for tag, sizes in _NUMBERS_OF_MASSES.items():
-        element = inertial.one(tag)
-        if element is not None:
-            _check_numbers(element, sizes, f"{tag} in the {what}")
-
-    def numbers(tag: str, keys: Sequence[str], otherwise: str) -> list[float]:
-        own = inertial.one(tag)
-        texts = [otherwise if own is None else own.attributes.get(key, otherwise) for key in keys]
-        return [float(word) for text in texts for word in text.split()]
-
-    (value,), centre = numbers("mass", ["value"], "0"), numbers("origin", ["xyz"], "0 0 0")
-    turn = Rotation.from_euler("xyz", numbers("origin", ["rpy"], "0 0 0")).as_matrix()
-    xx, xy, xz, yy, yz, zz = numbers("inertia", _OF_INERTIA, "0")
-    if value < 0:
-        raise inertial.error(f"mass in the {what}", got=value, expected="zero or more [kg]")
-    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return mass_of_body(
-        link.attributes["name"], value, np.array(centre), turn @ inertia @ turn.T, inertial.location
     )
 
 

@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 
 from robostiff.io.plausibility import warn_of_parts_not_read
 from robostiff.io.rigid_tree.build_links import drawn_links
-from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeLoop
+from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeLoop, mass_of_body
 from robostiff.io.rigid_tree.xml_text import XmlElement
-from robostiff.model import Actuated, Joint, Passive, prismatic, revolute, spherical
+from robostiff.model import Actuated, Joint, Mass, Passive, prismatic, revolute, spherical
 from robostiff.spatial import Frame
 
 _LARGEST = 1e30
@@ -74,6 +74,32 @@ def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     )
     joints = tuple(replace(own, spring=springs.get(own.name, 0.0)) for own in tree.joints)
     return replace(tree, joints=joints, loops=tuple(loops))
+
+
+def masses_of_links(root: XmlElement) -> dict[str, Mass]:
+    """Mass, centre and moments of inertia of the links that have some, in their frames.
+
+    Raises FileError where their numbers are none, or a mass is negative.
+    """
+    found = {}
+    for link in root.all("link"):
+        name, own = link.attributes["name"], link.one("inertial")
+        if own is None:
+            continue
+        at, turn = (_attribute(own.one("origin"), key, np.zeros(3)) for key in ("xyz", "rpy"))
+        value = float(_attribute(own.one("mass"), "value", np.zeros(1))[0])
+        moments = [_attribute(own.one("inertia"), key, np.zeros(1))[0] for key in _MOMENTS]
+        if value < 0:
+            raise own.error(f"mass of link {name!r}", got=value, expected="zero or more [kg]")
+        xx, xy, xz, yy, yz, zz = moments
+        seen = _frame(at, turn)
+        inertia = seen.R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ seen.R.T
+        mass = mass_of_body(name, value, seen.p, inertia, own.location)
+        found |= {} if mass is None else {name: mass}
+    return found
+
+
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def rotor_inertias(root: XmlElement) -> dict[str, float]:
