@@ -9,7 +9,7 @@ from robostiff.cli import commands_pictures
 from robostiff.model import PlacedFreedom
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.picture import Path, Scene
-from robostiff.plot.robot_parts import unit_of
+from robostiff.plot.sketch import unit_of
 from tests.cli.running import Running
 
 run = Running()

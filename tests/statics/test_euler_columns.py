@@ -15,6 +15,9 @@ from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import network_of_snapshot
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import bending_planes, bowing
+from robostiff.statics.equations.equilibrium_path import path
+from robostiff.statics.equations.problem import LoadCase
+from robostiff.statics.loading.loaded_posture import postures_of
 from tests.statics.robots_under_load import beam, joint, loaded
 
 L, EI = 0.7, 35.0
@@ -82,6 +85,38 @@ def test_beyond_euler_loads_columns_are_unstable(name: str):
         answer = loaded(robot, wrench=part * factor * EULER * DOWN)
         assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
         assert not answer.has_answer or rs.Status.UNSTABLE in answer.status
+
+
+@pytest.mark.parametrize("part", [1e-2, 1e-4, 1e-6])
+def test_close_below_a_bifurcation_columns_are_straight(part: float):
+    """The path answers, and none of the branches that begin there."""
+    for name in ("hinged, hinged", "clamped, guided", "clamped, clamped"):
+        robot, _ = COLUMNS[name]
+        critical = rs.critical_load(robot, wrench=DOWN, up_to=1e5).factor
+        answer = loaded(robot, wrench=(1 - part) * critical * DOWN)
+        if name == "clamped, clamped" and part < 1e-4:
+            # of the rod between its ends and of the ends, the latter lose it 1e-5 before
+            assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
+            continue
+        assert answer.stable
+        assert np.abs(answer.displacement[1:]).max() < 1e-6 * L
+        assert 0.1 * part < answer.margin < 10 * part
+
+
+def test_the_equilibrium_at_a_load_between_two_of_a_path():
+    """It is on the path, where Newton's method at the load itself leaps to the branch beside it."""
+    robot, factor = COLUMNS["clamped, guided"]
+    loaded_robot = postures_of(robot, None, None).loaded(0, None, None, None, rs.Bowing())
+    problem = loaded_robot.problem
+    loading = LoadCase(np.zeros(6), DOWN)
+    wanted = (1 - 1e-5) * factor * EULER
+    for point in path(problem, loading, problem.at_rest):
+        if point.found.factor > wanted:
+            found = point.at(problem, loading, wanted)
+            assert found.converged
+            assert found.factor == wanted
+            assert np.abs(problem.displacement(found.state)[1:]).max() < 1e-6 * L
+            break
 
 
 def test_paths_and_frequencies_of_a_clamped_column():

@@ -190,6 +190,25 @@ def test_bad_masses_and_gravity():
         rs.equilibrium(rs.load("hexapod"), loads=[0, 0, -1])  # type: ignore[arg-type]
 
 
+def test_gravity_acts_on_masses_among_the_loads():
+    """As the refusal of gravity on a robot without masses advises: here the masses are loads."""
+    robot, mass = rs.load("gough-stewart-b"), rs.Mass(12.0)
+    with pytest.raises(rs.InputError, match="or weights as loads"):
+        rs.equilibrium(robot, gravity="-z")
+    down = loaded(robot, loads={"platform": mass})
+    for gravity, factor in (("-z", 1.0), ([0, 0, -1.62], 1.62 / 9.80665)):
+        answer = loaded(robot, loads={"platform": [mass]}, gravity=gravity)
+        assert np.isclose(answer.displacement[2], factor * down.displacement[2], rtol=1e-5)
+        small = rs.deflection(robot, loads={"platform": mass}, gravity=gravity)
+        assert np.isclose(small.twist[2], answer.displacement[2], rtol=1e-5)
+    fast = rs.compile_loaded(
+        robot, loads={"platform": mass}, gravity="-z", backend=rs.Backend.ARRAYS
+    )
+    home = find_posture(robot).pose
+    found = fast.evaluate(home.reshape(1, 6), np.zeros(6)).displacement[0]
+    assert np.allclose(found, down.displacement, rtol=1e-9, atol=1e-15)
+
+
 def test_loads_that_do_not_all_act_are_no_answer(monkeypatch: pytest.MonkeyPatch):
     """As the base would carry less than is given."""
     robot = rs.load("delta")

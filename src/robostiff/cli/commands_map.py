@@ -48,7 +48,7 @@ from robostiff.cli.written_arguments import (
     wrench_from,
 )
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, needs_extra
 from robostiff.io.map_files import (
     check_netcdf,
     map_csv_lines,
@@ -257,6 +257,8 @@ def make_map(
 
 def _checked_output(run: Run, replacing: Replacing, answer: Answer) -> Path | None:
     """Where to write; None for standard output."""
+    with needs_extra("maps", "maps"):
+        import xarray  # noqa: F401
     output = Path(run.output)
     if run.threads is not None and (run.scheduler is not None or run.workers is not None):
         raise InputError("--threads, --workers and --scheduler", expected="one of them")

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.io.plausibility import left_out
+from robostiff.io.plausibility import warn_of_parts_not_read
 from robostiff.io.rigid_tree.build_links import drawn_links
 from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeLoop
 from robostiff.io.rigid_tree.xml_text import XmlElement
@@ -63,11 +63,15 @@ def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
             for child in element.children:
                 if child.tag == "link" or child.tag.startswith("joint:"):
                     unread.setdefault(f"<{child.tag}> of Gazebo", []).append(child)
-    for what, elements in unread.items():
-        names = [
-            own.attributes.get("name", own.attributes.get("reference", "")) for own in elements
-        ]
-        left_out(elements[0].location, what, [name or "without a name" for name in names])
+    warn_of_parts_not_read(
+        {
+            kind: [
+                (own.attributes.get("name") or own.attributes.get("reference", ""), own.location)
+                for own in elements
+            ]
+            for kind, elements in unread.items()
+        }
+    )
     joints = tuple(replace(own, spring=springs.get(own.name, 0.0)) for own in tree.joints)
     return replace(tree, joints=joints, loops=tuple(loops))
 

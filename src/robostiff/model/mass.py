@@ -261,11 +261,6 @@ class PlacedMass:
         value, centre = one_of(self.value, 0, rows), one_of(self.centre, 1, rows)
         return replace(self, value=value, centre=centre, start=start)
 
-    def from_its_end(self, end: np.ndarray) -> PlacedMass:
-        """The same, where its elastic part is taken as one that begins at its end (3,) [m]."""
-        span = None if self.span is None else (1 - self.span[1], 1 - self.span[0])
-        return replace(self, start=end, span=span)
-
     def lumped(self, parts: int, end: np.ndarray) -> list[PointMass]:
         """The mass as points on bodies whose weights bend its elastic part as it does.
 

@@ -162,7 +162,7 @@ def derive_leg(
             f"leg {leg!r}",
             got=f"the parallel block {own.blocks[0].name!r}",
             expected="joints and springs in series: K^0 is the inverse of their compliance",
-            hint="derive the whole robot, which supports blocks: derive(robot), or no --leg",
+            hint="write derive(robot), which supports blocks",
         )
     geometry = LegGeometry.of(own, placed)
     geometry.check_elastic()
