@@ -26,6 +26,9 @@ from robostiff.spatial import Space
 #: Integers up to this one are doubles.
 LARGEST_EXACT = 2**53
 
+#: Message of a generated function for one point.
+NO_ANSWER = "the formula does not hold at these values"
+
 _LARGEST = sp.Integer(10) ** 300
 _WIDTH = 96
 _HALF = sp.Rational(1, 2)
@@ -315,3 +318,20 @@ class Code(CodePrinter):
     @abstractmethod
     def end(self) -> list[str]:
         """Lines that return the matrices, or refuse."""
+
+
+class CaretCode(Code):
+    """What Julia and MATLAB have in common."""
+
+    def integer(self, value: int) -> str:
+        """A double where it is no exact integer."""
+        return str(value) if value <= LARGEST_EXACT else repr(float(value))
+
+    def constant(self, name: str) -> str:
+        """Pi or e."""
+        return {"pi": "pi", "e": "exp(1)"}[name]
+
+    def power(self, base: Any, exponent: Any) -> str:
+        """With a caret."""
+        written = self.factor(base)
+        return f"{f'({written})' if base.is_Pow else written}^{self.factor(exponent)}"

@@ -302,13 +302,16 @@ class Samples:
         return values
 
     def _function(self, expression: Any) -> Callable[..., Any]:
-        found = sp.lambdify(self.symbols, expression, "numpy", cse=True)
+        # Without assumptions, by which the size of a symbol would be the symbol.
+        plain = {s: sp.Symbol(s.name) for s in self.symbols}
+        found = sp.lambdify([*plain.values()], expression.xreplace(plain), "numpy", cse=True)
         return lambda *at: np.broadcast_to(np.real(found(*at)), np.shape(at[0]))
 
     def relative(self, factor: Any) -> Callable[[np.ndarray], np.ndarray]:
         """Values of a sum by the sizes of its terms, as a function of values (..., symbols)."""
         terms = sp.Add.make_args(factor)
-        size = self._function(sp.Add(*map(sp.Abs, terms)))
+        plain = {s: sp.Symbol(s.name) for s in self.symbols}
+        size = self._function(sp.Add(*(sp.Abs(x.xreplace(plain)) for x in terms)))
         value = self._function(factor)
 
         def ratio(at: np.ndarray) -> np.ndarray:

@@ -30,8 +30,6 @@ _SAME = 1e-10  # of a unit vector, or of the length
 IDLE = 1e-9  # work on a passive joint, and coupling of two wrenches
 _INDEPENDENT = 1e-6
 _MOST = 1000  # bases that are compared
-
-
 _RANK = 1e-7
 
 
@@ -379,14 +377,13 @@ def _known(vector: Any, count: int) -> _Vector:
 
 
 def _across(a: _Vector, b: _Vector) -> _Vector:
-    """The cross product."""
+    """The cross product, several times as fast as np.cross for few samples."""
 
     def write() -> np.ndarray | None:
         both = a[1](), b[1]()
         return None if both[0] is None or both[1] is None else np.array(cross(*both), dtype=object)
 
     (x, y, z), (u, v, w) = a[0].T, b[0].T
-    # Several times as fast as np.cross for few samples.
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1), write
 
 
@@ -476,9 +473,8 @@ def _points(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
 
 
 def _middle(points: Sequence[_Vector]) -> _Vector:
-    share = sp.Rational(1, len(points))
     at = np.mean([p for p, _ in points], axis=0)
-    return at, lambda: np.sum(np.stack([write() for _, write in points]), axis=0) * share
+    return at, lambda: np.sum([write() for _, write in points], axis=0) / sp.Integer(len(points))
 
 
 def _unit_entries(between: np.ndarray | None) -> np.ndarray | None:
@@ -495,8 +491,7 @@ def _unit_entries(between: np.ndarray | None) -> np.ndarray | None:
     if least[first] > 0 and np.max(np.ptp(at / at[:, [first]], axis=0)) < _SAME:
         ratios = np.array([record.simplified(x / between[first]) for x in between], dtype=object)
         if not any(isinstance(x, Entry) for x in ratios):
-            sign = 1 if at[0, first] > 0 else -1
-            return ratios * sign / sp.sqrt(sp.sympify(ratios @ ratios))
+            return ratios * int(np.sign(at[0, first])) / sp.sqrt(sp.sympify(ratios @ ratios))
     length = record.simplified(square_root(square))
     if not isinstance(length, Entry):
         return between if length == 1 else None
