@@ -15,12 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from robostiff.io.plausibility import warn_of_parts_not_read
 from robostiff.io.rigid_tree.build_links import drawn_links
-from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeLoop, mass_of_body
+from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeLoop
 from robostiff.io.rigid_tree.xml_text import XmlElement
-from robostiff.model import Actuated, Joint, Mass, Passive, prismatic, revolute, spherical
+from robostiff.model import Actuated, Joint, Passive, prismatic, revolute, spherical
 from robostiff.spatial import Frame
 
-_LARGEST = 1e30
 _HARMLESS = frozenset(
     (
         *("link", "joint", "material", "gazebo", "transmission", "ros2_control", "sensor"),
@@ -76,29 +75,6 @@ def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     return replace(tree, joints=joints, loops=tuple(loops))
 
 
-def masses_of_links(root: XmlElement) -> dict[str, Mass]:
-    """Mass, centre and moments of inertia of the links that have some, in their frames.
-
-    Raises FileError where their numbers are none, or a mass is negative.
-    """
-    found = {}
-    for link in root.all("link"):
-        name, own = link.attributes["name"], link.one("inertial")
-        if own is None:
-            continue
-        at, turn = (_attribute(own.one("origin"), key, np.zeros(3)) for key in ("xyz", "rpy"))
-        value = float(_attribute(own.one("mass"), "value", np.zeros(1))[0])
-        moments = [_attribute(own.one("inertia"), key, np.zeros(1))[0] for key in _MOMENTS]
-        if value < 0:
-            raise own.error(f"mass of link {name!r}", got=value, expected="zero or more [kg]")
-        xx, xy, xz, yy, yz, zz = moments
-        seen = _frame(at, turn)
-        inertia = seen.R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ seen.R.T
-        mass = mass_of_body(name, value, seen.p, inertia, own.location)
-        found |= {} if mass is None else {name: mass}
-    return found
-
-
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -133,7 +109,7 @@ def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: f
         texts = [child.attributes.get("value") for child in own.all(of_drake)]
         texts += [child.text for child in own.all(tag)]
         for text in texts:
-            return float(_numbers(own, tag, text, 1, np.array([otherwise]))[0])
+            return float(own.numbers(f"{tag} of <{own.tag}>", text, (otherwise,))[0])
     return otherwise
 
 
@@ -168,7 +144,7 @@ def _attribute_or_text(element: XmlElement, key: str, of_gazebo: str) -> float:
     if dynamics is not None:
         texts += [dynamics.attributes.get(key), *(own.text for own in dynamics.all(key))]
     text = next((text for text in texts if text), None)
-    return float(_numbers(element, key, text, 1, np.zeros(1))[0])
+    return float(element.numbers(f"{key} of <{element.tag}>", text, (0.0,))[0])
 
 
 def _free_name(name: str, taken: set[str]) -> str:
@@ -223,11 +199,12 @@ def _ends_of_gazebo(element: XmlElement, drawn: Mapping[str, Frame]) -> _Ends | 
     in_model = axis is not None and _text(axis, "use_parent_model_frame") in ("true", "1")
     if not set(links) <= set(drawn) or any(elsewhere) or in_model:
         return None
-    numbers = _numbers(element, "pose", None if pose is None else pose.text, 6, np.zeros(6))
+    text = None if pose is None else pose.text
+    numbers = element.numbers("pose of <joint>", text, (0.0,) * 6)
     seen = _frame(numbers[:3], numbers[3:])
     in_parent = drawn[links[0]].inverse @ drawn[links[1]] @ seen
     text = None if direction is None else direction.text
-    return links, (in_parent, seen), _numbers(element, "axis", text, 3, np.array([0.0, 0.0, 1.0]))
+    return links, (in_parent, seen), element.numbers("axis of <joint>", text, (0.0, 0.0, 1.0))
 
 
 def _ends(element: XmlElement) -> _Ends:
@@ -258,22 +235,7 @@ def _frame(at: np.ndarray, turn: np.ndarray) -> Frame:
 def _attribute(element: XmlElement | None, key: str, otherwise: np.ndarray) -> np.ndarray:
     if element is None:
         return otherwise
-    return _numbers(element, key, element.attributes.get(key), otherwise.size, otherwise)
-
-
-def _numbers(
-    element: XmlElement, what: str, text: str | None, size: int, otherwise: np.ndarray
-) -> np.ndarray:
-    if text is None:
-        return otherwise
-    try:
-        numbers = np.array(text.split(), dtype=float)
-    except ValueError:
-        numbers = np.zeros(0)
-    if numbers.shape != (size,) or not (np.abs(numbers) <= _LARGEST).all():
-        expected = f"{size} finite number{'s' * (size > 1)}"
-        raise element.error(f"{what} of <{element.tag}>", got=text, expected=expected)
-    return numbers
+    return element.numbers(f"{key} of <{element.tag}>", element.attributes.get(key), otherwise)
 
 
 def _text(element: XmlElement, tag: str) -> str:
