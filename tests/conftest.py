@@ -118,7 +118,11 @@ def _shipped_robots_are_built_once() -> None:
 
     def build_once(document: Any, parameters: Any = None, *, symbols: Any = (), **more: Any) -> Any:
         file, is_symbolic = Path(document.file), symbols is ALL_PARAMETERS
-        if parameters or (symbols and not is_symbolic) or document is not known.get(file):
+        if (
+            parameters
+            or not (is_symbolic or (isinstance(symbols, tuple) and not symbols))
+            or document is not known.get(file)
+        ):
             return build(document, parameters, symbols=symbols, **more)
         key = (file, is_symbolic)
         if key not in built:

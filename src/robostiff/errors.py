@@ -189,7 +189,7 @@ def needs_extra(what: str, extra: str) -> Iterator[None]:
 
 
 class PlausibilityWarning(UserWarning):
-    """Input that can be used, but is probably a slip, such as a link of 500 m or E of 210 Pa."""
+    """Input that can be used, but is probably a slip, or of which a part is not read."""
 
 
 def warn_of_slip(text: str) -> None:
@@ -241,8 +241,11 @@ class DisagreementError(RobostiffError):
         )
 
 
-def _shortened(value: Any, limit: int = 80) -> str:
+def _shortened(value: Any) -> str:
     # Arrays and their numbers are shown as a user would write them.
     is_array = type(value).__module__ == "numpy"
     text = repr(value.tolist() if is_array else value)
+    # What is shown without quotes is a sentence, perhaps of another program, with its point last.
+    is_sentence = isinstance(value, str) and text == value
+    limit = 600 if is_sentence else 80
     return text if len(text) <= limit else text[: limit - 1] + "…"

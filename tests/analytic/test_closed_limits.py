@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from robostiff.analytic import Closed, FormulaTooLargeError, Steps, derive_chain
-from robostiff.analytic.exact.closed_sum import closed_sum
+from robostiff.analytic.exact.closed import closed_sum
 from robostiff.errors import InputError
 from tests.interrupts import interrupts_heard
 

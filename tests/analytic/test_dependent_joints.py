@@ -73,6 +73,6 @@ def test_a_positive_length_is_not_zero_where_joints_coincide_there(name):
     at = {x: nominal[x] for x in K.arguments}
     assert K.holds(**at)
     assert not K.holds(**at | {"d": 0.0})
-    with pytest.raises(rs.InputError, match="is not stretched"):
+    with pytest.raises(rs.InputError, match="is neither stretched nor folded"):
         derivation.subs({"d": 0})
     assert "Delta_1 = 2*l - d" in derivation_text(derivation)

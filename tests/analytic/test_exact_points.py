@@ -6,8 +6,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import Steps
-from robostiff.analytic.exact.exact_points import ExactPoints
-from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.exact.exact_points import ExactPoints, values_of
 from robostiff.analytic.reading.record_reading import StepReading
 from robostiff.record import Record, cosine, sine, square_root
 

@@ -7,10 +7,10 @@ from robostiff.analytic.exact.element import quotient_of
 from robostiff.analytic.exact.factors import bound_of_terms, completed_squares, product_of
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.export.code_printer import about_argument, ascii_identifier, plain_text
+from robostiff.analytic.export.code_printer import about_argument, plain_text
 from robostiff.analytic.export.entries import in_decimals, readable, without_lost_digits
-from robostiff.analytic.export.products import ordered_terms
-from robostiff.analytic.export.symbol_names import NameParts, name_parts
+from robostiff.analytic.export.products import NameParts, name_parts, ordered_terms
+from robostiff.analytic.export.vocabulary import ascii_identifier
 from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.springs.contributions import Contribution, summed
 

@@ -9,9 +9,9 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps, derive_leg
-from robostiff.analytic.exact.numeric_value import matrix_value
+from robostiff.analytic.exact.exact_points import matrix_value
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.legs.leg_agreement import check_leg
+from robostiff.analytic.legs.leg_elimination import check_leg
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.robot_pose import AtHome
 from robostiff.errors import DisagreementError, InputError

@@ -7,7 +7,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
 from robostiff.analytic.export import derivation_text, python_function
-from robostiff.analytic.placement.pose_rotation import rotation_by_name
+from robostiff.analytic.placement.robot_pose import rotation_by_name
 
 ROTATIONS = ["ZXZ", "ZYX", "XYZ", "yzx", "rpy", "quaternion"]
 

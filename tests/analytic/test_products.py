@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff.analytic.exact.products import FormulaTooLargeError, product, quotient
+from robostiff.analytic.budget import FormulaTooLargeError
+from robostiff.analytic.exact.products import product, quotient
 
 RING = flint.fmpq_mpoly_ctx.get(["x", "y", "z"], flint.Ordering.lex)
 X, Y, Z = RING.gens()

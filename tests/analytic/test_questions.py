@@ -174,3 +174,41 @@ def test_rank_and_free_motion_of_a_long_closed_form_are_those_of_its_wrenches():
     K = rs.stiffness(robot.numeric).K
     assert found[2] == 1
     assert np.abs(K @ found).max() < 1e-10 * np.abs(K).max()
+
+
+@pytest.mark.parametrize("name", ["t3r1", "agile-eye", "orthoglide"])
+def test_values_of_stiffnesses_change_no_locus(name):
+    """Written out, K named loci that no robot reaches, in numbers of a hundred digits."""
+    derivation = rs.derive(rs.load(name, symbols=rs.ALL_PARAMETERS))
+    k = next(x for x in derivation.symbols if x.name == "k")
+    before, after = rank_formula(derivation), rank_formula(derivation.subs({"k": 1e8}))
+    assert after.rank == before.rank
+    assert set(after.exceptions) == {*before.exceptions} - {k}
+    assert after.allowed == before.allowed == ()
+
+
+def test_a_length_of_zero_keeps_the_loci_short():
+    """They had 295,851 characters."""
+    derivation = rs.derive(rs.load("3-rps", symbols=rs.ALL_PARAMETERS)).subs({"r": 0})
+    found = rank_formula(derivation)
+    K = derivation.lambdify()(R=0.3, cylinder=0.02, h=0.5, k=2e6)
+    assert found.rank == np.linalg.matrix_rank(K, tol=1e-9 * np.abs(K).max())
+    assert set(map(str, found.exceptions)) == {"h", "k"}
+
+
+def test_a_multiple_of_a_locus_is_not_listed():
+    """A sum of 4,146 operations is a multiple of the first factor by what has no zero."""
+    robot = rs.load("hexapod", symbols=rs.ALL_PARAMETERS)
+    for derivation in (rs.derive(robot), rs.derive(robot).subs({"h": 0.8})):
+        found = rank_formula(derivation)
+        (locus,) = found.allowed
+        alpha = sp.Symbol("alpha", real=True)
+        difference = sp.lambdify(alpha, locus + 4 * sp.cos(2 * alpha + sp.pi / 6) ** 2)
+        assert np.abs(difference(np.linspace(-3, 3, 50))).max() < 1e-12
+        assert found.remark == ""
+
+
+def test_a_locus_that_no_length_reaches_is_not_allowed():
+    x, y = sp.symbols("x y", positive=True)
+    K = sp.diag(x**2 + x * y + y**2, x**4 - 2 * x**2 * y**2 + y**4)
+    assert rank_formula(K).allowed == (x - y,)

@@ -20,7 +20,7 @@ from robostiff.analytic import (
     free_motion_formulas,
     rank_formula,
 )
-from robostiff.analytic.exact.numeric_value import matrix_value
+from robostiff.analytic.exact.exact_points import matrix_value
 from tests.project.shown_output import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
@@ -186,34 +186,6 @@ def test_nothing_decouples_a_planar_robot_at_a_general_pose(planar):
     assert decoupling_conditions(planar) == ()
     with pytest.raises(rs.InputError, match="decoupling"):  # too long to be written out
         decoupling_conditions(rs.derive("delta", symbols=("k",), pose=rs.AtSymbols()))
-
-
-def test_a_series_of_a_closed_form_is_that_of_sympy():
-    entry = k * sp.sqrt(x**2 + a**2) / (1 + x)
-    K = sp.ImmutableMatrix(sp.diag(entry, k, 0))
-    found = Derivation("K_C", K, (), K).series("x", 0, 4)
-    assert sp.expand(found.K[0, 0] - sp.series(entry, x, 0, 4).removeO()) == 0
-    assert found.K[1, 1] == k
-
-
-@pytest.mark.parametrize("terms", [1, 2, 3])
-def test_the_rest_of_a_series_in_steps_has_its_order(turned, terms):
-    series, rest = turned.series("g", 0, terms), []
-    for g in (0.04, 0.02):
-        values = {"g": g, "k": 1.0}
-        found = series.lambdify()(**{s.name: values[s.name] for s in series.symbols})
-        rest.append(np.max(np.abs(found - turned.lambdify()(**values))))
-    assert np.log2(rest[0] / rest[1]) == pytest.approx(terms, abs=0.2)
-
-
-def test_series_that_are_none_are_refused(turned):
-    with pytest.raises(rs.InputError, match="symbol of a series"):
-        turned.series("h")
-    with pytest.raises(rs.InputError, match="number of terms"):
-        turned.series("g", 0, 0)
-    parasitic = rs.derive("3-rps", symbols=("k",), pose=rs.AtSymbols())
-    with pytest.raises(rs.InputError, match="as the legs close"):
-        parasitic.series("z", 1)
 
 
 @pytest.mark.parametrize("name", ["3-rpr", "3-prs", "tripteron"])

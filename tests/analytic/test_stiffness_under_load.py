@@ -9,7 +9,7 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic import Definition, FormulaTooLargeError
 from robostiff.analytic.exact.operation_count import count_of
-from robostiff.analytic.legs.leg_response import LegResponse
+from robostiff.analytic.legs.first_order import LegResponse
 from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 from robostiff.robots import robot_file
 from robostiff.spatial import skew

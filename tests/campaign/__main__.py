@@ -10,6 +10,7 @@ from tests.campaign.answers import run_each
 #: Parts of machines that are judged one by one: where, by what function, and what they are.
 JUDGED = {
     "coupled_joints": ("coupled_joints", "judged_robot", "robots with coupled joints"),
+    "loads": ("loads", "loaded_machine", "machines under loads"),
     "under_load": ("under_load", "loaded_robot", "robots under load"),
     "linkages_under_load": ("under_load", "loaded_linkage", "linkages under load"),
     "moved_linkages": ("moved_linkages", "moved_linkage", "linkages"),
@@ -19,6 +20,7 @@ PARTS = ("robots", *JUDGED, "readers", "stores")
 COUNTS = {
     "robots": 20000,
     "coupled_joints": 400,
+    "loads": 2000,
     "under_load": 400,
     "linkages_under_load": 400,
     "moved_linkages": 400,
@@ -34,7 +36,7 @@ def main() -> int:
     parser.add_argument("--count", type=int)
     parser.add_argument("--first", type=int, default=0, help="number of the first machine")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--processes", type=int, default=2, help="of the robots")
+    parser.add_argument("--processes", type=int, default=2, help="that share the machines")
     given = parser.parse_args()
     failed = 0
     for part in given.parts or PARTS:
@@ -43,7 +45,9 @@ def main() -> int:
         module = import_module(f"tests.campaign.{where}")
         count = given.count or COUNTS[part]
         if judged:
-            failed += run_each(getattr(module, judged), what, count, given.seed, given.first)
+            failed += run_each(
+                getattr(module, judged), what, count, given.seed, given.first, given.processes
+            )
             continue
         is_robots = part == "robots"
         more = {"processes": given.processes, "first": given.first} if is_robots else {}

@@ -52,7 +52,7 @@ def formula(symbols: bool) -> Callable[[Case], None]:
                 continue
             call = _python(derivation) if language == "Python" else _c(derivation, names)
             for row in rows:
-                known = _coordinates(case, row, derivation)
+                known = coordinates_of(case, row, derivation)
                 K = np.asarray(call({n: known[n] for n in names}), dtype=float)
                 if int(case.batch.rank[row]) == 0:
                     continue
@@ -68,7 +68,7 @@ def formula(symbols: bool) -> Callable[[Case], None]:
     return ask
 
 
-def _coordinates(case: Case, row: int, derivation: Any) -> dict[str, float]:
+def coordinates_of(case: Case, row: int, derivation: Any) -> dict[str, float]:
     """Values of the symbols of a general pose."""
     posed, robot = case.posed, case.robot
     names = [c if isinstance(c, str) else c.name for c in derivation.coordinates]

@@ -21,6 +21,7 @@ from robostiff.model import Actuated, PlacedLeg, Snapshot
 from tests.campaign import ways
 from tests.campaign.answers import Complaint, Judge
 from tests.campaign.formulas import formula
+from tests.campaign.parameters import formula_with_values, kernel_with_parameters, map_of_blocks
 from tests.campaign.posed import Posed
 from tests.campaign.reference import _extent
 from tests.campaign.rounded import rounded_poses
@@ -375,8 +376,11 @@ WAYS = (
     PosedWay("kernel", _kernel(rs.Backend.BEST, "kernel"), 16),
     PosedWay("kernel in NumPy", _kernel(rs.Backend.ARRAYS, "kernel in NumPy"), 24),
     PosedWay("kernel of the compliance", _kernel_compliance, 24),
-    PosedWay("formula in steps", formula(True), 150),
-    PosedWay("formula at home", formula(False), 150),
+    PosedWay("kernel with parameters", kernel_with_parameters, 6),
+    PosedWay("map", map_of_blocks, 24),
+    PosedWay("formula in steps", formula(True), 40),
+    PosedWay("formula at home", formula(False), 80),
+    PosedWay("formula with values", formula_with_values, 80),
     PosedWay("rounded", rounded_poses, 3),
 )
 

@@ -168,7 +168,7 @@ _DAMAGES: tuple[Callable[[bytes, np.random.Generator], bytes | None], ...] = (
 def _damage(target: Path, random: np.random.Generator) -> str:
     """Damage one file of a map; says how."""
     if target.is_dir():
-        files = sorted(path for path in target.rglob("*") if path.is_file())
+        files = sorted(f for f in target.rglob("*") if f.is_file() and f.stat().st_size)
         described = [file for file in files if file.name == "zarr.json"]
         chosen = described if random.random() < 0.4 else files
         file = chosen[int(random.integers(len(chosen)))]

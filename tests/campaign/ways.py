@@ -226,6 +226,33 @@ def _bad_company(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> 
     return rs.stiffness(stacked(group))[1]
 
 
+def _tilted(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+    """A passive joint twice, the second tilted by forty times the tolerance: not redundant."""
+    nothing = Answer("tilted", None, Status.FORM_DOES_NOT_HOLD)
+    places = [
+        (i, k)
+        for i, leg in enumerate(snapshot.legs)
+        for k, part in enumerate(leg.elements)
+        if isinstance(part, PlacedFreedom) and part.is_passive and part.turns
+    ]
+    if not places or snapshot.platform is not None or snapshot.space is Space.PLANAR:
+        return nothing
+    i, k = places[rng.integers(len(places))]
+    leg = snapshot.legs[i]
+    joint: Any = leg.elements[k]
+    across = np.cross(joint.axis, rng.normal(size=3))
+    axis = joint.axis + 4e-8 * across / np.linalg.norm(across)
+    twin = replace(joint, axis=axis / np.linalg.norm(axis), name=f"{joint.name} tilted")
+    elements = (*leg.elements, twin)
+    legs = (*snapshot.legs[:i], replace(leg, elements=elements), *snapshot.legs[i + 1 :])
+    tilted = replace(snapshot, legs=legs)
+    truth = reference(tilted)
+    if truth is None or not any(1e-8 < m < 1e-7 for m in truth.margins):
+        return nothing
+    found = rs.stiffness(tilted)
+    return Answer("tilted", None, found.status, int(found.rank), truth=truth)
+
+
 def _bad_compliance(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     """Compliance of a batch whose other pose is singular: refused with words, or answered."""
     if int(known.rank) < snapshot.space.size:
@@ -264,6 +291,7 @@ WAYS = (
     Way("indices", _indices, 8),
     Way("verify", _verify, 24),
     Way("rounded", rounded, 6),
+    Way("tilted", _tilted, 12),
 )
 
 

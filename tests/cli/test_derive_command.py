@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.analytic.export import derivation_from_data
 from robostiff.cli.main import app
 from tests.interrupts import interrupts_heard
 
@@ -51,11 +51,12 @@ def test_format_follows_the_name_of_the_file():
         assert Path(name).read_text(encoding="utf-8").lstrip().startswith(start)
 
 
-def test_json_is_read_back():
+def test_json_has_the_entries_as_text():
     outcome = run("3-rpr", "--pose", "symbolic", "--format", "json")
     assert outcome.exit_code == 0, outcome.stderr
-    found = derivation_from_data(json.loads(outcome.stdout))
-    assert found == rs.derive("3-rpr", pose=rs.AtSymbols())
+    found = json.loads(outcome.stdout)
+    K = rs.derive("3-rpr", pose=rs.AtSymbols()).K
+    assert found["K"] == [[sp.sstr(x) for x in row] for row in K.tolist()]
 
 
 def test_pdf_is_written():
@@ -118,6 +119,20 @@ def test_bad_input_is_2_and_says_what_to_write(arguments, message):
     outcome = run(*arguments)
     assert outcome.exit_code == 2
     assert message in outcome.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "option"),
+    [
+        (("delta", "--leg", "leg1"), "leave out --leg: the formula of the whole robot"),
+        (("h4", "--pose", "symbolic"), "by --pose joints"),
+    ],
+)
+def test_advice_names_options_and_no_python(arguments, option):
+    outcome = run(*arguments)
+    assert outcome.exit_code == 2
+    assert option in outcome.stderr
+    assert "(" not in outcome.stderr.rpartition(";")[2]
 
 
 def test_an_existing_file_is_not_overwritten():
@@ -213,7 +228,7 @@ def test_an_interrupt_ends_with_130():
 def test_json_is_a_short_word_for_the_format():
     command = ("3-rpr", "--symbols", "none", "--steps")
     assert run(*command, "--json").stdout == run(*command, "--format", "json").stdout
-    assert json.loads(run(*command, "--json").stdout)["schema"] == "robostiff derive 1"
+    assert json.loads(run(*command, "--json").stdout)["schema"] == "robostiff derive 2"
     assert run(*command, "--json", "--format", "c").exit_code == 2
     program = run(*command, "--json", "-o", "stiffness.c")
     assert program.exit_code == 2
@@ -264,9 +279,19 @@ def test_a_program_under_load_computes_the_sum_of_both_parts(tmp_path):
 def test_a_load_with_units_is_that_of_numbers():
     found = run("planar-link", "--wrench", "-1 kN 0 0", "--format", "json")
     assert found.exit_code == 0, found.stderr
-    K = derivation_from_data(json.loads(found.stdout)).K
-    assert K == rs.derive_under_load("planar-link", [-1000, 0, 0]).K
+    K = json.loads(found.stdout)["K"]
+    expected = rs.derive_under_load("planar-link", [-1000, 0, 0]).K
+    assert K == [[sp.sstr(x) for x in row] for row in expected.tolist()]
     refused = run("planar-link", "--wrench", "1 kN 0", "--rank")
     assert refused.exit_code == 2
     assert "no question beside it" in refused.stderr
     assert "3" in run("planar-link", "--wrench", "1 kN").stderr
+
+
+def test_a_snippet_is_the_formula_alone():
+    found = run("planar-link", "--snippet")
+    assert found.exit_code == 0, found.stderr
+    assert found.stdout == rs.derive("planar-link").latex()
+    refused = run("planar-link", "--snippet", "--format", "c")
+    assert refused.exit_code == 2
+    assert "the formula alone, in LaTeX" in refused.stderr

@@ -157,9 +157,8 @@ def test_cables_are_answered_too():
     assert "cables have tensions" in refused.stderr
 
 
-@pytest.mark.parametrize("ending", ["svg", "html"])
-def test_plot_of_the_curve(tmp_path, ending: str):
-    path = tmp_path / f"curve.{ending}"
+def test_plot_of_the_curve(tmp_path):
+    path = tmp_path / "curve.svg"
     asked = ("gough-stewart-b", "--wrench", "0 0 -5e7 0 0 0", "--plot", str(path))
     outcome = run(*asked, "--factors", "0 1 3")
     assert outcome.exit_code == 0, outcome.stderr
@@ -167,6 +166,9 @@ def test_plot_of_the_curve(tmp_path, ending: str):
     again = run(*asked, "--factors", "0 1 3")
     assert again.exit_code == 2
     assert "--overwrite" in again.stderr
+    page = run(*asked[:-1], str(tmp_path / "curve.html"), "--factors", "0 1 3")
+    assert page.exit_code == 2
+    assert "only robots are drawn on pages" in page.stderr
 
 
 @pytest.mark.parametrize("robot", ["3-puu", "cable-8"])

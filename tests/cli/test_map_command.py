@@ -52,7 +52,7 @@ def test_the_summary_names_the_weakest_pose_and_its_status():
 def test_the_greatest_displacement_is_that_of_the_magnitude():
     """Signed components have no common range; the default picture is of the magnitude, too."""
     grid = ("hexapod", "--x", "-0.2 0.2 5", "--wrench", "300 -200 -500 N 0 0 0")
-    outcome = run(*grid, "--quantity", "deflection", "-o", "map.nc", "--json", "--plot", "map.html")
+    outcome = run(*grid, "--quantity", "deflection", "-o", "map.nc", "--json", "--plot", "map.svg")
     assert outcome.exit_code == 0, outcome.stderr
     facts = json.loads(outcome.stdout)
     wrench, places = [300, -200, -500, 0, 0, 0], np.linspace(-0.2, 0.2, 5)
@@ -64,9 +64,23 @@ def test_the_greatest_displacement_is_that_of_the_magnitude():
         greatest = facts["extremes"][f"{name}_magnitude"]["greatest"]["pose"]["x"]
         assert greatest == pytest.approx(places[np.argmax(sizes)])
         assert name not in facts["ranges"]
-    assert "displacement magnitude" in Path("map.html").read_text(encoding="utf-8")
+    assert "displacement magnitude" in Path("map.svg").read_text(encoding="utf-8")
     lines = run(*grid, "--quantity", "deflection", "-o", "-").stdout.splitlines()
     assert "displacement_magnitude [m]" in lines[0].split(",")
+
+
+def test_the_greatest_load_names_its_actuator_and_a_rotation_in_the_plane_its_sign():
+    load = ("--wrench", "100 -50 3", "--quantity", "actuator-forces", "--quantity", "deflection")
+    outcome = run("3-rrr", "--x", "-0.02 0.02 3", *load, "-o", "map.nc", "--json")
+    facts = json.loads(outcome.stdout)
+    with xarray.open_dataset("map.nc") as found:
+        forces, rotation = found.actuator_force.load(), found.rotation.load()
+    for end, index in (("least", forces.argmin(...)), ("greatest", forces.argmax(...))):
+        here, said = forces.isel(index), facts["extremes"]["actuator_force"][end]
+        assert said["of"] == str(here.actuator.values)
+        assert said["pose"]["x"] == pytest.approx(float(here.x))
+    assert facts["ranges"]["rotation"][:2] == [float(rotation.min()), float(rotation.max())]
+    assert "rotation_magnitude" not in facts["ranges"]
 
 
 def test_standard_output_has_the_map_or_the_summary():

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 import robostiff as rs
 from robostiff.cli.main import app
 
+ROBOTS = Path(rs.__file__).parent / "robots"
 STAR = str(Path(__file__).parents[2] / "docs" / "star-platform.yaml")
 LOAD = ("--wrench", "100 N 0 -50 0 0 0")
 PLANE = ("--wrench", "100 N 0 0")
@@ -25,13 +26,13 @@ def run(*arguments: str):
         ("hexapod", ("--what", "free-motions"), "svg", "no free motion"),
         ("hexapod", ("--what", "ellipsoids", "--quality", "stiffness"), "html", "rotations held"),
         ("hexapod", ("--what", "matrix", "--pose", "50 mm 0 0.9 0 0 0"), "svg", "relative size"),
-        ("3-rrr", ("--what", "energy", *PLANE), "html", "elastic energy"),
+        ("3-rrr", ("--what", "energy", *PLANE), "svg", "elastic energy"),
         ("six-joint-arm", ("--what", "modes"), "svg", "mode 1"),
         ("double-pantograph", LOAD, "svg", "displacements"),
-        ("double-pantograph", ("--what", "energy", *LOAD), "html", "elastic energy"),
+        ("double-pantograph", ("--what", "energy", *LOAD), "svg", "elastic energy"),
         ("double-pantograph", ("--what", "ellipsoids"), "svg", "compliance"),
         ("cable-4-planar", PLANE, "svg", "without load"),
-        ("cable-8", ("--what", "matrix"), "html", "cable-8"),
+        ("cable-8", ("--what", "matrix"), "svg", "cable-8"),
         pytest.param(STAR, LOAD, "svg", "displacements", id="star-platform"),
     ],
 )
@@ -43,6 +44,19 @@ def test_anything_is_drawn(tmp_path, subject, options, ending, written):
     if ending == "svg":  # texts are comments before the paths that draw them
         text = " ".join(line for line in text.splitlines() if "<!--" in line)
     assert written in text
+
+
+@pytest.mark.parametrize("what", ["robot", "energy"])
+@pytest.mark.parametrize("name", ["a" * 50_000, "two words " * 5_000])
+def test_long_names_leave_room_for_the_picture(tmp_path, what, name):
+    model = (ROBOTS / "3-rpr.yaml").read_text(encoding="utf-8")
+    file, picture = tmp_path / "long.yaml", tmp_path / "picture.png"
+    file.write_text(model.replace("leg1", name).replace("base joint", f"{name[:-1]}."))
+    load = PLANE if what == "energy" else ()
+    outcome = run(str(file), "--what", what, *load, "-o", str(picture))
+    assert outcome.exit_code == 0, outcome.stderr
+    width = int.from_bytes(picture.read_bytes()[16:20])
+    assert width < 2000  # pixels
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf"])

@@ -372,13 +372,20 @@ def test_refused_json(text, message):
 
 @pytest.mark.parametrize(
     "text",
-    ["[" * 100_000, "{" * 100_000, "a: " + "[" * 5000, '{"a": ' + "[" * 5000, "- " * 5000],
+    [
+        "[" * 100_000,
+        "a: " + "[" * 990_000,
+        "{" * 100_000,
+        "a: " + "[" * 5000,
+        '{"a": ' + "[" * 5000,
+        "- " * 5000,
+    ],
 )
 def test_deep_nesting_is_refused_quickly(text):
     start = time.process_time()
     message = refusal(text)
     assert "nesting too deep: got more than 64 levels, expected at most 64" in message
-    assert time.process_time() - start < 5
+    assert time.process_time() - start < 0.5
 
 
 def test_depth_and_node_limits_are_exact():

@@ -83,3 +83,32 @@ def test_another_axis_of_the_platform(machine):
 def test_what_is_no_tool_pose_is_refused(given, words: str):
     with pytest.raises(rs.InputError, match=words):
         rs.stiffness(rs.load("hexapod"), rs.ToolPose(**given))
+
+
+@pytest.mark.parametrize("x", [0.2, -0.2, 0.6])
+def test_a_head_that_stands_upright_turns_before_it_tilts_across_its_axis(machine, x: float):
+    """Its axes are in the plane of the wanted one, so that no small motion leads there."""
+    result = rs.stiffness(machine, rs.ToolPose([0.05, 0, -1.6], [x, 0, 1]))
+    assert result.status == rs.Status.OK
+    unit = np.array([x, 0, 1]) / np.hypot(x, 1)
+    axis = result.transform.rotation.as_matrix()[:, 2]
+    np.testing.assert_allclose(axis, unit, rtol=0, atol=1e-9)
+    turned, tilted = result.joint_coordinates["machine"][-2:]
+    assert abs(turned) == pytest.approx(np.pi / 2, abs=1e-9)
+    assert abs(tilted) > 0.05
+
+
+def test_coordinates_of_a_result_choose_its_posture_again(machine):
+    pose = rs.ToolPose([0.05, 0, -1.6], [0.2, 0, 1])
+    result = rs.stiffness(machine, pose)
+    q = dict(result.joint_coordinates)
+    for near in (q, {"machine": q["machine"].tolist()}):
+        again = rs.stiffness(machine, pose, near=near)
+        np.testing.assert_allclose(again.K, result.K, rtol=0, atol=1e-9 * np.abs(result.K).max())
+        found = rs.find_posture(machine, pose, near=near).coordinates[0][0]
+        np.testing.assert_allclose(found, q["machine"], rtol=0, atol=1e-9)
+    legs = rs.stiffness(rs.load("3-rrr")).joint_coordinates
+    assert rs.stiffness(rs.load("3-rrr"), near=legs).status == rs.Status.OK
+    for wrong in ({}, {"machine": q["machine"], "other": [0.0]}, {"machine": [0.0]}):
+        with pytest.raises(rs.InputError, match="near of 'tricept with head'"):
+            rs.stiffness(machine, pose, near=wrong)

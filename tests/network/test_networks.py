@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff.analysis import stiffness
 from robostiff.analysis.verification import matrix_distance
-from robostiff.elasticity import Elasticity, beam_stiffness
+from robostiff.elasticity import Elasticity, beam_stiffness, elasticity_from_stiffness
 from robostiff.elastostatics import Block, Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.network import (
@@ -416,3 +417,26 @@ def test_points_that_make_no_sense_are_refused():
 def test_forms_of_legs_are_refused_for_networks():
     with pytest.raises(InputError, match="solved as a whole"):
         stiffness(chain_of_beams(ENDS, 1), method=Block())
+
+
+@pytest.mark.parametrize(
+    ("soft", "stiff", "digits"), [(1.0, 1e8, 1e-9), (1e-2, 1e7, 1e-8), (3e-5, 6.8e6, 1e-5)]
+)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_dense_spring_keeps_its_digits(soft: float, stiff: float, digits: float, seed: int):
+    """Soft and stiff directions across all axes: K as it is given, and its deflections.
+
+    Its inverse in floats has the stiff directions to 1e-16 times their ratio.
+    """
+    rng = np.random.default_rng(seed)
+    Q = np.linalg.qr(rng.normal(size=(6, 6)))[0]
+    K = Q @ np.diag(np.geomspace(soft, stiff, 6)) @ Q.T
+    K = 0.5 * (K + K.T)
+    wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([0.3, 0.1, 0.2]))
+    spring = SpringElement("s", "wall", "tip", tip.point, np.eye(3), elasticity_from_stiffness(K))
+    network = Network("dense", (wall, tip), ("wall",), "tip", tip.point, springs=(spring,))
+    found, t = rs.stiffness(network), rng.normal(scale=1e-5, size=6)
+    assert np.abs(found.K - K).max() < 1e-9 * stiff
+    assert found.rank == 6
+    bent = rs.deflection(network, wrench=K @ t)
+    assert np.allclose(bent.twist, t, rtol=0, atol=10 * digits * np.abs(t).max())

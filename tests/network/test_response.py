@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 import robostiff as rs
 from robostiff.elasticity import BeamTheory, EulerBernoulli, Timoshenko
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.io.results.equilibrium import response_data, response_text
 from robostiff.network import JointElement, Network, beam_between
 from robostiff.spatial import Space, move_twist, move_wrench
 from tests.network.frames import BAR, GRAPH_NAMES, STEEL, ball, graph, nodes, sliding, turning
@@ -152,7 +153,7 @@ def test_loads_and_reactions_are_in_equilibrium(name: str):
             total = np.append(force, np.cross(place, force))[list(rows)]
             for foot, F in found.reactions.items():
                 total = total + move_wrench(F, -points[foot][:d])
-            assert_allclose(total, 0, atol=1e-8 * np.linalg.norm(force))
+            assert_allclose(total, 0, atol=1e-8 * float(np.linalg.norm(force)))
 
 
 def test_a_planar_frame_is_as_in_space():
@@ -239,3 +240,33 @@ def test_quantities():
         settlements={"a": [0, 0, 1e-3, 0, 0, 0]},
     )
     assert_allclose(found.twists["b"], expected.twists["b"], rtol=1e-12)
+
+
+def test_nodes_of_a_truss_spin_and_are_displaced_all_the_same():
+    """Bars between balls: displacements of the nodes have values, their rotations have none."""
+    feet = {"a": [0, 0, 0], "b": [1, 0, 0], "c": [0, 1, 0]}
+    tip = np.array([0.3, 0.3, 0.8])
+    at = {**feet, "tip": tip.tolist()}
+    bodies, beams, joints = list(nodes(**at)), [], []
+    for name, place in feet.items():
+        low, high = nodes(**{f"{name} low": place, f"{name} high": tip.tolist()})
+        bodies += [low, high]
+        beams.append(beam_between(low, high, STEEL, BAR, name=f"bar {name}"))
+        joints.append(JointElement(f"foot {name}", name, low.name, ball(low.point)))
+        joints.append(JointElement(f"top {name}", high.name, "tip", ball(tip)))
+    truss = Network(
+        "truss", tuple(bodies), tuple(feet), "tip", tip, beams=tuple(beams), joints=tuple(joints)
+    )
+    F = np.array([100.0, -200, -1000])
+    found = rs.network_response(truss, {"tip": F})
+    arms = [tip - np.array(place) for place in feet.values()]
+    K = sum(E * A / np.linalg.norm(x) ** 3 * np.outer(x, x) for x in arms)
+    assert_allclose(found.shifts["tip"], np.linalg.solve(K, F), rtol=1e-9)
+    assert "tip" in found.free_nodes
+    assert "tip" not in found.twists
+    shown = response_text(truss, found)
+    assert "; it spins freely" in shown
+    assert "can move freely" not in shown
+    data = response_data(truss, found)["displacements"]["tip"]
+    assert_allclose(data[:3], found.shifts["tip"])
+    assert data[3:] == [None] * 3

@@ -50,25 +50,33 @@ def held_across_x() -> rs.RobotStiffness:
     return rs.stiffness(rs.Robot("held", (leg,)))
 
 
-def all_plots(b: Any) -> dict[str, Any]:
-    """One picture of each kind, by a backend."""
+def all_scenes(b: Any) -> dict[str, Any]:
+    """One picture of each kind that can be turned, by a backend."""
     hexapod, result, bent = robot("hexapod"), hexapod_stiffness(), hexapod_deflection()
     found = tripod_map()
     level = float(found.worst_deflection.median())
-    at = {"z": 0.3}
     return {
         "robot": rs.plot.robot(hexapod, POSE, deflection=bent, backend=b),
         "planar": rs.plot.robot(robot("3-rrr"), backend=b),
         "ellipsoid": rs.plot.ellipsoid(result, within=hexapod, backend=b),
         "free": rs.plot.free_motions(rs.stiffness(robot("gough-stewart-a")), backend=b),
+        "surface": rs.plot.map_isosurface(
+            found, "worst_deflection", level, x="x", y="y", z="z", backend=b
+        ),
+    }
+
+
+def all_plots(b: Any) -> dict[str, Any]:
+    """One picture of each kind, by a backend."""
+    result, bent, found = hexapod_stiffness(), hexapod_deflection(), tripod_map()
+    at = {"z": 0.3}
+    return {
+        **all_scenes(b),
         "matrix": rs.plot.matrix(result, backend=b),
         "energy": rs.plot.energy_shares(bent, backend=b),
         "comparison": rs.plot.comparison(result, result, backend=b),
         "slice": rs.plot.map_slice(
             found, "worst_deflection", x="x", y="y", at=at, isolines=3, backend=b
-        ),
-        "surface": rs.plot.map_isosurface(
-            found, "worst_deflection", level, x="x", y="y", z="z", backend=b
         ),
         "bands": rs.plot.map_bands(found, "worst_deflection", along="x", backend=b),
     }

@@ -1,7 +1,5 @@
 """Force-deflection curves as pictures."""
 
-from typing import Any, cast
-
 import numpy as np
 import pytest
 
@@ -28,15 +26,11 @@ def test_stable_and_unstable_parts_of_a_path(curve):
     assert met.sum() == 1  # the dashed line begins where the other ends
 
 
-def test_both_backends_draw_it(curve):
+def test_matplotlib_draws_it(curve):
     axes = rs.plot.load_curve(curve, "dx")
     assert axes.get_xlabel().startswith("dx")
     styles = [line.get_linestyle() for line in axes.get_lines()]
     assert styles == ["-", "--", "None"]  # equilibria at the given loads are marks alone
-    figure = rs.plot.load_curve(curve, backend=rs.plot.Plotly())
-    traces = cast("tuple[Any, ...]", figure.data)
-    assert [trace.name for trace in traces] == ["stable", "unstable", "at the given loads"]
-    assert figure.layout.xaxis.title.text == "dy [mm]"
 
 
 def test_slips(curve):

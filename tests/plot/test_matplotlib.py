@@ -157,4 +157,4 @@ def test_missing_package_is_named_with_what_to_install(monkeypatch: pytest.Monke
     monkeypatch.setitem(sys.modules, "plotly.graph_objects", None)
     for backend in (Matplotlib(), rs.plot.Plotly()):
         with pytest.raises(rs.InputError, match=r"pip install 'robostiff\[plot\]'"):
-            rs.plot.matrix(hexapod_stiffness(), backend=backend)
+            rs.plot.robot(robot("hexapod"), backend=backend)

@@ -326,5 +326,5 @@ def test_nothing_is_compared_with_something_else():
         rs.plot.energy_shares(hexapod_stiffness())  # pyright: ignore[reportArgumentType]
     with pytest.raises(rs.InputError, match="a single pose"):
         rs.plot.matrix(rs.stiffness(robot("3-puu"), [[0, 0, 0.3], [0, 0.01, 0.3]]))
-    with pytest.raises(rs.InputError, match=r"write backend=rs\.plot\.Plotly"):
+    with pytest.raises(rs.InputError, match=r"write backend=rs\.plot\.Matplotlib"):
         rs.plot.matrix(hexapod_stiffness(), backend="plotly")  # pyright: ignore

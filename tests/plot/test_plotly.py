@@ -10,18 +10,14 @@ import pytest
 import robostiff as rs
 from robostiff.plot import Plotly, Theme
 from robostiff.plot.backend import plotly_figure
-from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.maps.isosurfaces import isosurface_picture
-from robostiff.plot.maps.slice import slice_picture
-from robostiff.plot.matrix_cells import matrix_picture
 from robostiff.plot.picture import Mesh, Path, PlainColour, Scene
 from robostiff.plot.posed_robot import robot_picture
 from robostiff.plot.theme import named_colours
 from tests.plot.machines import (
     POSE,
-    all_plots,
+    all_scenes,
     hexapod_deflection,
-    hexapod_stiffness,
     robot,
     tripod_map,
 )
@@ -32,7 +28,7 @@ PLOTLY: Any = Plotly()
 @pytest.mark.parametrize("theme", Theme)
 def test_every_figure_has_the_colours_of_its_theme_and_nothing_is_registered(theme: Theme):
     before = (pio.templates.default, list(pio.templates))
-    for figure in all_plots(Plotly(theme)).values():
+    for figure in all_scenes(Plotly(theme)).values():
         layout = figure.layout.template.layout
         assert layout.paper_bgcolor == theme.palette.ground
         assert layout.font.color == theme.palette.ink
@@ -53,7 +49,7 @@ class _ByNames:
 
 
 def test_a_figure_drawn_with_names_of_colours_is_that_of_each_theme():
-    all_plots(_ByNames())
+    all_scenes(_ByNames())
 
 
 def test_lines_of_the_robot_are_those_of_the_picture():
@@ -68,37 +64,9 @@ def test_lines_of_the_robot_are_those_of_the_picture():
     assert named == [item.label for item in picture.items if item.label]
 
 
-def test_cells_of_the_matrix_are_those_of_the_picture():
-    picture = matrix_picture(hexapod_stiffness())
-    figure = rs.plot.matrix(hexapod_stiffness(), backend=PLOTLY)
-    assert np.array(figure.data[0].z) == pytest.approx(picture.shades, nan_ok=True)
-    texts = {(a.x, a.y): a.text for a in figure.layout.annotations if a.yref != "paper"}
-    for (i, j), _ in np.ndenumerate(picture.shades):
-        assert texts[j, i] == picture.texts[i][j]
-    assert (
-        figure.data[0].customdata[0][0].endswith(f"{picture.texts[0][0]} {picture.units[0].unit}")
-    )
-
-
-def test_bars_are_as_long_as_the_shares():
-    (panel,) = energy_picture(hexapod_deflection()).panels
-    figure = rs.plot.energy_shares(hexapod_deflection(), backend=PLOTLY)
-    assert figure.layout.barmode == "stack"
-    for trace, series in zip(figure.data, panel.series, strict=True):
-        assert np.array(trace.x) == pytest.approx(series.values)
-        assert trace.name == series.name
-
-
-def test_slice_draws_values_and_regions_in_their_places():
-    picture = slice_picture(tripod_map(), "worst_deflection", ("x", "y"), {"z": 0.3})
-    figure = rs.plot.map_slice(
-        tripod_map(), "worst_deflection", x="x", y="y", at={"z": 0.3}, backend=PLOTLY
-    )
-    values, cells, key = figure.data
-    assert np.array(values.z) == pytest.approx(picture.values, nan_ok=True)
-    assert np.array_equal(np.isfinite(np.array(cells.z)), picture.regions[0].where)
-    assert key.name == "unreachable"
-    assert key.marker.color == cells.colorscale[0][1]
+def test_charts_are_left_to_matplotlib():
+    with pytest.raises(rs.InputError, match=r"got 'bars'.*write backend=rs\.plot\.Matplotlib"):
+        rs.plot.energy_shares(hexapod_deflection(), backend=PLOTLY)
 
 
 def test_surface_is_that_of_the_picture():
@@ -112,12 +80,6 @@ def test_surface_is_that_of_the_picture():
     (drawn,) = (trace for trace in figure.data if trace.type == "mesh3d")
     assert np.stack([drawn.x, drawn.y, drawn.z], axis=1) == pytest.approx(mesh.vertices)
     assert np.stack([drawn.i, drawn.j, drawn.k], axis=1).tolist() == mesh.triangles.tolist()
-
-
-def test_pages_can_be_written(tmp_path):
-    figure = rs.plot.energy_shares(hexapod_deflection(), backend=Plotly(Theme.DARK))
-    figure.write_html(tmp_path / "energy.html", include_plotlyjs=False)
-    assert "share of elastic energy" in (tmp_path / "energy.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("long", [(1, 1, 1), (3, 0.1, 0.1), (0.1, 0.1, 3), (2, 2, 0.2)])

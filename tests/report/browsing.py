@@ -12,6 +12,7 @@ from tests.other_programs import command
 _DRAWN = """
 document.querySelectorAll('.plot').length > 0 && [...document.querySelectorAll('.plot')].every(
   (place) => place.querySelector('.main-svg') !== null && place._fullLayout !== undefined)
+  && [...document.querySelectorAll('.chart')].every((place) => place.querySelector('svg') !== null)
 """
 
 
@@ -40,20 +41,18 @@ class Opened:
 
     @property
     def plots(self) -> list[Any]:
-        """The places of its plots."""
+        """The places of its scenes."""
         return self.page.locator(".plot").all()
+
+    @property
+    def charts(self) -> list[Any]:
+        """The places of its charts."""
+        return self.page.locator(".chart").all()
 
     def numbers(self, selector: str) -> list[float]:
         """Numbers below an element, with all their digits."""
         found = self.page.locator(f"{selector} data")
         return [float(value) for value in found.evaluate_all("all => all.map((one) => one.value)")]
-
-    def shown(self, figure: str) -> Any:
-        """What a heat map draws: rows of numbers, None where there is nothing."""
-        return self.page.locator(f"#plot-{figure}").evaluate(
-            "place => Array.from(place.calcdata[0][0].z, (row) => "
-            "Array.from(row, (value) => Number.isFinite(value) ? value : null))"
-        )
 
 
 def opened(browser: Any, path: Path, *, width: int = 1280, dark: bool = False) -> Opened:

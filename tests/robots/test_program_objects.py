@@ -163,3 +163,29 @@ def test_objects_have_no_symbols():
 def test_other_objects(value):
     with pytest.raises(rs.InputError, match="a name, a path, or an object of yourdfpy"):
         rs.load(value)
+
+
+MIMIC = """<robot name="g"><link name="b"/><link name="a"/><link name="c"/>
+<joint name="j" type="revolute"><parent link="b"/><child link="a"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="k" type="{}"><parent link="a"/><child link="c"/><origin xyz="0.5 0 0"/>
+<axis xyz="0 0.6 0.8"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
+<mimic joint="j" multiplier="-2" offset="0.3"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_mimic_joints_of_pinocchio_follow_as_in_the_urdf(kind, tmp_path):
+    pinocchio = pytest.importorskip("pinocchio")
+    text = MIMIC.format(kind)
+    (tmp_path / "m.urdf").write_text(text)
+    side = tmp_path / "s.yaml"
+    side.write_text(
+        "robostiff: 1\nsource: chosen here\ntool: {link: c, at: [0.1, 0.2, 0.3]}\n"
+        "joints: {j: {stiffness: 100}}\nhome: {j: 0.2}\n"
+    )
+    wanted = rs.load(tmp_path / "m.urdf", side=side)
+    robot = rs.load(pinocchio.buildModelFromXML(text, mimic=True), side=side)
+    assert robot.legs[0].chain.home == pytest.approx(wanted.legs[0].chain.home)
+    C = rs.compliance(robot)
+    assert np.linalg.matrix_rank(C) == 1
+    assert C == pytest.approx(rs.compliance(wanted), rel=1e-12, abs=1e-15)

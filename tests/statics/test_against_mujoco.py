@@ -18,7 +18,7 @@ WEIGHTS = {
     for i, (mass, centre) in enumerate(zip(MASSES, centres(), strict=True))
 }
 BODIES = {
-    f"arm/j{i + 1}": rs.Mass(float(mass), centre, inertia=inertia)
+    f"arm/j{i + 1}": rs.Mass(float(mass), point=centre, inertia=inertia)
     for i, (mass, centre, inertia) in enumerate(zip(MASSES, centres(), INERTIAS, strict=True))
 }
 

@@ -141,7 +141,10 @@ WRENCH = np.array([20.0, -15, -40, 3, -4, 2])
 def test_stiffness_is_that_of_differences_of_equilibria(which: str):
     chosen = SPRINGS.values() if which == "all" else [SPRINGS[which]]
     robot = two_arms(*(replace(own, name=f"s{i}") for i, own in enumerate(chosen)))
-    weights = {"arm1/j2": rs.Mass(2.0, [0.2, -0.3, 0.4]), "arm2/j1": rs.DeadForce([5, 0, -20])}
+    weights = {
+        "arm1/j2": rs.Mass(2.0, point=[0.2, -0.3, 0.4]),
+        "arm2/j1": rs.DeadForce([5, 0, -20]),
+    }
     answer = loaded(robot, wrench=WRENCH, loads=weights)
     assert answer.stable
     assert np.abs(answer.displacement).max() > 5e-3  # far from small

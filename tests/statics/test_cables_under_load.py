@@ -135,6 +135,32 @@ def test_a_platform_is_lifted_at_the_limit_of_its_path():
     assert np.isclose(response.carried, found.factor, rtol=1e-3)
 
 
+def test_a_platform_whose_cables_are_all_slack_is_at_its_limit():
+    """Lifted by its weight, it hangs no longer: the limit at every load beyond, however large."""
+    robot = cable_robot("cable-3-suspended")
+    weight = float(np.linalg.norm(robot.weight.force))
+    found = rs.critical_load(robot, wrench=[0, 0, 1200.0, 0, 0, 0])
+    assert np.isclose(1200 * found.factor, weight, rtol=1e-6)
+    assert (found.is_limit, found.mode) == (True, "the platform snaps through: translation along z")
+    for part in (1.001, 1.2, 3.0, 80.0):
+        answer = rs.equilibrium(robot, wrench=[0, 0, part * weight, 0, 0, 0])
+        assert isinstance(answer, rs.Equilibrium)
+        assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
+        assert answer.critical is not None
+        assert np.isclose(answer.critical.factor * part, 1, rtol=1e-6)
+
+
+def test_another_equilibrium_far_beyond_a_limit_is_said_to_be_beyond_it():
+    """Newton's method leads directly there, past the load at which the path ends."""
+    robot, F = random_robot(470488, 12), np.array([5.484386, -4.562384, 29.192673, 0, 0, 0])
+    limit = rs.critical_load(robot, wrench=F).factor
+    assert np.isclose(limit, 23.3336, rtol=1e-4)
+    for part in (1.5, 7.0):
+        answer = rs.equilibrium(robot, wrench=part * limit * F)
+        assert isinstance(answer, rs.Equilibrium)
+        assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
+
+
 @pytest.mark.parametrize(
     ("seed", "cables", "force"),
     [

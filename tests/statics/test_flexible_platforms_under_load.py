@@ -8,6 +8,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.elasticity import circle, material
+from robostiff.kinematics import with_masses
 from robostiff.model import (
     FlexiblePlatform,
     PlacedLeg,
@@ -18,6 +19,7 @@ from robostiff.model import (
     platform_beam,
     rigid_member,
 )
+from robostiff.network import network_of_snapshot
 from tests.statics.robots_under_load import joint, loaded
 
 STAR = Path(__file__).parents[2] / "docs/star-platform.yaml"
@@ -146,3 +148,48 @@ def test_weights_springs_modes_and_buckling_go_through_it(star: rs.Robot):
     rigid = loaded(replace(snapshot, platform=stiff), wrench=F)
     plain = loaded(replace(snapshot, platform=None), wrench=F)
     assert np.allclose(rigid.K, plain.K, rtol=0, atol=1e-11 * np.abs(plain.K).max())
+
+
+def test_loads_and_masses_at_nodes_are_those_of_the_network():
+    """Small loads, weights of its own parts among them, equilibria and vibrations."""
+    star = rs.load(STAR)
+    network = network_of_snapshot(with_masses(rs.find_posture(star)).one(0))
+    force, tool = np.array([50.0, 30, -1000]), rs.Mass(3.0, [0, 0.02, 0.1])
+    loads = {"platform/tip1": force, "platform/tip2": tool, "platform/hub": [0, 0, -7.0]}
+    frame = rs.find_posture(star).snapshot.one(0).platform
+    assert frame is not None
+    tip2 = frame.in_world(frame.platform.point_of("tip2")) + frame.rotation @ tool.centre
+    named = {
+        "platform, tip1": force,
+        "platform, tip2": rs.Mass(3.0, point=tip2),
+        "platform": [0, 0, -7.0],
+    }
+    for gravity in (None, "-z"):
+        known = rs.deflection(network, loads=named, gravity=gravity)
+        bent = rs.deflection(star, loads=loads, gravity=gravity)
+        assert np.allclose(bent.twist, known.twist, rtol=0, atol=1e-9 * np.abs(known.twist).max())
+        assert np.isclose(bent.energy, known.energy, rtol=1e-9)
+        assert np.isclose(bent.energy, sum(part.energy for part in bent.parts), rtol=1e-9)
+    far, same = (
+        loaded(own, loads=given, gravity="-z", beams=rs.Linear())
+        for own, given in ((star, loads), (network, named))
+    )
+    assert np.allclose(far.displacement, same.displacement, rtol=0, atol=1e-12)
+    heavy = {name: own for name, own in loads.items() if isinstance(own, rs.Mass)}
+    other = {"platform, tip2": named["platform, tip2"]}
+    own = [rs.modes(star, masses=heavy).frequencies, rs.modes(network, masses=other).frequencies]
+    assert np.allclose(own[0][:20], own[1][:20], rtol=1e-8)
+    assert own[0][0] < rs.modes(star).frequencies[0]
+    with pytest.raises(rs.InputError, match="loads: got 'platform/tip9'"):
+        rs.deflection(star, loads={"platform/tip9": force})
+
+
+def test_small_loads_beside_a_wrench_are_a_wrench():
+    """With a force of nothing at a node, a wrench gives what it gives alone; legs carry as much."""
+    star, wrench = rs.load(STAR), [100.0, 0, -1000, 5, 0, 2]
+    known = rs.deflection(star, wrench=wrench)
+    same = rs.deflection(star, wrench=wrench, loads={"platform/tip1": [0, 0, 0]})
+    assert np.allclose(same.twist, known.twist, rtol=1e-9, atol=1e-14)
+    for one, other in zip(same.leg_wrenches, known.leg_wrenches, strict=True):
+        assert np.allclose(one, other, rtol=0, atol=1e-6)
+    assert [part.name for part in same.parts] == [part.name for part in known.parts]

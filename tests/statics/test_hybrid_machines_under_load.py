@@ -6,6 +6,7 @@ derivatives; of the library there are the coordinates in which it says that the 
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -195,3 +196,50 @@ def test_it_vibrates_as_its_energy_says():
     expected = Energy(answer, DOWN).frequencies(wrench)
     found = rs.modes(robot, wrench=wrench, gravity=DOWN, beams=rs.Linear()).frequencies
     assert np.allclose(found[:15], expected[:15], rtol=1e-8)
+
+
+def test_loads_on_the_platform_of_an_inner_module():
+    """By the name of the module: as a force on a rigid part that its platform carries."""
+    robot, force = rs.load("examples/tricept-with-head.yaml"), np.array([200.0, 100, -300])
+    name, at = "machine/tricept", [0.1, 0.05, 0.2]
+    flange = rs.Link(np.zeros(3), rs.Elasticity(1e-14 * np.eye(6)), np.eye(3), "flange")
+    (leg,) = robot.legs
+    block, *others = leg.chain.elements
+    marked = replace(robot, legs=(replace(leg, chain=Chain((block, flange, *others))),))
+    for load in (force, rs.DeadForce(force, at), rs.Mass(20, [0.1, 0, 0.2])):
+        pairs = ((robot, name), (marked, "machine/flange"))
+        for moved in (
+            [rs.deflection(own, loads={body: load}).twist for own, body in pairs],
+            [loaded(own, loads={body: load}).displacement for own, body in pairs],
+        ):
+            assert np.abs(moved[1]).max() > 1e-7
+            assert np.allclose(moved[0], moved[1], rtol=0, atol=3e-6 * np.abs(moved[1]).max())
+    heavy = rs.Mass(50, [0.02, 0.1, 0.1], inertia=[1, 2, 2.5])
+    found = rs.modes(robot, masses={name: heavy}).frequencies
+    known = rs.modes(marked, masses={"machine/flange": heavy}).frequencies
+    assert np.allclose(found, known[: len(found)], rtol=1e-4)
+
+
+def test_masses_on_the_platform_of_a_module_of_legs(tmp_path: Path):
+    """Written with its legs: as those of the same module in a file of its own."""
+    tripod = Path("examples/tricept.yaml").read_text(encoding="utf-8")
+    masses = "platform_masses: [{name: plate, mass: 20 kg, centre: [0, 0, 0.05]}]\n"
+    (tmp_path / "tripod.yaml").write_text(tripod + masses, encoding="utf-8")
+    head = """
+  - name: head
+    chain:
+      - {type: revolute, name: a, axis: x, role: actuated, stiffness: 1e6 N m/rad}
+      - {type: rigid, name: tool, to: [0, 0, -0.2], mass: 2 kg}
+"""
+    first = "robostiff: 1\nname: both\nsource: chosen\n"
+    path, module = tmp_path / "both.yaml", "modules:\n  - name: tripod\n"
+    path.write_text(f"{first}{module}    robot: tripod.yaml\n{head}", encoding="utf-8")
+    known = rs.modes(rs.load(path)).frequencies
+    start, home, legs = (tripod.index(f"\n{key}:") for key in ("parameters", "home", "legs"))
+    own = tripod[home : tripod.index("\n", home + 1)] + tripod[legs:] + masses
+    module += "".join(f"    {line}\n" for line in own.splitlines())
+    path.write_text(first + tripod[start:home] + "\n" + module + head, encoding="utf-8")
+    assert np.allclose(rs.modes(rs.load(path)).frequencies, known, rtol=1e-9)
+    path.write_text(path.read_text().replace("legs:", "chain:"), encoding="utf-8")
+    with pytest.raises(rs.FileError):
+        rs.load(path)

@@ -147,15 +147,16 @@ def test_energy_of_struts_is_least():
     assert np.allclose(answer.displacement, found.x, atol=1e-5)
 
 
+@pytest.mark.parametrize("beams", [rs.Bowing(2), rs.Bowing()], ids=["cubics", "inner modes"])
 @pytest.mark.parametrize("name", ["LP1", "delta"])
-def test_tangent_is_the_derivative_of_the_residual(name: str):
+def test_tangent_is_the_derivative_of_the_residual(name: str, beams: rs.Bowing):
     if name == "LP1":
         robot, loads = asymmetric(), {k: [v] for k, v in LOADS.items() if k != "platform"}
     else:
         robot, loads = rs.find_posture(rs.load("delta")).snapshot.one(0), {}
     rng = np.random.default_rng(3)
     p = np.asarray(robot.reference_point)
-    for group in legs_of(robot, p, rs.Bowing(2), loads, {}):
+    for group in legs_of(robot, p, beams, loads, {}):
         state = group.unloaded()
         size = np.ones(group.size)
         free = group.sizes(1.0)

@@ -17,6 +17,7 @@ from robostiff.network import Network, Node, SpringElement, beam_between, networ
 from robostiff.spatial import Frame
 from tests.peers.opensees import load_opensees, silence
 from tests.statics.opensees_frame import frequencies
+from tests.statics.test_modes import exact_frequencies
 from tests.statics.test_networks_under_load import A, four_bar
 
 STEEL, BAR = material("steel"), circle(0.02)
@@ -38,14 +39,13 @@ def cantilever(elements: int) -> Network:
     )
 
 
-def test_a_beam_vibrates_as_euler_and_bernoulli_have_it():
-    """Masses at the ends of elements: errors fall with the square of their number."""
-    roots = np.array([1.875104068711961, 4.694091132974175, 7.854757438237613])
-    exact = roots**2 * np.sqrt(EI / (Q * LENGTH**4)) / (2 * np.pi)
+def test_a_beam_vibrates_as_euler_bernoulli_and_rayleigh_have_it():
+    """Its sections turn, too; errors fall with the fourth power of the number of elements."""
+    exact = exact_frequencies(LENGTH, EI, Q, Q * BAR.Iy / BAR.A, 0.0, 3)
     # Across in both planes alike; frequencies along and about the axis are far above.
     coarse, fine = (rs.modes(cantilever(n)).frequencies[:6:2] for n in (8, 16))
-    assert np.all(np.abs(fine / exact - 1) < 0.005)
-    assert np.allclose((4 * fine - coarse) / 3, exact, rtol=5e-4)
+    assert np.allclose((16 * fine - coarse) / 15, exact, rtol=1e-5)
+    assert np.all(fine > exact)
 
 
 @pytest.mark.parametrize("elements", [1, 3])

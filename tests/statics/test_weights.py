@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from robostiff.elasticity import circle
 from robostiff.kinematics import find_posture, with_masses
 from robostiff.model import Chain, Leg, Mass, PlacedLeg, PlacedMass, Robot
 from robostiff.spatial import Frame
+from robostiff.statics.loading import loaded_posture
+from robostiff.statics.loading.from_snapshot import legs_of
 from tests.statics.robots_under_load import loaded, number, root
 from tests.statics.test_closed_forms import pendulum
 
@@ -186,3 +189,62 @@ def test_bad_masses_and_gravity():
         rs.equilibrium(rs.load("hexapod"), loads={"leg1/strut": rs.Weight([0, 0, -1])})
     with pytest.raises(rs.InputError, match="forces by names"):
         rs.equilibrium(rs.load("hexapod"), loads=[0, 0, -1])  # type: ignore[arg-type]
+
+
+def test_gravity_acts_on_masses_among_the_loads():
+    """As the refusal of gravity on a robot without masses advises: here the masses are loads."""
+    robot, mass = rs.load("gough-stewart-b"), rs.Mass(12.0)
+    with pytest.raises(rs.InputError, match="or weights as loads"):
+        rs.equilibrium(robot, gravity="-z")
+    down = loaded(robot, loads={"platform": mass})
+    for gravity, factor in (("-z", 1.0), ([0, 0, -1.62], 1.62 / 9.80665)):
+        answer = loaded(robot, loads={"platform": [mass]}, gravity=gravity)
+        assert np.isclose(answer.displacement[2], factor * down.displacement[2], rtol=1e-5)
+        small = rs.deflection(robot, loads={"platform": mass}, gravity=gravity)
+        assert np.isclose(small.twist[2], answer.displacement[2], rtol=1e-5)
+    fast = rs.compile_loaded(
+        robot, loads={"platform": mass}, gravity="-z", backend=rs.Backend.ARRAYS
+    )
+    home = find_posture(robot).pose
+    found = fast.evaluate(home.reshape(1, 6), np.zeros(6)).displacement[0]
+    assert np.allclose(found, down.displacement, rtol=1e-9, atol=1e-15)
+
+
+def test_loads_that_do_not_all_act_are_no_answer(monkeypatch: pytest.MonkeyPatch):
+    """As the base would carry less than is given."""
+    robot = rs.load("delta")
+    name = f"{robot.legs[0].name}/{next(iter(find_posture(robot).snapshot.legs[0].parts)).name}"
+    loads = {name: [0, 0, -10.0], "platform": [1.0, 0, 0]}
+    loaded(robot, loads=loads)
+    without = lambda snapshot, point, beams, _, *more: legs_of(snapshot, point, beams, {}, *more)  # noqa: E731
+    monkeypatch.setattr(loaded_posture, "legs_of", without)
+    with pytest.raises(rs.NoAnswerError, match="loads are not those that are given"):
+        loaded(robot, loads=loads)
+    with pytest.raises(rs.NoAnswerError, match="loads are not those that are given"):
+        rs.deflection(robot, loads=loads)
+
+
+def test_centres_of_given_masses_are_in_the_frames_of_their_bodies():
+    """As those of the model, at any posture: on the platform, behind a joint, and on a link."""
+    at, m = rs.JointCoordinates([np.pi / 2]), Mass(1.0, [0.5, 0, 0])
+    arm = partial(rs.serial_arm, convention=rs.DHConvention.STANDARD, joint_stiffness=[1000.0])
+    bare, own = arm([rs.DHRow(a=1.0)]), arm([rs.DHRow(a=1.0, masses=(m,))])
+    frequency = np.sqrt(1000 / 1.5**2) / (2 * np.pi)
+    behind = Mass(1.0, [1.5, 0, 0])  # as the frame of the joint has it
+    for given in ({"platform": m}, {"arm/joint1": behind}):
+        assert np.allclose(rs.modes(bare, at, given).frequencies, frequency, rtol=1e-9)
+        pull = [-10.0, 0, 0]
+        sunk = rs.deflection(bare, at, loads=given, gravity=pull)
+        assert np.isclose(sunk.twist[5], 10 * 1.5 / 1000, rtol=1e-9)
+        far = loaded(bare, pose=at, loads=given, gravity=[-0.01, 0, 0])
+        assert np.isclose(far.displacement[5], 0.01 * 1.5 / 1000, rtol=1e-6)
+    assert np.allclose(rs.modes(own, at).frequencies, frequency, rtol=1e-9)
+    world = {"platform": Mass(1.0, point=[0, 1.5, 0])}
+    assert np.allclose(rs.modes(bare, at, world).frequencies, frequency, rtol=1e-9)
+    snapshot = find_posture(bare, at).snapshot.one(0)
+    with pytest.raises(rs.InputError, match=r"frame is not known.*point=\[0.3"):
+        rs.modes(snapshot, masses={"arm/joint1": behind})
+    with pytest.raises(rs.InputError, match="a point in the world"):
+        arm([rs.DHRow(a=1.0, masses=(Mass(1.0, point=[0, 1, 0]),))])
+    with pytest.raises(rs.InputError, match="a centre and a point"):
+        Mass(1.0, [0, 0, 1], point=[0, 0, 1])

@@ -23,11 +23,11 @@ from robostiff.elastostatics import (
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics import Near, Posture, PostureFinder, place_chain, posture_finder
-from robostiff.kinematics.closure import LegSolver, NewtonTask
+from robostiff.kinematics.closure import LegSolver
 from robostiff.kinematics.pose import PoseRequest, check_is_not_posed
 from robostiff.kinematics.solved_request import ActuatedRequest
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Actuated, PlacedLeg, Robot, Snapshot
+from robostiff.model import PlacedLeg, Robot, Snapshot
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 # Of the stiffness of a leg: two postures that differ by less are the same to it.
 _SAME = 1e-6
-_MOVES = 1e-6  # radians and parts of the length: less is rounding
 _POSES = 3  # of a batch that are looked at, where the robot has no home
 
 
@@ -69,7 +68,7 @@ def _advice_on(posture: Posture, finder: PostureFinder, tolerance: Tolerance) ->
     names = []
     moving = []
     for solver, q in zip(finder.solvers, posture.coordinates, strict=True):
-        if any(_drives_move_alone(solver, posture.pose[i], q[i]) for i in rows[:1]):
+        if solver.has_redundant_drives:
             moving.append(repr(solver.leg.name))
             continue
         if finder.robot.is_posed_by_joints:
@@ -91,18 +90,6 @@ def _advice(names: list[str]) -> tuple[str, ...]:
         f"{legs} the pose in several postures of different stiffness, and none was chosen: give "
         "home coordinates to the joints, or joint coordinates close by: near=[...]",
     )
-
-
-def _drives_move_alone(solver: LegSolver, pose: np.ndarray, q: np.ndarray) -> bool:
-    """Whether drives of a leg closed by iteration can move at a posture whose end is fixed."""
-    if solver.closed_form is not None:
-        return False
-    leg = solver.leg
-    J = NewtonTask((leg,), (), solver.length).rates(np.concatenate([pose, q])[None])[0]
-    values, V_T = np.linalg.svd(J)[1:]
-    alone = V_T[np.count_nonzero(values > _MOVES) :]
-    drives = [isinstance(leg.chain.roles[i], Actuated) for i in np.flatnonzero(leg.chain.free)]
-    return bool(np.any(np.abs(alone[:, drives]) > _MOVES))
 
 
 def _of_moving_drives(name: str) -> str:

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 # (all shipped robots: 3,000 to 9,000 poses, 10 to 30 calls). It begins when as much was spent.
 _A_CALL = 250  # poses of a batch, which take as long as what a call begins with
 _PAYS = 6_000
+# Of a record, numbers and trials of working frames among them: some two seconds, and an arm of a
+# hundred joints. Beyond, the careful form stays.
+_MOST_OPERATIONS = 100_000
 # Machine code is some 0.5 us a pose faster than NumPy, and takes 0.1 s to compile after 0.5 s to
 # load the compiler: below a million poses NumPy is done before.
 _MACHINE_CODE_PAYS = 2**20
@@ -150,11 +153,16 @@ def _inputs(robot: Robot, asked: AskedPoses) -> np.ndarray | None:
 
 
 def _compiled(robot: Robot) -> CompiledRobot:
-    """The robot's kernel on NumPy."""
-    from robostiff.analysis.compiled_robot import compile_robot
-    from robostiff.compiled import Backend
+    """The robot's kernel on NumPy.
 
-    return compile_robot(robot.numeric, backend=Backend.ARRAYS)
+    Raises NoAnswerError where its record would be longer than what it can ever pay for.
+    """
+    from robostiff.analysis.compiled_robot import recorded_and_compiled
+    from robostiff.compiled import Backend, StiffnessMatrix
+
+    return recorded_and_compiled(
+        robot.numeric, (StiffnessMatrix(),), (), Backend.ARRAYS, _MOST_OPERATIONS
+    )
 
 
 def _answered(make: Callable[[], Any]) -> Any:

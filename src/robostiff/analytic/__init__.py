@@ -5,19 +5,25 @@ defining relations; results in closed form or as named steps. Matrices of SymPy 
 and go out.
 """
 
+from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation, Stage
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_formula, differentiate
-from robostiff.analytic.exact.closed import canonical
-from robostiff.analytic.exact.closed_sum import sum_of_legs
+from robostiff.analytic.exact.closed import canonical, sum_of_legs
 from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.exact.products import FormulaTooLargeError
 from robostiff.analytic.formula_function import FormulaFunction
 from robostiff.analytic.inverse import ComplianceSteps, compliance_formula, compliance_steps
 from robostiff.analytic.legs.leg_elimination import LegElimination, derive_leg
-from robostiff.analytic.placement.pose_rotation import EulerAngles, UnitQuaternion, roll_pitch_yaw
-from robostiff.analytic.placement.robot_pose import AtCoordinates, AtHome, AtJoints, AtSymbols
+from robostiff.analytic.placement.robot_pose import (
+    AtCoordinates,
+    AtHome,
+    AtJoints,
+    AtSymbols,
+    EulerAngles,
+    UnitQuaternion,
+    roll_pitch_yaw,
+)
 from robostiff.analytic.questions.eigenvalues import (
     Eigenvalue,
     Eigenvalues,

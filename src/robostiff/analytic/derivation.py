@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Self
 
 import sympy as sp
 
-from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
-from robostiff.analytic.formula import Formula
+from robostiff.analytic.exact.definition import Definition, Unwritten, WrittenField
 from robostiff.analytic.substitution import (
     Substitution,
     refuse_failing,
@@ -21,8 +20,102 @@ from robostiff.analytic.substitution import (
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:
+    from robostiff.analytic.exact.definition import Definition
     from robostiff.analytic.exact.exact_matrix import ExactMatrix
     from robostiff.analytic.formula_function import FormulaFunction
+
+
+class Formula(ABC):
+    """A formula in given symbols, perhaps by named steps."""
+
+    definitions: Any = ()  # of each kind of formula: its named steps, in order
+
+    @property
+    @abstractmethod
+    def _expressions(self) -> Iterable[Any]:
+        """What it consists of beside its steps, and its conditions."""
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it is written in the given symbols alone."""
+        return not self.definitions
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """The given symbols, those of conditions among them, in alphabetical order."""
+        steps: tuple[Definition, ...] = self.definitions
+        expressions = [*self._expressions, *(d.expression for d in steps)]
+        found = set().union(*(e.free_symbols for e in expressions))
+        return tuple(sorted(found - {d.symbol for d in steps}, key=str))
+
+    @property
+    def free_symbols(self) -> set[sp.Symbol]:
+        """The given symbols as a set, as SymPy's expressions have them."""
+        return set(self.symbols)
+
+    @property
+    def _computed(self) -> Any:
+        """The derivation, or derivative, that has its values."""
+        return self
+
+    @abstractmethod
+    def substituted(self, values: Mapping[Any, Any]) -> Any:
+        """Its matrix, or two of them, at values of its symbols."""
+
+    def lambdify(self, *arguments: Any) -> FormulaFunction:
+        """Its matrix as a function of numbers and of arrays that broadcast, in milliseconds.
+
+        Parameters
+        ----------
+        *arguments : str or Symbol
+            The symbols in the order of the function's arguments; alphabetical when left out.
+
+        Returns
+        -------
+        FormulaFunction
+            It raises where the formula does not hold.
+
+        Examples
+        --------
+        >>> k = sp.Symbol("k", positive=True)
+        >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
+        >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
+        array([1. , 0.5])
+        """
+        from robostiff.analytic.formula_function import formula_function
+
+        return formula_function(self._computed, arguments, self.symbols)
+
+    def latex(self) -> str:
+        """The matrix and the names in it in LaTeX with nothing around it, for a paper.
+
+        `export.derivation_latex` writes the whole derivation.
+        """
+        from robostiff.analytic.export.latex import latex_snippet
+
+        return latex_snippet(self._computed)
+
+    def evalf(self, n: int = 15, subs: Mapping[Any, Any] | None = None) -> Any:
+        """The same in n digits, at values of all or some of the symbols.
+
+        Parameters
+        ----------
+        n : int
+            Digits.
+        subs : mapping of str or Symbol to numbers, quantities or formulas, optional
+            In SI units; symbols without a value stay.
+
+        Returns
+        -------
+        Matrix, or a tuple of two of a derivative
+
+        Raises
+        ------
+        InputError
+            When the formula does not hold at these values.
+        """
+        found = self.substituted(subs or {})
+        return tuple(M.evalf(n) for M in found) if isinstance(found, tuple) else found.evalf(n)
 
 
 @dataclass(frozen=True)
@@ -116,7 +209,7 @@ class Derivation(Formula):
 
     @property
     def _expressions(self) -> Any:
-        return self.K
+        return (*self.K, *(c.expression for c in self.conditions))
 
     def subs(self, values: Any, value: Any = None) -> Self:
         """The same derivation with numbers or formulas in place of some of its symbols.
@@ -148,7 +241,10 @@ class Derivation(Formula):
             expected = "names or symbols with their values"
             hint = 'write subs({"h": 0.75})'
             raise InputError("values of symbols", got=given, expected=expected, hint=hint)
-        known = {*self.symbols, *self._symbols_of_conditions, *self._symbols_of_stages}
+        # Some of those from which it begins cancel in K.
+        known = {*self.symbols, *self.K0.free_symbols}.union(
+            *(s.J.free_symbols for s in self.stages)
+        )
         known -= {d.symbol for d in self.definitions}
         chosen = values_of_symbols(sorted(known, key=str), given, f"formula {self.name!r}")
         refuse_names_of_steps(chosen, self.definitions)
@@ -185,73 +281,11 @@ class Derivation(Formula):
         refuse_undefined(K.flat(), where)
         return K
 
-    def series(self, symbol: Any, x0: Any = 0, n: int = 2) -> Derivation:
-        """The first n terms of K as a power series in a symbol about x0, as SymPy counts them.
-
-        Parameters
-        ----------
-        symbol : str or Symbol
-            A coordinate of the pose, a length, a stiffness.
-        x0 : number or formula
-        n : int
-            Number of terms; the rest is of the order of (x - x0)**n.
-
-        Examples
-        --------
-        >>> k, x = sp.symbols("k x", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k / (1 + x), 0, 0))
-        >>> Derivation("K_C", K, (), K).series("x", 0, 3).K[0, 0]
-        k*x**2 - k*x + k
-        """
-        from robostiff.analytic.derivatives import series_formula
-
-        own = next((s for s in self.symbols if s.name == str(symbol)), None)
-        if own is None:
-            names = ", ".join(map(str, self.symbols))
-            raise InputError(f"symbol of a series of {self.name!r}", got=symbol, expected=names)
-        return series_formula(self, own, x0, n)
-
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K as a function of numbers and of arrays that broadcast, in milliseconds.
-
-        Parameters
-        ----------
-        *arguments : str or Symbol
-            The symbols in the order of the function's arguments; alphabetical when left out.
-
-        Returns
-        -------
-        FormulaFunction
-            It raises where the formula does not hold.
-
-        Examples
-        --------
-        >>> k = sp.Symbol("k", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
-        >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
-        array([1. , 0.5])
-        """
-        from robostiff.analytic.formula_function import formula_function
-
-        return formula_function(self, arguments)
-
-    @property
-    def _symbols_of_conditions(self) -> list[Any]:
-        """Those that cancel in K."""
-        needed = {x for condition in self.conditions for x in condition.expression.free_symbols}
-        needed -= {*self.symbols, *(d.symbol for d in self.definitions)}
-        return sorted(needed, key=str)
-
-    @property
-    def _symbols_of_stages(self) -> set[Any]:
-        """Those from which it begins; some of them cancel in K."""
-        return set().union(*(M.free_symbols for M in (self.K0, *(s.J for s in self.stages))))
-
     def _at(self, values: Mapping[Any, Any]) -> Substitution:
         """All values and steps, for the expressions of the derivation."""
-        own = [*self.symbols, *self._symbols_of_conditions]
+        own = self.symbols
         names, known = {str(key) for key in values}, {s.name for s in own}
-        if names - known and {s.name for s in self.symbols} - names:
+        if names - known and known - names:
             raise InputError(
                 "values of symbols",
                 got=", ".join(sorted(names - known)),

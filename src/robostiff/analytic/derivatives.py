@@ -9,19 +9,16 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Derivation, Formula
 from robostiff.analytic.exact.closed import canonical
-from robostiff.analytic.exact.definition import Definition, in_given_symbols, used_definitions
-from robostiff.analytic.exact.field import Element, ExactField
-from robostiff.analytic.exact.operation_count import count_of
-from robostiff.analytic.exact.unwritten import Unwritten, WrittenField
-from robostiff.analytic.formula import Formula
-from robostiff.analytic.formula_function import FormulaFunction, formula_function
+from robostiff.analytic.exact.definition import (
+    Definition,
+    Unwritten,
+    WrittenField,
+    in_given_symbols,
+)
 from robostiff.analytic.robot_derivation import RobotDerivation
-from robostiff.analytic.substitution import values_of_symbols
 from robostiff.errors import InputError
-
-_SHORT = 1500  # operations of terms of a series that are brought to canonical fractions
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,7 @@ class FormulaDerivative(Formula):
 
     @property
     def _expressions(self) -> Any:
-        return (*self.K, *self.dK)
+        return (*self.K, *self.dK, *(c.expression for c in self.conditions))
 
     @cached_property
     def in_names(self) -> FormulaDerivative:
@@ -99,10 +96,6 @@ class FormulaDerivative(Formula):
         ).substituted(values)
         n = self.K.rows
         return sp.ImmutableMatrix(found[:n, :]), sp.ImmutableMatrix(found[n:, :])
-
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K and dK as a function of numbers and arrays, see `Derivation.lambdify`."""
-        return formula_function(self, arguments)
 
 
 def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDerivative:
@@ -162,66 +155,6 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDer
     return found
 
 
-def series_formula(
-    derivation: Derivation, symbol: sp.Symbol, x0: Any = 0, n: int = 2
-) -> Derivation:
-    """The first terms of the power series of K in a symbol, as `sympy.Expr.series` counts them.
-
-    K(x) = sum of K^(i)(x0) (x - x0)^i / i! for i < n, the derivatives being exact: those of a
-    closed form canonical fractions, those of steps in forward mode.
-
-    `x0`: number, quantity or formula: where it begins: a pose, a length; `n`: number of terms.
-
-    Returns
-    -------
-    Derivation
-        Whose K is a polynomial in the symbol; in steps, with the definitions at x0.
-
-    Raises
-    ------
-    InputError
-        As for `differentiate`; when n is no positive whole number, or K is singular at x0.
-
-    Examples
-    --------
-    >>> k, h, x = sp.symbols("k h x", positive=True)
-    >>> K = sp.ImmutableMatrix(sp.diag(k * x**2 / (h + x), 0, 0))
-    >>> series_formula(Derivation("K_C", K, (), K), x, 0, 4).K[0, 0]
-    k*x**2/h - k*x**3/h**2
-    """
-    if not isinstance(n, int) or isinstance(n, bool) or n < 1:
-        raise InputError("number of terms of a series", got=n, expected="1, 2, 3 ...")
-    (x0,) = values_of_symbols([symbol], {symbol.name: x0}, "series").values()
-    in_names = getattr(derivation, "named", None) if derivation.is_closed else None
-    if in_names is not None:
-        own = {"K": in_names.K, "definitions": in_names.definitions, "named": None}
-        derivation = replace(derivation, **own)
-    found = differentiate(derivation, symbol)
-    terms, definitions = [derivation.K, found.dK], found.definitions
-    while len(terms) < n:
-        last = Derivation(derivation.name, terms[-1], (), terms[-1], definitions)
-        found = differentiate(last, symbol)
-        terms, definitions = [*terms, found.dK], found.definitions
-    stacked = sp.ImmutableMatrix.vstack(*terms[:n])
-    whole = Derivation(derivation.name, stacked, (), stacked, definitions)
-    at = whole.subs({symbol: x0}) if symbol in whole.free_symbols else whole
-    if in_names is not None:
-        K = at.K.xreplace(in_given_symbols(at.definitions))
-        at = Derivation(derivation.name, K, (), K)
-    is_exact = not (at.definitions or at.K.has(sp.Float))
-    # Sums over compliances would be put over a common denominator, which is long.
-    is_short = in_names is None or sum(map(count_of, at.K)) <= _SHORT
-    coefficients = canonical(at.K) if is_exact and is_short else at.K
-    rows = derivation.K.rows
-    step = symbol - sp.sympify(x0)
-    parts = [
-        coefficients[i * rows : (i + 1) * rows, :] * step**i / sp.factorial(i) for i in range(n)
-    ]
-    K = sp.ImmutableMatrix(sum(parts[1:], parts[0]))
-    used = used_definitions(at.definitions, [K])
-    return Derivation(derivation.name, K, (), K, used, meanings=derivation.meanings)
-
-
 def derivative_formula(K: Any, symbol: sp.Symbol) -> sp.ImmutableMatrix:
     """Derivative of a matrix of formulas, every entry a canonical fraction.
 
@@ -231,32 +164,7 @@ def derivative_formula(K: Any, symbol: sp.Symbol) -> sp.ImmutableMatrix:
     >>> derivative_formula(sp.Matrix([[sp.sqrt(R**2 + h**2), sp.cos(phi)]]), h)
     Matrix([[h/sqrt(R**2 + h**2), 0]])
     """
-    K = sp.ImmutableMatrix(K)
-    generators = ExactField(K).generators
-    field = ExactField([*K, *(sp.diff(generator, symbol) for generator in generators), symbol])
-    rates = [field.element(sp.diff(generator, symbol)) for generator in field.generators]
-
-    def rate(polynomial: Any) -> Element:
-        total = field.zero
-        for place, change in enumerate(rates):
-            if not change.is_zero and polynomial.degrees()[place]:
-                total = total + _element(field, polynomial.derivative(place)) * change
-        return total
-
-    def derivative(entry: Any) -> Any:
-        if symbol not in entry.free_symbols:
-            return sp.Integer(0)
-        e = field.element(entry)
-        below = _element(field, e.den)
-        above = rate(e.num) * below - rate(e.den) * _element(field, e.num)
-        return field.expression(above / (below * below))
-
-    written = {entry: derivative(entry) for entry in dict.fromkeys(K)}
-    return sp.ImmutableMatrix(K.rows, K.cols, [written[entry] for entry in K])
-
-
-def _element(field: ExactField, polynomial: Any) -> Element:
-    return field.fraction(polynomial, field.ring.constant(1))
+    return canonical(_rates(sp.Matrix(K), {symbol: sp.Integer(1)}))
 
 
 def derivative_name(name: str, symbol: sp.Symbol) -> str:
@@ -288,12 +196,17 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
         taken.add(name)
         rates[definition.symbol] = sp.Symbol(name)
         definitions.append(Definition(rates[definition.symbol], change))
-    entries: dict[Any, Any] = {}
-    for entry in derivation.K:
-        if entry not in entries:
-            entries[entry] = -entries[-entry] if -entry in entries else _rate(entry, rates)
-    dK = derivation.K.applyfunc(entries.__getitem__)
-    return FormulaDerivative(derivation, symbol, sp.ImmutableMatrix(dK), tuple(definitions))
+    dK = _rates(derivation.K, rates)
+    return FormulaDerivative(derivation, symbol, dK, tuple(definitions))
+
+
+def _rates(K: Any, rates: dict[Any, Any]) -> sp.ImmutableMatrix:
+    """Rates of the entries of a matrix; those that differ by a sign are one."""
+    found: dict[Any, Any] = {}
+    for entry in K:
+        if entry not in found:
+            found[entry] = -found[-entry] if -entry in found else _rate(entry, rates)
+    return sp.ImmutableMatrix(K.rows, K.cols, [found[entry] for entry in K])
 
 
 def _rate(expression: Any, rates: dict[Any, Any]) -> Any:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from robostiff.analytic.derivation import Derivation
     from robostiff.analytic.derivatives import FormulaDerivative
 
+_NOT_FINITE = "a denominator vanishes, or a radicand is negative"
+_CANCELLED = "no denominator vanishes up to rounding"
+
 
 @dataclass(frozen=True)
 class FormulaFunction:
@@ -33,8 +36,8 @@ class FormulaFunction:
         Names in order, in SI units; quantities of pint are converted.
     source : str
         What it computes, as Python.
-    words : str
-        Where it does not hold.
+    conditions : tuple of (str, str)
+        Words, and ">" or ">=", of what must be positive, or not negative, where it holds.
     count : int
         How many matrices it returns.
     positive : frozenset of str
@@ -58,12 +61,12 @@ class FormulaFunction:
     name: str
     arguments: tuple[str, ...]
     source: str
-    words: str
+    conditions: tuple[tuple[str, str], ...]
     count: int
     positive: frozenset[str] = frozenset()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        own = self.name, self.arguments, self.source, self.words, self.count, self.positive
+        own = self.name, self.arguments, self.source, self.conditions, self.count, self.positive
         return FormulaFunction, own
 
     def __call__(self, *values: Any, **named: Any) -> Any:
@@ -87,14 +90,21 @@ class FormulaFunction:
                     expected="a positive number",
                     hint="the formula was made for a positive symbol",
                 )
-        *found, holds = self._run(*given)
+        *found, finite, margins = self._run(*given)
+        holds = self._holds(finite, margins)
         if not np.all(holds):
-            raise NoAnswerError(self._failure(np.asarray(holds), given))
+            raise NoAnswerError(self._failure(holds, given, margins))
         return found[0] if self.count == 1 else tuple(found)
 
     def holds(self, *values: Any, **named: Any) -> np.ndarray:
         """Where the formula holds: True or False for each of the points."""
-        return np.asarray(self._run(*self._numbers(values, named))[-1])
+        return self._holds(*self._run(*self._numbers(values, named))[-2:])
+
+    def _holds(self, finite: Any, margins: Sequence[Any]) -> np.ndarray:
+        holds = np.asarray(finite)
+        for (_, sign), margin in zip(self.conditions, margins, strict=True):
+            holds = holds & ((margin > 0) if sign == ">" else (margin >= 0))
+        return holds
 
     @cached_property
     def _run(self) -> Callable[..., tuple[Any, ...]]:
@@ -128,14 +138,21 @@ class FormulaFunction:
             ) from None
         return arrays
 
-    def _failure(self, holds: np.ndarray, given: Sequence[np.ndarray]) -> str:
+    def _failure(
+        self, holds: np.ndarray, given: Sequence[np.ndarray], margins: Sequence[Any]
+    ) -> str:
         place = tuple(int(i) for i in np.argwhere(~holds)[0])
         at = [np.broadcast_to(array, holds.shape)[place] for array in given]
         values = ", ".join(f"{n} = {x:.6g}" for n, x in zip(self.arguments, at, strict=True))
         where = f", first at {list(place)}" if place else ""
         words = f"the formula {self.name} does not hold at {np.sum(~holds)} of {holds.size} points"
-        advice = "; holds(...) says where" if place else f"; {self.words}"
-        return words + where + (f": {values}" if values else "") + advice
+        reason = _NOT_FINITE
+        for (condition, sign), margin in zip(self.conditions, margins, strict=True):
+            value = np.broadcast_to(margin, holds.shape)[place]
+            if value < 0 or (value == 0 and sign == ">"):
+                reason = f"it holds where {condition}, and {value:.3g} should be {sign} 0 there"
+        advice = "; holds(...) says where" if place else ""
+        return f"{words}{where}{f': {values}' if values else ''}; {reason}{advice}"
 
 
 def _number(name: str, value: Any) -> np.ndarray:
@@ -157,9 +174,8 @@ def formula_function(
     InputError
         When a symbol of the formula is not among them, or another name is.
     """
-    from robostiff.analytic.export.code_printer import where_it_holds
+    from robostiff.analytic.export.code import source_of_values
     from robostiff.analytic.export.program import plain_program
-    from robostiff.analytic.export.python_code import source_of_values
 
     compute = plain_program(derivation)
     compute = replace(compute, arguments=tuple(sorted({*compute.arguments, *also}, key=str)))
@@ -173,5 +189,9 @@ def formula_function(
         )
     source = source_of_values(compute, [names.index(name) for name in order])
     positive = frozenset(x.name for x in compute.arguments if x.is_nonnegative)
-    words, count = where_it_holds(compute), len(compute.results)
-    return FormulaFunction(derivation.name, tuple(order), source, words, count, positive)
+    conditions = [(_CANCELLED, ">") for _ in compute.guards]
+    conditions += [(words, sign) for words, _, sign in compute.conditions]
+    count = len(compute.results)
+    return FormulaFunction(
+        derivation.name, tuple(order), source, tuple(conditions), count, positive
+    )

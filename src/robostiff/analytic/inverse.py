@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Derivation, Formula
 from robostiff.analytic.exact.definition import Condition, Definition, used_definitions
 from robostiff.analytic.exact.exact_matrix import echelon
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.formula import Formula
 from robostiff.analytic.questions.rank import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
-
-if TYPE_CHECKING:
-    from robostiff.analytic.formula_function import FormulaFunction
 
 
 def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMatrix:
@@ -77,8 +72,8 @@ class ComplianceSteps(Formula):
     definitions: tuple[Definition, ...]
     conditions: tuple[Condition, ...] = ()
 
-    @cached_property
-    def _formula(self) -> Derivation:
+    @property
+    def _computed(self) -> Derivation:
         return Derivation(
             self.name, self.C, (), self.C, self.definitions, conditions=self.conditions
         )
@@ -89,7 +84,7 @@ class ComplianceSteps(Formula):
 
     def subs(self, values: Any, value: Any = None) -> ComplianceSteps:
         """The same with values in place of some of its symbols, see `Derivation.subs`."""
-        found = self._formula.subs(values, value)
+        found = self._computed.subs(values, value)
         return replace(self, C=found.K, definitions=found.definitions, conditions=found.conditions)
 
     def deflection(self, wrench: Sequence[Any]) -> sp.ImmutableMatrix:
@@ -114,11 +109,7 @@ class ComplianceSteps(Formula):
 
     def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
         """C at given values of all symbols, see `Derivation.substituted`."""
-        return self._formula.substituted(values)
-
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """C as a function of numbers and arrays, see `Derivation.lambdify`."""
-        return self._formula.lambdify(*arguments)
+        return self._computed.substituted(values)
 
 
 def compliance_steps(derivation: Derivation) -> ComplianceSteps:
@@ -165,8 +156,8 @@ def compliance_steps(derivation: Derivation) -> ComplianceSteps:
     taken = {str(s) for d in steps for s in (d.symbol, *d.expression.free_symbols)}
     taken |= {str(s) for s in K.free_symbols}
 
-    def named(i: int, j: int, released: int, value: Any) -> Any:
-        if value.is_Atom or (-value).is_Atom:
+    def named(released: int, i: int, j: int, value: Any) -> Any:
+        if i == j == released or value.is_Atom or (-value).is_Atom:
             return value
         name = f"a{released + 1}_{i + 1}{j + 1}"
         while name in taken:
@@ -175,28 +166,42 @@ def compliance_steps(derivation: Derivation) -> ComplianceSteps:
         steps.append(Definition(symbol, value))
         return symbol
 
-    A: dict[tuple[int, int], Any] = {(i, j): K[i, j] for i in range(n) for j in range(i, n)}
+    C = inverse_in_steps(K, named)
+    used = used_definitions(steps, [C])
+    name = f"compliance of {derivation.name}"
+    return ComplianceSteps(name, C, used, derivation.conditions)
+
+
+def inverse_in_steps(M: Any, named: Callable[[int, int, int, Any], Any]) -> sp.ImmutableMatrix:
+    """The inverse of a symmetric matrix by Gauss and Jordan, one diagonal entry after the other.
+
+    `named`: what stands for an entry (i, j) after step k in the next steps, of (k, i, j, entry).
+
+    Raises
+    ------
+    InputError
+        When a pivot is zero.
+    """
+    n = M.rows
+    A: dict[tuple[int, int], Any] = {(i, j): M[i, j] for i in range(n) for j in range(i, n)}
     for k in range(n):
         column = [A[min(i, k), max(i, k)] for i in range(n)]
         pivot = column[k]
         if pivot == 0:
             raise InputError(
-                f"compliance of {derivation.name!r}",
+                "compliance in steps",
                 got=f"no stiffness against coordinate {k + 1} where those before it are free",
                 expected="a positive definite stiffness",
             )
-        ratio = [sp.S.Zero if i == k else named(i, k, k, column[i] / pivot) for i in range(n)]
+        both = [(min(i, k), max(i, k)) for i in range(n)]
+        ratio = [sp.S.Zero if i == k else named(k, *both[i], column[i] / pivot) for i in range(n)]
         for i in range(n):
             for j in range(i, n):
                 if k not in (i, j) and ratio[i] != 0 and column[j] != 0:
-                    A[i, j] = named(i, j, k, A[i, j] - ratio[i] * column[j])
-        for i in range(n):
-            A[min(i, k), max(i, k)] = ratio[i]
-        A[k, k] = -1 / pivot
-    C = sp.ImmutableMatrix(n, n, lambda i, j: -A[min(i, j), max(i, j)])
-    used = used_definitions(steps, [C])
-    name = f"compliance of {derivation.name}"
-    return ComplianceSteps(name, C, used, derivation.conditions)
+                    A[i, j] = named(k, i, j, A[i, j] - ratio[i] * column[j])
+        A |= {both[i]: ratio[i] for i in range(n)}
+        A[k, k] = named(k, k, k, -1 / pivot)
+    return sp.ImmutableMatrix(n, n, lambda i, j: -A[min(i, j), max(i, j)])
 
 
 def _inverse(K: Any) -> sp.ImmutableMatrix:

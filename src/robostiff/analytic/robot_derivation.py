@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, Self
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.unwritten import WrittenField
+from robostiff.analytic.exact.definition import Definition, WrittenField
 from robostiff.analytic.substitution import Substitution, refuse_negative
-from robostiff.analytic.vectors.vector_expressions import ArmOfSprings, VectorForm
+from robostiff.analytic.vectors.vector_expressions import (
+    ArmOfSprings,
+    VectorForm,
+    with_formulas_changed,
+)
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,16 @@ class LegDerivation:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return LegDerivation, tuple(getattr(self, own.name) for own in fields(self))
+
+    def with_values(self, put_in: Substitution, kept: Mapping[sp.Symbol, Definition]) -> Self:
+        """The leg with values put in; `kept`: the definitions that remain."""
+        return replace(
+            self,
+            wrenches=tuple(map(put_in.matrix, self.wrenches)),
+            compliances=tuple(map(put_in, self.compliances)),
+            K=None if self.K is None else put_in.matrix(self.K),
+            definitions=tuple(kept[d.symbol] for d in self.definitions if d.symbol in kept),
+        )
 
 
 @dataclass(frozen=True)
@@ -96,12 +109,33 @@ class VectorLevel:
         own._form = form
         return own
 
+    def at(self, values: Mapping[sp.Symbol, Any]) -> _Form | None:
+        """The form at values of some of the symbols; names of numbers stay names."""
+        return None if self.form is None else _at(self.form, values)
+
     @property
     def form(self) -> _Form | None:
         """The form."""
         if self._find is not None:
             self._form, self._find = self._find(), None
         return self._form
+
+
+def _at(form: Any, values: Mapping[sp.Symbol, Any]) -> Any:
+    put_in = Substitution(values)
+    names = "definitions" if isinstance(form, InSeries) else "names"
+
+    def changed(x: Any) -> Any:
+        return put_in.matrix(x) if isinstance(x, sp.MatrixBase) else put_in(x)
+
+    def at_values(one: Any) -> Any:
+        kept = put_in.definitions(getattr(one, names), with_numbers=True)
+        bare = with_formulas_changed(replace(one, **{names: ()}), changed)
+        return replace(bare, **{names: tuple(kept.values())})
+
+    found = at_values(form)
+    others = tuple(map(at_values, getattr(form, "others", ())))
+    return replace(found, others=others) if others else found
 
 
 @dataclass(frozen=True)
@@ -129,6 +163,14 @@ class InNames:
     def in_lengths(self) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
         """K and its names without those of components: what is zero in it is seen at once."""
         return (self.K, self.definitions) if self.before is None else self.before.in_lengths
+
+    def at(self, values: Mapping[sp.Symbol, Any]) -> InNames:
+        """The same at values of some of the symbols; names of numbers stay names."""
+        put_in = Substitution(values)
+        kept = put_in.definitions(self.definitions, with_numbers=True)
+        legs = tuple(leg.with_values(put_in, kept) for leg in self.legs)
+        before = None if self.before is None else self.before.at(values)
+        return InNames(put_in.matrix(self.K), legs, tuple(kept.values()), before)
 
 
 @dataclass(frozen=True)
@@ -218,16 +260,7 @@ class RobotDerivation(Derivation):
         parts = super()._parts_at(put_in)
         refuse_negative(parts["K"], f"formula {self.name!r}")
         kept = {d.symbol: d for d in parts["definitions"]}
-        legs = tuple(
-            replace(
-                leg,
-                wrenches=tuple(map(put_in.matrix, leg.wrenches)),
-                compliances=tuple(map(put_in, leg.compliances)),
-                K=None if leg.K is None else put_in.matrix(leg.K),
-                definitions=tuple(kept[d.symbol] for d in leg.definitions if d.symbol in kept),
-            )
-            for leg in self.legs
-        )
+        legs = tuple(leg.with_values(put_in, kept) for leg in self.legs)
         left = {str(x) for c in parts["conditions"] for x in c.expression.free_symbols}
         left |= {str(x) for x in parts["K"].free_symbols}
         left |= {str(x) for d in kept.values() for x in d.expression.free_symbols}
@@ -235,7 +268,7 @@ class RobotDerivation(Derivation):
             "legs": legs,
             "coordinates": tuple(name for name in self.coordinates if name in left),
             "following": tuple(name for name in self.following if name in left),
-            "named": None,  # its names stand for what they were
-            "at_vector_level": VectorLevel(None),
+            "named": None if self.named is None else self.named.at(put_in.values),
+            "at_vector_level": VectorLevel(lambda: self.at_vector_level.at(put_in.values)),
             "general_rank": None,
         }

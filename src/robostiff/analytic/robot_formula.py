@@ -11,15 +11,19 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
+from robostiff.analytic.budget import (
+    BUDGET,
+    FormulaTooLargeError,
+    OutOfTimeError,
+    checked_budget,
+    within,
+)
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.exact.atoms import OutsideFieldError
-from robostiff.analytic.exact.closed_sum import closed_sum
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.closed import closed_sum
+from robostiff.analytic.exact.definition import Definition, Unwritten
 from robostiff.analytic.exact.exact_points import ExactPoints, writes_the_same
-from robostiff.analytic.exact.products import FormulaTooLargeError
-from robostiff.analytic.exact.unwritten import Unwritten
-from robostiff.analytic.legs.leg_facts import facts_of, facts_of_robot, give_names, shared_out
+from robostiff.analytic.legs.leg_geometry import facts_of, facts_of_robot, give_names, shared_out
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.legs_at_points import (

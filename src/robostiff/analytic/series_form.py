@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
-from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.operation_count import count_of
-from robostiff.analytic.exact.products import FormulaTooLargeError
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.legs.leg_geometry import LegGeometry, transport
 from robostiff.analytic.placement.agreement import check_form

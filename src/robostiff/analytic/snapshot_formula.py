@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.exact.closed_sum import closed_sum
+from robostiff.analytic.exact.closed import closed_sum
 from robostiff.analytic.placement.agreement import AGREED, check_value, random_values
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.errors import InputError

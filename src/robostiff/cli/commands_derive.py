@@ -43,11 +43,16 @@ from robostiff.analytic.export import (
     derivation_pdf,
     derivation_text,
     julia_function,
+    latex_snippet,
     matlab_function,
     python_function,
 )
-from robostiff.analytic.placement.pose_rotation import ABOUT_WORLD_AXES, rotation_by_name
-from robostiff.analytic.placement.robot_pose import PoseFormula, coordinate_names
+from robostiff.analytic.placement.robot_pose import (
+    ABOUT_WORLD_AXES,
+    PoseFormula,
+    coordinate_names,
+    rotation_by_name,
+)
 from robostiff.cli.command import INTERRUPTED
 from robostiff.cli.options import Answer, Model, Replacing
 from robostiff.cli.options_of_files import FORMATS, FormulaRequest, Questions, Sheet
@@ -197,6 +202,20 @@ _SUFFIXES = {
 }
 
 
+# What the library advises in Python, as options of this command or another.
+_AS_OPTIONS = {
+    "write derive(robot), which": "leave out --leg: the formula of the whole robot",
+    "derive(robot)": "this command without --wrench",
+    "form=Steps()": "--steps",
+    "form=Closed()": "--closed",
+    "pose=AtJoints()": "--pose joints",
+    "AtSymbols()": "--pose symbolic",
+    "rs.stiffness(robot, pose)": "robostiff stiffness",
+    "rs.equilibrium(robot, pose, wrench).K": "robostiff equilibrium",
+    "rs.equilibrium": "robostiff equilibrium",
+}
+
+
 def print_formula(
     model: Model,
     asked: FormulaRequest,
@@ -210,6 +229,9 @@ def print_formula(
     form = _form(asked)
     checked_budget(asked.budget)
     _check_questions(questions, asked, language)
+    if sheet.snippet and (questions.any or language not in ("text", "latex")):
+        got = "a question" if questions.any else f"--format {language}"
+        raise InputError("--snippet", got=got, expected="the formula alone, in LaTeX")
     go_on_in_child(_progress(model.source, asked, form))
     try:
         derivation = _derived(model, asked, form)
@@ -229,6 +251,8 @@ def print_formula(
         written = (
             _answered(questions, derivation, asked.budget)
             if questions.any and isinstance(derivation, RobotDerivation)
+            else latex_snippet(found)
+            if sheet.snippet
             else _WRITERS[language](found)
         )
     except FormulaTooLargeError as error:
@@ -239,6 +263,13 @@ def print_formula(
             hint="write --steps for named steps, fewer --symbols, or a larger "
             + ("--budget" if isinstance(error, OutOfTimeError) else "--limit"),
         ) from None
+    except InputError as error:
+        hint = error.hint or ""
+        for words, option in _AS_OPTIONS.items():
+            hint = hint.replace(words, option)
+        if hint == (error.hint or ""):
+            raise
+        raise InputError(error.subject, got=error.got, expected=error.expected, hint=hint) from None
     except KeyboardInterrupt:
         click.echo("robostiff: interrupted; named steps, --steps, are quick", err=True)
         return INTERRUPTED

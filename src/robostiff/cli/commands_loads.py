@@ -43,7 +43,7 @@ def print_equilibrium(
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
-    picture = picture_beside(wanted.plot, replacing)
+    picture = picture_beside(wanted.plot, replacing, is_scene=wanted.factors is None)
     options = _options(robot, place, written)
     factors = None if wanted.factors is None else _factors(wanted.factors)
     result = cast("Equilibrium", equilibrium(robot, wrench=F, **options))  # of one pose

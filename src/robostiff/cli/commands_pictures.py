@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
 _MAPS = (".zarr", ".nc")
 _OF_LOADS = ("deflection", "energy")
+_CHARTS = ("energy", "matrix", "map")
 _QUALITIES = {quality.name.lower().replace("_", "-"): quality for quality in Quality}
 
 
@@ -50,8 +51,9 @@ def make_plot(
     model: Subject, asked: PictureFile, place: Posing, replacing: Replacing, answer: Answer
 ) -> int:
     """Draw into a file and print its path; 0."""
-    path = picture_file("--output", asked.output, replacing.overwrite)
     what = _what(model.source, asked)
+    is_scene = what not in _CHARTS
+    path = picture_file("--output", asked.output, replacing.overwrite, is_scene=is_scene)
     if what == "map":
         pictures = (_of_map(model.source, asked),)
     else:

@@ -139,11 +139,9 @@ def output_option(text: str, default: Any = ...) -> Any:
     return option("-o", "--output", metavar="FILE", default=default, help=text)
 
 
-def plot_option(text: str) -> Any:
+def plot_option(text: str, endings: str = ".png, .svg, .pdf or .html") -> Any:
     """A picture beside the answer."""
-    return option(
-        "--plot", metavar="FILE", help=f"{text} into a new file: .png, .svg, .pdf or .html."
-    )
+    return option("--plot", metavar="FILE", help=f"{text} into a new file: {endings}.")
 
 
 @dataclass(frozen=True)

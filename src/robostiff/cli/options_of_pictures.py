@@ -113,7 +113,8 @@ class Run:
     resume: bool = option("--resume", help="Continue an interrupted map in FILE.zarr.")
     plot: str | None = plot_option(
         "Draw the first quantity over the first two coordinates ('robostiff plot FILE.nc' draws "
-        "others)"
+        "others)",
+        ".png, .svg or .pdf",
     )
     workers: int | None = option(
         "--workers", metavar="COUNT", type=int, help="Processes of this machine to start."
@@ -148,7 +149,7 @@ class Subject(Model):
 class PictureFile:
     """A picture, as it is written."""
 
-    output: str = output_option("FILE.png, .svg or .pdf, or .html to be turned.")
+    output: str = output_option("FILE.png, .svg or .pdf, or of a robot .html to be turned.")
     what: str | None = option(
         "--what",
         metavar="|".join(WHAT),

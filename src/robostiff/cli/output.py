@@ -60,8 +60,8 @@ def _styled(line: str) -> str:
 def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
     """A file to be written: one that is not there yet, unless it may be replaced.
 
-    Raises InputError when it is there, is a folder, or lies in no folder; before anything is
-    computed.
+    Raises InputError when it is there, is a folder, lies in no folder, or is a file that the
+    command reads; before anything is computed.
     """
     wanted = Path(path)
     try:
@@ -77,27 +77,36 @@ def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
         if not is_file:
             hint = "this is no regular file and is not replaced: take another name"
         raise InputError(option, got=str(path), expected="a new file", hint=hint)
+    context = click.get_current_context(silent=True)
+    named = [] if context is None else context.params.values()
+    files = [own for own in named if isinstance(own, str) and own and Path(own).is_file()]
+    if there and sum(wanted.samefile(own) for own in files) > 1:
+        raise InputError(option, got=str(path), expected="another file than those that are read")
     return wanted
 
 
 ON_PAPER = (".png", ".svg", ".pdf")
 
 
-def picture_file(option: str, name: str, overwrite: bool) -> Path:
-    """A picture to be written, checked before anything is computed.
+def picture_file(option: str, name: str, overwrite: bool, *, is_scene: bool = True) -> Path:
+    """A picture to be written, checked before anything is computed; a scene may be a page.
 
     Raises InputError as `new_file`, and for another ending.
     """
     path = new_file(option, name, overwrite)
-    if path.suffix.lower() not in {*ON_PAPER, ".html"}:
-        endings = ", ".join((*ON_PAPER, ".html"))
-        raise InputError(option, got=name, expected=f"a name that ends in {endings}")
+    endings = (*ON_PAPER, ".html") if is_scene else ON_PAPER
+    if path.suffix.lower() not in endings:
+        expected = f"a name that ends in {', '.join(endings)}"
+        hint = "only robots are drawn on pages, to be turned" if path.suffix == ".html" else None
+        raise InputError(option, got=name, expected=expected, hint=hint)
     return path
 
 
-def picture_beside(plot: str | None, replacing: Replacing) -> Path | None:
+def picture_beside(plot: str | None, replacing: Replacing, *, is_scene: bool = True) -> Path | None:
     """The picture of ``--plot``, if it is wanted; see `picture_file`."""
-    return None if plot is None else picture_file("--plot", plot, replacing.overwrite)
+    if plot is None:
+        return None
+    return picture_file("--plot", plot, replacing.overwrite, is_scene=is_scene)
 
 
 def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:

@@ -14,7 +14,7 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.linkage import Linkage
 from robostiff.markup import STIFFNESS_UNITS, row, text_of
-from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Role, Snapshot
+from robostiff.model import Actuated, Passive, PlacedMass, Robot, Role, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import BeamElement, Network, Node, SpringElement
@@ -152,9 +152,7 @@ def mass_facts(
 
 
 def _masses_of(snapshot: Snapshot) -> Iterator[tuple[str, PlacedMass]]:
-    for leg in snapshot.legs:
-        yield from ((f"{leg.name}/{mass.name}", mass) for mass in _masses(leg))
-    yield from ((f"platform/{mass.name}", mass) for mass in snapshot.masses)
+    return ((f"{owner}/{mass.name}", mass) for owner, mass in snapshot.named_masses)
 
 
 def _in_parts(
@@ -164,13 +162,6 @@ def _in_parts(
     for own in carriers:
         for mass in own.masses:
             yield own.name if mass.name == own.name else f"{own.name}/{mass.name}", mass
-
-
-def _masses(leg: PlacedLeg) -> Iterator[PlacedMass]:
-    yield from leg.masses
-    for block in leg.blocks:
-        for branch in block.branches:
-            yield from _masses(branch)
 
 
 def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:

@@ -30,6 +30,10 @@ from robostiff.spatial.formula import Entries, exact_arrays, formula_array
 
 Matrix = NDArray[np.float64]
 
+# Condition of a stiffness scaled to a unit diagonal, beyond which soft and stiff directions lie
+# across the axes.
+_DENSE = 1e3
+
 # Relative difference allowed between symmetric entries: more than rounding and unit
 # conversion leave, less than a slip of the pen makes.
 SYMMETRY_TOLERANCE = 1e-9
@@ -167,7 +171,13 @@ def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
     spectrum = scaled_spectrum(K, STIFFNESS)
     held = spectrum.values > spectrum.threshold
     if held.all():
-        return Elasticity(_inverse(K))
+        found = Elasticity(_inverse(K))
+        scale = np.sqrt(np.diagonal(K))
+        unit = K / np.outer(scale, scale)
+        if np.linalg.cond(unit) > _DENSE:
+            # The inverse keeps few digits of its stiff directions; a root of K keeps them.
+            vars(found)["modes"] = np.linalg.inv(np.linalg.cholesky(unit)).T / scale[:, None]
+        return found
     _refuse_penalty(K, spectrum)
     basis = spectrum.scale[:, None] * spectrum.vectors[:, held]
     compliance = (basis / spectrum.values[held]) @ basis.T

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import FileError, Location
-from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
+from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, mass_of_body
 from robostiff.io.suggest import Words
 from robostiff.model import Actuated, Passive
 from robostiff.spatial import Frame
@@ -44,7 +44,12 @@ def tree_of_pinocchio(model: Any) -> RigidTree:
             own = f"{body.name} on {parent}"
             joints.append(TreeJoint(own, JointType.FIXED, parent, body.name, frame, np.zeros(3)))
     names = (links[0], *(joint.child for joint in joints))
-    return RigidTree(model.name, file, names, tuple(joints))
+    masses = {}
+    for link, own in zip(links, model.inertias, strict=True):
+        inertia, place = np.array(own.inertia), Location(file, path=link)
+        mass = mass_of_body(link, float(own.mass), np.array(own.lever), inertia, place)
+        masses |= {} if mass is None else {link: mass}
+    return RigidTree(model.name, file, names, tuple(joints), masses=masses)
 
 
 def _own_link(model: Any, bodies: list[Any], joint: int) -> str:
@@ -63,7 +68,25 @@ def _subspaces(model: Any) -> list[np.ndarray]:
 
 
 def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: str) -> TreeJoint:
-    name, kind = model.names[joint], _kind(model, joint, file)
+    name, mimic = model.names[joint], None
+    follows = model.joints[joint].shortname() == "JointModelMimic"
+    if follows:
+        # Its column is that of the joint that it stands for, times the factor.
+        own = model.joints[joint].extract()
+        leader = int(model.mimicked_joints[list(model.mimicking_joints).index(joint)])
+        mimic = Mimic(model.names[leader], float(own.scaling), float(own.offset))
+        columns = columns / (mimic.multiplier or 1.0)
+        turns, slides = np.any(columns[3:]), np.any(columns[:3])
+        kind = JointType.REVOLUTE if turns else JointType.PRISMATIC
+        if turns == slides:
+            raise _refused(
+                model,
+                joint,
+                "a joint that follows another one, and neither turns nor slides alone",
+                file,
+            )
+    else:
+        kind = _kind(model, joint, file)
     axis = np.zeros(3)
     if kind is JointType.REVOLUTE:
         axis = columns[3:, 0]
@@ -79,7 +102,9 @@ def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: 
         child=links[joint],
         before=_frame(model.jointPlacements[joint]),
         axis=axis,
-        role=Actuated(limits=_limits(model, joint)) if driven else Passive(),
+        role=Actuated(limits=None if follows else _limits(model, joint)) if driven else Passive(),
+        inertia=float(model.armature[model.joints[joint].idx_v]) if driven else 0.0,
+        mimic=mimic,
     )
 
 
@@ -88,10 +113,14 @@ def _kind(model: Any, joint: int, file: str) -> JointType:
     for pattern, kind in _TYPES:
         if re.fullmatch(pattern, own):
             return kind
-    raise FileError(
+    raise _refused(model, joint, own, file)
+
+
+def _refused(model: Any, joint: int, words: str, file: str) -> FileError:
+    return FileError(
         Location(file),
         f"joint {model.names[joint]!r}",
-        got=Words(own),
+        got=Words(words),
         expected="a revolute, prismatic, spherical, planar or free-flying joint",
         hint="write it as several joints, one after the other",
     )

@@ -9,6 +9,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.posture_finder import find_posture
@@ -53,8 +54,8 @@ def with_body_springs(posture: Posture) -> Snapshot:
     springs = posture.robot.in_floats.springs
     if not springs:
         return posture.snapshot
-    here = _bodies(posture)
-    home = _bodies(find_posture(posture.robot, None))
+    here = bodies_of(posture)
+    home = bodies_of(find_posture(posture.robot, None))
     placed = []
     for spring in springs:
         ends = [_placed(here, end, spring.name) for end in spring.between]
@@ -77,7 +78,7 @@ def with_body_springs(posture: Posture) -> Snapshot:
 
 
 @dataclass(frozen=True)
-class _Body:
+class PlacedBody:
     """A frame in which points of a body are given."""
 
     # ``base``, ``platform``, or ``leg/part``, the part that has been placed last before it
@@ -87,23 +88,27 @@ class _Body:
     p: np.ndarray
 
 
-def _bodies(posture: Posture) -> dict[str, _Body]:
-    """Bodies of a robot, by the names of parts before them."""
+@kept
+def bodies_of(posture: Posture) -> dict[str, PlacedBody]:
+    """Frames of the bodies of a robot, by ``leg/part``: where a part begins, of a joint behind it.
+
+    They are those in which masses and the ends of springs are given.
+    """
     pose = posture.pose
     found = {
-        BASE: _Body(BASE, np.eye(3), np.zeros(3)),
-        PLATFORM: _Body(PLATFORM, turn_by_vector(pose[:, 3:]), pose[:, :3]),
+        BASE: PlacedBody(BASE, np.eye(3), np.zeros(3)),
+        PLATFORM: PlacedBody(PLATFORM, turn_by_vector(pose[:, 3:]), pose[:, :3]),
     }
     for leg, q in zip(posture.robot.in_floats.legs, posture.coordinates, strict=True):
         way = _BodyWay.of(leg.chain, q)
         _BodyWalk(leg.base.R, leg.base.p, way).along(leg.chain)
         for name, (R, p, part) in way.bodies.items():
             own = BASE if part is None else f"{leg.name}/{part}"
-            found[f"{leg.name}/{name}"] = _Body(own, R, p)
+            found[f"{leg.name}/{name}"] = PlacedBody(own, R, p)
     return found
 
 
-def _placed(bodies: dict[str, _Body], end: BodyPoint, spring: str) -> tuple[str, np.ndarray]:
+def _placed(bodies: dict[str, PlacedBody], end: BodyPoint, spring: str) -> tuple[str, np.ndarray]:
     """The body, and where a point of it is (..., 3) [m]."""
     body = bodies.get(end.body)
     if body is None:

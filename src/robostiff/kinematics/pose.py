@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -86,11 +86,11 @@ class PoseRequest:
         )
 
 
-Near = JointCoordinates | ArrayLike | Sequence[ArrayLike] | None
+Near = JointCoordinates | ArrayLike | Sequence[ArrayLike] | Mapping[str, ArrayLike] | None
 
 
 def near_coordinates(robot: Robot, near: Near) -> tuple[np.ndarray, ...] | None:
-    """Joint coordinates of each leg that choose a posture, given leg by leg or all in a row.
+    """Joint coordinates of each leg that choose a posture, by name, leg by leg or all in a row.
 
     Raises InputError when they are not as many finite numbers as the legs have coordinates.
     """
@@ -101,6 +101,12 @@ def near_coordinates(robot: Robot, near: Near) -> tuple[np.ndarray, ...] | None:
     units = [joint_units(leg.chain) for leg in robot.legs]
     every = f"{sum(sizes)} joint coordinates [m, rad]"
     expected = every if robot.is_serial else f"{every}, or one list for each of {len(sizes)} legs"
+    if isinstance(given, Mapping):
+        names = [leg.name for leg in robot.legs]
+        if set(given) != set(names):
+            expected = f"coordinates of the legs {', '.join(names)}"
+            raise InputError(subject, got=", ".join(map(str, given)) or "none", expected=expected)
+        given = [given[name] for name in names]
     parts = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else []
     if len(parts) == len(sizes) and all(np.ndim(part) == 1 for part in parts):
         each = zip(parts, units, strict=True)

@@ -39,7 +39,8 @@ class Posture:
     shift_gaps, turn_gaps : (N, legs) arrays
         By how much each leg misses the platform [m], [rad].
     undetermined : (N,) array of bool
-        Where a drive may have any coordinate, so that the one given is arbitrary.
+        Where a drive may have any coordinate, so that the one given is arbitrary, or the nearest
+        to home.
     elsewhere : (N,) array of bool
         Where all legs close, but no path without singularity was found that leads there from home.
     length : float
@@ -57,10 +58,13 @@ class Posture:
     elsewhere: np.ndarray
     length: float
 
-    @property
+    @cached_property
     def reached(self) -> np.ndarray:
         """Which poses all legs reach, in the assembly mode of home (N,)."""
-        return np.all(self.closed & self._long_enough, axis=-1) & ~self.elsewhere
+        reached = np.all(self.closed, axis=-1) & ~self.elsewhere
+        for _, _, values in self._positive:
+            reached &= values > 0
+        return reached
 
     def meets(self, tolerance: float) -> np.ndarray:
         """Where all legs meet the platform within a part of the robot's length (N,)."""
@@ -89,10 +93,16 @@ class Posture:
         if not sentences and self.elsewhere[0]:
             sentences.append(
                 "the legs close at this pose in another assembly mode only: the straight way from "
-                "home passes a singularity; give poses nearer to home, or another home"
+                "home passes a singularity; give poses nearer to home, another home, or joint "
+                "coordinates close by: near=[...]"
             )
         if self.reached[0] and self.undetermined[0]:
-            sentences.append("a crank may stand at any angle at this pose: one of them is shown")
+            sentences.append(
+                "drives can move at this pose while the platform stands still, as two axes of a "
+                "wrist in one line, or a crank below the end of its rod: one of the postures is "
+                "shown, of an arm the nearest to home; joint coordinates close by choose another: "
+                "near=[...]"
+            )
         if self.reached[0]:
             for leg, i, q, (low, high) in self._limited:
                 if not low <= q[0, i] <= high:
@@ -111,14 +121,6 @@ class Posture:
     def closed(self) -> np.ndarray:
         """Which legs meet the platform, with all loops in them closed (N, legs)."""
         return (self.shift_gaps <= _REACHED * self.length) & (self.turn_gaps <= _REACHED)
-
-    @cached_property
-    def _long_enough(self) -> np.ndarray:
-        """Where no beam of a telescope, and no stiffness of a drive, is negative (N, legs)."""
-        enough = np.ones(self.shift_gaps.shape, dtype=bool)
-        for i, _, values in self._positive:
-            enough[:, i] &= values > 0
-        return enough
 
     @property
     def _positive(self) -> Iterator[tuple[int, str, np.ndarray]]:

@@ -93,9 +93,8 @@ class ActuatedRequest(SolvedRequest):
             for leg, q, home in zip(task.legs, found.coordinates, near or homes, strict=True)
         ]
         R = turn_by_vector(found.pose[:, 3:])
-        posture = finder.placed(self.batch, found.pose, R, coordinates, found.elsewhere)
         # A crank that may stand at any angle stands at the given one.
-        return replace(posture, undetermined=np.zeros(len(given), dtype=bool))
+        return finder.placed(self.batch, found.pose, R, coordinates, found.elsewhere)
 
 
 @dataclass(frozen=True)
@@ -132,7 +131,8 @@ class ToolRequest(SolvedRequest):
             for leg, own, home in zip(robot.legs, parts, near or homes, strict=True)
         ]
         pose = six_coordinates(R, p)
-        return finder.placed(self.batch, pose, R, coordinates, found.elsewhere)
+        open_ = finder.open_drives(pose, R, coordinates, near)
+        return finder.placed(self.batch, pose, R, coordinates, found.elsewhere, undetermined=open_)
 
 
 @dataclass(frozen=True)

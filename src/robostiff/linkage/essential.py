@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +13,7 @@ from robostiff.kinematics import place_chain
 from robostiff.kinematics.placed_masses import placed_with_masses
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.linkage import Connection, Linkage
-from robostiff.model import Joint, Link, PlacedFreedom
+from robostiff.model import Joint, Link, Mass, PlacedFreedom, PlacedMass
 from robostiff.network import JointElement, Network, Node, SpringElement
 from robostiff.spatial import Frame
 
@@ -52,7 +54,12 @@ def _welded(linkage: Linkage) -> Linkage:
         if c.element is not None and a != b:
             moved = replace(c, a=a, b=b, before=at_a @ c.before, after=c.after @ at_b.inverse)
             kept.append(moved)
-    return _with(linkage, tuple(kept))
+    masses: dict[str, list[Mass]] = defaultdict(list)
+    for body, several in linkage.masses.items():
+        if body in places:
+            whole, place = places[body]
+            masses[whole] += [mass.seen_from(place) for mass in several]
+    return _with(linkage, tuple(kept), masses)
 
 
 def welded_places(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
@@ -106,10 +113,55 @@ def _between_base_and_platform(linkage: Linkage) -> Linkage:
     ends.append((linkage.base, linkage.platform))
     found = _component_of(added, ends, linkage.base)
     kept = tuple(c for i, c in enumerate(linkage.connections) if i in found)
-    return _with(linkage, kept)
+    others = [c for i, c in enumerate(linkage.connections) if i not in found]
+    return _with(linkage, kept, _with_others(linkage.masses, kept, others))
 
 
-def _with(linkage: Linkage, kept: tuple[Connection, ...]) -> Linkage:
+def _with_others(
+    masses: Mapping[str, Sequence[Mass]], kept: Sequence[Connection], others: list[Connection]
+) -> dict[str, list[Mass]]:
+    """Masses of the bodies that connections keep, and of what hangs on these by others.
+
+    What hangs there, such as the fingers of a gripper, carries no load: it is where its joints are
+    at home.
+    """
+    carriers = {body: (body, Frame.identity()) for c in kept for body in (c.a, c.b)}
+    waiting = list(carriers)
+    total = {body: list(masses.get(body, ())) for body in carriers}
+    left = list(others)
+    while waiting:
+        body = waiting.pop()
+        whole, place = carriers[body]
+        for c in [own for own in left if body in (own.a, own.b)]:
+            left.remove(c)
+            start = Frame.identity() if body == c.a else _across(c).inverse
+            if isinstance(c.element, Link):
+                total[whole] += [
+                    (
+                        own
+                        if own.centre is not None
+                        else replace(own, centre=0.5 * c.element.to, span=None)
+                    ).seen_from(place @ start @ c.before)
+                    for own in c.element.masses
+                ]
+            other = c.b if body == c.a else c.a
+            if other not in carriers:
+                seen = place @ (_across(c) if body == c.a else start)
+                carriers[other] = whole, seen
+                waiting.append(other)
+                total[whole] += [own.seen_from(seen) for own in masses.get(other, ())]
+    return total
+
+
+def _across(c: Connection) -> Frame:
+    """Frame of body b in that of body a, its joint at home."""
+    end = place_chain(c.chain, c.home, c.before.R, c.before.p)
+    return Frame(end.R, end.p) @ c.after
+
+
+def _with(
+    linkage: Linkage, kept: tuple[Connection, ...], masses: Mapping[str, Sequence[Mass]]
+) -> Linkage:
     ends = {body for c in kept for body in (c.a, c.b)}
     if not {linkage.base, linkage.platform} <= ends:
         raise InputError(
@@ -119,7 +171,8 @@ def _with(linkage: Linkage, kept: tuple[Connection, ...]) -> Linkage:
             hint="floating joints connect nothing",
         )
     held = linkage.held & {c.name for c in kept}
-    return replace(linkage, connections=kept, held=held)
+    own = {body: tuple(several) for body, several in masses.items() if several}
+    return replace(linkage, connections=kept, held=held, masses=own)
 
 
 def _component_of(first: int, ends: list[tuple[str, str]], start: str) -> set[int]:
@@ -172,7 +225,7 @@ def network_of(part: Linkage, found: Configuration) -> Network:
             joints.append(JointElement(c.name, c.a, c.b, tuple(freedoms)))
     return Network(
         part.name,
-        tuple(Node(body, found.frames[body].p) for body in part.bodies),
+        tuple(Node(body, found.frames[body].p, _masses(part, body, found)) for body in part.bodies),
         (part.base,),
         part.platform,
         platform.p + platform.R @ part.reference_point,
@@ -180,6 +233,13 @@ def network_of(part: Linkage, found: Configuration) -> Network:
         joints=tuple(joints),
         description=part.title,
     )
+
+
+def _masses(part: Linkage, body: str, found: Configuration) -> tuple[PlacedMass, ...]:
+    """Those of a body in the world, those with an inertia as six."""
+    frame = found.frames[body]
+    several = part.masses.get(body, ())
+    return tuple(own for mass in several for own in mass.placed(mass.name, frame.R, frame.p))
 
 
 def _spring(c: Connection, found: Configuration) -> SpringElement:

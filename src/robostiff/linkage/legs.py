@@ -107,9 +107,9 @@ def robot_of(
         return None
     serial = len(chains) == 1
     if serial:
-        legs = (_arm(part.name, chains[0]),)
+        legs = (_arm(part.name, chains[0], part.masses),)
     else:
-        legs = tuple(_leg(chain[0].name, chain) for chain in chains)
+        legs = tuple(_leg(chain[0].name, chain, part.masses) for chain in chains)
     legs = _coupled(legs, couplings)
     robot = Robot(
         part.name,
@@ -118,6 +118,7 @@ def robot_of(
         reference_point=part.reference_point,
         title=part.title,
         source=part.source,
+        platform_masses=part.masses.get(part.platform, ()),
     )
     return replace(robot, home=None, coordinates=()) if serial else robot
 
@@ -177,25 +178,31 @@ def _chains(part: Linkage) -> list[list[Connection]] | None:
     return chains
 
 
-def _arm(name: str, chain: list[Connection]) -> Leg:
+_Masses = Mapping[str, tuple[Mass, ...]]
+
+
+def _arm(name: str, chain: list[Connection], masses: _Masses) -> Leg:
     """A serial arm, whose chain ends in the frame of the platform."""
     end = _rigid(chain[-1].after, "the platform")
-    return Leg(name, chain[0].before, Chain((*_elements(chain), *end)), Frame.identity())
+    elements = Chain((*_elements(chain, masses), *end))
+    return Leg(name, chain[0].before, elements, Frame.identity())
 
 
-def _leg(name: str, chain: list[Connection]) -> Leg:
+def _leg(name: str, chain: list[Connection], masses: _Masses) -> Leg:
     """A leg, whose chain ends where it meets the platform."""
     end = chain[-1].after.inverse
     attachment = Frame(end.R + 0.0, end.p + 0.0)  # without negative zeros
-    return Leg(name, chain[0].before, Chain(tuple(_elements(chain))), attachment)
+    return Leg(name, chain[0].before, Chain(tuple(_elements(chain, masses))), attachment)
 
 
-def _elements(chain: list[Connection]) -> list[Element]:
+def _elements(chain: list[Connection], masses: _Masses) -> list[Element]:
     elements: list[Element] = []
     way = Frame.identity()
     for i, connection in enumerate(chain):
         if i > 0:
-            elements += _rigid(way @ connection.before, connection.name)
+            to, body = way @ connection.before, connection.a
+            own = tuple(mass.seen_from(way) for mass in masses.get(body, ()))
+            elements += [Rigid(to, f"body {body}", own)] if own else _rigid(to, connection.name)
         if connection.element is not None:
             elements.append(connection.element)
         way = connection.after

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
-from robostiff.model import Chain, Joint, Link, Locked, Passive
+from robostiff.model import Chain, Joint, Link, Locked, Mass, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
@@ -121,6 +121,8 @@ class Linkage(Symbolic):
         Joints that keep their home coordinates while loops are closed; locked ones always do.
     title, source : str
         What it is, and where its numbers come from.
+    masses : mapping of str to tuple of Mass
+        Of bodies, by their names and in their frames.
     nominal : mapping of str to float
         The values in SI units that a side file gives to the symbols of its stiffnesses.
 
@@ -148,6 +150,7 @@ class Linkage(Symbolic):
     title: str = ""
     source: str = ""
     nominal: Mapping[str, float] = field(default_factory=dict)
+    masses: Mapping[str, tuple[Mass, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         seen: set[str] = set()

@@ -10,6 +10,7 @@ from robostiff.elasticity import BeamTheory, CrossSection, Elasticity, Material
 from robostiff.errors import InputError
 from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.link import beam_link
+from robostiff.model.mass import Mass, PlacedMass
 from robostiff.spatial.formula import vanishes
 
 _SAME_PLACE = 1e-9  # of the size of the platform
@@ -47,6 +48,8 @@ class PlatformPart:
         Columns: its own axes in the platform frame.
     elasticity : Elasticity
         Of node b against node a; without compliance for a rigid member.
+    masses : tuple of Mass
+        Spread evenly from node a to node b.
     """
 
     name: str
@@ -55,6 +58,7 @@ class PlatformPart:
     point: np.ndarray
     axes: np.ndarray
     elasticity: Elasticity
+    masses: tuple[Mass, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -202,7 +206,7 @@ def platform_beam(
             expected="nodes at different places",
         )
     link = beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)
-    return PlatformPart(name, a.name, b.name, b.at, link.axes, link.elasticity)
+    return PlatformPart(name, a.name, b.name, b.at, link.axes, link.elasticity, link.masses)
 
 
 def rigid_member(a: PlatformNode, b: PlatformNode, name: str = "rigid") -> PlatformPart:
@@ -241,6 +245,18 @@ class PlacedPlatform:
         rotation = self.rotation if self.rotation.ndim == 2 else self.rotation[index]
         origin = self.origin if self.origin.ndim == 1 else self.origin[index]
         return PlacedPlatform(self.platform, self.holds, rotation, origin)
+
+    @property
+    def masses(self) -> dict[str, tuple[PlacedMass, ...]]:
+        """Those of its parts in the world at one pose, by the names of the parts."""
+        return {
+            part.name: tuple(
+                PlacedMass(part.name, own.value, 0.5 * (a + b), 0, a, (0.0, 1.0))
+                for own in part.masses
+            )
+            for part in self.platform.parts
+            for a, b in [[self.in_world(self.platform.point_of(n)) for n in (part.a, part.b)]]
+        }
 
     def in_world(self, point: np.ndarray) -> np.ndarray:
         """A point of the platform frame (3,) in the world (..., 3) [m]."""

@@ -12,7 +12,7 @@ from robostiff.elasticity.bounds import Bounds
 from robostiff.errors import InputError
 from robostiff.model.checks import vector3
 from robostiff.record import Entry, is_zero, usual_size
-from robostiff.spatial import as_float, as_floats
+from robostiff.spatial import Frame, as_float, as_floats
 from robostiff.spatial.formula import formula_array, is_formula, is_possible
 
 STANDARD_GRAVITY = 9.80665
@@ -34,23 +34,27 @@ class Mass:
     value : float or formula
         Zero or more [kg].
     centre : (3,) array or None
-        Where it is, in the frame in which its part begins [m]; in the platform frame for a mass on
-        the platform. None for the middle between the ends of the part, or the origin of the
-        platform frame.
+        Where it is in its body [m]: in the frame in which its part begins, of a joint in that
+        behind it; in the platform frame for a mass on the platform; in world axes from the point of
+        a node. None for the middle between the ends of the part, or the origin of the platform
+        frame.
     span : (float, float) or None
         Of a mass that is spread evenly along an elastic part: from which to which part of its
-        length. An elastic part without a `centre` has it spread along all of it.
+        length. An elastic part without a `centre` or `inertia` has it spread along all of it.
     name : str
         What it is, such as ``tool``.
     inertia : (3,) or (3, 3) array or None
         Moments of inertia about the centre, in the axes in which the centre is given [kg m^2]; None
         for a mass in one point. It matters for `modes` alone.
+    point : (3,) array or None
+        In place of a centre, of a mass that is given beside those of the robot: where it is in the
+        world at the unloaded posture [m]. Its inertia is in world axes, too.
 
     Raises
     ------
     InputError
-        When the mass is negative, centre and span are both given, or the inertia is that of no
-        body.
+        When the mass is negative, two of centre, span and point are given, or the inertia is that
+        of no body.
 
     Examples
     --------
@@ -65,6 +69,7 @@ class Mass:
     span: tuple[Any, Any] | None = None
     name: str = "mass"
     inertia: Any = None
+    point: Any = None
 
     def __post_init__(self) -> None:
         subject = "mass" if self.name == "mass" else f"mass of {self.name!r}"
@@ -77,11 +82,13 @@ class Mass:
                     got="no mass" if self.value == 0 else "a span beside it",
                     expected="a mass of more than zero [kg] in one place",
                 )
-        if self.centre is None:
-            return
-        if self.span is not None:
-            raise InputError(subject, got="a centre and a span", expected="one of them")
-        object.__setattr__(self, "centre", vector3(f"centre of {subject}", self.centre))
+        places = [key for key in ("centre", "span", "point") if getattr(self, key) is not None]
+        if len(places) > 1:
+            raise InputError(subject, got=f"a {' and a '.join(places)}", expected="one of them")
+        for key in ("centre", "point"):
+            if key in places:
+                place = vector3(f"{key} of {subject}", getattr(self, key))
+                object.__setattr__(self, key, place)
 
     @property
     def bounds(self) -> tuple[Bounds, ...]:
@@ -92,6 +99,34 @@ class Mass:
     def of(cls, value: Any) -> Mass:
         """The mass itself, or that of a number [kg]."""
         return value if isinstance(value, Mass) else cls(value)
+
+    @property
+    def is_spread(self) -> bool:
+        """Whether an elastic part has it spread along its length."""
+        return self.centre is None and self.inertia is None
+
+    def seen_from(self, frame: Frame) -> Mass:
+        """The same mass, its centre given, in the frame from which its own is seen as `frame`."""
+        inertia = None if self.inertia is None else frame.R @ self.inertia @ frame.R.T
+        centre = frame.p if self.centre is None else frame.p + frame.R @ self.centre
+        return replace(self, centre=centre, inertia=inertia)
+
+    def placed(
+        self,
+        name: str,
+        R: np.ndarray,
+        p: np.ndarray,
+        after: int = 0,
+        start: np.ndarray | None = None,
+    ) -> tuple[PlacedMass, ...]:
+        """In the world, where its frame has axes R and origin p: one mass, with an inertia six."""
+        own = np.zeros(3) if self.centre is None else self.centre
+        return tuple(
+            PlacedMass(
+                name, np.asarray(value), p + np.einsum("...ij,j->...i", R, own + arm), after, start
+            )
+            for value, arm in self.points
+        )
 
     @property
     def points(self) -> tuple[tuple[Any, np.ndarray], ...]:
@@ -144,18 +179,29 @@ def mass_value(subject: str, value: Any) -> Any:
 
 
 def masses_of(value: Any) -> tuple[Mass, ...]:
-    """Masses from none, a number [kg], a mass or several of them.
+    """Masses of a part of a robot: none, a number [kg], a mass or several of them.
+
+    Raises
+    ------
+    InputError
+        When one is given in the world, which it leaves as the robot moves.
 
     Examples
     --------
     >>> [own.value for own in masses_of([2, Mass(0.5)])]
     [2.0, 0.5]
     """
-    if value is None:
-        return ()
-    if isinstance(value, list | tuple):
-        return tuple(Mass.of(one) for one in value)
-    return (Mass.of(value),)
+    several = value if isinstance(value, list | tuple) else () if value is None else (value,)
+    found = tuple(Mass.of(one) for one in several)
+    for own in found:
+        if own.point is not None:
+            raise InputError(
+                f"mass {own.name!r} of a part",
+                got=f"a point in the world, {own.point.tolist()}",
+                expected="its centre in the frame in which the part begins [m]",
+                hint="write Mass(2, centre=[0, 0, 0.1])",
+            )
+    return found
 
 
 def gravity_vector(subject: str, value: Any) -> np.ndarray:

@@ -18,6 +18,7 @@ from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.entries import Symbolic, are_equal
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.in_words import robot_html
+from robostiff.model.joint import Passive
 from robostiff.model.mass import Mass, gravity_vector, masses_of
 from robostiff.model.stiffness_law import ForceLaw, StiffnessLaw
 from robostiff.spatial import Frame, Space
@@ -55,6 +56,9 @@ ALL_COORDINATES = tuple(Coordinate)
 class Leg:
     """A chain from a frame of the base to a frame of the platform.
 
+    It may be rigid where it has passive joints, as a leg that guides the platform: in the wrenches
+    that it transmits the robot is rigid then.
+
     Attributes
     ----------
     name : str
@@ -79,6 +83,11 @@ class Leg:
     def __post_init__(self) -> None:
         object.__setattr__(self, "base", Frame.of(self.base))
         object.__setattr__(self, "attachment", Frame.of(self.attachment))
+        if not any(isinstance(role, Passive) for role in self.chain.roles):
+            self.check_has_compliance()
+
+    def check_has_compliance(self) -> None:
+        """Raise InputError for a leg in which everything is rigid."""
         if not self.chain.has_compliance:
             raise InputError(
                 f"leg {self.name!r}",
@@ -168,6 +177,8 @@ class Robot(InNotebooks, Symbolic):
         if not self.legs:
             raise InputError(f"robot {self.name!r}", got="no leg", expected="at least one leg")
         check_distinct("names of the legs", [leg.name for leg in self.legs])
+        if not any(leg.chain.has_compliance for leg in self.legs) and not self.springs:
+            self.legs[0].check_has_compliance()
         parts = [f"{leg.name}/{name}" for leg in self.legs for name in leg.chain.part_names]
         check_distinct("names of the parts, leg/part", parts)
         object.__setattr__(self, "legs", _sharing_chains(self.legs))

@@ -21,7 +21,7 @@ from robostiff.model.link import Rigid
 from robostiff.model.mass import Mass
 from robostiff.model.robot import Coordinate, Leg, Robot
 from robostiff.spatial import Frame, as_float, exact_number, is_formula
-from robostiff.spatial.formula import exact_array, is_possible
+from robostiff.spatial.formula import Scalar, exact_array, is_possible
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
@@ -112,7 +112,7 @@ def serial_arm(
     convention: DHConvention,
     joint_stiffness: Any,
     limits: Sequence[tuple[float, float] | None] | None = None,
-    home: Sequence[Any] | None = None,
+    home: Sequence[Scalar] | None = None,
     tool: Frame | RigidTransform | None = None,
     base: Frame | RigidTransform | None = None,
     name: str = "arm",
@@ -187,7 +187,7 @@ def serial_arm(
         make = prismatic if row.slides else revolute
         q, name_of_joint = () if own is None else (own,), row.name or f"joint{number}"
         frame = link if convention is DHConvention.STANDARD else row.about_z
-        masses = tuple(_seen_from_joint(mass, frame) for mass in row.masses)
+        masses = tuple(m if m.centre is None else m.seen_from(frame) for m in row.masses)
         elements.append(make(_AXIS, Actuated(stiffness, bound), home=q, name=name_of_joint))
         elements.append(Rigid(link, f"link{number}", masses))
     if tool is not None:
@@ -203,14 +203,6 @@ def _links(rows: Sequence[DHRow], convention: DHConvention) -> tuple[Frame, list
         return Frame.identity(), [row.about_z @ row.about_x for row in rows]
     after = [row.about_x for row in rows[1:]] + [Frame.identity()]
     return rows[0].about_x, [row.about_z @ next_ for row, next_ in zip(rows, after, strict=True)]
-
-
-def _seen_from_joint(mass: Mass, row: Frame) -> Mass:
-    """A mass in the frame of its row, in that behind its joint."""
-    if mass.centre is None:
-        return mass
-    inertia = None if mass.inertia is None else row.R @ mass.inertia @ row.R.T
-    return replace(mass, centre=row.p + row.R @ mass.centre, inertia=inertia)
 
 
 def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:

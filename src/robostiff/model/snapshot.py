@@ -6,7 +6,7 @@ down directly. Every array may have leading batch axes: many poses of one robot.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -219,6 +219,22 @@ class PlacedLeg:
         return tuple(e for e in self.elements if isinstance(e, PlacedBlock))
 
     @property
+    def all_blocks(self) -> Iterator[PlacedBlock]:
+        """Its parallel blocks, and those inside of them."""
+        for block in self.blocks:
+            yield block
+            for branch in block.branches:
+                yield from branch.all_blocks
+
+    @property
+    def all_masses(self) -> Iterator[PlacedMass]:
+        """Those of the branches of its parallel blocks, then its own."""
+        for block in self.blocks:
+            for branch in block.branches:
+                yield from branch.all_masses
+        yield from self.masses
+
+    @property
     def own_parts(self) -> tuple[PlacedFreedom | PlacedSpring, ...]:
         """Its joints and elastic parts, those of its parallel blocks left out."""
         return tuple(e for e in self.elements if not isinstance(e, PlacedBlock))
@@ -304,6 +320,19 @@ class Snapshot:
             springs=springs,
             masses=tuple(mass.at(index) for mass in self.masses),
         )
+
+    @property
+    def named_masses(self) -> Iterator[tuple[str, PlacedMass]]:
+        """All masses at one pose, by the names of their legs, or ``platform``."""
+        for leg in self.legs:
+            yield from ((leg.name, mass) for mass in leg.all_masses)
+        of_parts = () if self.platform is None else self.platform.masses.values()
+        yield from (("platform", mass) for own in (self.masses, *of_parts) for mass in own)
+
+    def moving_masses(self, nodes: Container[str]) -> Iterator[PlacedMass]:
+        """All masses, whatever nodes of a network move."""
+        del nodes
+        yield from (mass for _, mass in self.named_masses)
 
     @property
     def is_coupled(self) -> bool:

@@ -17,6 +17,8 @@ from robostiff.network.elements import BeamElement, CouplingElement, Element, Sp
 from robostiff.network.network import Network
 from robostiff.spatial import Space, block_rotation, compliance_modes, twist_transport
 
+# Condition of a compliance scaled to a unit diagonal: beyond it directions are told apart first.
+_DENSE = 1e3
 _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
 
@@ -132,7 +134,10 @@ def connection_of(
     if not np.any(C):
         S = np.zeros((W.shape[1], W.shape[1]))
         return RelativeMotion(element.name, *ends, axes @ W, S, axes @ J, tuple(names))
-    modes = compliance_modes(C) * scale[:, None]
+    modes = compliance_modes(C)
+    if isinstance(element, SpringElement) and space is Space.SPATIAL:
+        modes = element.elasticity.modes
+    modes = modes * scale[:, None]
     C = C * np.outer(scale, scale)
     S = W.T @ C @ W
     S = 0.5 * (S + S.T)
@@ -145,7 +150,10 @@ def connection_of(
     size = np.linalg.norm(modes[:, np.any(modes != 0, axis=0)], axis=0)
     values, Vt = np.linalg.svd(felt / size[:, None])[1:]
     rank = int(np.count_nonzero(values > tolerance.independence))
-    if rank < len(S):  # otherwise unchanged: a new basis would cost digits of stiff directions
+    unit = np.sqrt(np.where(np.diagonal(S) > 0, np.diagonal(S), 1.0))
+    # Otherwise unchanged: a new basis would cost digits of stiff directions, unless these lie
+    # across all axes.
+    if rank < len(S) or np.linalg.cond(S / np.outer(unit, unit)) > _DENSE:
         _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
         W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
         S = np.diag(np.append(roots**2, np.zeros(len(S) - rank)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -117,6 +117,16 @@ class Network:
         yield from self.beams
         yield from self.springs
         yield from self.joints
+
+    def moving_masses(self, nodes: Container[str]) -> Iterator[PlacedMass]:
+        """Masses of given nodes, and of the elements that move with them."""
+        for node in self.nodes:
+            yield from node.masses if node.name in nodes else ()
+        for element in (*self.beams, *self.springs):
+            for mass in element.masses:
+                ends = (element.b,) if mass.start is None else (element.a, element.b)
+                if any(end in nodes for end in ends):
+                    yield mass
 
     @property
     def has_masses(self) -> bool:
@@ -330,6 +340,7 @@ def _add_platform(placed: PlacedPlatform, parts: _Parts) -> None:
                 placed.in_world(part.point),
                 placed.rotation @ part.axes,
                 part.elasticity,
+                placed.masses[part.name],
             )
         )
 

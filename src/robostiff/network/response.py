@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
@@ -14,6 +14,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.network.beam_loads import BeamLoad, DistributedForce, ForceOnBeam, beam_load
 from robostiff.network.equations import Equations, RelativeMotion, equations_of
 from robostiff.network.internal_loads import InternalLoads, carried_wrench, loads_of_parts
+from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import (
     CONVERGED,
@@ -64,6 +65,9 @@ class NetworkResponse:
         Energies of parts, reactions of joints, loads of actuators.
     free_nodes : tuple of str
         Nodes that can move without resistance, and are not loaded along these motions.
+    shifts : dict of str to (d,) array
+        Displacement of the point of each node [m], also of those of which the spin alone is free,
+        as in a truss.
     """
 
     name: str
@@ -72,6 +76,7 @@ class NetworkResponse:
     beams: dict[str, SectionForces]
     loads: InternalLoads
     free_nodes: tuple[str, ...] = ()
+    shifts: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def energy(self) -> float:
@@ -181,18 +186,29 @@ def network_response(
         _check_balance(equations, points, at_nodes, {} if loads is None else loads, reactions)
     extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
     free = {name for mechanism in mobile.mechanisms for name in mechanism.moving}
+    twists = {name: system.twist(equations, x[:, 0], name, own) for name, own in points.items()}
+    shifting = _shifting(equations, mobile, points)
     return NetworkResponse(
         network.name,
-        {
-            name: system.twist(equations, x[:, 0], name, point)
-            for name, point in points.items()
-            if name not in free
-        },
+        {name: own for name, own in twists.items() if name not in free},
         reactions,
         beams,
         loads_of_parts(equations, system, x[:, 0], dependent.undetermined, extra),
         tuple(node.name for node in network.nodes if node.name in free),
+        {n: t[: network.space.translations] for n, t in twists.items() if n not in shifting},
     )
+
+
+def _shifting(equations: Equations, mobile: Mobility, points: Mapping[str, np.ndarray]) -> set[str]:
+    """Nodes whose point moves in some mechanism; others spin about it, or keep still."""
+    found, d = set(), equations.network.space.translations
+    for mechanism in mobile.mechanisms:
+        largest = np.abs(mechanism.motions).max(initial=0.0)
+        for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
+            shift = (equations.transport(name, points[name]) @ motions)[:d]
+            if np.abs(shift).max(initial=0.0) > _GAP * largest:
+                found.add(name)
+    return found
 
 
 def _sorted_loads(

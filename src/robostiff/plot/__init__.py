@@ -1,4 +1,4 @@
-"""Plots of results: on paper with Matplotlib, in the browser with Plotly.
+"""Plots of results: on paper with Matplotlib, scenes in the browser with Plotly.
 
 Every function takes results, draws a picture on a backend, and returns what the backend makes of
 it: Matplotlib's axes or a figure of Plotly. Nothing is shown, and no setting of either is changed.

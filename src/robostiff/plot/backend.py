@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from io import StringIO
 from typing import TYPE_CHECKING, Any, Protocol
 
 from robostiff.errors import InputError, needs_extra
@@ -26,7 +27,7 @@ else:
 
 
 class PlotBackend(Protocol[Drawn_co]):
-    """Draws pictures: `Matplotlib` returns its axes, `Plotly` a figure."""
+    """Draws pictures: `Matplotlib` returns its axes, `Plotly` a figure of a scene."""
 
     def draw(self, picture: Picture) -> Drawn_co:
         """Draw a picture, without showing it."""
@@ -75,18 +76,44 @@ class Matplotlib:
         from robostiff.plot.on_matplotlib import charts, scene
         from robostiff.plot.on_matplotlib.canvas import Canvas, style
 
+        kinds: dict[type, Any] = {
+            Scene: scene.draw_scene,
+            Matrix: charts.draw_matrix,
+            Bars: charts.draw_bars,
+            Field: charts.draw_field,
+            Bands: charts.draw_bands,
+            Curves: charts.draw_curves,
+        }
         palette = self.theme.palette
         settings: Any = style(palette)
         with mpl.rc_context(settings):
             canvas = Canvas(self.ax, self.width.value / 25.4, palette)
             # A dollar would begin a formula.
             shown = with_words(picture, lambda text: text.replace("$", r"\$"))
-            return canvas.finish(_drawer(picture, charts, scene)(shown, canvas))
+            return canvas.finish(kinds[type(picture)](shown, canvas))
+
+    def svg(self, picture: Picture, *, letters: bool = False) -> str:
+        """A picture as SVG, with letters as text or as paths, without a date.
+
+        Raises
+        ------
+        InputError
+            As `draw`.
+        """
+        figure: Any = self.draw(picture).figure
+        import matplotlib as mpl
+
+        written = StringIO()
+        # deterministic names of clips
+        settings: Any = {"svg.hashsalt": "robostiff", "svg.fonttype": "none" if letters else "path"}
+        with mpl.rc_context(settings):
+            figure.savefig(written, format="svg", metadata={"Date": None})
+        return written.getvalue()
 
 
 @dataclass(frozen=True)
 class Plotly:
-    """Draws figures of Plotly, to be turned and zoomed in a browser; shows and writes nothing.
+    """Draws scenes as figures of Plotly, to be turned in a browser; shows and writes nothing.
 
     ``figure.write_html("robot.html")`` writes what was drawn.
 
@@ -98,42 +125,36 @@ class Plotly:
     theme: Theme = Theme.LIGHT
 
     def draw(self, picture: Picture) -> Figure:
-        """Draw a picture.
+        """Draw a scene.
 
         Raises
         ------
         InputError
-            When Plotly is missing.
+            When Plotly is missing, or the picture is a chart.
         """
         return plotly_figure(picture, self.theme.palette)
 
 
 def plotly_figure(picture: Picture, palette: Palette) -> Figure:
-    """A picture as a figure of Plotly, in the colours of a palette or in names of colours.
+    """A scene as a figure of Plotly, in the colours of a palette or in names of colours.
 
-    Raises InputError when Plotly is missing.
+    Raises InputError when Plotly is missing, or the picture is a chart.
     """
+    if not isinstance(picture, Scene):
+        raise InputError(
+            "picture of Plotly",
+            got=type(picture).__name__.lower(),
+            expected="a scene, which can be turned; charts are drawn by Matplotlib",
+            hint="write backend=rs.plot.Matplotlib()",
+        )
     with needs_extra("plots", "plot"):
         import plotly.graph_objects  # noqa: F401
 
-    from robostiff.plot.on_plotly import charts, scene
+    from robostiff.plot.on_plotly.scene import draw_scene
 
     # Plotly interprets text as HTML.
     shown = with_words(picture, lambda text: text.replace("&", "&amp;").replace("<", "&lt;"))
-    return _drawer(picture, charts, scene)(shown, palette)
-
-
-def _drawer(picture: Picture, charts: Any, scene: Any) -> Any:
-    """The function of a backend that draws this kind of picture."""
-    kinds: dict[type, Any] = {
-        Scene: scene.draw_scene,
-        Matrix: charts.draw_matrix,
-        Bars: charts.draw_bars,
-        Field: charts.draw_field,
-        Bands: charts.draw_bands,
-        Curves: charts.draw_curves,
-    }
-    return kinds[type(picture)]
+    return draw_scene(shown, palette)
 
 
 # Any, since a default cannot have the type that the caller chooses.
@@ -150,6 +171,6 @@ def drawn_by(backend: PlotBackend[Drawn], picture: Picture) -> Drawn:
             "backend of a plot",
             got=backend,
             expected="Matplotlib() or Plotly()",
-            hint="write backend=rs.plot.Plotly()",
+            hint="write backend=rs.plot.Matplotlib()",
         )
     return backend.draw(picture)

@@ -28,12 +28,11 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
     Parameters
     ----------
     deflection : Deflection
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------
@@ -158,12 +157,11 @@ def comparison(
         Of stiffnesses; deflections are compared by displacements and rotations.
     names : tuple of two str, optional
         What to call them; the names of the robots when left out.
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------

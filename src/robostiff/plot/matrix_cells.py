@@ -56,12 +56,11 @@ def matrix(
         At a single pose.
     kind : Kind
     shade : Shade
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------

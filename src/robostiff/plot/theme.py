@@ -168,11 +168,6 @@ class NamedColours(Palette):
         own = (t.palette.along(stop, where) for t, stop in zip(Theme, parts, strict=True))
         return _name(self.every, tuple(own))
 
-    def on(self, colour: str) -> str:
-        """Name of the colours that have most contrast on those of a name."""
-        own = zip(Theme, self._colours(colour), strict=True)
-        return _name(self.every, tuple(theme.palette.on(shown) for theme, shown in own))
-
     def _colours(self, name: str) -> tuple[str, ...]:
         return self.every[int(name[4:-7])]
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, NoAnswerError
 
 if TYPE_CHECKING:
     from robostiff.record.entry import Entry
@@ -99,6 +99,8 @@ class Record:
     ----------
     inputs : mapping of names to (samples,) arrays
         What the formulas depend on, with values at generic points.
+    most : int, optional
+        How many steps it may have. One more raises a `NoAnswerError`.
 
     Examples
     --------
@@ -110,13 +112,13 @@ class Record:
     4
     """
 
-    def __init__(self, inputs: Mapping[str, ArrayLike]) -> None:
+    def __init__(self, inputs: Mapping[str, ArrayLike], most: int | None = None) -> None:
         samples = {name: np.array(values, dtype=float) for name, values in inputs.items()}
         shapes = {values.shape for values in samples.values()}
         if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
             raise InputError("samples of the inputs", expected="as many for each input")
         self.count = next(iter(shapes))[0] if shapes else 1
-        self.inputs = tuple(samples)
+        self.inputs, self.most = tuple(samples), most
         self.operations: list[tuple[Operation, Any, Any]] = []
         self._samples = np.empty((64, self.count))
         self.names: dict[int, str] = {}
@@ -276,6 +278,8 @@ class Record:
 
     def _append(self, key: tuple[Operation, Any, Any], sample: np.ndarray) -> int:
         step = len(self.operations)
+        if step == self.most:
+            raise NoAnswerError(f"a record of more than {self.most} operations")
         if step == len(self._samples):
             self._samples = np.concatenate([self._samples, np.empty_like(self._samples)])
         self.operations.append(key)

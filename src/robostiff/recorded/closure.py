@@ -216,7 +216,7 @@ def _rate_name(joint: str, by: str) -> str:
 
 
 def record_closure(
-    robot: Robot, finder: PostureFinder, joints: Sequence[str]
+    robot: Robot, finder: PostureFinder, joints: Sequence[str], most: int | None = None
 ) -> RecordedClosure | None:
     """Record the closure of a robot whose legs are closed by iteration.
 
@@ -228,6 +228,8 @@ def record_closure(
         Of the same robot in numbers.
     joints : sequence of str
         Names for the coordinates of the legs, one leg after the other.
+    most : int, optional
+        Of operations, beyond which a `NoAnswerError` is raised.
 
     Returns
     -------
@@ -250,7 +252,7 @@ def record_closure(
     >>> closure.inputs, len(closure.start)
     (('z', 'rx', 'ry'), 11)
     """
-    guess = RobotAtGuess.of(robot, finder, joints)
+    guess = RobotAtGuess.of(robot, finder, joints, most)
     if guess is None:
         return None
     step = newton_step(guess.without_constraints, guess.pose, guess.r, guess.open, finder.length)

@@ -61,7 +61,9 @@ class RobotAtGuess:
         return tuple(replace(leg, same={}) for leg in self.legs)
 
     @classmethod
-    def of(cls, robot: Robot, finder: PostureFinder, joints: Sequence[str]) -> RobotAtGuess | None:
+    def of(
+        cls, robot: Robot, finder: PostureFinder, joints: Sequence[str], most: int | None
+    ) -> RobotAtGuess | None:
         """None where a parameter turns the platform at home: only closed forms take that."""
         poses, each_leg = closed_samples(robot, finder)
         chosen = robot.coordinate_places
@@ -79,7 +81,7 @@ class RobotAtGuess:
             every = np.concatenate([q, solver.home[None]])
             guessed.append(_GuessedLeg.of(leg, names, every, moving))
             state |= guessed[-1].state
-        record = Record({**inputs, **state})
+        record = Record({**inputs, **state}, most)
         own = with_inputs(robot, record)
         if turns_at_home(own):
             return None

@@ -21,9 +21,9 @@ from robostiff.kinematics.formula import (
 )
 from robostiff.model import ALL_COORDINATES, Actuated, Leg, Robot
 from robostiff.record import Entry, Operation, Record, least, usual_size
+from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
-from robostiff.recorded.flexible_platform import legs_on_platform
 from robostiff.recorded.guess import Same, axes_behind_balls, following_balls, pose_on_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
@@ -141,15 +141,17 @@ class RobotOnEntries:
         by_pose: bool,
         changed: Callable[[Leg], Leg] = lambda leg: leg,
         closure: RecordedClosure | None = None,
+        most: int | None = None,
     ) -> RobotOnEntries:
         """A robot whose legs close in closed form, by its pose; any robot by its joints.
 
         Its symbols, which have nominal values, are inputs as well; the finder is of the same robot
         in numbers. Each leg on entries is `changed` before it is placed. With the closure of a
         robot by its joints the platform is at its pose, and joints that follow from others or from
-        the pose are no inputs.
+        the pose are no inputs. The record has no more than `most` operations.
 
-        Raises InputError when a leg has no closed form, or home has no room around it.
+        Raises InputError when a leg has no closed form, or home has no room around it, and
+        NoAnswerError when the record would be longer.
         """
         given = _pose_samples(robot, finder) if by_pose else _joint_samples(robot, finder)
         same = {} if closure is None else closure.same
@@ -159,7 +161,7 @@ class RobotOnEntries:
             poses, names = closed_samples(robot, finder)[0], (*closure.inputs, *closure.start)
             each = zip(ALL_COORDINATES, poses.T, strict=True)
             inputs |= {own.value: samples for own, samples in each if own.value in names}
-        record = Record(inputs)
+        record = Record(inputs, most)
         robot = with_inputs(robot, record)
         legs = [changed(leg) for leg in robot.legs]
         if by_pose:
@@ -224,26 +226,28 @@ def _joint_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]
     return found
 
 
-def record_at_pose(robot: Robot, finder: PostureFinder) -> RecordedRobot:
+def record_at_pose(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
     """Record a robot whose legs close in closed form; the inputs are its free pose coordinates."""
-    return RobotOnEntries.of(robot, finder, by_pose=True).recorded
+    return RobotOnEntries.of(robot, finder, by_pose=True, most=most).recorded
 
 
-def record_at_joints(robot: Robot, finder: PostureFinder) -> RecordedRobot:
+def record_at_joints(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
     """Record a robot at coordinates of all its legs, a serial arm at those of its joints."""
-    own = RobotOnEntries.of(robot, finder, by_pose=False)
+    own = RobotOnEntries.of(robot, finder, by_pose=False, most=most)
     return replace(own.recorded, joints=own.coordinates)
 
 
-def record_with_closure(robot: Robot, finder: PostureFinder) -> RecordedRobot | None:
+def record_with_closure(
+    robot: Robot, finder: PostureFinder, most: int | None = None
+) -> RecordedRobot | None:
     """Record a robot at coordinates of its legs and platform, with the closure that finds them.
 
     None where a record of the closure does not serve, see `record_closure`.
     """
-    closure = record_closure(robot, finder, tuple(_joint_samples(robot, finder)))
+    closure = record_closure(robot, finder, tuple(_joint_samples(robot, finder)), most)
     if closure is None:
         return None
-    own = RobotOnEntries.of(robot, finder, by_pose=False, closure=closure)
+    own = RobotOnEntries.of(robot, finder, by_pose=False, closure=closure, most=most)
     return replace(own.recorded, joints=own.coordinates, closure=closure)
 
 
@@ -351,16 +355,17 @@ def _smallest(values: Sequence[Any]) -> Any:
     return reduce(least, entries.values()) if entries else None
 
 
-def record_robot(robot: Robot, finder: PostureFinder) -> RecordedRobot:
+def record_robot(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
     """Record a robot at its poses: legs in closed form, or closed by Newton steps.
 
-    An arm that is posed by its joints is recorded at joint coordinates.
+    An arm that is posed by its joints is recorded at joint coordinates. A record of more than
+    `most` operations is given up, a `NoAnswerError`.
     """
     by_joints = robot.is_posed_by_joints
-    if not by_joints and all(s.closed_form is not None for s in finder.solvers):
-        recorded = record_at_pose(robot, finder)
+    if not by_joints and all(s.recorded_form is not None for s in finder.solvers):
+        recorded = record_at_pose(robot, finder, most)
         # Where a leg misses the platform at generic poses, the other coordinates must follow.
         if all(np.all(part.sample >= 0) for part in recorded.reach if isinstance(part, Entry)):
             return recorded
-    recorded = None if by_joints else record_with_closure(robot, finder)
-    return record_at_joints(robot, finder) if recorded is None else recorded
+    recorded = None if by_joints else record_with_closure(robot, finder, most)
+    return record_at_joints(robot, finder, most) if recorded is None else recorded

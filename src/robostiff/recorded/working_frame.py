@@ -16,6 +16,7 @@ from robostiff.spatial import Screw
 #: A wrench or twist: six entries or numbers, or three in the plane.
 Column = list[Any]
 
+_MOST_FRAMES, _OF_LONG_LEGS = 64, 12
 _SQUARE = 1e-12  # cosine of a right angle: rounding
 
 
@@ -94,18 +95,24 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
 def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame]:
     """Candidate frames: the world, and the axes of springs and joints at each of their points.
 
-    A slide or turn and the next axis across it make a frame, too.
+    A slide or turn and the next axis across it make a frame, too. A long leg has too many pairs of
+    axes and points, which are as many times as long to see: axes are then tried at points as far
+    along the leg.
     """
     yield world
-    rotations = [e.rotation for e in leg.springs] or list(_frames_of_joints(leg))
+    rotations = [e.rotation for e in leg.springs] or list(_frames_of_joints(leg)) or [world.R]
     points = [e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.turns]
+    pairs = [(R, p) for R in rotations for p in points]
+    if len(pairs) > _MOST_FRAMES:
+        along = np.arange(_OF_LONG_LEGS) / _OF_LONG_LEGS
+        axes, at = ((along * len(own)).astype(int) for own in (rotations, points))
+        pairs = [(rotations[i], points[k]) for i, k in zip(axes, at, strict=True)]
     tried: set[tuple[Any, ...]] = set()
-    for R in rotations or [world.R]:
-        for p in points:
-            key = (*map(_key, R.flat), *map(_key, p))
-            if key not in tried:
-                tried.add(key)
-                yield WorkingFrame(R, p)
+    for R, p in pairs:
+        key = (*map(_key, R.flat), *map(_key, p))
+        if key not in tried:
+            tried.add(key)
+            yield WorkingFrame(R, p)
 
 
 def _frames_of_joints(leg: PlacedLeg) -> Iterator[np.ndarray]:

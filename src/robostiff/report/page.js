@@ -59,6 +59,11 @@
 
   function draw(figure) {
     const place = document.getElementById("plot-" + figure.name);
+    const { chart } = figure.levels[shown.get(figure.name)];
+    if (chart !== undefined) {
+      place.innerHTML = chart;
+      return;
+    }
     const drawn = layoutOf(figure, dark.matches ? "dark" : "light", place.clientWidth);
     const made = Plotly.react(place, drawn.data, drawn.layout, options);
     const other = figure.levels[shown.get(figure.name)].other;
@@ -77,6 +82,7 @@
   let printing = Promise.resolve();
   const waiting = new Map();
   function printLater(figure) {
+    if (figure.levels[0].chart !== undefined) return;
     clearTimeout(waiting.get(figure.name));
     const begin = () => { printing = printing.then(() => print(figure)); };
     waiting.set(figure.name, setTimeout(begin, 400));
@@ -85,7 +91,9 @@
   for (const figure of figures) {
     shown.set(figure.name, figure.start);
     await draw(figure);
-    document.getElementById("plot-" + figure.name).on("plotly_relayout", () => printLater(figure));
+    if (figure.levels[0].chart === undefined) {
+      document.getElementById("plot-" + figure.name).on("plotly_relayout", () => printLater(figure));
+    }
     printLater(figure);
     const slider = document.getElementById("slider-" + figure.name);
     if (slider === null) continue;

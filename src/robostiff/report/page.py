@@ -51,7 +51,7 @@ def report_html(contents: ReportContents) -> str:
     Raises
     ------
     InputError
-        When Plotly is missing.
+        When Plotly or Matplotlib is missing.
     """
     plotly = _packed_plotly()
     sections = report_sections(contents)
@@ -115,19 +115,21 @@ def _part_html(part: Part) -> str:
 
 
 def _figure_html(figure: Figure) -> str:
-    """The element in which the script draws a figure, with its slider below."""
-    caption = escaped(figure.caption)
-    image = f'<img class="on-paper" id="print-{figure.name}" alt="{caption}">'
-    parts = [element("div", "", class_="plot", id=f"plot-{figure.name}"), image]
+    """The element in which the script draws the figure, with its slider below."""
+    caption, name, start = escaped(figure.caption), figure.name, figure.start
+    kind = "plot" if figure.is_scene else "chart"
+    parts = [element("div", "", class_=kind, id=f"plot-{name}")]
+    if figure.is_scene:
+        parts.append(f'<img class="on-paper" id="print-{name}" alt="{caption}">')
     if len(figure.levels) > 1:
         slider = (
-            f'<input type="range" min="0" max="{len(figure.levels) - 1}" value="{figure.start}" '
-            f'id="slider-{figure.name}" aria-label="{escaped(figure.caption)}">'
+            f'<input type="range" min="0" max="{len(figure.levels) - 1}" value="{start}" '
+            f'id="slider-{name}" aria-label="{caption}">'
         )
-        label = escaped(figure.levels[figure.start].label)
-        output = element("output", label, id=f"label-{figure.name}", for_=f"slider-{figure.name}")
+        label = escaped(figure.levels[start].label)
+        output = element("output", label, id=f"label-{name}", for_=f"slider-{name}")
         parts.append(element("div", slider + output, class_="slider"))
-    parts.append(element("figcaption", escaped(figure.caption)))
+    parts.append(element("figcaption", caption))
     return element("figure", "".join(parts))
 
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from io import StringIO
 from itertools import groupby
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from robostiff.analytic.export.typst import (
     TYPST_DERIVATIONS,
@@ -13,10 +12,9 @@ from robostiff.analytic.export.typst import (
     typst_pdf,
     wants_wide_page,
 )
-from robostiff.errors import needs_extra, printable
+from robostiff.errors import printable
 from robostiff.markup import TYPST_BLOCKS, Bullets, Facts, Table, Tone, block_typst, typst_text
 from robostiff.plot import Matplotlib, Width
-from robostiff.plot.picture import Picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import (
     Figure,
@@ -152,21 +150,10 @@ def _figure(figure: Figure, share: int = 100) -> str:
     """The figure that the HTML page shows first, as wide as a share of its place [%]."""
     level = figure.levels[figure.start]
     caption = figure.caption + (f" Here {level.label}." if level.label else "")
-    source = _quoted(_svg(level.picture))
+    # half as wide as a page, so that its letters stay 8 points high
+    source = _quoted(Matplotlib(width=Width.HALF).svg(level.picture))
     image = f'image(bytes({source}), format: "svg", width: {share}%)'
     return f"figure({image}, caption: [{typst_text(caption)}])"
-
-
-def _svg(picture: Picture) -> str:
-    """Half as wide as a page, so that its letters stay 8 points high."""
-    with needs_extra("plots", "plot"):
-        import matplotlib as mpl
-    figure: Any = Matplotlib(width=Width.HALF).draw(picture).figure
-    written = StringIO()
-    # deterministic names of clips
-    with mpl.rc_context({"svg.hashsalt": "robostiff"}):
-        figure.savefig(written, format="svg", metadata={"Date": None})
-    return written.getvalue()
 
 
 def _quoted(text: str) -> str:

@@ -18,12 +18,15 @@ from robostiff.markup import Block, Table, row
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.plot import Theme
+from robostiff.plot import Matplotlib, Theme
 from robostiff.plot.backend import plotly_figure
 from robostiff.plot.on_plotly.swinging import places
-from robostiff.plot.picture import Picture
+from robostiff.plot.picture import Picture, Scene
 from robostiff.plot.theme import Palette, named_colours
 from robostiff.report.contents import ReportContents
+
+# colours of charts that the style of a page has too, by which they follow its theme
+_IN_STYLE = ("ground", "ink", "muted", "faint")
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,13 @@ class Level:
     other: Picture | None = None
 
     def drawn(self, palette: Palette) -> dict[str, Any]:
-        """The figure for the script, and the other end where there is one."""
+        """For the script: a chart, or the figure of a scene and its other end if it has one."""
+        if not isinstance(self.picture, Scene):
+            svg = Matplotlib().svg(self.picture, letters=True)
+            for name in _IN_STYLE:
+                svg = svg.replace(getattr(Theme.LIGHT.palette, name), f"var(--{name})")
+            svg = svg.replace("#000000", "var(--ink)")  # a colour of parts, dark on dark
+            return {"chart": svg[svg.index("<svg") :]}
         own: dict[str, Any] = {"drawn": plotly_figure(self.picture, palette).to_dict()}
         if self.other is not None:
             own["other"] = places(plotly_figure(self.other, palette))
@@ -70,6 +79,11 @@ class Figure:
     caption: str
     levels: tuple[Level, ...]
     start: int = 0
+
+    @property
+    def is_scene(self) -> bool:
+        """Whether it can be turned, and is no chart."""
+        return isinstance(self.levels[0].picture, Scene)
 
     def data(self, palette: Palette) -> dict[str, Any]:
         """Data for the script: the name, and each level with its label."""

@@ -97,7 +97,8 @@ class CriticalLoad:
     @property
     def _required(self) -> CriticalPoint:
         if self.point is None:
-            why = "; ".join(self.advice) or f"stable up to factor {self.searched_to:g}"
+            searched = [f"none up to factor {self.searched_to:g}"] if self.searched_to else []
+            why = "; ".join((*searched, *self.advice))
             raise NoAnswerError(f"no critical load of {self.name!r}: {why}")
         return self.point
 

@@ -19,6 +19,7 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.chains.body_springs import loaded_springs
 from robostiff.statics.equations.critical_point import CriticalPoint
 from robostiff.statics.equations.equilibrium_path import SAFE, first_critical
 from robostiff.statics.equations.newton import FREE, FoundEquilibrium, Target, equilibrium_at
@@ -87,8 +88,7 @@ def equilibrium(
     laws : mapping of str to ForceLaw, optional
         How the force of a joint, ``leg/part``, follows from its motion, in place of its stiffness.
     beams : Bowing or Linear
-        What axial load does to a beam between its ends: ``Bowing(elements=None)`` chooses the
-        number of elements by how a beam is held.
+        What axial load does to a beam between its ends.
     near : joint coordinates, optional
         Those that choose the posture, as for `stiffness`.
 
@@ -190,8 +190,12 @@ def solved(
 def _has_branched(
     problem: EquilibriumProblem, unloaded: Linearised, found: FoundEquilibrium
 ) -> bool:
-    """Whether rigid bars may have passed a singular posture on the way from the unloaded one."""
-    return (
+    """Whether a cable has become slack on the way from the unloaded posture.
+
+    Or rigid bars may have passed a singular posture.
+    """
+    slack = (own.is_cable and own.tension == 0 for own in loaded_springs(problem, found.state, 1.0))
+    return any(slack) or (
         may_be_singular(problem) and Regular.of(problem, unloaded).ratio(problem, found.known) <= 0
     )
 
@@ -207,7 +211,7 @@ def _confirmed(
         return found, critical
     if ended is None or searched_to < 1.0:
         return replace(found, converged=False), None
-    return equilibrium_at(problem, loading, 1.0, ended.state), None
+    return ended, None
 
 
 def _margins(

@@ -19,7 +19,6 @@ from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.critical_point import least_margin
 from robostiff.statics.equations.equilibrium_path import OnPath, path
-from robostiff.statics.equations.newton import equilibrium_at
 from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loading.given_loads import Gravity, Loads
@@ -112,7 +111,7 @@ def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> list[OnPath]
     for step in path(problem, loading, problem.at_rest, largest=0.1 * furthest):
         own, at = step, step.found
         if at.factor > furthest:  # the last step ends at the largest factor
-            last = equilibrium_at(problem, loading, furthest, at.state)
+            last = own.at(problem, loading, furthest)
             at = last if last.converged else at
             is_stable = least_margin(problem, at, problem.at_rest)[1].value >= 0
             met = tuple(point for point in own.critical if point.factor <= at.factor)

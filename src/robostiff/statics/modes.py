@@ -21,31 +21,24 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.chains.carried_masses import CarriedMasses
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.equations.vibration import SmallMotions
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
-from robostiff.statics.loading.given_loads import Gravity, Loads, Masses, has_masses, unit_weights
+from robostiff.statics.loading.given_loads import Gravity, Loads, Masses
 from robostiff.statics.loading.joint_laws import Laws
-from robostiff.statics.loading.loaded_posture import (
-    LoadedPosture,
-    one_wrench,
-    places_of,
-    postures_of,
-)
+from robostiff.statics.loading.loaded_posture import LoadedPosture, one_wrench, postures_of
 from robostiff.statics.result_tables import modes_html
 
-_BOWING = Bowing()
-# Gravity that makes forces of masses, whose size alone counts [m/s^2].
-_UNIT = np.array([0.0, 0.0, -1.0])
+# So that beams have modes of their own, the first of them within some percent.
+_HALVES = Bowing(elements=2)
 # Of the platform's motion beside that of the legs: below this it stays.
 _STAYS = 1e-6
 # Of a motion, rotations times the length of the robot: below this it is called a translation.
 _TURNS = 1e-2
 # Of a mode, by which bodies are moved to find how they move [rad].
 _PART = 1e-3
-# Of the largest square of a frequency: what rounding leaves of none.
-_ROUNDING = 1e-10
 
 
 @dataclass(frozen=True)
@@ -155,24 +148,29 @@ def modes(
     gravity: Gravity = None,
     preload: Mapping[str, Any] | None = None,
     laws: Laws | None = None,
-    beams: Beams = _BOWING,
+    beams: Beams = _HALVES,
     near: Near = None,
 ) -> Modes:
     """Natural frequencies and mode shapes of a robot at a pose, without load or under one.
 
     Small motions x about the equilibrium obey ``M x'' + K x = 0``, with K the second variation of
     the energy of all elastic parts less the work of the loads, as for `equilibrium`, over the
-    motions that keep the robot together. Motions without mass follow in balance.
+    motions that keep the robot together. Motions without mass follow in balance. Masses along an
+    elastic part have the consistent mass matrix of a beam, with sections that turn and shear.
 
     Parameters
     ----------
-    robot, pose, wrench, at, loads, gravity, preload, laws, beams, near
+    robot, pose, wrench, at, loads, gravity, preload, laws, near
         As for `equilibrium`.
     masses : mapping of str to float, Mass or a sequence of them, optional
         What moves beside the masses of the model, by the name of the part before the body that
         carries it, ``leg/part``, of the node of a network, or ``platform`` [kg]. A mass without a
-        centre is at that part or node, or at the point of the platform. These have no weight:
-        `loads` take those.
+        centre or point is at that part or node, or at the point of the platform. These have no
+        weight: `loads` take those.
+    beams : Bowing or Linear
+        As for `equilibrium`; each beam is two elements when left out. Frequencies come from above:
+        that of a beam within itself is 0.5 % high with one element for each half wave, and a beam
+        of one element between two bodies has none.
 
     Returns
     -------
@@ -189,27 +187,19 @@ def modes(
     >>> spindle = {"platform": rs.Mass(150, inertia=[4, 4, 7])}
     >>> found = rs.modes(rs.load("hexapod"), masses=spindle)
     >>> len(found), found.frequencies[:2].round(1)
-    (72, array([48.7, 48.7]))
+    (180, array([48.8, 48.8]))
     """
     postures = postures_of(robot, pose, near)
-    own = has_masses(postures.robot)
-    if not (masses or own):
-        raise _without_mass(robot.name)
     given = one_wrench(postures, wrench)
-    loaded = postures.loaded(0, at, loads, preload, beams, gravity, masses=own).under(laws)
+    loaded = postures.loaded(
+        0, at, loads, preload, beams, gravity, masses={} if masses is None else masses
+    ).under(laws)
     if not loaded.has_posture:
         return Modes(loaded.name, loaded.space, loaded.status)
     problem, known, state, status = _about(loaded, given)
     if known is None or state is None:
         return Modes(loaded.name, loaded.space, status)
-    more = unit_weights(masses or {}, {"platform": problem.point, **places_of(loaded.posed)})
-    try:
-        weights = postures.loaded(0, at, more, None, beams, _UNIT if own else None).problem
-    except InputError as error:
-        if error.subject != "loads":
-            raise
-        raise InputError("masses", got=error.got, expected=error.expected) from None
-    each = _vibrating(problem, weights, known, state)
+    each = _vibrating(problem, loaded.masses, known, state)
     if not each:
         raise _without_mass(robot.name)
     return Modes(loaded.name, loaded.space, status, each, loaded.posed, problem)
@@ -240,13 +230,12 @@ def _about(
 
 
 def _vibrating(
-    problem: EquilibriumProblem, weights: EquilibriumProblem, known: Linearised, state: State
+    problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
 ) -> tuple[Mode, ...]:
-    squares, shapes = SmallMotions.of(problem, weights, known, state).vibrations()
-    largest = np.max(np.abs(squares), initial=0.0)
+    squares, shapes = SmallMotions.of(problem, masses, known, state).vibrations()
     each, rest = [], body_places(problem, state)
     for square, shape in zip(squares, shapes, strict=True):
-        rate = np.sqrt(abs(square)) if abs(square) > _ROUNDING * largest else 0.0
+        rate = np.sqrt(abs(square))
         twist = shape[len(shape) - problem.size :]
         parts = _shares(problem, shape)
         each.append(

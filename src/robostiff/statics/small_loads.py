@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -23,7 +24,8 @@ from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
 from robostiff.statics.chains.body_springs import small_pulls
 from robostiff.statics.chains.equilibrated import LOST
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.equations.flexible_platform import about_the_tool
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares_of
 from robostiff.statics.loading.from_snapshot import load_vector
 from robostiff.statics.loading.given_loads import Gravity, Loads, acting_gravity, given_forces
@@ -86,7 +88,7 @@ def deflection(
     ------
     InputError
         When a load or the pose does not fit; when there are `loads`, `gravity` or springs between
-        bodies for a flexible platform or several poses.
+        bodies for several poses.
 
     Examples
     --------
@@ -118,15 +120,14 @@ def deflection(
             expected="a robot without cables, a snapshot, a network or a linkage",
             hint="cables have cable_response(robot, pose, load=...), or 'robostiff cables'",
         )
-    if isinstance(robot, Robot):
-        robot.check_platform_is_rigid("deflection under loads at bodies")
     nothing = np.zeros(robot.space.size)
     asked, F = one_loaded_posture(
         robot, pose, nothing if wrench is None else wrench, at, loads, None, Linear(), near, none
     )
     rest = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
     problem = asked.problem if np.any(none) else _without_tension(asked.problem)
-    return _Small(problem, F, rest).answer()
+    flexible = asked.snapshot is not None and asked.snapshot.platform is not None
+    return _Small(problem, F, rest, flexible).answer()
 
 
 def _of_network(
@@ -139,12 +140,13 @@ def _of_network(
 ) -> Deflection:
     """A network under loads at its nodes and its own weight."""
     rest = deflection_under_wrench(network, None, wrench, at=at, tolerance=tolerance)
-    pull = acting_gravity(network, gravity)
+    pull = acting_gravity(network, gravity, loads)
     point = np.asarray(rest.stiffness.reference_point, dtype=float)
     points = {name: p for name, p in places_of(network).items() if name not in network.fixed}
     points = {"platform": point} | points | {network.platform: point}
     forces = list(network.weights(pull)) if np.any(pull) else []
-    for name, own in given_forces(loads, pull, network.space, (np.eye(3), point)).items():
+    frame_of = {name: (np.eye(3), at) for name, at in points.items()}.get
+    for name, own in given_forces(loads, pull, network.space, frame_of).items():
         if name not in points:
             known = ", ".join(list(network.free_nodes)[:5])
             raise InputError("loads", got=name, expected=f"a node that moves, or platform: {known}")
@@ -179,6 +181,7 @@ class _Small:
     problem: EquilibriumProblem
     F: np.ndarray
     rest: Deflection
+    has_flexible_platform: bool
 
     @property
     def stiffness(self) -> RobotStiffness:
@@ -200,7 +203,7 @@ class _Small:
         to_origin = to_origin if stiffness.space is Space.SPATIAL else to_origin[:2]
         # what the loads at bodies are worth at the platform: legs bend under them while it is held
         status = stiffness.status
-        if self.has_springs or known.rigid:
+        if self.has_springs or known.rigid or self.has_flexible_platform:
             held = self.with_springs(known)
             if held is None:
                 return self.none(Status.UNBALANCED)
@@ -231,9 +234,17 @@ class _Small:
                 if part.load is not None
             ),
             actuators=self.actuators(parts),
-            leg_wrenches=tuple(move_wrench(W, to_origin) for W in problem.leg_wrenches(state)),
+            leg_wrenches=tuple(move_wrench(W, to_origin) for W in self.leg_wrenches(state, known)),
             work_of_loads=self.work(known, steps, t),
         )
+
+    def leg_wrenches(self, state: State, known: Linearised) -> Sequence[np.ndarray]:
+        """What the platform exerts on each leg about its point, where it is without load."""
+        if not self.has_flexible_platform:
+            return self.problem.leg_wrenches(state)
+        (own,), (rest,) = state.legs, self.problem.unloaded.legs
+        placed = replace(self.problem.unloaded, legs=(replace(own, bodies=rest.bodies),))
+        return about_the_tool(self.problem.groups[0], placed, known.by_twist[0])[0]
 
     @property
     def has_springs(self) -> bool:

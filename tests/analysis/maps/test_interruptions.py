@@ -39,7 +39,7 @@ def started(folder, *more):
 def wait_for_a_block(folder):
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline:
-        if any(p.stat().st_size for p in folder.glob("map.zarr/progress/*.jsonl")):
+        if any(p.stat().st_size for p in folder.glob("map.zarr/progress/[0-9]*")):
             return
         time.sleep(0.01)
     pytest.fail("no block was written")

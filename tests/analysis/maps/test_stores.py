@@ -1,6 +1,11 @@
 """Maps on disk: the same as in memory, safe against interruption, and never another map."""
 
 import copy
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +13,7 @@ import xarray
 
 import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
-from robostiff.analysis.maps.request import fingerprint
+from robostiff.analysis.maps.identity import plain
 from robostiff.errors import InputError
 from tests.analysis.maps.robots import loaded
 
@@ -106,25 +111,37 @@ def test_a_map_that_is_half_there_says_so(tmp_path):
     assert np.all(np.isnan(half.rotational_stiffness.where(half.status == 512)))
 
 
-def test_a_torn_record_and_torn_chunks_are_made_again(tmp_path, undisturbed):
+def test_a_torn_mark_and_torn_chunks_are_made_again(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
-    begun(path, blocks=2)
-    (journal,) = path.glob("progress/*.jsonl")
-    lines = journal.read_text().splitlines(keepends=True)
-    journal.write_text(lines[0] + lines[1][:-20])
+    begun(path, blocks=3)
+    torn = path / "progress" / "0"
+    torn.write_text(torn.read_text()[:-20])
     for chunk in (path / "translational_stiffness" / "c" / "1").iterdir():
         chunk.write_bytes(b"torn")
-    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
+    reported = []
+    found = rs.stiffness_map(
+        loaded("3-rpr"), POSES, store=path, resume=True, progress=reported.append
+    )
+    assert reported[0].resumed == POSES.count // 4  # one of four blocks
     xarray.testing.assert_identical(found.load(), undisturbed)
 
 
-def test_a_record_written_twice_counts_once(tmp_path, undisturbed):
+def test_a_store_is_filled_by_one_process_at_a_time(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
     begun(path)
-    (journal,) = path.glob("progress/*.jsonl")
-    (path / "progress" / "another.jsonl").write_bytes(journal.read_bytes())
+    program = (
+        "import sys; from pathlib import Path; from robostiff.analysis.maps.store import locked\n"
+    )
+    program += "with locked(Path(sys.argv[1])): print('locked', flush=True); input()"
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", program, str(path)], **pipes) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "locked\n"
+        with pytest.raises(InputError, match="another process is filling"):
+            rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
+        other.kill()  # a lock ends with its process
     found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
-    assert found.attrs["poses"] == undisturbed.attrs["poses"]
+    xarray.testing.assert_identical(found.load(), undisturbed)
 
 
 def test_a_finished_map_is_given_without_work(tmp_path, undisturbed):
@@ -140,11 +157,11 @@ def test_a_finished_map_is_given_without_work(tmp_path, undisturbed):
 
 def test_robots_are_recognised_and_distinguished():
     names = rs.shipped_robots()
-    once, again = ([fingerprint(loaded(name)) for name in names] for _ in range(2))
+    once, again = ([json.dumps(plain(loaded(name))) for name in names] for _ in range(2))
     assert once == again
     assert len(set(once)) == len(names)
     robot = loaded("hexapod")
-    assert fingerprint(copy.deepcopy(robot)) == fingerprint(robot)
+    assert plain(copy.deepcopy(robot)) == plain(robot)
 
 
 OTHERS = {
@@ -169,8 +186,25 @@ def test_a_last_digit_of_a_parameter_makes_another_robot(tmp_path):
     almost = loaded("gough-stewart-b", {"h": np.nextafter(0.8, 1)})
     grid = Grid(x=Axis(0, 0.1, 2))
     rs.stiffness_map(robot, grid, store=tmp_path / "map.zarr")
-    with pytest.raises(InputError, match="other robot"):
+    with pytest.raises(InputError, match=r"other robot.*robot\.\S+.*: \S+, now "):
         rs.stiffness_map(almost, grid, store=tmp_path / "map.zarr", resume=True)
+
+
+def test_a_changed_parameter_is_named(tmp_path):
+    path, grid = tmp_path / "map.zarr", Grid(x=Axis(0, 0.1, 2))
+    legs = "legs 'leg1'.chain.elements 'actuator'.role.stiffness: 1000000.0, now 2000000.0"
+    rs.stiffness_map(rs.load("3-rpr"), grid, store=path)
+    text = (Path(rs.__file__).parent / "robots/3-rpr.yaml").read_text(encoding="utf-8")
+    (tmp_path / "3-rpr.yaml").write_text(text.replace("k: 1e6 N/m", "k: 2e6 N/m"))
+    with pytest.raises(InputError, match=re.escape(legs)):
+        rs.stiffness_map(rs.load(tmp_path / "3-rpr.yaml"), grid, store=path, resume=True)
+
+
+def test_the_order_of_axes_makes_another_map(tmp_path):
+    x, y = Axis(0, 0.1, 2), Axis(0, 0.2, 2)
+    rs.stiffness_map(rs.load("3-rpr"), Grid(x=x, y=y), store=tmp_path / "map.zarr")
+    with pytest.raises(InputError, match=r"axes\[0\]: x, now y"):
+        rs.stiffness_map(rs.load("3-rpr"), Grid(y=y, x=x), store=tmp_path / "map.zarr", resume=True)
 
 
 def test_another_version_is_refused(tmp_path, monkeypatch):

@@ -19,7 +19,7 @@ FOUR_BAR = """
   <worldbody>
     <body name="crank">
       <joint name="crank" type="hinge" axis="0 1 0"/>
-      <geom type="mesh" mesh="shell"/>
+      <geom type="mesh" mesh="shell" mass="0"/>
       <body name="coupler" pos="0 0 0.2">
         <joint name="knee" type="hinge" axis="0 1 0"/>
         <site name="tip" pos="0.2 0 0.1"/>
@@ -87,7 +87,9 @@ def test_a_four_bar_is_that_of_a_model_file(tmp_path):
 
 def test_a_four_bar_moves_as_in_mujoco(tmp_path):
     """Positions that MuJoCo's own constraint calls closed."""
-    path = _written(tmp_path, "m.xml", FOUR_BAR.replace('<geom type="mesh" mesh="shell"/>', ""))
+    path = _written(
+        tmp_path, "m.xml", FOUR_BAR.replace('<geom type="mesh" mesh="shell" mass="0"/>', "")
+    )
     side = _written(tmp_path, "side.yaml", FOUR_BAR_SIDE)
     found = close(rs.load_linkage(path, side=side), {"crank": 0.4})
     assert found.is_closed
@@ -244,7 +246,14 @@ def test_whatever_draws_touches_or_senses_is_left_out(tmp_path):
     dressed = dressed.replace(
         '<site name="tip" ', '<geom class="shell"/><site name="tip2"/><site name="tip" '
     ).replace("</actuator>", '<motor tendon="both"/><general site="tip"/></actuator>')
-    robot = _loaded(tmp_path, dressed, FOUR_BAR_SIDE)
+    with pytest.warns(rs.PlausibilityWarning) as caught:
+        robot = _loaded(tmp_path, dressed, FOUR_BAR_SIDE)
+    said = [str(warning.message).rpartition("not read: ")[2] for warning in caught]
+    assert said == [
+        "tendons both; nothing stands in their place",
+        "drives of sites or bodies without a name; nothing stands in their place",
+        "the masses of meshes of coupler; bodies have those of other shapes",
+    ]
     plain = _loaded(tmp_path, FOUR_BAR, FOUR_BAR_SIDE)
     assert matrix_distance(rs.stiffness(robot).K, rs.stiffness(plain).K) == 0.0
 

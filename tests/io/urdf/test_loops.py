@@ -303,3 +303,22 @@ def test_loops_that_cannot_close_are_reported(tmp_path):
     far = side + "home: {left crank: 86 deg, right crank: -86 deg}\n"
     with pytest.raises(rs.FileError, match="loops that close in the home configuration"):
         rs.load(path, side=with_side(tmp_path, far))
+
+
+def test_a_drive_slightly_beyond_a_fold_does_not_lack_digits(tmp_path):
+    """The crank reaches as far as both rods are long, and a hundredth of a millimetre less."""
+    path, file = _five_bar(tmp_path, FIVE_BAR_SIDE)
+    linkage = rs.load_linkage(path, side=file)
+
+    def gap(angle):
+        found = close(linkage, {"left crank": angle, "right crank": -angle})
+        return found, max(shift for shift, _ in found.gaps.values())
+
+    near, far = 0.0, 1.5
+    for _ in range(60):
+        middle = (near + far) / 2
+        near, far = (middle, far) if gap(middle)[0].is_closed else (near, middle)
+    found, missing = gap(far + 1e-4)
+    assert 0 < missing < 1e-4
+    assert not found.is_closed
+    assert found.advice.startswith("give joint values nearer to home")

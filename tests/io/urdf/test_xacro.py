@@ -87,3 +87,17 @@ def test_macros_without_end_are_stopped(tmp_path):
     path.write_text(f'{HEAD}<xacro:include filename="arm.xacro"/></robot>')
     with pytest.raises(rs.FileError, match="circular or too deep nesting"):
         expand_xacro(path)
+
+
+def test_the_package_that_is_missing_is_named(tmp_path):
+    """Words of another program are shown as far as their point, which comes last."""
+    path = tmp_path / "arm.xacro"
+    package = "a_package_with_a_name_that_is_rather_long"
+    path.write_text(f'{HEAD}<xacro:include filename="$(find {package})/urdf/arm.xacro"/></robot>')
+    with pytest.raises(rs.FileError, match=f"not found: {package}") as error:
+        expand_xacro(path)
+    assert len(str(error.value)) < 1000
+    path.write_text(f'{HEAD}<xacro:include filename="$(find {"x" * 5000})/arm.xacro"/></robot>')
+    with pytest.raises(rs.FileError) as error:
+        expand_xacro(path)
+    assert len(str(error.value)) < 1000

@@ -191,7 +191,7 @@ def open_map(path: Path) -> xarray.Dataset:
 
     store: Any = CheckedChunks(read_store(path))
     try:
-        found = xarray.open_zarr(store, consolidated=False, zarr_format=3)
+        found = xarray.open_zarr(store, consolidated=True, zarr_format=3)
     except InputError:
         raise
     except Exception as error:  # any failure of Zarr at a store of another program

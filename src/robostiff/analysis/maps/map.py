@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -36,8 +36,8 @@ from robostiff.analysis.maps.store import (
     check_identity,
     check_room,
     create_store,
+    locked,
 )
-from robostiff.analysis.maps.stored import read_store
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.errors import InputError, needs_extra
 from robostiff.kinematics import Near
@@ -178,25 +178,25 @@ def _fill(
         import zarr  # noqa: F401
     path = path.absolute()
     identity = request.identity()
-    if path.exists():
-        if not resume:
-            raise already_there(path)
-        check_identity(path, identity)
-        if read_store(path).identity["complete"]:
-            return
-    partition = request.job.partition
-    with workforce as run:
-        if not path.exists():
+    with ExitStack() as during:
+        if path.exists():
+            if not resume:
+                raise already_there(path)
+            if check_identity(path, identity).identity["complete"]:
+                return
+            during.enter_context(locked(path))
+            run = during.enter_context(workforce)
+        else:
+            run = during.enter_context(workforce)
             create_store(path, request.job, identity, request.attributes)
+            during.enter_context(locked(path))
+        partition = request.job.partition
         store = MapStore(path, request.job)
         done = store.done()
         todo = (index for index in range(len(partition)) if index not in done)
-        try:
-            before = MapSummary.total(done.values())
-            summary = followed(run(store, todo), before, partition.poses, progress)
-        finally:
-            store.close()
-    store.finish(summary)
+        before = MapSummary.total(done.values())
+        store.finish(followed(run(store, todo), before, partition.poses, progress))
+    store.remove_marks()
 
 
 def _threads(workers: int | None, scheduler: str | Client | Threads | None) -> Threads | None:

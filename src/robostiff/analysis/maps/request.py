@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
-from enum import Enum
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from robostiff.analysis.cable_tensions import cable_tensions
 from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.maps.cables import CableEvaluator
 from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
-from robostiff.analysis.maps.evaluator import BatchedEvaluator, CompiledEvaluator, Evaluator
+from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator
+from robostiff.analysis.maps.identity import plain
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.pose_columns import (
     Mapped,
@@ -39,57 +35,7 @@ from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import as_float
-from robostiff.spatial.rotation import is_rigid_transform
 from robostiff.version import __version__
-
-
-def fingerprint(thing: Any) -> str:
-    """SHA-256 of everything that a frozen object consists of, to the last digit.
-
-    Examples
-    --------
-    >>> fingerprint({"a": np.zeros(2)}) == fingerprint({"a": np.zeros(2)})
-    True
-    >>> fingerprint([1.0]) == fingerprint([1.0 + 1e-15])
-    False
-    """
-    text = json.dumps(_plain(thing), separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _plain(thing: Any) -> Any:
-    """The same in lists, mappings and texts; the kind of every object included."""
-    plain: Any
-    match thing:
-        case None | bool() | str():
-            plain = thing
-        case int() | np.integer():
-            plain = int(thing)
-        case float() | np.floating():
-            plain = float(thing).hex()
-        case Enum():
-            plain = [type(thing).__name__, thing.name]
-        case np.ndarray() if thing.dtype == object:
-            plain = [list(thing.shape), [_plain(entry) for entry in thing.flat]]
-        case np.ndarray():
-            data = np.ascontiguousarray(thing, dtype=thing.dtype.newbyteorder("<"))
-            digest = hashlib.sha256(data.tobytes()).hexdigest()
-            plain = [list(data.shape), data.dtype.str, digest]
-        case _ if isinstance(thing, Rotation) or is_rigid_transform(thing):
-            plain = [type(thing).__name__, _plain(thing.as_matrix())]
-        case Mapping():
-            # In the order given: that of the axes of a grid decides the shape of its map.
-            plain = [[str(key), _plain(value)] for key, value in thing.items()]
-        case frozenset():
-            plain = sorted(_plain(entry) for entry in thing)
-        case tuple() | list():
-            plain = [_plain(entry) for entry in thing]
-        case _ if is_dataclass(thing):
-            own = {field.name: _plain(getattr(thing, field.name)) for field in fields(thing)}
-            plain = [type(thing).__name__, own]
-        case _:  # symbols and other exact numbers are distinguished by their text
-            plain = [type(thing).__name__, str(thing)]
-    return plain
 
 
 @dataclass(frozen=True)
@@ -112,7 +58,7 @@ class Batched:
 class LoadedMethod(Protocol):
     """A method whose poses have loads beside coordinates; see `robostiff.UnderLoad`."""
 
-    def evaluator(self, like: BatchedEvaluator, count: int) -> Evaluator:
+    def evaluator(self, like: MapEvaluator, count: int) -> Evaluator:
         """What computes a map of so many poses."""
         ...
 
@@ -135,15 +81,15 @@ class MapRequest:
     robot: Mapped
     settings: Mapping[str, Any]  # quantities, wrench and characteristic length
 
-    def identity(self) -> dict[str, str]:
-        """A fingerprint of everything on which the map depends, part by part."""
+    def identity(self) -> dict[str, Any]:
+        """Everything on which the map depends, part by part."""
         job = self.job
         return {
-            "robot": fingerprint(self.robot),
-            "poses": fingerprint([job.source.description(), job.partition.block]),
-            "quantities": fingerprint(self.settings),
-            "selection": fingerprint(_sampled_selection(job)),
-            "method": fingerprint(job.evaluator.method),
+            "robot": plain(self.robot),
+            "poses": plain([job.source.description(), job.partition.block]),
+            "quantities": plain(self.settings),
+            "selection": plain(_sampled_selection(job)),
+            "method": job.evaluator.method,
             "version of robostiff": __version__,
         }
 
@@ -210,8 +156,7 @@ def checked_request(
         raise InputError("near of a map under load", got=near, expected="none: postures are home's")
     if own:
         unloaded = Batched()  # a kernel has the posture of home
-    made = CableEvaluator if isinstance(robot, CableRobot) else BatchedEvaluator
-    batched = made(robot, columns, wanted, F, length, own)
+    batched = MapEvaluator(robot, columns, wanted, F, length, own)
     check_room(MapJob(batched, columns, poses, where))  # before a kernel is made
     count = math.prod(poses.shape)
     evaluator = (
@@ -257,18 +202,18 @@ def _by_load(
     return method, None
 
 
-def _evaluator(batched: BatchedEvaluator, method: Method | None, count: int) -> Evaluator:
+def _evaluator(batched: MapEvaluator, method: Method | None, count: int) -> Evaluator:
     """The kernel where it exists and saves time, unless a method is given."""
-    if isinstance(batched, CableEvaluator):
+    if isinstance(batched.robot, CableRobot):
         if isinstance(method, Compiled):
             raise InputError("method of a map of cables", got=method, expected="Batched(), or none")
         return batched
     if isinstance(method, Compiled):
-        return CompiledEvaluator.of(batched, method.backend)
+        return batched.with_kernel(method.backend)
     pays = _LINKAGE_PAYS if isinstance(batched.robot, Linkage) else _WORTH_COMPILING
     if method is None and count >= pays:
         try:
-            return CompiledEvaluator.of(batched, Compiled().backend)
+            return batched.with_kernel(Compiled().backend)
         except (InputError, NoAnswerError):
             pass  # a rigid robot, free motions everywhere, a quantity that no kernel has
     return batched

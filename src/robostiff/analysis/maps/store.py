@@ -1,9 +1,8 @@
 """A map on disk: Zarr written block by block, which can be resumed after a kill at any moment.
 
-A block is one chunk of every array. When its chunks are safely on disk, one line is added to a
-journal, with the summary of the block; what the journals hold is done, anything else is computed
-again, into the same chunks. A worker has a journal of its own, so that no worker waits for a lock.
-When all blocks are done the summary moves to the attributes of the store, and the journals go.
+A block is one chunk of every array. When its chunks are safely on disk it is marked as done, by a
+file with its summary; any other block is computed again, into the same chunks. When all are done
+the summary moves to the attributes of the store, and the marks go.
 """
 
 from __future__ import annotations
@@ -12,10 +11,11 @@ import json
 import os
 import shutil
 import uuid
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
-from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -27,31 +27,20 @@ from robostiff.analysis.maps.dataset import (
     summary_attributes,
     variable_attributes,
 )
+from robostiff.analysis.maps.identity import differences
 from robostiff.analysis.maps.job import MapJob, MapSummary, PoseBlock
-from robostiff.analysis.maps.stored import (
-    IDENTITY,
-    JOURNALS,
-    StoredMap,
-    array_checksum,
-    damaged,
-    read_store,
-    sealed,
-)
+from robostiff.analysis.maps.stored import IDENTITY, StoredMap, damaged, read_store, write_root
 from robostiff.analysis.maps.variables import Variable
 from robostiff.errors import InputError
 
-if TYPE_CHECKING:
-    import zarr
-
+_MARKS = "progress"
+_LOCK = "lock"
 _LONGEST = 2**20  # values in a chunk of a coordinate
 _SHRINKS = 20  # how much smaller a map may become on disk
 
 
 def create_store(
-    path: Path,
-    job: MapJob,
-    identity: Mapping[str, str],
-    attributes: Mapping[str, Any],
+    path: Path, job: MapJob, identity: Mapping[str, Any], attributes: Mapping[str, Any]
 ) -> None:
     """Make an empty store beside its place, then move it there whole."""
     if not path.parent.is_dir():
@@ -64,7 +53,7 @@ def create_store(
         begun.rename(path)
     finally:
         shutil.rmtree(begun, ignore_errors=True)
-    sync(path.parent)
+    _sync(path.parent)
 
 
 def check_room(path: Path, job: MapJob) -> None:
@@ -82,7 +71,7 @@ def check_room(path: Path, job: MapJob) -> None:
 
 
 def _fill_with_nothing(
-    begun: Path, job: MapJob, identity: Mapping[str, str], attributes: Mapping[str, Any]
+    begun: Path, job: MapJob, identity: Mapping[str, Any], attributes: Mapping[str, Any]
 ) -> None:
     """Attributes, coordinates, and arrays without a chunk."""
     import zarr
@@ -108,7 +97,8 @@ def _fill_with_nothing(
             dimension_names=(*source.dims, *variable.dims),
             attributes=variable_attributes(job, variable),
         )
-    for name, coordinate in coordinate_arrays(job).items():
+    coordinates = coordinate_arrays(job)
+    for name, coordinate in coordinates.items():
         values = coordinate.values  # texts of any length, as Zarr has them
         group.create_array(
             name,
@@ -120,36 +110,43 @@ def _fill_with_nothing(
             dimension_names=coordinate.dims,
             attributes=dict(coordinate.attributes),
         )
-    group.create_group(JOURNALS)
+    group.create_group(_MARKS)
     every = dict(attributes)
     if names := own_coordinates(job):
         every["coordinates"] = " ".join(names)
     variables = [variable.name for variable in job.variables]
-    described = {
-        name: json.loads((begun / name / "zarr.json").read_text(encoding="utf-8"))
-        for name in (*variables, *coordinate_arrays(job))
+    every[IDENTITY] = {"parts": dict(identity), "variables": variables, "complete": False}
+    root = json.loads((begun / "zarr.json").read_text(encoding="utf-8"))
+    root["attributes"] = json.loads(json.dumps(every))
+    root["consolidated_metadata"] = {
+        "kind": "inline",
+        "must_understand": False,
+        "metadata": {
+            name: json.loads((begun / name / "zarr.json").read_text(encoding="utf-8"))
+            for name in (*variables, *coordinates)
+        },
     }
-    every[IDENTITY] = {
-        "parts": dict(identity),
-        "variables": variables,
-        "complete": False,
-        "attributes": sorted(every),
-        "arrays": {name: array_checksum(own) for name, own in described.items()},
-    }
-    group.attrs.update(sealed(json.loads(json.dumps(every))))
+    write_root(begun, root)
 
 
-def check_identity(path: Path, identity: Mapping[str, str]) -> None:
-    """Raise unless a store holds the very map that is asked for."""
-    stored = read_store(path).identity["parts"]
-    other = [part for part in identity if stored.get(part) != identity[part]]
+def check_identity(path: Path, identity: Mapping[str, Any]) -> StoredMap:
+    """The store at a path; InputError unless it holds the very map that is asked for."""
+    stored = read_store(path)
+    parts = stored.identity["parts"]
+    other = [part for part in identity if parts.get(part) != identity[part]]
     if other:
+        changes = [own for p in other for own in differences(parts.get(p), identity[p], p)]
         raise InputError(
-            f"map in {str(path)!r}",
-            got=f"one with other {' and other '.join(other)}",
-            expected="the very map that was begun",
+            f"map in {str(path)!r}: one with other {' and other '.join(other)}",
+            expected=f"the very map that was begun; different are {_some(changes)}",
             hint="use another path, or remove that map",
         )
+    return stored
+
+
+def _some(changes: list[str], most: int = 3) -> str:
+    rest = f", and {len(changes) - most} more" if len(changes) > most else ""
+    return ", ".join(changes[:most]) + rest
 
 
 def already_there(path: Path) -> InputError:
@@ -163,7 +160,29 @@ def already_there(path: Path) -> InputError:
     )
 
 
-def sync(path: Path) -> None:
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Keep other processes from filling the same store; the lock ends with the process."""
+    import fcntl  # of POSIX, as syncing folders is
+
+    try:
+        file = (path / _MARKS / _LOCK).open("w")
+    except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
+        raise damaged(path, f"no folder {_MARKS!r} of its own") from None
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(
+                f"map in {str(path)!r}",
+                got="a store that another process is filling",
+                expected="one process at a time",
+                hint="wait until it has ended, or use another path",
+            ) from None
+        yield
+
+
+def _sync(path: Path) -> None:
     """Wait until a file or the entries of a folder are on disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
@@ -176,83 +195,55 @@ class MapStore:
     """Writes blocks of a store that exists; picklable, one copy a process."""
 
     def __init__(self, path: Path, job: MapJob) -> None:
-        self.path = path
-        self.job = job
-        self._lock = Lock()
-        self._journal: int | None = None
-        self._arrays: dict[str, zarr.Array] = {}
+        self.path, self.job = path, job
 
     def __getstate__(self) -> dict[str, Any]:
-        """Open files stay with the process that has opened them."""
+        """Open arrays stay with the process that has opened them."""
         return {"path": self.path, "job": self.job}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(state["path"], state["job"])
 
     def compute(self, index: int) -> MapSummary:
         """Compute a block, put it on disk, and sum it up."""
         block = self.job.compute(index)
         try:
-            self.write(index, block)
+            self._write(index, block)
         except (FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError) as error:
             raise damaged(self.path, f"{error.filename!r}: {error.strerror}") from None
         return block.summary
 
-    def write(self, index: int, block: PoseBlock) -> None:
-        """Put a block on disk, and only then into the journal."""
+    def _write(self, index: int, block: PoseBlock) -> None:
+        """Put a block on disk, and only then mark it as done."""
         part = self.job.partition.slices(index)
         shape = tuple(where.stop - where.start for where in part)
-        chunks = []
         for variable in self.job.variables:
             values = block.arrays[variable.name]
-            self._array(variable.name)[part] = variable.poses_first(values, shape)
-            chunks.append(self._chunk(variable, index))
-        for chunk in chunks:
-            sync(chunk)
-            sync(chunk.parent)
-        text = json.dumps({"block": index, **block.summary.as_data()})
-        line = f"{text} {crc32(text.encode()):08x}\n"
-        with self._lock:
-            if self._journal is None:
-                name = self.path / JOURNALS / f"{uuid.uuid4().hex}.jsonl"
-                self._journal = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND)
-                sync(name.parent)
-            os.write(self._journal, line.encode())
-            os.fsync(self._journal)
+            self._arrays[variable.name][part] = variable.poses_first(values, shape)
+        for variable in self.job.variables:
+            chunk = self._chunk(variable, index)
+            _sync(chunk)
+            _sync(chunk.parent)
+        text = json.dumps(block.summary.as_data())
+        with (self.path / _MARKS / str(index)).open("w", encoding="utf-8") as mark:
+            mark.write(f"{text} {crc32(text.encode()):08x}")
+            mark.flush()
+            os.fsync(mark.fileno())
+        _sync(self.path / _MARKS)
 
     def done(self) -> dict[int, MapSummary]:
         """Blocks that are on disk as they were written, with their summaries.
 
-        A block is computed again where its line in the journal or one of its chunks is damaged.
+        A block is computed again where its mark or one of its chunks is damaged.
         """
         stored = read_store(self.path)
         found: dict[int, MapSummary] = {}
-        journals = self.path / JOURNALS
-        if not journals.is_dir():
-            raise damaged(self.path, f"no folder {JOURNALS!r}")
-        for journal in sorted(journals.glob("*.jsonl")):
+        for index in range(len(self.job.partition)):
             try:
-                text = journal.read_text(encoding="utf-8", errors="replace")
-            except OSError as error:
-                what = f"{journal.name} that cannot be read ({error.strerror})"
-                raise damaged(self.path, what) from None
-            for line in text.splitlines(keepends=True):
-                # The last line of a killed worker may be torn: that block is not done.
-                data, _, mark = line.rpartition(" ")
-                if mark == f"{crc32(data.encode()):08x}\n":
-                    index, summary = self._entry(data)
-                    found[index] = summary
-        return {index: found[index] for index in sorted(found) if self._is_whole(stored, index)}
-
-    def _entry(self, line: str) -> tuple[int, MapSummary]:
-        try:
-            data = json.loads(line)
-            index, summary = data["block"], MapSummary.from_data(data)
-            if not 0 <= index < len(self.job.partition):
-                raise ValueError(index)
-        except (ValueError, TypeError, KeyError, AttributeError):
-            raise damaged(self.path, "a journal of blocks that it does not have") from None
-        return index, summary
+                mark = (self.path / _MARKS / str(index)).read_text(encoding="utf-8")
+            except (OSError, UnicodeDecodeError):
+                continue
+            text, _, checksum = mark.rpartition(" ")  # of a killed process it may be torn
+            if checksum == f"{crc32(text.encode()):08x}" and self._is_whole(stored, index):
+                found[index] = MapSummary.from_data(json.loads(text))
+        return found
 
     def _is_whole(self, stored: StoredMap, index: int) -> bool:
         from robostiff.analysis.maps.chunks import is_sound
@@ -271,41 +262,30 @@ class MapStore:
         return self.path.joinpath(variable.name, "c", *map(str, place))
 
     def finish(self, summary: MapSummary) -> None:
-        """Mark the map as complete: final attributes first, then away with the journals."""
-        import zarr
-
-        self.close()
+        """Write the summary, which makes the map complete."""
+        stored = read_store(self.path)
         for name, attributes in range_attributes(summary).items():
-            self._array(name).attrs.update(attributes)
-        group = zarr.open_group(self.path, mode="r+")
-        attributes = {**group.attrs.asdict(), **summary_attributes(summary)}
-        identity: Any = attributes[IDENTITY]
-        names = sorted({*identity["attributes"], *summary_attributes(summary)})
-        attributes[IDENTITY] = {
-            **identity,
-            "complete": True,
-            "summary": summary.as_data(),
-            "attributes": names,
-        }
-        group.attrs.update(sealed(json.loads(json.dumps(attributes))))
-        sync(self.path / "zarr.json")
-        # All at once: half a folder would not be Zarr.
+            stored.described[name]["attributes"] |= attributes
+        for name, own in stored.described.items():
+            (self.path / name / "zarr.json").write_text(json.dumps(own), encoding="utf-8")
+        stored.root["attributes"] |= summary_attributes(summary)
+        stored.identity["complete"] = True
+        write_root(self.path, stored.root)
+
+    def remove_marks(self) -> None:
+        """Away with the marks of a complete map, all at once: half a folder would not be Zarr."""
         away = self.path.with_name(f".{self.path.name}.{uuid.uuid4().hex[:8]}")
-        (self.path / JOURNALS).rename(away)
+        (self.path / _MARKS).rename(away)
         shutil.rmtree(away, ignore_errors=True)
 
-    def close(self) -> None:
-        """Close the journal of this process."""
-        with self._lock:
-            if self._journal is not None:
-                os.close(self._journal)
-                self._journal = None
-
-    def _array(self, name: str) -> zarr.Array:
+    @cached_property
+    def _arrays(self) -> Mapping[str, Any]:
+        """The arrays of Zarr, by the description that was checked."""
         import zarr
 
-        if name not in self._arrays:
-            # A chunk without an answer is written, too: a chunk that is not there is lost.
-            array = zarr.open_array(self.path / name, mode="r+")
-            self._arrays[name] = array.with_config({"write_empty_chunks": True})
-        return self._arrays[name]
+        group: Any = zarr.open_group(self.path, mode="r+", use_consolidated=True)
+        # A chunk without an answer is written, too: a chunk that is not there is lost.
+        return {
+            variable.name: group[variable.name].with_config({"write_empty_chunks": True})
+            for variable in self.job.variables
+        }

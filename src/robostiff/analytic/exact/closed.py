@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
+from robostiff.analytic.budget import FormulaTooLargeError
+from robostiff.analytic.exact.element import Element
 from robostiff.analytic.exact.exact_matrix import ExactMatrix, common_denominator, over
-from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.exact.factors import factored, starts_with_minus
+from robostiff.analytic.exact.field import ExactField, shared_field
 from robostiff.analytic.exact.products import product, quotient
 from robostiff.errors import InputError
+from robostiff.spatial import move_stiffness
 
 
 @dataclass(frozen=True)
@@ -133,3 +139,272 @@ def _divided(
         common = common.gcd(entry)
     upper = {place: entry / common for place, entry in upper.items()}
     return ExactMatrix.of_upper(field, n, upper, denominator / common)
+
+
+# Terms of a compliance that is multiplied out, to free its wrench of a common factor.
+_MULTIPLIED_OUT = 1000
+
+#: Entries (i, j) of a symmetric matrix, i <= j.
+Upper = dict[tuple[int, int], Element]
+
+
+@dataclass(frozen=True)
+class ExactLeg:
+    """K = sum of w w^T / c over wrenches made conjugate to one another."""
+
+    K: Upper  # canonical fractions of the upper part, by row and column
+    wrenches: list[list[Element]]  # of any length
+    # the compliance of each wrench, as factors that are not multiplied out where that is long
+    met: list[tuple[Element, ...]]
+
+
+def exact_leg(
+    field: ExactField, W: list[list[Element]], A: list[list[Element]], n: int, limit: int
+) -> ExactLeg:
+    """Eliminate A from [[A, W^T], [W, 0]] as in (15): what is left is -W A^-1 W^T.
+
+    Bareiss' divisions keep every entry a minor, a polynomial; nothing is brought to a fraction
+    before the end. Sines below a fraction bar would be multiplied by their conjugates at every
+    step, which squares its length each time.
+
+    `A`: (m, m) list of elements: W^T C W; `n`, `limit`: size of a wrench; most terms that an
+    entry may have on the way.
+
+    Raises
+    ------
+    FormulaTooLargeError
+        When an entry would have more.
+    """
+    m = len(W)
+    plain = [_without_roots(field, w) for w in W]
+    A = [[A[i][j] * plain[i][1] * plain[j][1] for j in range(m)] for i in range(m)]
+    D = common_denominator(field, [x for row in A for x in row])
+    upper = {(i, j): over(A[i][j], D) for i in range(m) for j in range(i, m)}
+    upper |= {(i, m + j): plain[i][0][j].num for i in range(m) for j in range(n)}
+    M = ExactMatrix.of_upper(field, m + n, upper, field.ring.constant(1))
+    wrenches, met = [], []
+    left = list(range(m))
+    # The remaining wrenches without energy are internal stresses between rigid branches.
+    while left := [i for i in left if not M.entries[i][i].is_zero()]:
+        pivot = min(left, key=lambda i: _awkwardness(M, left, i))
+        left.remove(pivot)
+        before = M.denominator
+        unit = [int(i == pivot) for i in range(m + n)]
+        stage = eliminate_exactly(M, unit, limit)
+        M = stage.after
+        w = [field.fraction(x, field.one.num) for x in stage.u[m:]]
+        factors = [field.fraction(stage.mu, D), field.fraction(before, field.one.num)]
+        if all(x.is_zero for x in w):
+            continue  # an internal stress of a loop, which does not act on the platform
+        w, own = _conjugate(field, w, factors)
+        wrenches.append(w)
+        met.append(own)
+    K = {}
+    for i in range(n):
+        for j in range(i, n):
+            K[i, j] = no_longer_than(
+                field.fraction(-M.entries[m + i][m + j] * D, M.denominator), limit
+            )
+    return ExactLeg(K, wrenches, met)
+
+
+def _awkwardness(M: ExactMatrix, left: list[int], i: int) -> tuple[int, int]:
+    """Sort key of pivots: coupled to few others first, then short ones."""
+    coupled = sum(not M.entries[i][j].is_zero() for j in left if j != i)
+    return coupled, len(M.entries[i][i]) if coupled else 0
+
+
+def _conjugate(
+    field: ExactField, w: list[Element], factors: list[Element]
+) -> tuple[list[Element], tuple[Element, ...]]:
+    """A wrench without a common factor, where its compliance can be multiplied out."""
+    if factors[0].terms * factors[1].terms > _MULTIPLIED_OUT:
+        return w, tuple(factors)
+    w, factor = _without_roots(field, w)
+    return w, (factors[0] * factors[1] * factor * factor,)
+
+
+def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], Element]:
+    """A wrench without the common factor of its entries, such as 1 / L, and that factor."""
+    if all(x.is_zero for x in w):
+        return w, field.one
+    pivot = min((x for x in w if not x.is_zero), key=lambda x: x.terms)
+    ratios = [x if x.is_zero else x / pivot for x in w]
+    common = common_denominator(field, ratios)
+    if not field.has_roots(common):
+        scale = Element(field, common, field.one.den)
+        return [x if x.is_zero else x * scale for x in ratios], scale / pivot
+    # A sum of roots below does not cancel as a common factor: it is taken out as it is.
+    common = common_denominator(field, w)
+    above = [field.reduced(over(x, common)) for x in w]
+    shared = above[0]
+    for polynomial in above[1:]:
+        shared = shared.gcd(polynomial)
+    one = field.one.den
+    plain = [Element(field, polynomial / shared, one) for polynomial in above]
+    return plain, field.fraction(field.reduced(common), shared)
+
+
+def no_longer_than(element: Element, limit: int) -> Element:
+    """An entry that is no longer than allowed; long numbers count as several terms."""
+    coefficients = (*element.num.coeffs(), *element.den.coeffs())
+    bits = sum(int(x).bit_length() for c in coefficients for x in (c.p, c.q))
+    if element.terms > limit or bits > _BITS_A_TERM * limit:
+        raise FormulaTooLargeError.beyond(limit)
+    return element
+
+
+# Of all numbers of an entry, for each allowed term: ten digits.
+_BITS_A_TERM = 33
+# Terms of a fraction that is factored: longer ones would take long, and would not be read.
+_FACTORED = 100
+
+
+@dataclass(frozen=True)
+class ClosedSum:
+    """K = sum of w w^T / c over the wrenches of all legs, every fraction canonical."""
+
+    # (n x n). Fractions over one denominator are added; others stay apart, as their sum would be
+    # long.
+    K: sp.ImmutableMatrix
+    legs: tuple[sp.ImmutableMatrix, ...]  # the part of each leg
+    # wrenches of each leg (n x 1), scaled so that their entries are simple
+    wrenches: tuple[tuple[sp.ImmutableMatrix, ...], ...]
+    compliances: tuple[tuple[sp.Expr, ...], ...]  # the compliance of each wrench
+
+
+def closed_sum(
+    legs: Sequence[tuple[Sequence[Sequence[Any]], Sequence[Sequence[Any]]]],
+    n: int,
+    limit: int,
+    of_all: float = math.inf,
+) -> ClosedSum:
+    """Add w w^T / c over the wrenches of all legs.
+
+    `legs`: sequence of (W, A): SymPy expressions: m transmitted wrenches of n entries, and the
+    compliance A = W^T C W (m x m) that they meet; `n`: size of a wrench; `limit`: most terms
+    that an entry may have on the way; `of_all`: most terms of the entries of all legs together.
+
+    Raises
+    ------
+    FormulaTooLargeError
+        When there would be more.
+
+    Examples
+    --------
+    >>> k, a = sp.symbols("k a", positive=True)
+    >>> root = sp.sqrt(1 + a**2)
+    >>> closed_sum([([[1 / root, a / root, 0]], [[1 / k]])], 3, 100).K[0, 0]
+    k/(a**2 + 1)
+    """
+    # One field for all legs: a length that several of them have is one root.
+    field = ExactField([x for W, A in legs for row in (*W, *A) for x in row])
+    total: dict[tuple[int, int], list[Element]] = {}
+    written, wrenches, compliances, terms = [], [], [], 0
+    for W, A in legs:
+        leg = exact_leg(
+            field,
+            [[field.element(x) for x in w] for w in W],
+            [[*map(field.element, r)] for r in A],
+            n,
+            limit,
+        )
+        terms += sum(entry.terms for entry in leg.K.values())
+        if terms > of_all:
+            raise FormulaTooLargeError.beyond(limit)
+        for place, entry in leg.K.items():
+            total[place] = _added(total.get(place, []), entry)
+        written.append(_matrix(field, {place: [entry] for place, entry in leg.K.items()}, n))
+        wrenches.append(
+            tuple(
+                sp.ImmutableMatrix([fraction_in_factors(field, x) for x in w]) for w in leg.wrenches
+            )
+        )
+        compliances.append(
+            tuple(sp.Mul(*(fraction_in_factors(field, c) for c in factors)) for factors in leg.met)
+        )
+    return ClosedSum(_matrix(field, total, n), tuple(written), tuple(wrenches), tuple(compliances))
+
+
+def sum_of_legs(
+    K_legs: Sequence[Any], v_leg_end_to_ref: Sequence[Any], extra: Sequence[sp.Expr] = ()
+) -> sp.ImmutableMatrix:
+    """Stiffness of a parallel robot as a canonical formula, eq. (12) with (13) corrected.
+
+    Parameters
+    ----------
+    K_legs : sequence of (6, 6) matrices
+        Stiffness of each leg about its end, global axes.
+    v_leg_end_to_ref : sequence of 3 expressions each
+        From each leg end to the reference point.
+    extra : sequence of SymPy expressions
+        Further expressions whose roots and angles shall be known.
+
+    Raises
+    ------
+    InputError
+        When there are not as many vectors as legs.
+    """
+    if len(K_legs) != len(v_leg_end_to_ref) or not K_legs:
+        raise InputError(
+            "vectors from leg ends", got=len(v_leg_end_to_ref), expected=f"{len(K_legs)}, one a leg"
+        )
+    moved = [
+        move_stiffness(np.array(sp.Matrix(K)), np.array(sp.Matrix(v)).ravel())
+        for K, v in zip(K_legs, v_leg_end_to_ref, strict=True)
+    ]
+    return canonical(sp.Matrix(sum(moved[1:], moved[0])), extra)
+
+
+def _added(fractions: list[Element], entry: Element) -> list[Element]:
+    """Fractions of different denominators, with one more."""
+    if entry.is_zero:
+        return fractions
+    alike = [f for f in fractions if f.den == entry.den]
+    others = [f for f in fractions if f.den != entry.den]
+    summed = sum(alike, entry)
+    return others if summed.is_zero else [*others, summed]
+
+
+def _matrix(
+    field: ExactField, upper: dict[tuple[int, int], list[Element]], n: int
+) -> sp.ImmutableMatrix:
+    written = {
+        place: sp.Add(*(fraction_in_factors(field, fraction) for fraction in fractions))
+        for place, fractions in upper.items()
+    }
+    return sp.ImmutableMatrix(n, n, lambda i, j: written[min(i, j), max(i, j)])
+
+
+def factored_fraction(expression: Any) -> Any:
+    """An expression as one fraction, numerator and denominator factored where they are short.
+
+    Examples
+    --------
+    >>> R, r = sp.symbols("R r")
+    >>> factored_fraction(1 / R - r / R**2)
+    (R - r)/R**2
+    """
+    parts = expression.args if expression.is_Mul else (expression,)
+    if all(x.is_Rational or _is_factor(*x.as_base_exp()) for x in parts):
+        return expression  # nothing cancels
+    field = shared_field(expression)
+    return fraction_in_factors(field, field.element(expression))
+
+
+def _is_factor(base: Any, exponent: Any) -> bool:
+    """Whether a power is irreducible as it stands: of a symbol, or of a plain a - b or a + b."""
+    if not exponent.is_Integer:
+        return False
+    if base.is_Add:
+        terms = (x.args if x.is_Mul else (sp.S.One, x) for x in base.args)
+        is_plain = all(len(x) == 2 and abs(x[0]) is sp.S.One and x[1].is_Symbol for x in terms)
+        return is_plain and not starts_with_minus(base)
+    return base.is_Symbol
+
+
+def fraction_in_factors(field: ExactField, element: Element) -> sp.Expr:
+    """A fraction, its numerator and denominator factored where they are short."""
+    if element.terms > _FACTORED:
+        return field.expression(element)
+    return factored(field, element.num, element.den)

@@ -123,8 +123,7 @@ class PolynomialWriter:
         self._generators = tuple(generators)
         merging = (not (g.is_Symbol or isinstance(g, sp.sin | sp.cos)) for g in generators)
         self._merging = {f"g{i}" for i, merges in enumerate(merging) if merges}
-        # Factors of products by their text, in order, and their ranks; set at once: a budget may
-        # end between two statements.
+        # Factors of products by their text, in order, and their ranks.
         self._ranked: tuple[list[Any], dict[str, int]] = [_PRODUCT], {_A_PRODUCT: 0}
 
     def expressions(self, polynomials: Sequence[Any]) -> list[Any]:

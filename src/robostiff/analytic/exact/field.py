@@ -11,6 +11,7 @@ import flint
 import sympy as sp
 from sympy.core.cache import cacheit
 
+from robostiff.analytic.budget import FormulaTooLargeError, spend
 from robostiff.analytic.exact.atoms import (
     Angles,
     Atoms,
@@ -23,7 +24,7 @@ from robostiff.analytic.exact.atoms import (
     prepare,
 )
 from robostiff.analytic.exact.element import Element, PolynomialWriter, quotient_of
-from robostiff.analytic.exact.products import FormulaTooLargeError, quotient
+from robostiff.analytic.exact.products import quotient
 from robostiff.errors import InputError
 
 # Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
@@ -135,6 +136,7 @@ class ExactField:
 
     def reduced(self, polynomial: Any) -> Any:
         """Bring the squares of sines and roots to their normal form."""
+        spend()
         for relation in self.relations:
             if polynomial.degrees()[relation.place] > 1:
                 polynomial = divmod(polynomial, relation.divisor)[1]
@@ -247,6 +249,7 @@ class ExactField:
         return found
 
     def _read_first(self, expression: Any) -> Element:
+        spend()
         place = self._place.get(expression)
         if place is not None:
             return Element(self, self._gens[place], self.one.den)

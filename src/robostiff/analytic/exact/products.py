@@ -10,24 +10,10 @@ from typing import Any
 
 from flint.utils.flint_exceptions import DomainError
 
-from robostiff.errors import InputError
+from robostiff.analytic.budget import FormulaTooLargeError, spend
 
 # Pairs of terms that one call multiplies or divides: some tenths of a second.
 PIECE = 2_000_000
-
-
-class FormulaTooLargeError(InputError):
-    """A closed form would exceed the allowed number of terms."""
-
-    @classmethod
-    def beyond(cls, limit: int) -> FormulaTooLargeError:
-        """The error of an entry with more terms than the limit."""
-        return cls(
-            "closed form",
-            got=f"an entry of more than {limit} terms on the way",
-            expected=f"at most {limit}",
-            hint="use named steps, form=Steps(), or raise Closed(limit=...)",
-        )
 
 
 def product(a: Any, b: Any, limit: int, piece: int = PIECE) -> Any:
@@ -38,6 +24,7 @@ def product(a: Any, b: Any, limit: int, piece: int = PIECE) -> Any:
     FormulaTooLargeError
         When it has more than `limit` terms, or some of its pieces together have.
     """
+    spend()
     if len(a) * len(b) <= piece:
         whole = a * b
         if len(whole) > limit:
@@ -46,6 +33,7 @@ def product(a: Any, b: Any, limit: int, piece: int = PIECE) -> Any:
     long, short = (a, b) if len(a) >= len(b) else (b, a)
     total = None
     for part in _parts(long, max(1, piece // len(short))):
+        spend()
         term = part * short
         total = term if total is None else total + term
         if len(total) > limit:
@@ -69,6 +57,7 @@ def quotient(a: Any, d: Any, piece: int = PIECE) -> Any | None:
         return _whole_quotient(a, d)
     total = a.context().constant(0)
     for part in _parts_apart(a, d):
+        spend()
         divided = _whole_quotient(part, d)
         if divided is None:
             return None

@@ -1,23 +1,24 @@
 """Export of derivations: text, LaTeX, Markdown, HTML, Typst, PDF, JSON, and functions.
 
 Plain text, LaTeX, Markdown, HTML and Typst (PDF) show how a stiffness matrix came about; JSON data
-keep it without loss; functions of Python, C, Julia and MATLAB compute it.
+have it with expressions as text; functions of Python, C, Julia and MATLAB compute it.
 """
 
-from robostiff.analytic.export.c_code import c_function
+from robostiff.analytic.export.code import (
+    c_function,
+    julia_function,
+    matlab_function,
+    python_function,
+)
+from robostiff.analytic.export.data import derivation_data
 from robostiff.analytic.export.html import derivation_html, derivation_page
-from robostiff.analytic.export.json_form import derivation_data, derivation_from_data
-from robostiff.analytic.export.julia_code import julia_function
-from robostiff.analytic.export.latex import derivation_latex, derivation_markdown
-from robostiff.analytic.export.matlab_code import matlab_function
-from robostiff.analytic.export.python_code import python_function
+from robostiff.analytic.export.latex import derivation_latex, derivation_markdown, latex_snippet
 from robostiff.analytic.export.text import derivation_text
 from robostiff.analytic.export.typst import derivation_pdf, derivation_typst
 
 __all__ = [
     "c_function",
     "derivation_data",
-    "derivation_from_data",
     "derivation_html",
     "derivation_latex",
     "derivation_markdown",
@@ -26,6 +27,7 @@ __all__ = [
     "derivation_text",
     "derivation_typst",
     "julia_function",
+    "latex_snippet",
     "matlab_function",
     "python_function",
 ]

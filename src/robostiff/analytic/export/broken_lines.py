@@ -11,8 +11,13 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.export.products import ordered_terms, printed_product
-from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
+from robostiff.analytic.export.products import (
+    differential_parts,
+    is_greek,
+    name_parts,
+    ordered_terms,
+    printed_product,
+)
 
 _SMALL = 0.7
 

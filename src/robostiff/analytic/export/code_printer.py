@@ -1,12 +1,10 @@
-"""What generated functions share, whatever their language: expressions, names, tests, words."""
+"""What generated functions share, whatever their language: expressions, lines, words."""
 
 from __future__ import annotations
 
-import re
-import unicodedata
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, ClassVar
 
 import sympy as sp
 
@@ -14,14 +12,23 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import wrapped_formula
 from robostiff.analytic.export.products import joined_terms, printed_product
-from robostiff.analytic.export.program import LARGE, FormulaProgram
-from robostiff.analytic.export.vocabulary import constant_name, function_name, unknown
+from robostiff.analytic.export.program import LARGE, FormulaProgram, Guard, program
+from robostiff.analytic.export.vocabulary import (
+    Identifiers,
+    ascii_identifier,
+    constant_name,
+    function_name,
+    unknown,
+)
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
+#: Integers up to this one are doubles.
+LARGEST_EXACT = 2**53
+
 _LARGEST = sp.Integer(10) ** 300
+_WIDTH = 96
 _HALF = sp.Rational(1, 2)
-_NUMBERS = 8  # letters for a number behind an identifier
 
 
 class CodePrinter(ABC):
@@ -115,84 +122,6 @@ class CodePrinter(ABC):
         return repr(float(number))
 
 
-class CaretPrinter(CodePrinter):
-    """What Julia and MATLAB have in common."""
-
-    def integer(self, value: int) -> str:
-        """A double where it is no exact integer."""
-        return str(value) if value <= LARGEST_EXACT else repr(float(value))
-
-    def constant(self, name: str) -> str:
-        """Pi or e."""
-        return {"pi": "pi", "e": "exp(1)"}[name]
-
-    def power(self, base: Any, exponent: Any) -> str:
-        """With a caret."""
-        written = self.factor(base)
-        return f"{f'({written})' if base.is_Pow else written}^{self.factor(exponent)}"
-
-
-class Identifiers:
-    """Unique identifiers that are not reserved in the language.
-
-    `reserved`: keywords and names that are not to be hidden; `longest`: most letters of an
-    identifier.
-
-    Examples
-    --------
-    >>> names = Identifiers({"lambda"})
-    >>> [names.take(name) for name in ("lambda", "K_C,1", "K_C_1", "φ", "2a", "λ")]
-    ['lambda_', 'K_C_1', 'K_C_1_2', 'phi', 'v2a', 'lambda_2']
-    """
-
-    def __init__(self, reserved: Iterable[str], longest: int | None = None) -> None:
-        self._reserved = frozenset(reserved)
-        self._longest = longest
-        self._taken: set[str] = set()
-
-    def take(self, name: str) -> str:
-        """An identifier like a name."""
-        plain = ascii_identifier(name)
-        if self._longest is not None:
-            plain = plain[: self._longest - _NUMBERS]
-        if plain in self._reserved:
-            plain = f"{plain}_"
-        identifier, number = plain, 2
-        while identifier in self._taken or identifier in self._reserved:
-            identifier = f"{plain.rstrip('_')}_{number}"
-            number += 1
-        self._taken.add(identifier)
-        return identifier
-
-
-def ascii_identifier(name: str) -> str:
-    """Letters, digits and underscores, a letter first; Greek letters by their names."""
-    spelled = "".join(map(_spelled, unicodedata.normalize("NFKD", name)))
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", spelled)
-    return plain if plain[:1].isalpha() else f"v{plain}"
-
-
-def _spelled(character: str) -> str:
-    if character.isascii():
-        return character
-    if unicodedata.combining(character):
-        return ""
-    matched = re.fullmatch(
-        r"GREEK (SMALL|CAPITAL) LETTER (FINAL )?(\w+)", unicodedata.name(character, "")
-    )
-    if matched is None:
-        return "_"
-    letter = "lambda" if matched[3] == "LAMDA" else matched[3].lower()
-    return letter if matched[1] == "SMALL" else letter.capitalize()
-
-
-#: Integers up to this one are doubles.
-LARGEST_EXACT = 2**53
-
-#: Message of a generated function for one point.
-NO_ANSWER = "the formula does not hold at these values"
-
-
 def plain_text(name: str) -> str:
     """A name inside a comment or a string: printable, without quotes and signs of comments."""
     kept = "".join(c for c in name if c.isascii() and c.isprintable() and c not in '"*\\?%$`#')
@@ -212,23 +141,6 @@ def about_argument(
     own = [] if written == symbol.name else [f"{plain(symbol.name)} of the formula"]
     meaning = meanings.get(symbol.name)
     return ", ".join([*own, plain(meaning)] if meaning else own)
-
-
-def arguments_in_words(
-    compute: FormulaProgram, written: Iterable[str], start: str = "", end: str = ""
-) -> list[str]:
-    """Lines of a comment on the arguments of which something is known."""
-    each = zip(written, compute.arguments, strict=True)
-    about = [(x, about_argument(x, symbol, compute.meanings)) for x, symbol in each]
-    return [f"{start}{x}{end}: {words}" for x, words in about if words]
-
-
-def title_of_function(derivation: Derivation | FormulaDerivative) -> str:
-    """What a generated function computes, in words, for a string of Python."""
-    if isinstance(derivation, FormulaDerivative):
-        name, symbol = derivation.derivation.name, derivation.symbol.name
-        return f"{unquoted(name)} with its derivative by {unquoted(symbol)}"
-    return unquoted(derivation.name)
 
 
 def convention(size: int) -> str:
@@ -273,37 +185,133 @@ def filled(
             yield place(i, j), place(j, i) if copied else write(entry)
 
 
+def margins_of(
+    compute: FormulaProgram, write: Callable[[sp.Expr], str], size: str = "abs"
+) -> list[str]:
+    """What is positive where the formula holds, or not negative, in the order of `checks_of`."""
+    margins = [
+        f"{size}({write(guard.value)}) - {guard.part}*({_sizes(guard, write, size)})"
+        for guard in compute.guards
+    ]
+    return [*margins, *(write(x) for _, x, _ in compute.conditions)]
+
+
 def checks_of(
-    compute: FormulaProgram, write: Callable[[sp.Expr], str], size: str = "abs", zero: str = "0"
+    compute: FormulaProgram, write: Callable[[sp.Expr], str], size: str, zero: str
 ) -> list[str]:
     """Tests that sums do not cancel and conditions hold; `size` writes absolute values."""
-    tests = []
-    for guard in compute.guards:
-        sizes = " + ".join(f"{size}({write(term)})" for term in guard.terms)
-        tests.append(f"{size}({write(guard.value)}) > {guard.part}*({sizes})")
+    tests = [
+        f"{size}({write(guard.value)}) > {guard.part}*({_sizes(guard, write, size)})"
+        for guard in compute.guards
+    ]
     return [*tests, *(f"{write(x)} {sign} {zero}" for _, x, sign in compute.conditions)]
 
 
-def assigned(target: str, expression: str, width: int) -> list[str]:
-    """An assignment, in brackets where it takes more than a line: of Python and of Julia."""
-    line = f"    {target} = {expression}"
-    if len(line) <= width:
-        return [line]
-    inside = wrapped_formula(expression, width, " " * 8, " " * 8)
-    return [f"    {target} = (", *inside, "    )"]
+def _sizes(guard: Guard, write: Callable[[sp.Expr], str], size: str) -> str:
+    return " + ".join(f"{size}({write(term)})" for term in guard.terms)
 
 
-def named_symbols(compute: FormulaProgram, identifiers: Identifiers) -> dict[sp.Symbol, str]:
-    """Identifiers of the arguments and intermediates of a program."""
-    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
-    return {symbol: identifiers.take(symbol.name) for symbol in symbols}
+class Code(CodePrinter):
+    """A program in a language: its expressions, and the lines of a function."""
 
+    language: ClassVar[str]
+    words: ClassVar[frozenset[str]]  # identifiers that must not be defined
+    longest: ClassVar[int | None] = None  # letters of an identifier
+    width: ClassVar[int] = _WIDTH
+    size: ClassVar[str] = "abs"
+    zero: ClassVar[str] = "0"
 
-def tests_after(
-    holds: str, finite: str, compute: FormulaProgram, write: Callable[[sp.Expr], str]
-) -> list[str]:
-    """What is assigned to the flag `holds`, one test after the other, in languages with ``&&``.
+    def __init__(
+        self, derivation: Derivation | FormulaDerivative | FormulaProgram, name: str
+    ) -> None:
+        is_identifier = ascii_identifier(name) == name and len(name) <= (self.longest or len(name))
+        if not is_identifier or name in self.words:
+            expected = f"an identifier of {self.language}"
+            raise InputError("name of the function", got=name, expected=expected)
+        self.name, self.of = name, derivation
+        is_program = isinstance(derivation, FormulaProgram)
+        self.compute = compute = derivation if is_program else program(derivation)
+        self.identifiers = Identifiers({*self.words, name}, self.longest)
+        take = self.identifiers.take
+        symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
+        super().__init__({symbol: take(symbol.name) for symbol in symbols})
+        self.arguments = [self._names[symbol] for symbol in compute.arguments]
+        self.results = [take(x) for x in ("K", "dK")[: len(compute.results)]]
+        self.holds = take("holds")
+        self.prepare()
 
-    The first test, `finite`, is that arguments and results are; `write` writes an expression.
-    """
-    return [finite, *(f"{holds} && {test}" for test in checks_of(compute, write))]
+    def prepare(self) -> None:
+        """Identifiers of the language's own."""
+
+    @property
+    def title(self) -> str:
+        """What the function computes, in words."""
+        if isinstance(self.of, FormulaDerivative):
+            return f"{self.of.derivation.name} with its derivative by {self.of.symbol.name}"
+        return getattr(self.of, "name", "")
+
+    @property
+    def conditions(self) -> str:
+        """Where there is no answer, in words."""
+        return plain_text(where_it_holds(self.compute))
+
+    def known_arguments(self, start: str = "", end: str = "") -> list[str]:
+        """Lines of a comment on the arguments of which something is known."""
+        each = zip(self.arguments, self.compute.arguments, strict=True)
+        about = [(x, about_argument(x, symbol, self.compute.meanings)) for x, symbol in each]
+        return [f"{start}{x}{end}: {words}" for x, words in about if words]
+
+    def source(self) -> str:
+        """All of it."""
+        tests = checks_of(self.compute, self.write, self.size, self.zero)
+        both = [x for test in tests for x in self.assigned(self.holds, self.both(test))]
+        return "\n".join([*self.beginning(), *self.steps(), *self.finite(), *both, *self.end(), ""])
+
+    def steps(self) -> list[str]:
+        """Lines that compute intermediates and matrices."""
+        lines: list[str] = []
+        for a in self.compute.assignments:
+            lines += self.assigned(self.declared(self._names[a.symbol]), self.write(a.expression))
+        for K, matrix in zip(self.results, self.compute.results, strict=True):
+            n = matrix.rows
+            lines += self.zeros(K, n)
+            place: Callable[[int, int], str] = lambda i, j, K=K, n=n: self.place(K, i, j, n)  # noqa: E731
+            for target, expression in filled(matrix, place, self.write):
+                lines += self.assigned(target, expression)
+        return lines
+
+    def assigned(self, target: str, expression: str) -> list[str]:
+        """An assignment, in brackets where it takes more than a line: of Python and of Julia."""
+        line = f"    {target} = {expression}"
+        if len(line) <= self.width:
+            return [line]
+        inside = wrapped_formula(expression, self.width, " " * 8, " " * 8)
+        return [f"    {target} = (", *inside, "    )"]
+
+    def declared(self, name: str) -> str:
+        """The target of an intermediate."""
+        return name
+
+    def both(self, test: str) -> str:
+        """What holds before, and a test."""
+        return f"{self.holds} && {test}"
+
+    @abstractmethod
+    def place(self, K: str, i: int, j: int, n: int) -> str:
+        """The entry of a matrix (n x n) in row i and column j, from 0."""
+
+    @abstractmethod
+    def zeros(self, K: str, n: int) -> list[str]:
+        """Lines that make a matrix of zeros."""
+
+    @abstractmethod
+    def beginning(self) -> list[str]:
+        """Comment, and head of the function."""
+
+    @abstractmethod
+    def finite(self) -> list[str]:
+        """Lines that find whether arguments and results are finite."""
+
+    @abstractmethod
+    def end(self) -> list[str]:
+        """Lines that return the matrices, or refuse."""

@@ -19,6 +19,7 @@ from robostiff.analytic.export.entries import (
     readable,
 )
 from robostiff.analytic.export.leg_outline import leg_outline
+from robostiff.analytic.export.nomenclature import with_conditions, with_springs
 from robostiff.analytic.export.outline import (
     LONGEST_STAGE,
     Block,
@@ -35,14 +36,12 @@ from robostiff.analytic.export.outline import (
     stiffness_equation,
     title_of,
 )
-from robostiff.analytic.export.springs import with_springs
 from robostiff.analytic.export.vector_outline import (
     arm_meanings,
     series_blocks,
     vector_blocks,
     vector_meanings,
 )
-from robostiff.analytic.export.where_it_holds import with_conditions
 from robostiff.analytic.legs.leg_elimination import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation

@@ -26,7 +26,7 @@ from robostiff.analytic.export.outline import (
     VectorEquations,
     WrenchSum,
 )
-from robostiff.analytic.export.symbol_names import is_word
+from robostiff.analytic.export.products import is_word
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,

@@ -32,8 +32,13 @@ from robostiff.analytic.export.outline import (
     OutlineHeading,
     OutlineText,
 )
-from robostiff.analytic.export.products import FormulaPrinter
-from robostiff.analytic.export.symbol_names import GREEK, differential_parts, is_greek, name_parts
+from robostiff.analytic.export.products import (
+    GREEK,
+    FormulaPrinter,
+    differential_parts,
+    is_greek,
+    name_parts,
+)
 from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.markup import element, escaped
 

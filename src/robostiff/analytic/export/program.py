@@ -13,8 +13,8 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.nomenclature import in_programs
 from robostiff.analytic.export.vocabulary import check_vocabulary
-from robostiff.analytic.export.where_it_holds import in_programs
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.errors import InputError
 
@@ -224,7 +224,7 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     """
     matrix, definitions = _in_names(derivation)
     if not definitions:
-        named = name_combinations(matrix, (symbol.name for symbol in _arguments(derivation)))
+        named = name_combinations(matrix, (symbol.name for symbol in derivation.symbols))
         matrix, definitions = named.matrix, named.definitions
     return _in_order(derivation, matrix, definitions, sp.cse)
 
@@ -243,13 +243,6 @@ def _in_names(derivation: Derivation | FormulaDerivative) -> tuple[Any, tuple[De
     return own.K, own.definitions
 
 
-def _arguments(derivation: Derivation | FormulaDerivative) -> tuple[Any, ...]:
-    """The given symbols; what the legs need to close may hold some that cancel in K."""
-    needed = {x for c in derivation.conditions for x in c.expression.free_symbols}
-    needed -= {d.symbol for d in derivation.definitions}
-    return tuple(sorted({*derivation.symbols, *needed}, key=str))
-
-
 def _in_order(
     derivation: Derivation | FormulaDerivative,
     matrix: Any,
@@ -257,7 +250,7 @@ def _in_order(
     share: Callable[..., Any],
 ) -> FormulaProgram:
     conditions = in_programs(derivation)
-    arguments = _arguments(derivation)
+    arguments = derivation.symbols
     defined = [d.symbol for d in definitions]
     names = [symbol.name for symbol in (*arguments, *defined)]
     for name in names:

@@ -29,8 +29,12 @@ from robostiff.analytic.export.outline import (
     OutlineHeading,
     OutlineText,
 )
-from robostiff.analytic.export.products import FormulaPrinter
-from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
+from robostiff.analytic.export.products import (
+    FormulaPrinter,
+    differential_parts,
+    is_greek,
+    name_parts,
+)
 from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.errors import needs_extra
 from robostiff.markup import typst_text

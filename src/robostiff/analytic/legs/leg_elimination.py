@@ -2,31 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
 import sympy as sp
 from scipy.sparse.csgraph import connected_components
 
-from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
+from robostiff.analytic.budget import (
+    BUDGET,
+    FormulaTooLargeError,
+    OutOfTimeError,
+    checked_budget,
+    within,
+)
 from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition, used_definitions
-from robostiff.analytic.exact.operation_count import count_of
-from robostiff.analytic.exact.products import FormulaTooLargeError
-from robostiff.analytic.exact.unwritten import Unwritten
-from robostiff.analytic.inverse import compliance_formula
-from robostiff.analytic.legs.leg_agreement import check_leg
-from robostiff.analytic.legs.leg_facts import elastic_parts, passive_freedoms
-from robostiff.analytic.legs.leg_geometry import LegGeometry, LegInSteps, transport
+from robostiff.analytic.exact.definition import Definition, Unwritten, used_definitions
+from robostiff.analytic.exact.exact_points import values_of
+from robostiff.analytic.inverse import compliance_formula, inverse_in_steps
+from robostiff.analytic.legs.leg_geometry import (
+    LegGeometry,
+    LegInSteps,
+    elastic_parts,
+    passive_freedoms,
+    transport,
+)
+from robostiff.analytic.placement.agreement import AGREED, closed_places, matrix_distance
 from robostiff.analytic.placement.conditions import conditions_of
-from robostiff.analytic.placement.robot_placement import place_robot
+from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
+from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.substitution import Substitution
-from robostiff.errors import InputError
+from robostiff.elastostatics.recursive import eliminate_joint
+from robostiff.errors import DisagreementError, InputError
 from robostiff.model import Robot
 from robostiff.spatial import Space
 
@@ -198,15 +210,17 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     )
     axes = sp.ImmutableMatrix(3, 3, [read(x) for x in geometry.frame.R.flat])
     arm = sp.ImmutableMatrix([read(x) for x in geometry.arm])
-    taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
-    C, names = _named_entries(found, taken)
+    C, before = sp.ImmutableMatrix(found), tuple(read.definitions)
+    if any(entry.is_Add for entry in C.flat()):  # a single beam needs no names
+        C, before = matrix_by_entries(C, before, "C_", _SHORT)
     K0, inverted = _inverse(C)
     chain = derive_chain(K0, joints, form)
-    before = (*read.definitions, *names, *inverted)
     used = used_definitions(
-        before, [sp.sympify(x) for part in (C, K0, axes, arm, *joints.values()) for x in part]
+        (*before, *inverted),
+        [sp.sympify(x) for part in (C, K0, axes, arm, *joints.values()) for x in part],
     )
-    T = _transport_formula(axes, arm, placed.entries.space)
+    R, v = (np.array(x.flat(), dtype=object) for x in (axes, arm))
+    T = sp.Matrix(transport(R.reshape(3, 3), v, placed.entries.space))
     return LegElimination(
         name="K_C",
         K0=chain.K0,
@@ -230,66 +244,74 @@ def _transport_formula(axes: Any, arm: Any, space: Space) -> Any:
     return sp.Matrix(transport(R, np.array(list(arm), dtype=object), space))
 
 
-def _named_entries(
-    C: Sequence[Sequence[Any]], taken: set[str]
-) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
-    """Names C_ij for the entries of a compliance; those equal up to a sign share one.
-
-    A single beam needs none.
-    """
-    if not any(entry.is_Add for row in C for entry in row):
-        return sp.ImmutableMatrix(C), ()
-    n = len(C)
-    letter = "C"
-    while any(name.startswith(f"{letter}_") for name in taken):
-        letter += "'"
-    names: dict[Any, Any] = {}
-    for i in range(n):
-        for j in range(i, n):
-            entry = C[i][j]
-            if entry.is_number or count_of(entry) <= _SHORT or entry in names:
-                continue
-            known = names.get(-entry)
-            symbol = sp.Symbol(f"{letter}_{i + 1}{j + 1}", real=True)
-            names[entry] = symbol if known is None else -known
-    upper = {(i, j): C[i][j] for i in range(n) for j in range(i, n)}
-    written = {place: names.get(entry, entry) for place, entry in upper.items()}
-    definitions = tuple(Definition(s, entry) for entry, s in names.items() if s.is_Symbol)
-    return sp.ImmutableMatrix(n, n, lambda i, j: written[min(i, j), max(i, j)]), definitions
-
-
 def _inverse(C: Any) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
-    """K^0 = C^-1: written out where few directions are coupled, in named steps otherwise.
-
-    The steps are those of Gauss and Jordan, one diagonal entry after the other.
-    """
+    """K^0 = C^-1: written out where few directions are coupled, in named steps otherwise."""
     n = C.rows
     pattern = np.array([[int(C[i, j] != 0) for j in range(n)] for i in range(n)])
     coupled = connected_components(pattern, directed=False)[1]
     if np.max(np.bincount(coupled)) <= _WRITTEN_OUT:
         return compliance_formula(C), ()
-    M: dict[tuple[int, int], Any] = {(i, j): C[i, j] for i in range(n) for j in range(i, n)}
     definitions: list[Definition] = []
 
-    def given(name: str, entry: Any) -> Any:
+    def given(k: int, i: int, j: int, entry: Any) -> Any:
+        # After the last step the inverse is the negative.
+        sign = -1 if k == n - 1 else 1
         if entry.is_Atom or (-entry).is_Atom:
             return entry
-        definitions.append(Definition(sp.Symbol(name, real=True), entry))
-        return definitions[-1].symbol
+        name = f"{'K_0' if k == n - 1 else f'S_{k + 1}'}_{i + 1}{j + 1}"
+        definitions.append(Definition(sp.Symbol(name, real=True), sign * entry))
+        return sign * definitions[-1].symbol
 
-    for k in range(n):
-        # After the last, -M is the inverse.
-        last = k == n - 1
-        letter = "K_0" if last else f"S_{k + 1}"
-        pivot, before = M[k, k], dict(M)
-        for i, j in M:
-            if i == j == k:
-                entry = -1 / pivot
-            elif k in (i, j):
-                entry = before[i, j] / pivot
-            else:
-                a, b = before[min(i, k), max(i, k)], before[min(j, k), max(j, k)]
-                entry = before[i, j] - a * b / pivot
-            name = f"{letter}_{i + 1}{j + 1}"
-            M[i, j] = -given(name, -entry) if last else given(name, entry)
-    return sp.ImmutableMatrix(n, n, lambda i, j: -M[min(i, j), max(i, j)]), tuple(definitions)
+    return inverse_in_steps(C, given), tuple(definitions)
+
+
+_FLOOR = 1e-3  # of K^0, added on both sides: rounding of what vanishes is not compared
+
+
+def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
+    """Compare each stage with the recursion (15) in numbers, and K with that of the wrench basis.
+
+    Raises
+    ------
+    DisagreementError
+    """
+    names = [f"{own.name} of {placed.robot.name}" for own in placed.robot.legs]
+    number = names.index(found.leg)
+    for values, result, _ in closed_places(placed, found.where):
+        expected = result.leg_stiffness[number]
+        for careful in (False, True):
+            complaint = _difference(found, values, expected, placed.length, careful=careful)
+            if not complaint:
+                break
+        else:
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+            raise DisagreementError(
+                "the formula and the numerical recursion", complaint, f"{found.leg}, at {at}"
+            )
+
+
+def _difference(
+    found: LegElimination,
+    values: Mapping[str, float],
+    expected: np.ndarray,
+    length: float,
+    *,
+    careful: bool,
+) -> str:
+    """What differs between a formula and numbers; `expected`: K about the reference point."""
+    n, stages = len(expected), found.stages
+    flat = [*chain(*(s.J for s in stages)), *found.K0, *chain(*(s.K for s in stages)), *found.K]
+    given = {s: values[s.name] for s in found.given_symbols}
+    known = np.array(values_of(flat, given, found.definitions, careful=careful), dtype=float)
+    columns = known[: n * len(stages)].reshape(len(stages), n)
+    start, *each, whole = known[columns.size :].reshape(-1, n, n)
+    K = start
+    for number, (J, own, stage) in enumerate(zip(columns, each, stages, strict=True), start=1):
+        K = K if stage.is_redundant else eliminate_joint(K, J)
+        distance = matrix_distance(own + _FLOOR * start, K + _FLOOR * start, length)
+        if distance > AGREED:
+            return f"by {distance:.1e} after stage {number}"
+    sizes = np.where(np.array(found.space.rows) < 3, 1.0, length**2)
+    floor = _FLOOR * np.max(np.abs(start) / np.sqrt(np.outer(sizes, sizes))) * np.diag(sizes)
+    distance = matrix_distance(whole + floor, expected + floor, length)
+    return f"by {distance:.1e}" if distance > AGREED else ""

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.numeric_value import matrix_value, values_of
+from robostiff.analytic.exact.exact_points import matrix_value, values_of
 from robostiff.analytic.placement.closed_posture import AROUND
 from robostiff.analytic.placement.robot_placement import (
     PlacedRobot,
@@ -22,8 +22,8 @@ from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, PostureFinder
+from robostiff.kinematics.closure.leg_forms import Rod
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.closure.rod import Rod
 from robostiff.model import Robot
 
 #: Largest relative difference of two ways: rounding of either is far below it.

@@ -14,23 +14,28 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.analytic.placement.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.placement.robot_pose import (
+    ABOUT_WORLD_AXES,
     AtHome,
     AtJoints,
     AtSymbols,
     PoseFormula,
+    PoseRotation,
     all_names,
     exact_angle,
     free_name,
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder, posture_finder
+from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.closure.skeleton import Cluster, Slide, skeleton_of
+from robostiff.kinematics.formula import PlacedFormula, place_leg_at_joints
 from robostiff.kinematics.frames import place_chain
-from robostiff.model import Joint, JointKind, Leg, Robot
-from robostiff.record import Entry, Record
-from robostiff.spatial import exact_number
+from robostiff.model import Coordinate, Joint, JointKind, Leg, Robot
+from robostiff.record import Entry, Record, square_root
+from robostiff.record.functions import angle_of
+from robostiff.spatial import cross, exact_number
 
 #: Part of the robot's size, and of an angle in rad, by which poses differ from home.
 AROUND = 0.03
@@ -80,7 +85,7 @@ class Following:
             return cls(robot, legs, {}, (), at_joints=True)
         if isinstance(pose, AtHome):
             for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
-                if solver.closed_form is None:
+                if solver.recorded_form is None:
                     legs[i] = tuple(
                         free_name(f"q_{leg.name}_{j + 1}", taken) for j in range(leg.chain.size)
                     )
@@ -218,7 +223,7 @@ def _number(value: float, near: float, *, turns: bool) -> Any:
 
 def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[int, ...]:
     """Places of coordinates that the legs fix and that do not stay as they are at home."""
-    closed = all(solver.closed_form is not None for solver in finder.solvers)
+    closed = all(solver.recorded_form is not None for solver in finder.solvers)
     given = robot.coordinate_places
     if not closed or len(given) == 6 or not given:
         return ()
@@ -284,3 +289,64 @@ def _joint_names(leg: Leg, number: int, taken: Collection[str]) -> tuple[str, ..
         free_name(f"{'theta' if screw.turns else 's'}_{number}_{j}", taken)
         for j, screw in enumerate(leg.chain.freedoms, start=1)
     )
+
+
+_SMALL = 1e-9  # cosine of perpendicular axes; part of a length
+_POINT = (Coordinate.X, Coordinate.Y, Coordinate.Z)
+
+
+def guiding_post(robot: Robot, solvers: Sequence[LegSolver]) -> int | None:
+    """Number of the post of a robot that is posed by its point alone; None where it has none."""
+    if robot.coordinates != _POINT:
+        return None
+    return next((i for i, own in enumerate(solvers) if _is_post(own.leg)), None)
+
+
+def place_guiding_post(leg: Leg, p: np.ndarray, solver: LegSolver) -> PlacedFormula:
+    """Record a post that brings the origin of the platform to p (3,), in the branch of home.
+
+    From the centre of the joint, of axes a and b, its slide runs along a unit vector u to p; before
+    the joint turns about a, along ``w a + v m`` with w = a.u and m = a x b.
+    """
+    C, a, b, e, arm = _at_zero(leg)
+    _, a_, b_, e_, arm_ = map(np.asarray, _at_zero(solver.leg))
+    m, m_, n, n_ = tidied(cross(a, b)), cross(a_, b_), tidied(cross(b, e)), cross(b_, e_)
+    turn, way = solver.home[1], np.sign(arm_ @ e_ + solver.home[2])
+    side = way * np.sign(np.cos(turn) * (m_ @ e_) + np.sin(turn) * (m_ @ n_))
+    d = tidied(leg.base.R).T @ (p - tidied_point(leg.base.p)) - C
+    L = square_root(d @ d) * int(way)
+    across = square_root((d @ b) * (d @ b) + (d @ m) * (d @ m)) * int(side)
+    w, v = (d @ a) / L, across / L
+    sine, cosine = w * (a @ n) + v * (m @ n), w * (a @ e) + v * (m @ e)
+    q = [
+        angle_of(-(d @ b) / across, (d @ m) / across, float(solver.home[0])),
+        angle_of(sine, cosine, float(turn)),
+        L - arm @ e,
+    ]
+    return place_leg_at_joints(leg, np.array(q, dtype=object))
+
+
+def _is_post(leg: Leg) -> bool:
+    """Whether its slide points from the centre of a universal joint to the platform's origin."""
+    if leg.chain.has_blocks or leg.chain.size != 3:
+        return False
+    match skeleton_of(leg.chain).parts:
+        case (Cluster(axes=(_, _), is_ball=False), Slide()):
+            _, a, b, e, arm = map(np.asarray, _at_zero(leg))
+            beside = np.linalg.norm(cross(arm, e)) / (np.linalg.norm(arm) or 1.0)
+            return bool(max(abs(a @ b), abs(b @ e), beside) <= _SMALL)
+        case _:
+            return False
+
+
+def _at_zero(leg: Leg) -> tuple[Any, ...]:
+    """Centre and axes of the joint, direction of the slide, and from the centre to the platform.
+
+    In the leg's base frame, its coordinates zero.
+    """
+    zero = place_chain(leg.chain, leg.chain.zero, np.eye(3, dtype=int), np.zeros(3, dtype=int))
+    first, second, slide = zero.freedoms
+    R = zero.R @ leg.attachment.R.T
+    arm = zero.p - R @ leg.attachment.p - first.point
+    axes = (tidied(x.axis) for x in (first, second, slide))
+    return tidied_point(first.point), *axes, tidied_point(arm)

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analysis import stiffness
-from robostiff.analytic.exact.closed_sum import factored_fraction
+from robostiff.analytic.exact.closed import factored_fraction
 from robostiff.analytic.exact.definition import Condition
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
@@ -82,7 +82,7 @@ def _nearest_to_home(
 
     Modes count that have another stiffness at values nearby.
     """
-    if not placed.symbols or not any(x.closed_form for x in placed.solvers):
+    if not placed.symbols or not any(x.recorded_form for x in placed.solvers):
         return
     names = {str(x) for x in placed.robot.symbols}
     values = {x: float(placed.record.input(x).sample[0]) for x in names}
@@ -96,9 +96,9 @@ def _nearest_to_home(
     wanted = {leg.leg.name for leg in legs}
     every = list(zip(placed.entries.legs, placed.solvers, finder.solvers, strict=True))
     for i, (leg, solver, near) in enumerate(every):
-        if solver.closed_form is None or leg.name not in wanted:
+        if solver.recorded_form is None or leg.name not in wanted:
             continue
-        own = solver.closed_form.mode
+        own = solver.recorded_form.mode
         q = dict(zip(*near.that_close(finder.home_pose), strict=True))
         K = {x: _stiffness(robot, [*at[:i], q[x], *at[i + 1 :]]) for x in solver.modes if x in q}
         if own not in K:
@@ -238,7 +238,7 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition,
         names = ", ".join(x.name for x in some)
         words = f"joints {names} of leg {leg.name!r} are independent"
         if len(some) == 3 and all(x.turns for x in some):
-            words = f"leg {leg.name!r} is not stretched"
+            words = f"leg {leg.name!r} is neither stretched nor folded"
         square = aa * bb - ((aa + bb - ab) / 2) ** 2
         short = not square.atoms(sp.sin, sp.cos) and count_of(square) <= _SHORT
         product = factored_fraction(square) if short else square

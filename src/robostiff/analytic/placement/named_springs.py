@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.numeric_value import values_of
+from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.elasticity import (
     CrossSection,

@@ -13,15 +13,21 @@ from scipy.spatial.transform import Rotation
 
 from robostiff.analytic.exact.definition import Definition, in_given_symbols
 from robostiff.analytic.exact.exact_points import ExactPoints
-from robostiff.analytic.placement.closed_posture import AROUND, Following, Sample, leg_coordinates
-from robostiff.analytic.placement.guiding_post import guiding_post, place_guiding_post
-from robostiff.analytic.placement.legs_at_points import turned_legs
+from robostiff.analytic.placement.closed_posture import (
+    AROUND,
+    Following,
+    Sample,
+    guiding_post,
+    leg_coordinates,
+    place_guiding_post,
+)
+from robostiff.analytic.placement.legs_at_points import Image, turned_legs
 from robostiff.analytic.placement.named_springs import named_springs, with_samples
-from robostiff.analytic.placement.orbits import Image
-from robostiff.analytic.placement.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.placement.robot_pose import (
+    ABOUT_WORLD_AXES,
     AtHome,
     PoseFormula,
+    PoseRotation,
     coordinate_expressions,
     exact_angle,
     home_coordinates,
@@ -310,7 +316,7 @@ def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFor
 
 
 def _check_closed_form(leg: Leg, solver: LegSolver) -> None:
-    if solver.closed_form is not None:
+    if solver.recorded_form is not None:
         return
     raise InputError(
         f"closure of leg {leg.name!r}",

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.budget import within
+from robostiff.analytic.budget import FormulaTooLargeError, within
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.exact_matrix import null_space
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.exact.products import FormulaTooLargeError
 from robostiff.analytic.questions.loci import (
     WrittenSteps,
     coupling_of,
@@ -163,7 +162,7 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     if names is not None:
         always = (sp.Integer(0),)
         each = {shared_zeros([entry]) for entry in dict.fromkeys(coupling_of(names.matrix))}
-        own = [set(names.powers_of_zeros(sp.Mul(*found))) for found in each - {always}]
+        own = [set(names.powers_of_zeros(dict.fromkeys(found, 1))) for found in each - {always}]
         shared = set.intersection(*own) if own else always
         return tuple(sorted(shared, key=sp.default_sort_key))
     return shared_zeros(coupling_of(matrix))

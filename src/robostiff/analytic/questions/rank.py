@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from typing import Any
 
+import numpy as np
 import sympy as sp
+from scipy.optimize import minimize
 
-from robostiff.analytic.budget import BUDGET, OutOfTimeError, within
+from robostiff.analytic.budget import BUDGET, FormulaTooLargeError, OutOfTimeError, within
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.exact.exact_matrix import determinant, echelon
-from robostiff.analytic.exact.factors import is_positive_form, without_sign
+from robostiff.analytic.exact.factors import without_sign
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.exact.products import FormulaTooLargeError
-from robostiff.analytic.questions.in_names import MatrixInNames
-from robostiff.analytic.questions.loci import (
-    Locus,
-    rank_locus,
-)
+from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.questions.loci import Locus, MatrixInNames, rank_locus
 from robostiff.errors import InputError
 
 #: Seconds for an answer in steps.
 SHORT = 5.0
+_LONGEST = 500  # operations of a factor that is listed
 
 
 @dataclass(frozen=True)
@@ -42,17 +42,34 @@ class RankFormula:
         What those minors share, as a product of the exceptions: at full rank the determinant but
         for its denominator and a number, and 1 for the rank 0.
     remark : str
-        Why there are no exceptions where they were not looked for; empty otherwise.
+        Why there are no exceptions where they were not looked for, and which are too long to be
+        listed; empty otherwise.
+    of_formula : Derivation or None
+        The formula whose conditions decide what is `allowed`.
     """
 
     rank: int
     exceptions: tuple[sp.Expr, ...]
     common_minor: sp.Expr
     remark: str = field(default="", repr=False, compare=False)
+    of_formula: Derivation | None = field(default=None, repr=False, compare=False)
+
+    @classmethod
+    def of(cls, K: Any, rank: int, powers: Mapping[Any, int], remark: str = "") -> RankFormula:
+        """Of a matrix or derivation; `powers`: the factors with their exponents in the minors."""
+        kept = independent_zeros(sorted(powers, key=sp.default_sort_key))
+        long = [x for x in kept if count_of(x) > _LONGEST]
+        kept = tuple(x for x in kept if x not in long)
+        names = sorted({str(s) for x in long for s in x.free_symbols})
+        if long:
+            lost = f"too long to be listed: where a sum in {', '.join(names)} vanishes"
+            remark = "; ".join(filter(None, (remark, lost)))
+        common = sp.Mul(*(factor ** powers[factor] for factor in kept))
+        return cls(rank, kept, common, remark, K if isinstance(K, Derivation) else None)
 
     @property
     def allowed(self) -> tuple[sp.Expr, ...]:
-        """Exceptions that the assumptions of the symbols allow: a positive length is never zero.
+        """Exceptions that signs of symbols and conditions allow: a positive length is never zero.
 
         Examples
         --------
@@ -60,16 +77,9 @@ class RankFormula:
         >>> rank_formula(sp.diag(R, R * (R - r))).allowed
         (R - r,)
         """
-        return tuple(x for x in self.exceptions if _may_vanish(x))
-
-
-def _may_vanish(factor: Any) -> bool:
-    """Whether a factor has real zeros, as far as assumptions and the signs of its terms decide."""
-    if factor.is_nonzero:
-        return False
-    field = ExactField([factor])
-    polynomial = field.element(factor).num
-    return not is_positive_form(field, polynomial)
+        possible = (x for x in self.exceptions if not x.is_nonzero)
+        conditions = () if self.of_formula is None else self.of_formula.conditions
+        return tuple(x for x in possible if x.is_Symbol or may_vanish(x, conditions))
 
 
 def closed_matrix(formula: Any, question: str) -> sp.Matrix:
@@ -111,11 +121,15 @@ def needs_closed_form(derivation: Derivation, question: str) -> InputError:
 
 
 def matrix_by_entries(
-    K: sp.ImmutableMatrix, definitions: Sequence[Definition] = ()
-) -> tuple[sp.Matrix, tuple[Definition, ...]]:
+    K: sp.ImmutableMatrix,
+    definitions: Sequence[Definition] = (),
+    letter: str = "K",
+    short: int = -1,
+) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
     """K with a name for each different entry that is no symbol or number, and what these stand for.
 
-    Zeros, equal entries and those that differ by a sign are what questions about it can use.
+    Zeros, equal entries and those that differ by a sign are what questions about it can use. Those
+    of at most `short` operations have no name either.
     """
     taken = {s.name for s in K.free_symbols}
     for d in definitions:
@@ -128,14 +142,15 @@ def matrix_by_entries(
             if entry in known:
                 continue
             known[entry] = entry
-            if not (entry.is_Symbol or (-entry).is_Symbol or entry.is_Integer):
-                name = f"K{i + 1}{j + 1}"
+            is_plain = entry.is_Symbol or (-entry).is_Symbol or entry.is_Integer
+            if not (is_plain or count_of(entry) <= short):
+                name = f"{letter}{i + 1}{j + 1}"
                 while name in taken:
                     name += "'"
                 known[entry] = sp.Symbol(name, real=True)
                 entries.append(Definition(known[entry], entry))
             known.setdefault(-entry, -known[entry])
-    M = sp.Matrix(K.rows, K.cols, lambda i, j: known[K[min(i, j), max(i, j)]])
+    M = sp.ImmutableMatrix(K.rows, K.cols, lambda i, j: known[K[min(i, j), max(i, j)]])
     return M, tuple(entries)
 
 
@@ -181,8 +196,8 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     names = matrix_in_names(K)
 
     def answer() -> RankFormula:
-        found = None if names is None else _rank_in_names(names)
-        return _rank(matrix) if found is None else found
+        found = None if names is None else _rank_in_names(K, names)
+        return RankFormula.of(K, *_rank(matrix)) if found is None else found
 
     try:
         return within(budget, answer, "rank of a formula")
@@ -199,23 +214,19 @@ def _rank_in_steps(derivation: Any, rank: int, budget: float | None) -> RankForm
         found = within(short, lambda: rank_locus(derivation, rank), "rank of a formula")
     except FormulaTooLargeError:
         found = Locus({}, "it drops where wrenches of the legs depend on one another; too long")
-    factors = found.factors
-    common = sp.Mul(*(factor**exponent for factor, exponent in factors.items()))
-    return RankFormula(
-        rank, tuple(sorted(factors, key=sp.default_sort_key)), common, remark=found.remark
-    )
+    return RankFormula.of(derivation, rank, found.factors, found.remark)
 
 
-def _rank_in_names(names: MatrixInNames) -> RankFormula | None:
+def _rank_in_names(K: Any, names: MatrixInNames) -> RankFormula | None:
     """Rank of a sum of w w^T / c; None where its names hide what they have in common.
 
     It drops where the wrenches do, whatever the stiffnesses are, and where one of these is zero.
     """
     found = [_rank(names.with_numbers(seed)) for seed in (1, 2)]
-    if any(one.rank != names.rank for one in found):
+    if any(rank != names.rank for rank, _ in found):
         return None
     # Lengths in names depend on one another: what two minors share is seen in given symbols.
-    first, second = (names.powers_of_zeros(one.common_minor) for one in found)
+    first, second = (names.powers_of_zeros(powers) for _, powers in found)
     common: dict[Any, Any] = {
         zero: min(exponent, second[zero]) for zero, exponent in first.items() if zero in second
     }
@@ -227,8 +238,7 @@ def _rank_in_names(names: MatrixInNames) -> RankFormula | None:
         lost = names.rank - names.rank_near_zero(symbol)
         if lost:
             common[symbol] = max(common.get(symbol, 0), lost)
-    minor = sp.Mul(*(factor**exponent for factor, exponent in common.items()))
-    return RankFormula(names.rank, tuple(sorted(common, key=sp.default_sort_key)), minor)
+    return RankFormula.of(K, names.rank, common)
 
 
 def matrix_in_names(K: Any) -> MatrixInNames | None:
@@ -237,12 +247,13 @@ def matrix_in_names(K: Any) -> MatrixInNames | None:
     return None if named is None else MatrixInNames.of(*named.in_lengths)
 
 
-def _rank(K: Any) -> RankFormula:
+def _rank(K: Any) -> tuple[int, dict[Any, int]]:
+    """Rank, and the factors that all principal minors of its size share, with their exponents."""
     field = ExactField(list(K))
     elements = [[field.element(K[i, j]) for j in range(K.cols)] for i in range(K.rows)]
     rank = len(echelon(field, elements)[1])
     if rank == 0:
-        return RankFormula(0, (), sp.Integer(1))
+        return 0, {}
     shared = None
     for places in combinations(range(K.rows), rank):
         minor = determinant(field, [[elements[i][j] for j in places] for i in places])
@@ -252,6 +263,114 @@ def _rank(K: Any) -> RankFormula:
     factors = [] if shared is None else shared.factor()[1]
     exceptions = {without_sign(field.polynomial_expression(f)): int(e) for f, e in factors}
     # Roots and pi are generators of the field, too; a number never vanishes.
-    exceptions = {factor: e for factor, e in exceptions.items() if factor.free_symbols}
-    common = sp.Mul(*(factor**exponent for factor, exponent in exceptions.items()))
-    return RankFormula(rank, tuple(sorted(exceptions, key=sp.default_sort_key)), common)
+    return rank, {factor: e for factor, e in exceptions.items() if factor.free_symbols}
+
+
+_SAMPLES = 4000
+_FEWEST = 100  # samples at which the conditions hold, for an answer by signs
+_STARTS = 4
+_ROUNDING = 1e-13  # of the sum of the sizes of its terms
+_ZERO = 1e-10
+_ALIKE = 1e-2  # the same of another factor at such a zero, of high order
+_NEAR = 0.1  # a symbol there, of the largest
+_LONG = 60  # operations
+_SEED = 29
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Random values of symbols, of their signs or of either, at which conditions hold."""
+
+    symbols: tuple[sp.Symbol, ...]
+    conditions: tuple[Condition, ...] = ()
+    signed: bool = False  # whether positive symbols have positive values only
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """Values (m, symbols) between 0.1 and 3 in size, spread evenly by their logarithms."""
+        random = np.random.default_rng(_SEED)
+        shape = _SAMPLES, len(self.symbols)
+        values = np.exp(random.uniform(np.log(0.1), np.log(3.0), shape))
+        if self.symbols:
+            signs = random.choice([-1.0, 1.0], shape)
+            values *= np.where(
+                [self.signed and bool(x.is_positive) for x in self.symbols], 1, signs
+            )
+        for condition in self.conditions:
+            with np.errstate(all="ignore"):
+                values = values[self._function(condition.expression)(*values.T) > 0]
+        return values
+
+    def _function(self, expression: Any) -> Callable[..., Any]:
+        found = sp.lambdify(self.symbols, expression, "numpy", cse=True)
+        return lambda *at: np.broadcast_to(np.real(found(*at)), np.shape(at[0]))
+
+    def relative(self, factor: Any) -> Callable[[np.ndarray], np.ndarray]:
+        """Values of a sum by the sizes of its terms, as a function of values (..., symbols)."""
+        terms = sp.Add.make_args(factor)
+        size = self._function(sp.Add(*map(sp.Abs, terms)))
+        value = self._function(factor)
+
+        def ratio(at: np.ndarray) -> np.ndarray:
+            with np.errstate(all="ignore"):
+                return np.nan_to_num(value(*at.T) / size(*at.T))
+
+        return ratio
+
+    def zeros(self, factor: Any) -> np.ndarray | None:
+        """Points (m, symbols) at which a factor is zero and changes no sign; None if it does.
+
+        Empty for one that is not zero anywhere.
+        """
+        relative = self.relative(factor)
+        values = relative(self.values)
+        if len(values) < _FEWEST or max(values) > _ROUNDING < -min(values):
+            return None
+        found = []
+        for start in self.values[np.argsort(np.abs(values))[:_STARTS]]:
+            exact = {"xatol": 1e-12, "fatol": 1e-18, "maxfev": 400 * len(start)}
+            end = minimize(lambda x: abs(relative(x)), start, method="Nelder-Mead", options=exact)
+            inside = not self.signed or all(
+                x > 0 for s, x in zip(self.symbols, end.x, strict=True) if s.is_positive
+            )
+            if end.fun < _ZERO and inside:
+                found.append(end.x)
+        return np.reshape(found, (-1, len(self.symbols)))
+
+    def are_zeros(self, factors: Sequence[Any], at: np.ndarray) -> bool:
+        """Whether one of the factors is nearly zero at a point."""
+        small = {s for s, x in zip(self.symbols, at, strict=True) if abs(x) < _NEAR * abs(at).max()}
+        return any(
+            x in small if x.is_Symbol else abs(self.relative(x)(at)) < _ALIKE for x in factors
+        )
+
+
+def independent_zeros(factors: Sequence[Any]) -> tuple[Any, ...]:
+    """Factors without those that are zero nowhere, or only where shorter ones are.
+
+    Sines and cosines have a relation, so that a factor may be a multiple of another by a sum of
+    squares without being divisible by it. A factor that changes its sign is kept; a long one where
+    it does so for symbols of their signs.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y")
+    >>> independent_zeros([x**2 + 3, x**2 - 2 * x * y + y**2, x - y, x])
+    (x - y, x)
+    """
+    symbols = tuple(sorted(set().union(*(x.free_symbols for x in factors)), key=str))
+    kept: list[Any] = []
+    for factor in sorted(factors, key=count_of):
+        samples = Samples(symbols, signed=count_of(factor) > _LONG)
+        points = None if factor.is_Symbol else samples.zeros(factor)
+        if points is None or any(not samples.are_zeros(kept, at) for at in points):
+            kept.append(factor)
+    return tuple(x for x in factors if x in kept)
+
+
+def may_vanish(factor: Any, conditions: Sequence[Condition]) -> bool:
+    """Whether a factor is zero for symbols of their signs where conditions hold, or beside it."""
+    symbols = factor.free_symbols.union(*(c.expression.free_symbols for c in conditions))
+    samples = Samples(tuple(sorted(symbols, key=str)), tuple(conditions), signed=True)
+    points = samples.zeros(factor)
+    return points is None or len(points) > 0

@@ -9,9 +9,11 @@ from typing import Any, cast
 import sympy as sp
 from sympy.core.cache import cacheit
 
-from robostiff.analytic.exact.closed_sum import factored_fraction, fraction_in_factors
+from robostiff.analytic.budget import FormulaTooLargeError
+from robostiff.analytic.exact.closed import factored_fraction, fraction_in_factors
 from robostiff.analytic.exact.definition import Definition, in_given_symbols
 from robostiff.analytic.exact.element import above_and_below, root_of
+from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import (
     bound_of_terms,
     by_powers,
@@ -20,9 +22,7 @@ from robostiff.analytic.exact.factors import (
     sums_in_factors,
 )
 from robostiff.analytic.exact.field import ExactField, shared_field
-from robostiff.analytic.exact.numeric_value import values_of
 from robostiff.analytic.exact.operation_count import count_of, parts_of, symbols_in
-from robostiff.analytic.exact.products import FormulaTooLargeError
 from robostiff.analytic.reading.combinations import free_names
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.record import Entry, Operation, Record

@@ -12,6 +12,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.cache import cacheit
 
+from robostiff.analytic.budget import spend
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.element import made_of
 from robostiff.analytic.exact.operation_count import count_of, operations_in, parts_of, symbols_in
@@ -354,6 +355,7 @@ def in_letters(written: Written, taken: Iterable[str]) -> Written:
 
 def changed(written: Written, change: Callable[[Any], Any], symbol: Any = None) -> Written:
     """The same with all formulas changed, or those that have a symbol."""
+    spend()
 
     def own(x: Any) -> Any:
         return change(x) if symbol is None or symbol in symbols_in(x) else x

@@ -7,7 +7,7 @@ found at the samples of the record, where each of them does no work on any passi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import combinations, pairwise
 from math import comb
@@ -16,9 +16,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.springs.sampled_leg import PointAndSizes, SampledLeg, Seen
-from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.elasticity import Elasticity
+from robostiff.elastostatics.parallel_block import block_compliance
+from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.kinematics.jacobians import freedom_twist, spring_compliance
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
 from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import WorkingFrame, cross, turned_back
@@ -28,6 +30,122 @@ _SAME = 1e-10  # of a unit vector, or of the length
 IDLE = 1e-9  # work on a passive joint, and coupling of two wrenches
 _INDEPENDENT = 1e-6
 _MOST = 1000  # bases that are compared
+
+
+_RANK = 1e-7
+
+
+@dataclass
+class Seen:
+    """Vectors at the samples that are looked up by their values."""
+
+    close: float
+    up_to_sign: bool
+    others: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    count: int = 0
+
+    def add(self, own: np.ndarray) -> None:
+        """One more."""
+        if self.count == len(self.others):
+            more = np.empty((2 * self.count or 16, *own.shape))
+            more[: self.count] = self.others.reshape(self.count, *own.shape)
+            self.others = more
+        self.others[self.count] = own
+        self.count += 1
+
+    def first_alike(self, own: np.ndarray) -> int | None:
+        """The first that is the same, perhaps up to its sign."""
+        if not self.count:
+            return None
+        others = self.others[: self.count]
+        alike = np.abs(others - own).max(axis=(1, 2)) < self.close
+        if self.up_to_sign:
+            alike |= np.abs(others + own).max(axis=(1, 2)) < self.close
+        first = int(alike.argmax())
+        return first if alike[first] else None
+
+
+@dataclass(frozen=True)
+class PointAndSizes:
+    """About which point a leg is looked at, and with which sizes."""
+
+    record: Record
+    reference: np.ndarray  # (3,): reference point, entries or numbers
+    space: Space
+    length: float  # characteristic length [m]
+
+    @property
+    def scale(self) -> np.ndarray:
+        """1 for forces and shifts, the length for moments: by it all entries compare (6,)."""
+        return np.array([1.0] * 3 + [self.length] * 3)
+
+
+@dataclass(frozen=True)
+class SampledLeg:
+    """A leg at the samples: passive twists and compliance about the reference, scaled.
+
+    Rotations count by the length, and so do moments, so that all entries compare. A parallel block
+    inside the leg leaves free what no branch holds; its compliance is the inverse of the sum of
+    its branches, where they hold anything.
+    """
+
+    J: np.ndarray  # (count, n, p): unit twists that meet no resistance
+    C: np.ndarray  # (count, n, n): compliance under the wrenches that do no work on them
+    # number of independent such wrenches; None where it differs from sample to sample
+    transmitted: int | None
+
+    @classmethod
+    def of(cls, leg: PlacedLeg, around: PointAndSizes) -> SampledLeg | None:
+        """A leg in numbers; None where a block holds different motions at different samples."""
+        record, rows, scale = around.record, list(around.space.rows), around.scale
+        reference = at_samples(around.reference, record.count)
+        at = np.asarray(around.reference, dtype=object)
+        n = len(rows)
+        C = np.zeros((record.count, n, n))
+        columns: list[np.ndarray] = []
+        for part in leg.elements:
+            if isinstance(part, PlacedBlock):
+                block = _of_block(part, around)
+                if block is None:
+                    return None
+                C += block.C
+                columns += list(np.moveaxis(block.J, 2, 0))
+                continue
+            if isinstance(part, PlacedSpring):
+                R, p = at_samples(part.rotation, record.count), at_samples(part.point, record.count)
+                own = Elasticity(at_samples(part.elasticity.compliance, record.count))
+                own = spring_compliance(PlacedSpring("", p, R, own), reference)
+            else:
+                twist = at_samples(freedom_twist(part, at), record.count)
+                if part.is_passive:
+                    # Twists by shifts over the length, wrenches by moments: their work stays.
+                    twist = twist * np.where(np.arange(6) < 3, 1 / around.length, 1.0)
+                    columns.append(twist[:, rows])
+                    continue
+                if part.stiffness is None:
+                    continue
+                k = at_samples([part.stiffness], record.count)
+                own = twist[:, :, None] * twist[:, None, :] / k[:, :, None]
+            C += (own * scale[:, None] * scale)[:, rows][:, :, rows]
+        J = np.zeros((record.count, n, 0))
+        if columns:
+            J = np.stack(columns, axis=2)
+            J = J / np.linalg.norm(J, axis=1)[:, None, :]
+        ranks = {int(r) for r in np.linalg.matrix_rank(J, tol=_RANK)} if columns else {0}
+        return cls(J, C, n - ranks.pop() if len(ranks) == 1 else None)
+
+
+def _of_block(block: PlacedBlock, around: PointAndSizes) -> SampledLeg | None:
+    branches = []
+    for branch in block.branches:
+        own = SampledLeg.of(branch, around)
+        if own is None or own.transmitted is None:
+            return None
+        branches.append((own.C, own.J))
+    found = block_compliance(branches, np.ones(around.record.count), Tolerance())
+    if not np.all(np.linalg.norm(found.J_q, axis=1)):
+        return None
+    return SampledLeg(found.J_q, found.C, found.C.shape[1] - found.J_q.shape[2])
 
 
 @dataclass(frozen=True, eq=False)

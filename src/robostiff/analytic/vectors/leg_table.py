@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.exact.numeric_value import values_of
 from robostiff.analytic.vectors.vector_expressions import Coordinates
 from robostiff.errors import InputError
 

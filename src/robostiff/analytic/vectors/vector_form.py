@@ -14,17 +14,16 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
-from robostiff.analytic.exact.products import FormulaTooLargeError
 from robostiff.analytic.placement.agreement import check_form
-from robostiff.analytic.placement.orbits import COMPONENTS, averages, orbits_of
+from robostiff.analytic.placement.legs_at_points import COMPONENTS, averages, orbits_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.known_reading import KnownContributions, KnownReading
 from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.leg_table import LegTable
-from robostiff.analytic.vectors.parallel_rods import cluster_of, rods_of
 from robostiff.analytic.vectors.spherical_legs import axes_of, spherical_bar, spherical_leg
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
@@ -44,9 +43,11 @@ from robostiff.analytic.vectors.vector_rods import (
     Bar,
     Carrier,
     closure_of,
+    cluster_of,
     equations_of_felt,
     felt_by_carrier,
     rod_of,
+    rods_of,
 )
 from robostiff.analytic.vectors.vector_wrenches import (
     LegInVectors,

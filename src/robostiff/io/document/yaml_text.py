@@ -81,6 +81,8 @@ _WORDS = MappingProxyType(
     }
 )
 _LONGEST_INTEGER = 18
+_BRACKET = re.compile(r"[\[\]{}]")
+_MOST_OPENED = 1000  # brackets: the scanner reads a line to its end before any of them counts
 _LONG_TAG = re.compile(r"!\S{1000}")
 _NO_TAG = "remove the word that begins with !"
 
@@ -98,6 +100,11 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
             hint=_NO_TAG,
         )
     limits.check_yaml(text, file)
+    opened = 0  # also in quotes and comments, where nobody writes so many
+    for found in _BRACKET.finditer(text):
+        opened += 1 if found[0] in "[{" else -1
+        if opened > _MOST_OPENED:
+            raise limits.exceeded("depth", Location(file, *line_and_column(text, found.start())))
     builder = Builder(file, limits)
     documents = 0
     for event in _events(text, file):

@@ -1,35 +1,35 @@
-"""Models as MuJoCo compiles them, from the bodies, joints, sites and loops of a file alone.
-
-Elements for graphics, contact, sensors and drives do not position bodies and joints. They are left
-out before MuJoCo sees the file, as some of it takes memory by the number written there, and some
-opens other files.
-"""
+"""Models as MuJoCo compiles them, from the kinematic part of a file."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from robostiff.errors import FileError, Location, needs_extra
 from robostiff.io.child_process import COMPILE_MJCF, answer_of
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
+from robostiff.io.mjcf.kinematic_part import kinematic_part
+from robostiff.io.plausibility import warn_of_parts_not_read
 from robostiff.io.suggest import Words
 
 _LINE = re.compile(r",? line (\d+)")
 _REAL = frozenset(
     (
         *("body_pos", "body_quat", "site_pos", "site_quat", "jnt_pos", "jnt_axis", "jnt_range"),
-        *("jnt_stiffness", "qpos0", "eq_data"),
+        *("jnt_stiffness", "qpos0", "qpos_spring", "eq_data", "actuator_biasprm", "actuator_gear"),
+        *("body_mass", "body_ipos", "body_iquat", "body_inertia", "dof_armature"),
     )
 )
+
+
+NOTHING = 1e-12
+"""Mass and moments of a body without any, as MuJoCo compiles no other [kg], [kg m^2]."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,6 @@ class CompiledModel:
     joints: tuple[str, ...]
     sites: tuple[str, ...]
     equalities: tuple[str, ...]
-    driven: frozenset[str]  # joints that actuators drive
     arrays: dict[str, np.ndarray]  # those of MuJoCo's own model, by the same names
 
     def __getattr__(self, key: str) -> np.ndarray:
@@ -54,7 +53,7 @@ class CompiledModel:
 
 
 def compiled_model(source: Path | str) -> CompiledModel:
-    """The MuJoCo model of a file without its shapes."""
+    """The MuJoCo model of a file without what is seen or touched, and the shapes of other files."""
     lines = kinematic_part(source)
     with needs_extra("MJCF files", "mjcf"):
         if find_spec("mujoco") is None:  # another process imports it
@@ -67,32 +66,50 @@ def compiled_model(source: Path | str) -> CompiledModel:
 
 @lru_cache(maxsize=64)
 def _compiled(text: str, file: str) -> CompiledModel:
-    place = Location(file)
-    return _from_data(answer_of(COMPILE_MJCF, {"text": text}, place, "MJCF", "MuJoCo"), place)
+    place, request = Location(file), {"text": text, "nothing": NOTHING}
+    return _from_data(answer_of(COMPILE_MJCF, request, place, "MJCF", "MuJoCo"), place)
 
 
 def read_model(model: Any) -> CompiledModel:
     """Names and arrays of an ``mujoco.MjModel``."""
-    from robostiff.io.child_process.compile_mjcf import mujoco, names_and_arrays
+    from robostiff.io.child_process.compile_mjcf import names_and_arrays
 
-    on_joints = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
-    driven = [
-        model.joint(int(model.actuator_trnid[i, 0])).name
-        for i in range(model.nu)
-        if model.actuator_trntype[i] in on_joints
-    ]
-    data = names_and_arrays(model, sorted(set(driven)))
-    return _from_data(data, Location(f"model of MuJoCo {data['name']!r}"))
+    data = names_and_arrays(model)
+    place = Location(f"model of MuJoCo {data['name']!r}")
+    on_tendons = model.actuator_trntype == _ON_TENDONS
+    moving = {
+        "tendons": [
+            model.tendon(i).name or str(i)
+            for i in range(model.ntendon)
+            if np.any(model.tendon_stiffness[i])
+            or model.tendon_limited[i]
+            or i in model.actuator_trnid[on_tendons, 0]
+        ],
+        "drives of sites or bodies": [
+            model.actuator(i).name or str(i)
+            for i in range(model.nu)
+            if model.actuator_trntype[i] not in (*ON_JOINTS, _ON_TENDONS)
+        ],
+        "plugins": [str(i) for i in range(model.nplugin)],
+        "flexible bodies": [str(i) for i in range(model.nflex)],
+    }
+    warn_of_parts_not_read({kind: [(n, place) for n in names] for kind, names in moving.items()})
+    return _from_data(data, place)
+
+
+ON_JOINTS, _ON_TENDONS = (0, 1), 3
+"""Kinds of transmission, as of ``mujoco.mjtTrn``."""
 
 
 def _from_data(data: dict[str, Any], place: Location) -> CompiledModel:
     names = {key: data.pop(key) for key in ("bodies", "joints", "sites", "equalities")}
-    name, driven = data.pop("name"), frozenset(data.pop("driven"))
+    name, without = data.pop("name"), data.pop("without_mass", [])
+    unread = {"the masses of meshes of": [(body, place) for body in without]}
+    warn_of_parts_not_read(unread, "bodies have those of other shapes")
     arrays = {key: _array(key, values, place) for key, values in data.items()}
     return CompiledModel(
         name,
         **{key: tuple(map(str, listed)) for key, listed in names.items()},
-        driven=driven,
         arrays=arrays,
     )
 
@@ -117,225 +134,3 @@ def _in_its_line(error: FileError, places: Sequence[Location]) -> FileError:
         return error
     words = Words(_LINE.sub("", str(error.got)).strip())
     return FileError(places[int(found[1]) - 1], error.subject, got=words, expected=error.expected)
-
-
-_LIMITS = XmlLimits()
-MOST_ELEMENTS = 4_000
-"""Bodies, joints and sites of a description, copies counted."""
-_DEEPEST_INCLUDE = 16
-_LARGEST = 1e30
-
-_IN_BODIES = frozenset(("geom", "camera", "light", "inertial", "plugin", "flexcomp"))
-_AT_TOP = frozenset(
-    (
-        *("asset", "contact", "custom", "deformable", "extension", "keyframe", "option"),
-        *("sensor", "size", "statistic", "tendon", "visual"),
-    )
-)
-_IN_DEFAULTS = frozenset(
-    (
-        *("mesh", "material", "geom", "camera", "light", "pair", "tendon", "flex", "inertial"),
-        *("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder"),
-        *("muscle", "adhesion", "dcmotor", "plugin"),
-    )
-)
-_LEFT_OUT = {
-    **dict.fromkeys(("worldbody", "body", "frame", "replicate"), _IN_BODIES),
-    "mujoco": _AT_TOP,
-    "default": _IN_DEFAULTS,
-    "composite": frozenset(("skin", "plugin")),
-    "compiler": frozenset(("lengthrange",)),
-}
-_ATTRIBUTES_LEFT_OUT = {
-    "compiler": (
-        *("alignfree", "assetdir", "balanceinertia", "boundinertia", "boundmass"),
-        *("discardvisual", "exactmeshinertia", "fitaabb", "fusestatic", "inertiafromgeom"),
-        *("inertiagrouprange", "meshdir", "saveinertial", "settotalmass", "strippath"),
-        *("texturedir", "usethread"),
-    ),
-    "site": ("user", "material"),
-    "joint": ("user",),
-    "body": ("user",),
-    "geom": ("user", "material", "mesh", "hfield"),
-}
-_COPYING = ("replicate", "composite")
-_DRIVEN = ("joint", "jointinparent")
-_NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
-
-
-def kinematic_part(source: Path | str) -> list[tuple[str, Location]]:
-    """What describes bodies and joints in an MJCF file and those that it includes: tags, places."""
-    root = read_xml(source)
-    if root.tag != "mujoco":
-        raise root.error("MJCF", got=Words(f"<{root.tag}>"), expected="<mujoco> at the top")
-    _Includes(Path(source)).resolve(root)
-    _keep_kinematics(root)
-    _check_number_of_elements(root)
-    _check_numbers(root)
-    return list(_lines(root))
-
-
-class _Includes:
-    """Replaces ``<include file="..."/>`` by what is in the file, as MuJoCo does."""
-
-    def __init__(self, first: Path) -> None:
-        self.first = first
-        self.elements = 0
-
-    def resolve(self, element: XmlElement, chain: tuple[Path, ...] = ()) -> None:
-        """Resolve those below an element of the last file of a chain of includes."""
-        waiting = [element]
-        while waiting:
-            here = waiting.pop()
-            children: list[XmlElement] = []
-            for child in here.children:
-                children += self._included(child, chain) if child.tag == "include" else [child]
-            waiting += [child for child in here.children if child.tag != "include"]
-            here.children = children
-
-    def _included(self, element: XmlElement, chain: tuple[Path, ...]) -> list[XmlElement]:
-        written = element.attributes.get("file", "")
-        file = self._found(element, written, chain)
-        again = file.resolve() in [before.resolve() for before in (self.first, *chain)]
-        if again or len(chain) >= _DEEPEST_INCLUDE:
-            raise element.error(
-                "file of an include",
-                got=written,
-                expected="a file that does not include itself"
-                if again
-                else f"at most {_DEEPEST_INCLUDE} files inside each other",
-            )
-        root = read_xml(file)
-        self.elements += sum(1 for _ in _all(root))
-        if self.elements > _LIMITS.elements:
-            raise element.error(
-                "included files",
-                got=Words(f"more than {_LIMITS.elements} elements"),
-                expected=f"at most {_LIMITS.elements}",
-            )
-        self.resolve(root, (*chain, file))
-        return root.children
-
-    def _found(self, element: XmlElement, written: str, chain: tuple[Path, ...]) -> Path:
-        """The path relative to the first file, or to the one that includes it."""
-        folders = [self.first.parent, *(file.parent for file in chain[-1:])]
-        for folder in folders:
-            if written and (folder / written).is_file():
-                return folder / written
-        raise element.error(
-            "file of an include",
-            got=written or Words("none"),
-            expected="a file, relative to the first one or to this one",
-        )
-
-
-def _all(root: XmlElement) -> Iterator[XmlElement]:
-    waiting = [root]
-    while waiting:
-        element = waiting.pop()
-        yield element
-        waiting += element.children
-
-
-def _keep_kinematics(root: XmlElement) -> None:
-    for element in _all(root):
-        left_out = _LEFT_OUT.get(element.tag, frozenset())
-        for child in element.children:
-            if child.tag == "attach":
-                raise child.error(
-                    "attach",
-                    got=Words("a body of another model"),
-                    expected="bodies written here, or in a file that is included",
-                    hint="save the model as one file with MuJoCo: compile it, then mj_saveLastXML",
-                )
-        element.children = [child for child in element.children if child.tag not in left_out]
-        if element.tag == "equality":
-            _keep_loops(element)
-        if element.tag == "actuator":
-            # Only the fact that a joint is driven.
-            element.children = [
-                XmlElement("general", driven, own.location, [])
-                for own in element.children
-                if (driven := {key: x for key, x in own.attributes.items() if key in _DRIVEN})
-            ]
-        for name in _ATTRIBUTES_LEFT_OUT.get(element.tag, ()):
-            element.attributes.pop(name, None)
-
-
-def _keep_loops(equality: XmlElement) -> None:
-    kept = []
-    for child in equality.children:
-        if child.tag not in _NO_LOOPS:
-            kept.append(child)
-        elif child.attributes.get("active", "true") != "false":
-            raise child.error(
-                f"equality {child.attributes.get('name', '')}".strip(),
-                got=Words("a constraint on tendons or deformable parts"),
-                expected="connect, weld or joint",
-            )
-    equality.children = kept
-
-
-def _check_number_of_elements(root: XmlElement) -> None:
-    """Bound the number of elements once those in ``replicate`` are copied."""
-    total, waiting = 0, [(root, 1)]
-    while waiting:
-        element, times = waiting.pop()
-        if element.tag in _COPYING:
-            for word in element.attributes.get("count", "1").split():
-                times *= max(1, abs(_whole(word)))
-        total += times
-        if total > MOST_ELEMENTS:
-            raise element.error(
-                "MJCF",
-                got=Words("more elements after replicate"),
-                expected=f"at most {MOST_ELEMENTS} bodies, joints and sites in all",
-            )
-        waiting += [(child, times) for child in reversed(element.children)]
-
-
-def _whole(word: str) -> int:
-    """The whole number that a word begins with, or one too large when it is no number."""
-    try:
-        return int(min(abs(float(word)), MOST_ELEMENTS + 1))
-    except ValueError:
-        return MOST_ELEMENTS + 1
-
-
-def _check_numbers(root: XmlElement) -> None:
-    """Refuse numbers that are not finite, at which MuJoCo may not terminate."""
-    names = {element.attributes.get(key) for element in _all(root) for key in ("name", "class")}
-    for element in _all(root):
-        for key, text in element.attributes.items():
-            if text not in names and not all(map(_is_harmless, text.split())):
-                raise element.error(
-                    f"{key} of <{element.tag}>",
-                    got=text,
-                    expected=f"finite numbers up to {_LARGEST:g}",
-                )
-
-
-def _is_harmless(word: str) -> bool:
-    try:
-        return abs(float(word)) <= _LARGEST
-    except ValueError:
-        return not word.casefold().lstrip("+-").startswith(("nan(", "0x"))
-
-
-def _lines(element: XmlElement) -> Iterator[tuple[str, Location]]:
-    """The tags below an element, without recursion, each with its place."""
-    waiting: list[XmlElement | str] = [element]
-    places = [element.location]
-    while waiting:
-        here = waiting.pop()
-        if isinstance(here, str):
-            yield f"</{here}>", places.pop()
-            continue
-        written = "".join(f" {key}={quoteattr(text)}" for key, text in here.attributes.items())
-        if not here.children:
-            yield f"<{here.tag}{written}/>", here.location
-            continue
-        yield f"<{here.tag}{written}>", here.location
-        places.append(here.location)
-        waiting.append(here.tag)
-        waiting += reversed(here.children)

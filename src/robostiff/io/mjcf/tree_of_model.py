@@ -9,13 +9,26 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robostiff.errors import FileError, Location
-from robostiff.io.mjcf.compiled_model import CompiledModel, compiled_model, read_model
-from robostiff.io.plausibility import question
-from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, TreeLoop
+from robostiff.io.mjcf.compiled_model import (
+    NOTHING,
+    ON_JOINTS,
+    CompiledModel,
+    compiled_model,
+    read_model,
+)
+from robostiff.io.plausibility import question, warn_of_parts_not_read
+from robostiff.io.rigid_tree.tree import (
+    JointType,
+    Mimic,
+    RigidTree,
+    TreeJoint,
+    TreeLoop,
+    mass_of_body,
+)
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.kinematics.turn import turn_about
-from robostiff.model import Actuated, Passive, Role, spherical
+from robostiff.model import Actuated, Mass, Passive, Role, spherical
 from robostiff.spatial import Frame
 
 
@@ -148,9 +161,10 @@ def read_mjcf(source: Path | str) -> RigidTree:
     """Read an MJCF file.
 
     Bodies and sites become links. Of several joints of one body, all but the last hang on links of
-    their own, ``BODY before JOINT``. A joint with an actuator is actuated, one with a stiffness has
-    a spring of that stiffness, any other is passive. ``connect``, ``weld`` and ``joint`` equalities
-    become loops and joints that follow others.
+    their own, ``BODY before JOINT``. A joint with an actuator is actuated, with the stiffness
+    ``kp gear^2`` of its position servos; one with a stiffness has a spring beside it; any other is
+    passive. ``connect``, ``weld`` and ``joint`` equalities become loops and joints that follow
+    others.
 
     Parameters
     ----------
@@ -181,9 +195,10 @@ def tree_of_mujoco(model: Any) -> RigidTree:
 def _tree(model: CompiledModel, source: Path | str) -> RigidTree:
     names = ElementNames(model)
     loops, mimics = read_equalities(model, names, str(source))
+    drives = _drives(model, names, str(source))
     joints: list[TreeJoint] = []
     for body in range(1, len(model.bodies)):
-        joints += _joints_of_body(model, names, body, mimics, str(source))
+        joints += _joints_of_body(model, names, body, mimics, drives, str(source))
     for site, name in enumerate(names.sites):
         seen = frame_of(model.site_pos[site], model.site_quat[site])
         joints.append(_fixed(name, names.bodies[int(model.site_bodyid[site])], seen))
@@ -194,11 +209,30 @@ def _tree(model: CompiledModel, source: Path | str) -> RigidTree:
         links=tuple(links),
         joints=tuple(joints),
         loops=loops,
+        masses=_masses(model, names, Location(str(source))),
     )
 
 
+def _masses(model: CompiledModel, names: ElementNames, place: Location) -> dict[str, Mass]:
+    """Masses of the bodies, as MuJoCo has them of what is written or of their shapes."""
+    found = {}
+    for i, name in enumerate(names.bodies):
+        seen = frame_of(model.body_ipos[i], model.body_iquat[i])
+        moments = np.where(model.body_inertia[i] > NOTHING, model.body_inertia[i], 0.0)
+        if i and model.body_mass[i] > NOTHING:
+            inertia = seen.R @ np.diag(moments) @ seen.R.T
+            mass = mass_of_body(name, float(model.body_mass[i]), seen.p, inertia, place)
+            found |= {} if mass is None else {name: mass}
+    return found
+
+
 def _joints_of_body(
-    model: CompiledModel, names: ElementNames, body: int, mimics: dict[str, Mimic], file: str
+    model: CompiledModel,
+    names: ElementNames,
+    body: int,
+    mimics: dict[str, Mimic],
+    drives: dict[int, float],
+    file: str,
 ) -> list[TreeJoint]:
     """The joint, joints or weld by which a body is connected to its parent."""
     name, parent = names.bodies[body], names.bodies[int(model.body_parentid[body])]
@@ -232,7 +266,9 @@ def _joints_of_body(
                 before=drawn @ anchor @ _moved_back(kind, axis, home),
                 axis=axis,
                 after=anchor.inverse,
-                role=_role(model, i, own in model.driven),
+                role=_role(model, i, drives),
+                spring=float(model.jnt_stiffness[i]) * (kind is not JointType.FLOATING),
+                inertia=float(model.dof_armature[model.jnt_dofadr[i]]),
                 home=home,
                 mimic=mimics.get(own),
             )
@@ -248,16 +284,52 @@ def _moved_back(kind: JointType, axis: np.ndarray, home: float) -> Frame:
     return Frame(np.eye(3), -home * axis if kind is JointType.PRISMATIC else np.zeros(3))
 
 
-def _role(model: CompiledModel, joint: int, is_driven: bool) -> Role:
+def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, float]:
+    """For each driven joint the stiffness of its position servos, 0 for none; warns of others.
+
+    The force of a servo is ``gear (gain u + b_0 + b_1 l)`` with the length ``l = gear q``.
+    """
+    drives: dict[int, float] = {}
+    unread: dict[str, list[str]] = {}
+    for i, kind in enumerate(model.actuator_trntype):
+        if kind not in ON_JOINTS:
+            continue
+        joint = int(model.actuator_trnid[i][0])
+        is_servo = model.actuator_biastype[i] == _AFFINE
+        k = -float(model.actuator_biasprm[i][1] * model.actuator_gear[i][0] ** 2) * is_servo
+        turns_once = _TYPES[int(model.jnt_type[joint])] in _ONE_AXIS
+        if k < 0 or (k > 0 and not turns_once):
+            what = "drives of negative stiffness" if turns_once else "servos of ball or free joints"
+            unread.setdefault(what, []).append(names.joints[joint])
+            k = 0.0
+        drives[joint] = drives.get(joint, 0.0) + k
+    for i, name in enumerate(names.joints):
+        start, kind = int(model.jnt_qposadr[i]), _TYPES[int(model.jnt_type[i])]
+        if not model.jnt_stiffness[i]:
+            if model.dof_armature[model.jnt_dofadr[i]] and i not in drives:
+                unread.setdefault("the armature of joints without a drive,", []).append(name)
+            continue
+        if kind is JointType.FLOATING:
+            unread.setdefault("springs of free joints", []).append(name)
+        elif kind in _ONE_AXIS and model.qpos0[start] != model.qpos_spring[start]:
+            unread.setdefault("the load at home of springs with a springref,", []).append(name)
+    place = Location(file)
+    warn_of_parts_not_read({kind: [(n, place) for n in found] for kind, found in unread.items()})
+    return drives
+
+
+_AFFINE = 1  # mjBIAS_AFFINE
+
+
+def _role(model: CompiledModel, joint: int, drives: dict[int, float]) -> Role:
+    if joint not in drives:
+        return Passive()
     limits = None
     if model.jnt_limited[joint]:
         low, high = (float(value) for value in model.jnt_range[joint])
         one_axis = _TYPES[int(model.jnt_type[joint])] in _ONE_AXIS
         limits = (low, high) if low < high and one_axis else None
-    stiffness = float(np.ravel(model.jnt_stiffness[joint])[0])
-    if stiffness > 0:
-        return Actuated(stiffness, limits)
-    return Actuated(limits=limits) if is_driven else Passive()
+    return Actuated(drives[joint] or None, limits)
 
 
 def _fixed(child: str, parent: str, frame: Frame) -> TreeJoint:

@@ -335,6 +335,10 @@ def build_legs(
                 "legs", got=Words(f"more than {MOST_LEGS}"), expected=f"at most {MOST_LEGS}"
             )
         built.append((here, build_leg(here, part, name, stock)))
+    if built and not any(leg.chain.has_compliance for _, leg in built):
+        here, leg = built[0]
+        with (here / "chain").complaints():
+            leg.check_has_compliance()
     return built
 
 

@@ -87,7 +87,7 @@ def _part(place: Place, written: WrittenModule, stock: Stock, files: ModuleFiles
             got=Words(" and ".join(given) or "none of them"),
             expected="one of robot, chain and legs",
         )
-    for key, of in (("parameters", "robot"), ("home", "legs")):
+    for key, of in (("parameters", "robot"), ("home", "legs"), ("platform_masses", "legs")):
         if getattr(written, key) and of not in given:
             raise (place / key).error(
                 f"{key} of module {written.name!r}", expected=f"none: they go with {of}", key=True
@@ -102,8 +102,15 @@ def _part(place: Place, written: WrittenModule, stock: Stock, files: ModuleFiles
         return _robot_of_file(place, written, files)
     legs = build_legs(place / "legs", written.legs or [], stock)
     home = None if written.home is None else transform(place / "home", written.home)
+    masses = build_platform_masses(place / "platform_masses", written.platform_masses)
     with place.complaints():
-        return Robot(written.name, tuple(leg for _, leg in legs), home=home, nominal=files.nominal)
+        return Robot(
+            written.name,
+            tuple(leg for _, leg in legs),
+            home=home,
+            nominal=files.nominal,
+            platform_masses=masses,
+        )
 
 
 def _robot_of_file(place: Place, written: WrittenModule, files: ModuleFiles) -> Robot:

@@ -54,6 +54,9 @@ class WrittenDrive(WrittenMapping):
     )
     stiffness: Value | None = None
     limits: Pair | None = None
+    inertia: Value | None = Field(
+        None, description="of the rotor at the joint, times gear^2: kg m^2, or kg of a slide"
+    )
 
 
 _Axis = Annotated[Direction, Field(description="the axis, such as z or [0, 0, 1]")]
@@ -168,7 +171,11 @@ def coordinate_dimension(freedom: Screw) -> Dimension:
     return Dimension.ANGLE if freedom.turns else Dimension.LENGTH
 
 
-_STIFFNESS_OF = {
+INERTIA_OF = {
+    Dimension.ANGLE: Dimension.MOMENT_OF_INERTIA,
+    Dimension.LENGTH: Dimension.MASS,
+}
+STIFFNESS_OF = {
     Dimension.ANGLE: Dimension.ROTATIONAL_STIFFNESS,
     Dimension.LENGTH: Dimension.TRANSLATIONAL_STIFFNESS,
 }
@@ -191,7 +198,7 @@ def stiffness_law(place: Place, written: str | float, turns: bool) -> StiffnessL
             return None
         import sympy as sp
 
-        dimension = _STIFFNESS_OF[Dimension.ANGLE if turns else Dimension.LENGTH]
+        dimension = STIFFNESS_OF[Dimension.ANGLE if turns else Dimension.LENGTH]
         k = of_motion(place, written, dimension, turns)
         return StiffnessLaw.of(k, sp.Symbol(_MOTION, real=True), exact=place.is_exact)
 
@@ -211,7 +218,7 @@ def build_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension,
     _check_role(place, written, dimensions)
     stiffness = None
     if written.stiffness is not None:
-        here, dimension = place / "stiffness", _STIFFNESS_OF[dimensions[0]]
+        here, dimension = place / "stiffness", STIFFNESS_OF[dimensions[0]]
         turns = dimensions[0] is Dimension.ANGLE
         stiffness = stiffness_law(here, written.stiffness, turns)
         if stiffness is None:
@@ -231,12 +238,15 @@ def build_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension,
         low, high = vector(place / "limits", written.limits, dimensions[0])
         # Limits stay numbers: among formulas they come from the robot of numbers.
         limits = None if place.is_exact else (float(low), float(high))
+    inertia = place.number_at(written, "inertia", INERTIA_OF[dimensions[0]])
     with (place / "limits").complaints():
-        return Actuated(stiffness, limits)
+        role = Actuated(stiffness, limits)
+    with (place / "inertia").complaints():
+        return replace(role, inertia=inertia or None)
 
 
 def _check_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension, ...]) -> None:
-    for key in ("stiffness", "limits"):
+    for key in ("stiffness", "limits", "inertia"):
         if getattr(written, key) is not None and len(set(dimensions)) > 1:
             raise (place / key).error(
                 f"{key} of a joint that slides and turns",
@@ -251,10 +261,13 @@ def _check_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension
             hint="write role: actuated or role: locked for a joint with a stiffness",
             key=True,
         )
-    if written.limits is not None and written.role != "actuated":
-        raise (place / "limits").error(
-            f"limits of a {written.role} joint", expected="limits of actuated joints only", key=True
-        )
+    for key in ("limits", "inertia"):
+        if getattr(written, key) is not None and written.role != "actuated":
+            raise (place / key).error(
+                f"{key} of a {written.role} joint",
+                expected=f"{key} of actuated joints only",
+                key=True,
+            )
 
 
 def _home(

@@ -9,7 +9,7 @@ from enum import Enum
 from robostiff.errors import InputError
 from robostiff.io.expression import parse
 from robostiff.io.suggest import did_you_mean, listing
-from robostiff.io.units import SIQuantity, dimension_of, is_bare, make_quantity
+from robostiff.io.units import Dimension, SIQuantity, dimension_of, is_bare, make_quantity
 from robostiff.markup import number
 from robostiff.model import Actuated, Chain, ParallelBlock, Robot, with_entries
 from robostiff.model.chain import Element
@@ -69,14 +69,15 @@ def symbolic_values(
 ) -> tuple[dict[str, SIQuantity], dict[str, float]]:
     """A symbol for each parameter, in its unit, and the number that it stands for.
 
-    A symbol is taken to be positive where its number is, and real elsewhere.
+    A symbol is taken to be positive where its number is; one that is not, and an angle, which may
+    be turned either way, are real.
     """
     import sympy as sp
 
     quantities, nominal = {}, {}
     for name in names:
         value = values[name]
-        positive = value.magnitude > 0
+        positive = value.magnitude > 0 and dimension_of(value) is not Dimension.ANGLE
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         quantities[name] = make_quantity(symbol, value.units)
         nominal[name] = value.magnitude

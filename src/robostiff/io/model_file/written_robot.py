@@ -130,6 +130,7 @@ class WrittenModule(WrittenCoupled):
     chain: Annotated[list[WrittenElement], Field(min_length=1)] | None = None
     legs: WrittenLegs | None = None
     home: WrittenFrame | None = None
+    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
 
 
 class WrittenMachine(WrittenHead):

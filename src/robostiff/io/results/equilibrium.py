@@ -204,7 +204,13 @@ def response_text(network: Network, result: NetworkResponse) -> str:
     lines += [
         f"  {n}: {named(space.twist_order, 1e6 * t, 'um', 'urad')}" for n, t in twists.items()
     ]
-    lines += [f"  {name}: can move freely" for name in result.free_nodes]
+    moved = _without_rounding(result.shifts, d)
+    for name in result.free_nodes:
+        if name in moved:
+            shift = named(space.twist_order[:d], 1e6 * moved[name], "um", "urad")
+            lines.append(f"  {name}: {shift}; it spins freely")
+        else:
+            lines.append(f"  {name}: can move freely")
     lines += ["", "reaction of supports [N, N m]:"]
     reactions = _without_rounding(result.reactions, d)
     lines += [f"  {n}: {named(space.wrench_order, F, 'N', 'N m')}" for n, F in reactions.items()]
@@ -237,6 +243,14 @@ def _without_rounding(rows: dict[str, np.ndarray], split: int) -> dict[str, np.n
     return {n: np.where(np.abs(own) > _SHOWN * largest, own, 0.0) for n, own in rows.items()}
 
 
+def _displacement(network: Network, result: NetworkResponse, node: str) -> list[Any] | None:
+    """Of a node, null for rotations that are free, or for all of them."""
+    if node in result.twists or node not in result.shifts:
+        return plain(result.twists.get(node))
+    space = network.space
+    return [*plain(result.shifts[node]), *[None] * (space.size - space.translations)]
+
+
 def response_data(network: Network, result: NetworkResponse) -> dict[str, Any]:
     """The result of `network_response` of a network, as plain data.
 
@@ -249,7 +263,7 @@ def response_data(network: Network, result: NetworkResponse) -> dict[str, Any]:
         "status": str(result.status),
         "order": order(network.space),
         "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},
-        "displacements": {n: plain(result.twists.get(n)) for n in names},
+        "displacements": {n: _displacement(network, result, n) for n in names},
         "reactions": {n: plain(result.reactions.get(n)) for n in network.fixed},
         "beams": {
             n: {end: dict(zip(_SECTION, getattr(own, end).tolist(), strict=True)) for end in _ENDS}

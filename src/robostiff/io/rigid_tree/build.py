@@ -16,7 +16,13 @@ from robostiff.io.model_file.place import Place, point, top_place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.symbols import Symbols, chosen_parameters, symbolic_values
 from robostiff.io.model_file.written_robot import VERSION, check_version
-from robostiff.io.rigid_tree.build_joints import build_joints, couplings_between, undecided_mimics
+from robostiff.io.rigid_tree.build_joints import (
+    build_joints,
+    couplings_between,
+    undecided_mimics,
+    warn_of_stiffnesses,
+    with_springs,
+)
 from robostiff.io.rigid_tree.build_links import (
     TOOL,
     LinkEnd,
@@ -88,6 +94,7 @@ def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
             held=frozenset(held),
             title=written.title,
             source=written.source,
+            masses={link: (own,) for link, own in tree.masses.items() if link not in elastic},
         )
         places = welded_places(linkage)
     (whole, platform_place), (other, tool_place) = places[platform], places[tool_body]
@@ -170,10 +177,12 @@ def robot_of_tree(
         At the place in the side file or in the description that is to blame.
     """
     written, top = _read(side, parameters)
+    tree = with_springs(top, written, tree)
     _, linkage = _linkages(written, top, tree)
     undecided = undecided_mimics(written, tree, top)
     joints = build_joints(top, written, tree)
     felt = {joint.name for joint in linkage.joints}
+    warn_of_stiffnesses(top, written, tree, felt)
     couplings, roles = couplings_between(undecided, felt, tree, joints)
     linkage = with_roles(linkage, roles)
     _check_is_elastic(linkage, top)
@@ -210,9 +219,11 @@ def linkage_of_tree(
         At the place in the side file or in the description that is to blame.
     """
     written, top = _read(side, parameters)
+    tree = with_springs(top, written, tree)
     linkage, part = _linkages(written, top, tree)
     _check_is_elastic(part, top)
     felt = {joint.name for joint in part.joints}
+    warn_of_stiffnesses(top, written, tree, felt)
     _refuse_followers(undecided_mimics(written, tree, top) & felt, top)
     names = chosen_parameters(symbols, written.parameters, parameters or {})
     if not names:

@@ -6,12 +6,12 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any, cast
 
-from robostiff.errors import InputError
-from robostiff.io.model_file.joints import WrittenDrive, build_role
+from robostiff.errors import InputError, warn_of_slip
+from robostiff.io.model_file.joints import STIFFNESS_OF, WrittenDrive, build_role
 from robostiff.io.model_file.place import Place
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known, chosen
-from robostiff.io.suggest import Words, shown, values
+from robostiff.io.suggest import Words, listing, shown, values
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Actuated,
@@ -52,13 +52,81 @@ def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str,
         place, entry = entries.get(joint.name, (top / "joints", _NOTHING))
         if joint.type in _DIMENSIONS:
             home = _home(joint, given, {j.name: j for j in tree.joints})
-            joints[joint.name] = _joint(joint, _role(place, entry, joint), home, tree)
+            role = _beside(_role(place, entry, joint), joint, place)
+            if joint.inertia and isinstance(role, Actuated) and role.inertia is None:
+                role = replace(role, inertia=joint.inertia)
+            joints[joint.name] = _joint(joint, role, home, tree)
             continue
         if joint.name in written.joints:
             _check_immovable(place, entry, joint)
         if joint.type is JointType.FIXED or entry.role == "locked":
             joints[joint.name] = None
     return joints
+
+
+def with_springs(top: Place, written: WrittenSide, tree: RigidTree) -> RigidTree:
+    """The tree with the springs of joints that the side file gives in place of its own."""
+    entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
+    joints = []
+    for joint in tree.joints:
+        place, entry = entries.get(joint.name, (top, _NOTHING))
+        if entry.spring is not None and joint.type in _DIMENSIONS:
+            here, dimensions = place / "spring", _DIMENSIONS[joint.type]
+            if len(set(dimensions)) > 1:
+                raise here.error(
+                    f"spring of the {joint.type.value} joint {joint.name!r}",
+                    expected="none: it slides and turns",
+                    key=True,
+                )
+            k = here.number(entry.spring, STIFFNESS_OF[dimensions[0]])
+            if not k >= 0:
+                raise here.error("spring", got=entry.spring, expected="a stiffness, or 0 for none")
+            joints.append(replace(joint, spring=float(k)))
+        else:
+            joints.append(joint)
+    return replace(tree, joints=tuple(joints))
+
+
+def warn_of_stiffnesses(
+    top: Place, written: WrittenSide, tree: RigidTree, felt: Collection[str]
+) -> None:
+    """Name the joints between base and tool whose stiffness the description decides in part.
+
+    Nothing is said of a joint where the side file gives what the description does.
+    """
+    entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
+    found: dict[str, list[str]] = {_SERVO: [], _BESIDE: [], _ALONE: []}
+    for joint in tree.joints:
+        _, entry = entries.get(joint.name, (top, _NOTHING))
+        if joint.name not in felt or joint.type not in _DIMENSIONS or entry.role == "locked":
+            continue
+        unit = "N m/rad" if _DIMENSIONS[joint.type][0] is _TURN else "N/m"
+        spring = f"{joint.name} ({joint.spring:g} {unit})"
+        is_questioned = joint.spring and entry.spring is None
+        if entry.stiffness is not None:
+            found[_BESIDE] += [spring] * bool(is_questioned)
+        elif entry.role != "passive" and isinstance(joint.role, Actuated):
+            if joint.role.stiffness is not None:
+                found[_SERVO].append(f"{joint.name} ({joint.role.stiffness:g} {unit})")
+            elif is_questioned:
+                found[_ALONE].append(spring)
+    for words, joints in found.items():
+        if joints:
+            warn_of_slip(f"{tree.file}: {words.format(listing(joints, 12))}")
+
+
+_SERVO = (
+    "drives {} have the stiffness kp gear^2 of their position servos; write stiffness: in the side "
+    "file if it is another"
+)
+_BESIDE = (
+    "springs {} act beside the stiffness in the side file; write spring: 0 there if that has them, "
+    "or the stiffness of the spring"
+)
+_ALONE = (
+    "springs {} act alone, as no stiffness of their drives is given; write stiffness: in the side "
+    "file"
+)
 
 
 def undecided_mimics(written: WrittenSide, tree: RigidTree, top: Place) -> frozenset[str]:
@@ -100,11 +168,12 @@ def couplings_between(
             continue
         if root not in leaders and root not in felt:
             leaders[root] = (name, factor, offset)
-            roles[name] = _driven_from(joints.get(root), factor, offset, name, tree)
+            role = _driven_from(joints.get(root), factor, offset, name, tree)
+            roles[name] = _beside(role, joint, tree)
             continue
         leader, of_leader, start = leaders.setdefault(root, (root, 1.0, 0.0))
-        has_spring = not isinstance(joint.role, Passive) and joint.role.stiffness is not None
-        roles[name] = joint.role if has_spring else Passive()
+        has_servo = isinstance(joint.role, Actuated) and joint.role.stiffness is not None
+        roles[name] = _beside(joint.role if has_servo else Passive(), joint, tree)
         ratio = factor / of_leader
         couplings.append(coupling(name, follows=leader, ratio=ratio, offset=offset - ratio * start))
     return tuple(couplings), roles
@@ -216,17 +285,35 @@ def _home(
 
 def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:
     """The role in the side file; otherwise that of the tree."""
-    if entry == _NOTHING:
+    if all(own is None for own in (entry.role, entry.stiffness, entry.limits, entry.inertia)):
         return joint.role
     word = entry.role
     if word is None:
         moves_freely = entry.stiffness is None and isinstance(joint.role, Passive)
         word = "passive" if moves_freely else "actuated"
-    drive = WrittenDrive(role=word, stiffness=entry.stiffness, limits=entry.limits)
+    drive = WrittenDrive(
+        role=word, stiffness=entry.stiffness, limits=entry.limits, inertia=entry.inertia
+    )
     role = build_role(place, drive, _DIMENSIONS[joint.type])
     if isinstance(role, Actuated) and isinstance(joint.role, Actuated):
-        return replace(role, limits=role.limits or joint.role.limits)
+        k = joint.role.stiffness if role.stiffness is None else role.stiffness
+        role = replace(role, stiffness=k, limits=role.limits or joint.role.limits)
     return role
+
+
+def _beside(role: Role, joint: TreeJoint, place: Place | RigidTree) -> Role:
+    """The role of a joint with its spring beside the drive or lock, or alone."""
+    if not joint.spring or role == Locked():
+        return role
+    k = None if isinstance(role, Passive) else role.stiffness
+    if isinstance(k, StiffnessLaw):
+        raise place.error(
+            f"stiffness of {joint.name!r} by its coordinate",
+            got=Words(f"a drive beside a spring of {joint.spring:g}"),
+            expected="one law of both, and spring: 0",
+        )
+    k = joint.spring if k is None else k + joint.spring
+    return Actuated(k) if isinstance(role, Passive) else replace(role, stiffness=k)
 
 
 def _joint(joint: TreeJoint, role: Role, home: tuple[float, ...], tree: RigidTree) -> Joint:
@@ -244,9 +331,10 @@ def _check_immovable(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) ->
     """Raise when the side file gives a fixed or floating joint keys that it cannot have."""
     fixed = joint.type is JointType.FIXED
     allowed = ("locked",) if fixed else ("passive", "locked")
-    if entry.stiffness is None and entry.limits is None and entry.role in (None, *allowed):
+    keys = ("stiffness", "spring", "limits")
+    what = next((key for key in keys if getattr(entry, key) is not None), "role")
+    if what == "role" and entry.role in (None, *allowed):
         return
-    what = "stiffness" if entry.stiffness is not None else "limits" if entry.limits else "role"
     raise (place / what).error(
         f"{what} of the {joint.type.value} joint {joint.name!r}",
         expected="nothing: it does not move"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from robostiff.errors import warn_of_slip
 from robostiff.io.model_file.build_link import build_beam, build_link, build_spring
 from robostiff.io.model_file.joints import build_joint
 from robostiff.io.model_file.place import Place, transform
@@ -26,7 +27,7 @@ from robostiff.io.rigid_tree.written_side import (
 from robostiff.io.suggest import Words, listing
 from robostiff.kinematics import place_chain
 from robostiff.linkage import Connection
-from robostiff.model import Chain, Joint, JointKind, Link, Passive, spherical
+from robostiff.model import Chain, Joint, JointKind, Link, Mass, Passive, spherical
 from robostiff.spatial import Frame
 
 TOOL = "tool"
@@ -68,12 +69,20 @@ def build_links(
         joint = tree.joint_into(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
         link = _link(place, name, entry, end.point - start, stock)
+        link = _with_mass(link, tree.masses.get(name), start)
         own = f"link {name}" if name in taken else name
         connection = Connection(
             own, name, far_body(name), _at(start), link, _at(-start - np.asarray(link.to))
         )
         links[name] = ElasticLink(connection, end.name)
     return links
+
+
+def _with_mass(link: Link, described: Mass | None, start: np.ndarray) -> Link:
+    """An elastic part with the mass of its description, if any, in place of its own."""
+    if described is None:
+        return link
+    return replace(link, masses=(described.seen_from(_at(-start)),))
 
 
 def far_body(link: str) -> str:
@@ -135,7 +144,14 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
                 "name of the loop", got=name, expected="a name no joint or loop has"
             )
         taken.add(name)
-        loops.append(_loop(place, entry, name, tree))
+        loop = _loop(place, entry, name, tree)
+        described = [own.name for own in tree.loops if set(own.links) == set(loop.links)]
+        if described:
+            words = (
+                f"a loop between links that {described[0]!r} of the description connects; both hold"
+            )
+            warn_of_slip(f"{place.document.location(place.path)}: {words}")
+        loops.append(loop)
     return loops
 
 

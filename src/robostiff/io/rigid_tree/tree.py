@@ -11,10 +11,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError, Location
+from robostiff.errors import FileError, InputError, Location, warn_of_slip
 from robostiff.io.suggest import Words, listing
 from robostiff.linkage import Linkage
-from robostiff.model import Actuated, Joint, Link, Role
+from robostiff.model import Actuated, Joint, Link, Mass, Role
 from robostiff.model.entries import free_symbols
 from robostiff.spatial import Frame
 
@@ -59,7 +59,11 @@ class TreeJoint:
     after : Frame
         Of the child, seen from the joint's frame once it has moved.
     role : Passive, Actuated or Locked
-        Role in the description.
+        Role in the description; a stiffness is that of its drive.
+    spring : float
+        Stiffness of a spring of the joint, beside its drive [N m/rad or N/m]; 0 for none.
+    inertia : float
+        Of the rotor of its drive, at the joint [kg m^2 or kg]; 0 for none.
     home : float
         Coordinate in the configuration in which the description draws it.
     mimic : Mimic or None
@@ -73,6 +77,8 @@ class TreeJoint:
     axis: np.ndarray
     after: Frame = field(default_factory=Frame.identity)
     role: Role = field(default_factory=Actuated)
+    spring: float = 0.0
+    inertia: float = 0.0
     home: float = 0.0
     mimic: Mimic | None = None
 
@@ -118,6 +124,8 @@ class RigidTree:
     links : tuple of str
     joints : tuple of TreeJoint
     loops : tuple of TreeLoop
+    masses : mapping of str to Mass
+        Of links, in their frames.
 
     Raises
     ------
@@ -130,6 +138,7 @@ class RigidTree:
     links: tuple[str, ...]
     joints: tuple[TreeJoint, ...]
     loops: tuple[TreeLoop, ...] = ()
+    masses: Mapping[str, Mass] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if len(self.links) > MOST_LINKS:
@@ -201,6 +210,24 @@ class RigidTree:
     ) -> FileError:
         """An error in the description."""
         return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)
+
+
+def mass_of_body(
+    name: str, value: float, centre: np.ndarray, inertia: np.ndarray, place: Location
+) -> Mass | None:
+    """The mass of a link in its frame, None of none; warns where its moments are of no body.
+
+    The moments of inertia (3, 3) [kg m^2] are about the centre (3,) [m], in the axes of the link.
+    """
+    if value == 0:
+        if np.any(inertia):
+            warn_of_slip(f"{place}: link {name!r} has moments of inertia and no mass: not read")
+        return None
+    try:
+        return Mass(value, centre, name=name, inertia=inertia if np.any(inertia) else None)
+    except InputError as error:
+        warn_of_slip(f"{place}: {error}; its mass of {value:g} kg is taken without them")
+        return Mass(value, centre, name=name)
 
 
 def with_symbols(

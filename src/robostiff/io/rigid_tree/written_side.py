@@ -34,11 +34,17 @@ _LINK = "the name of a link"
 
 
 class WrittenTreeJoint(WrittenMapping):
-    """Role, stiffness and limits of a joint of the tree."""
+    """Role, stiffness and limits of a joint of the tree, and the spring beside its drive."""
 
     role: Literal["passive", "actuated", "locked"] | None = None
     stiffness: Value | None = None
+    spring: Value | None = Field(
+        default=None,
+        description="stiffness of a spring beside the drive, in place of that of the description; "
+        "0 for none",
+    )
     limits: Pair | None = None
+    inertia: Value | None = None
 
 
 class WrittenLinkBeam(WrittenMapping):
@@ -166,11 +172,11 @@ def chosen(
     names = list(names)
     found: dict[str, tuple[Place, Entry]] = {}
     for key, entry in written.items():
-        if _WILD.isdisjoint(key):
+        if key in names or _WILD.isdisjoint(key):
             check_known(place / key, key, what, names)
             found[key] = place / key, entry
     for key, entry in written.items():
-        if _WILD.isdisjoint(key):
+        if key in found:
             continue
         fitting = [name for name in names if fnmatchcase(name, key)]
         if not fitting:

@@ -62,7 +62,9 @@ def placed(
         return placed_beam(element, name, place)
     if isinstance(element, Spring6Part):
         return placed_spring6(element, name, place)
-    role = Passive() if isinstance(element, PassivePart) else Actuated(stiffness=element.k)
+    role = Passive()
+    if isinstance(element, SpringPart):
+        role = Actuated(element.k, inertia=element.inertia)
     return placed_freedom(element, role, name, place)
 
 
@@ -157,9 +159,7 @@ def placed_masses(
     if data.start is None:
         with place.complaints():
             mass = Mass(data.mass, inertia=data.inertia, name=data.name or carrier)
-        for value, arm in mass.points:
-            centre = (usual if at is None else at) + arm
-            yield PlacedMass(mass.name, np.asarray(value), centre, after)
+        yield from mass.placed(mass.name, np.eye(3), usual if at is None else at, after)
         return
     start, span = np.array(data.start, dtype=float), None
     if at is None:

@@ -107,6 +107,7 @@ class SpringPart(Chained, ScrewData):
 
     type: Literal["spring"]
     k: Positive = Field(description="the stiffness, N m/rad for R and H, N/m for P")
+    inertia: Positive | None = Field(None, description="of the drive, kg m^2 for R and H, kg for P")
 
 
 class BeamData(FilePart):
@@ -353,6 +354,7 @@ class FreedomPart(ScrewData):
     k: Positive | None = Field(
         description="the stiffness, N m/rad for R and H, N/m for P; null for a passive motion"
     )
+    inertia: Positive | None = Field(None, description="of the drive, kg m^2 for R and H, kg for P")
 
 
 class JointBetween(BetweenPart):

@@ -185,7 +185,7 @@ def _spring(part: SpringBetween, name: str, place: DocumentPlace, space: Space) 
 def _joint(part: JointBetween, name: str, place: DocumentPlace, space: Space) -> JointElement:
     freedoms = []
     for i, freedom in enumerate(part.dofs):
-        role = Passive() if freedom.k is None else Actuated(stiffness=freedom.k)
+        role = Passive() if freedom.k is None else Actuated(freedom.k, inertia=freedom.inertia)
         freedoms.append(placed_freedom(freedom, role, f"dof{i + 1}", place.at("dofs", i)))
         with place.at("dofs", i, "axis").complaints():
             check_fits(JointElement(name, part.a, part.b, (freedoms[-1],)), space)

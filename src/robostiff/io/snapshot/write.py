@@ -194,7 +194,13 @@ def _element(element: PlacedFreedom | PlacedSpring, name: str) -> dict[str, Any]
         return {"type": "spring6", "name": name, **_spring6(name, *own)}
     kind = "passive" if element.is_passive else "spring"
     data = {"type": kind, "name": name, **_screw(element)}
-    return data if element.is_passive else {**data, "k": element.stiffness}
+    return data if element.is_passive else {**data, **_drive(element)}
+
+
+def _drive(element: PlacedFreedom) -> dict[str, Any]:
+    """Stiffness of a freedom, None of a passive one, and the inertia of its drive."""
+    inertia = getattr(element.role, "inertia", None)
+    return {"k": element.stiffness, **({} if inertia is None else {"inertia": inertia})}
 
 
 def _spring6(
@@ -320,7 +326,7 @@ def _spring(own: BeamElement | SpringElement) -> dict[str, Any]:
 
 
 def _joint(joint: JointElement) -> dict[str, Any]:
-    freedoms = [{**_screw(freedom), "k": freedom.stiffness} for freedom in joint.moving]
+    freedoms = [{**_screw(freedom), **_drive(freedom)} for freedom in joint.moving]
     return {"name": joint.name, "a": joint.a, "b": joint.b, "dofs": freedoms}
 
 

@@ -55,6 +55,7 @@ class Dimension(Enum):
     SECOND_MOMENT = ("a second moment of area", "m^4", "4.9e4 mm^4")
     ANGLE = ("an angle", "rad", "10 deg")
     MASS = ("a mass", "kg", "2 kg")
+    MOMENT_OF_INERTIA = ("a moment of inertia", "kg m^2", "0.2 kg m^2")
     DENSITY = ("a density", "kg/m^3", "2700 kg/m^3")
     ACCELERATION = ("an acceleration", "m/s^2", "9.81 m/s^2")
     FORCE = ("a force", "N", "200 N")

@@ -39,6 +39,8 @@ _LONG_STEP, _SAME = np.pi, 1e-6
 _INDEPENDENT = Tolerance().independence
 # Coordinates this far from home, in radians and parts of the length, say what rank is usual there.
 _ASIDE, _SEED = 1e-3, 5
+# Starts around a singular home, as far from it.
+_TRIES, _BESIDE = 4, 0.2
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,8 @@ class AssemblyMode:
         x = np.tile(self.home, (len(given), 1))
         x[:, self.equations.given] = given
         x, kept, J, first = self._stepped(x, self._at_home)
+        if self._at_home is None:
+            self._start_aside(x, kept, given)
         doubtful = first > _LONG_STEP
         elsewhere = np.zeros(len(x), dtype=bool)
         at_home, _ = self._way_back(x, kept & doubtful)
@@ -131,6 +135,25 @@ class AssemblyMode:
         beyond = rows[self._crosses(x[rows], given[rows])]
         kept[beyond], elsewhere[beyond] = False, True
         return FollowedPosture(x, kept, elsewhere)
+
+    def _start_aside(self, x: np.ndarray, kept: np.ndarray, given: np.ndarray) -> None:
+        """Close postures x (N, size) from around a singular home where none is kept, in place.
+
+        No step from there leads out of a plane in which all axes are: that of a head that stands
+        upright turns the tool one way, and has to be turned itself before.
+        """
+        random = np.random.default_rng(_SEED)
+        unknowns = len(self.equations.parts[-1].unknowns)
+        for aside in random.uniform(-_BESIDE, _BESIDE, (_TRIES, unknowns)):
+            rows = np.flatnonzero(~kept)
+            if not rows.size:
+                return
+            guess = self.equations.moved(np.tile(self.home, (rows.size, 1)), aside[None])
+            guess[:, self.equations.given] = given[rows]
+            found = nearest(self.equations, guess)
+            closed = _size(self.equations.gaps(found)) <= _NEARLY_CLOSED
+            closed &= self._is_long(found)
+            x[rows[closed]], kept[rows[closed]] = found[closed], True
 
     def _way_back(self, x: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where the straight way back ends at home, and where at another posture there (N,)."""
@@ -201,7 +224,8 @@ class AssemblyMode:
 
     def _is_long(self, x: np.ndarray) -> np.ndarray:
         """Where telescopes that have a length at home keep one."""
-        return np.all(self.equations.lengths(x)[:, self._long_at_home] > 0, axis=-1)
+        at_home = self.equations.lengths(self.home[None])[0] > 0
+        return np.all(self.equations.lengths(x)[:, at_home] > 0, axis=-1)
 
     def _along(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[_Directions] | None]:
         """Last postures on the straight way from home, the part that is gone, and directions there.
@@ -320,10 +344,6 @@ class AssemblyMode:
             np.linalg.svd(own.square(_of_part(part, J)), compute_uv=False)[0]
             for part, own in zip(self.equations.parts, self._at_home or (), strict=False)
         ]
-
-    @cached_property
-    def _long_at_home(self) -> np.ndarray:
-        return np.flatnonzero(self.equations.lengths(self.home[None])[0] > 0)
 
 
 def _size(e: np.ndarray) -> np.ndarray:

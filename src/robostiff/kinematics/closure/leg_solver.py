@@ -10,6 +10,7 @@ import numpy as np
 
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kept import kept
+from robostiff.kinematics.closure.arm import Arm, recognise_arm
 from robostiff.kinematics.closure.assembly import (
     RootSigns,
     all_modes,
@@ -19,7 +20,6 @@ from robostiff.kinematics.closure.assembly import (
     on_turn_of_home,
     shortened,
 )
-from robostiff.kinematics.closure.copies import copied_places
 from robostiff.kinematics.closure.leg_equations import (
     Followed,
     NewtonTask,
@@ -28,19 +28,30 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
     pose_of_end,
 )
-from robostiff.kinematics.closure.post import Post, recognise_post
-from robostiff.kinematics.closure.rod import Rod, recognise_rod, recognise_sliding_rod
-from robostiff.kinematics.closure.skeleton import skeleton_of
-from robostiff.kinematics.closure.strut import Strut, recognise_strut
+from robostiff.kinematics.closure.leg_forms import (
+    Post,
+    Rod,
+    Strut,
+    recognise_post,
+    recognise_rod,
+    recognise_sliding_rod,
+    recognise_strut,
+)
+from robostiff.kinematics.closure.skeleton import copied_places, skeleton_of
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Chain, Elbow, Leg
+from robostiff.model import Actuated, Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
 
 #: Part of the length, or radians: a leg that closes.
 CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
-ClosedForm = Strut | Rod | Post
+#: Closed forms over recorded entries as well as over poses.
+RecordedForm = Strut | Rod | Post
+ClosedForm = RecordedForm | Arm
+_MOVES = 1e-6  # radians and parts of the length: less is rounding
+_SLIDES = 4  # of a posture along an open motion, which turns little
+_STEP = 0.1  # of drives that are moved alone [rad, or parts of the length]
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 
@@ -73,6 +84,10 @@ class LegSolver:
             else:
                 q = self._task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
             return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere, None
+        if isinstance(self.closed_form, Arm):
+            modes = self._modes_at_home
+            q, _ = self._nearest_in(modes, self.closed_form, self.home, pose, R_platform)
+            return q, elsewhere, None
         q = self._copies_at(self.closed_form, pose, R_platform)
         q = on_turn_of_home(self.leg.chain, q, self.leg.chain.home)
         if not (self.leg.chain.has_blocks and from_afar):
@@ -96,19 +111,71 @@ class LegSolver:
         near = np.where(self.leg.chain.free, near, self.leg.chain.home)
         q, left = np.tile(near, (len(pose), 1)), np.arange(len(pose))
         if self.closed_form is not None:
-            _, every = self.in_all_modes(pose, R_platform)
-            open_ = _open_by(self.leg, every, pose, R_platform, self.length)
-            given = np.ones(self.leg.chain.main_path.size, dtype=bool)
-            chosen = self.nearest(self.closed_form, every, open_ <= CLOSED, near, given)
-            q = every[chosen, left]
-            loops_open = self.leg.chain.has_blocks & (open_[chosen, left] > CLOSED)
-            left = np.flatnonzero(loops_open)
+            modes = all_modes(self.closed_form.signs)
+            q, closed = self._nearest_in(modes, self.closed_form, near, pose, R_platform)
+            left = np.flatnonzero(self.leg.chain.has_blocks & ~closed)
         if left.size:
             start = pose_of_end(self.leg, near)
             found = self._task.follow(start, [near], pose[left])
             kept = np.flatnonzero(found.closed | (self.closed_form is None))
             q[left[kept]] = found.coordinates[0][kept]
         return on_turn_of_home(self.leg.chain, q, near)
+
+    def _nearest_in(
+        self,
+        modes: tuple[RootSigns, ...],
+        form: ClosedForm,
+        near: np.ndarray,
+        pose: np.ndarray,
+        R_platform: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Leg coordinates (N, size) nearest to given ones in some modes, and where they close."""
+        every = self._in_modes(modes, form, pose, R_platform)
+        closed = np.ones(every.shape[:-1], dtype=bool)
+        if len(modes) > 1:
+            closed = _open_by(self.leg, every, pose, R_platform, self.length) <= CLOSED
+        given = np.ones(self.leg.chain.main_path.size, dtype=bool)
+        chosen = self.nearest(form, every, closed, near, given)
+        q = on_turn_of_home(self.leg.chain, every[chosen, np.arange(len(pose))], near)
+        closed = closed[chosen, np.arange(len(pose))]
+        if isinstance(form, Arm):
+            rows = np.flatnonzero(form.meeting(q)[1])
+            if rows.size:
+                found = self._nearest_open(pose[rows], near)
+                q[rows[found.closed]] = found.coordinates[0][found.closed]
+        return q, closed
+
+    def _nearest_open(self, pose: np.ndarray, near: np.ndarray) -> Followed:
+        """Postures of an arm at poses that leave one motion of its drives open, the nearest.
+
+        Each is closed, and moved along that motion until nothing of it leads nearer.
+        """
+        found = self._task.closed_near(pose, [np.tile(near, (len(pose), 1))])
+        for _ in range(_SLIDES):
+            q = found.coordinates[0].copy()
+            J = self._task.rates(np.concatenate([pose, q], axis=-1))
+            motion, free = np.linalg.svd(J)[2][:, -1], self.leg.chain.free
+            ahead = np.sum(motion * (near - q)[:, free], axis=-1, keepdims=True)
+            q[:, free] += ahead * motion
+            found = self._task.closed_near(pose, [q])
+        return found
+
+    @cached_property
+    def _modes_at_home(self) -> tuple[RootSigns, ...]:
+        """The mode of home; of an arm all that meet there, as of one that is stretched out."""
+        form = self.closed_form
+        if not isinstance(form, Arm):
+            return (form.mode,) if form else ()
+        (meets,) = form.meeting(self.home[None])[0].T
+        own = (form.mode.root, form.mode.first, form.mode.second)
+        return tuple(
+            mode
+            for mode in all_modes(form.signs)
+            if all(
+                meet or x == y
+                for meet, x, y in zip(meets, (mode.root, mode.first, mode.second), own, strict=True)
+            )
+        )
 
     @property
     def modes(self) -> tuple[RootSigns, ...]:
@@ -133,9 +200,19 @@ class LegSolver:
                 hint="choose one by joint coordinates close to it: near=[...]",
             )
         modes = all_modes(self.closed_form.signs)
-        form = self.closed_form.in_mode(in_one(modes, len(pose)))
+        return modes, self._in_modes(modes, self.closed_form, pose, R_platform)
+
+    def _in_modes(
+        self,
+        modes: tuple[RootSigns, ...],
+        form: ClosedForm,
+        pose: np.ndarray,
+        R_platform: np.ndarray,
+    ) -> np.ndarray:
+        """Leg coordinates in some modes of the closed form (m, N, size)."""
+        form = form.in_mode(in_one(modes, len(pose)))
         many = np.tile(pose, (len(modes), 1)), np.tile(R_platform, (len(modes), 1, 1))
-        return modes, self._copies_at(form, *many).reshape(len(modes), *pose.shape[:-1], -1)
+        return self._copies_at(form, *many).reshape(len(modes), *pose.shape[:-1], -1)
 
     def that_close(self, pose: np.ndarray) -> tuple[tuple[RootSigns, ...], np.ndarray]:
         """Assembly modes of the closed form that close the leg at one pose (6,), and q (m, size).
@@ -148,6 +225,11 @@ class LegSolver:
         closed = _open_by(self.leg, every, pose[None], R, self.length)[:, 0] <= CLOSED
         closed &= ~shortened(self.leg.chain, q)
         return tuple(mode for mode, good in zip(modes, closed, strict=True) if good), q[closed]
+
+    @property
+    def recorded_form(self) -> RecordedForm | None:
+        """The closed form, where it is one over recorded entries as well."""
+        return None if isinstance(self.closed_form, Arm) else self.closed_form
 
     @property
     def posture_is_given(self) -> bool:
@@ -241,11 +323,66 @@ class LegSolver:
         _, found = _placed(self.leg, q, turn_by_vector(pose[3:]), pose[:3])
         return max(found, key=lambda gap: float(_size(gap, self.length)))
 
-    def leaves_drive_open(self, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
-        """Where the coordinate of the drive does not follow from the pose (N,)."""
-        if not isinstance(self.closed_form, Rod):
+    def leaves_drive_open(
+        self, pose: np.ndarray, R_platform: np.ndarray, q: np.ndarray, *, chosen: bool = False
+    ) -> np.ndarray:
+        """Where the coordinates q (N, size) of drives do not follow from the pose (N,).
+
+        That of a crank under the far end of its rod does not. Nor do those of an arm in whose wrist
+        two axes are in line, of which the pose decides the sum, unless they are chosen by others
+        close by. An arm with more drives than its end has freedoms is not meant.
+        """
+        form = self.closed_form
+        if isinstance(form, Rod):
+            return form.leaves_drive_open(*frame_in_base(self.leg, R_platform, pose[:, :3]))
+        if chosen:
             return np.zeros(len(pose), dtype=bool)
-        return self.closed_form.leaves_drive_open(*frame_in_base(self.leg, R_platform, pose[:, :3]))
+        if isinstance(form, Arm):
+            found = form.meeting(q)[1]
+        elif form is None and self._drives.any():
+            found = self._drives_move_alone(pose, q)
+        else:
+            return np.zeros(len(pose), dtype=bool)
+        return found & np.any(np.abs(q - self.home) > _MOVES, axis=-1)
+
+    def _drives_move_alone(self, pose: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Where drives can move at singular postures that hold the platform still (N,).
+
+        A step along a motion that closure leaves open has to lead to another posture that closes:
+        where an arm is stretched out, it does not.
+        """
+        x = np.concatenate([pose, q], axis=-1)
+        _, values, V_T = np.linalg.svd(self._task.rates(x))
+        open_ = np.count_nonzero(values > _MOVES, axis=-1) < self._in_general[0]
+        free = self.leg.chain.free
+        for k in np.flatnonzero(open_):
+            motion = np.zeros(q.shape[-1])
+            motion[free] = V_T[k, np.count_nonzero(values[k] > _MOVES)]
+            found = self._task.closed_near(pose[[k]], [q[[k]] + _STEP * motion])
+            moved = np.abs(found.coordinates[0][0] - q[k])[self._drives]
+            open_[k] = found.closed[0] and moved.max() > 0.1 * _STEP
+        return open_
+
+    @cached_property
+    def _drives(self) -> np.ndarray:
+        """Which coordinates are actuated (size,) bool."""
+        chain = self.leg.chain
+        return chain.free & np.array([isinstance(role, Actuated) for role in chain.roles], bool)
+
+    @property
+    def has_redundant_drives(self) -> bool:
+        """Whether drives can move in any posture while the end stands still, as of seven turns."""
+        return self.closed_form is None and bool(self._drives.any()) and self._in_general[1]
+
+    @cached_property
+    def _in_general(self) -> tuple[int, bool]:
+        """Rank of the rates of closure in general, and whether drives can move alone there."""
+        free = self.leg.chain.free
+        q = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (1, free.size))
+        x = np.concatenate([self.home_pose[None], np.where(free, q, self.home)], axis=-1)
+        _, values, V_T = np.linalg.svd(self._task.rates(x)[0])
+        rank = int(np.count_nonzero(values > _MOVES))
+        return rank, bool(np.any(np.abs(V_T[rank:, self._drives[free]]) > _MOVES))
 
     def that_holds_at(self, pose: np.ndarray, R_platform: np.ndarray) -> LegSolver:
         """The same, or one that iterates where copies leave a loop open at one of the poses."""
@@ -295,12 +432,15 @@ def _placed(
     return placed, list(gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)))
 
 
+_KINDS = (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post, recognise_arm)
+
+
 @kept
 def _recognised(path: Chain) -> ClosedForm | None:
     """The closed form of a chain without blocks: by given points first, then by meeting axes."""
     for joined in (False, True):
         skeleton = skeleton_of(path, joined_where_axes_meet=joined)
-        for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post):
+        for recognise in _KINDS:
             if (found := recognise(skeleton)) is not None:
                 return found
     return None

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from robostiff.kinematics.closure.arm import Arm
 from robostiff.kinematics.closure.assembly import in_one, on_turn_of_home
 from robostiff.kinematics.closure.leg_equations import gaps
 from robostiff.kinematics.closure.leg_solver import (
@@ -40,7 +41,7 @@ class LegsAlike:
         """
         first, count = self.solvers[0], len(pose)
         form, placed, chain = first.closed_form, None, first.leg.chain
-        if form is None or len(self.solvers) == 1:
+        if form is None or isinstance(form, Arm) or len(self.solvers) == 1:
             return self._one_by_one(pose, R, from_afar=from_afar)
         q = on_turn_of_home(chain, self._in_form(form, R, pose[:, :3]), chain.home)
         each = np.split(q, len(self.solvers))
@@ -65,6 +66,12 @@ class LegsAlike:
         every, given = np.stack(each, axis=1), chain.home_given[chain.main_places]
         chosen = first.nearest(form, every, closes, chain.home, given)
         home = on_turn_of_home(chain, every[chosen, range(number)], chain.home)
+        if isinstance(form, Arm):  # where drives can move alone, home says how they stand
+            given = self._together([chain.home[None]] * number)
+            shifts, turns = _largest(self._gaps(given, R[:1], p[:1]))
+            is_closed = np.maximum(shifts / first.length, turns) <= CLOSED
+            own = on_turn_of_home(chain, chain.home[None].copy(), chain.home)
+            home = np.where(is_closed[:, None], own, home)
         return [
             (replace(own, closed_form=form.in_mode(modes[i]), home=q), bool(closed[i]))
             for own, i, q, closed in zip(self.solvers, chosen, home, closes.T, strict=True)
@@ -149,11 +156,6 @@ class LegsAlike:
     def _attachments(self) -> tuple[np.ndarray, np.ndarray]:
         own = [one.leg.attachment for one in self.solvers]
         return np.stack([frame.R for frame in own]), np.stack([frame.p for frame in own])
-
-
-def each_alone(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
-    """Every leg for itself."""
-    return tuple(LegsAlike((i,), (one,)) for i, one in enumerate(solvers))
 
 
 def legs_alike(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:

@@ -50,12 +50,11 @@ def map_slice(
     full_rank : int, optional
         Rank of a regular pose; to be given for a robot that is free by design.
         Rows of the stiffness matrix when left out.
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------
@@ -142,12 +141,11 @@ def map_overview(
         first is shown, which is the smallest of principal ones.
     full_rank : int, optional
         As for `map_slice`.
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------
@@ -250,12 +248,11 @@ def map_bands(
         Ascending, between 0 and 100, and symmetric about 50, which is among them.
     full_rank : int, optional
         As for `map_slice`.
-    backend : Matplotlib or Plotly
+    backend : Matplotlib
 
     Returns
     -------
-    Axes or Figure
-        Of the backend.
+    Axes
 
     Raises
     ------

@@ -21,6 +21,7 @@ from robostiff.plot.theme import Palette
 SMALL = 7.0  # points
 _LETTER = 0.056  # inches of small text
 _TRIES = 4
+_NARROWEST = 0.4  # of what axes have, in one try
 _EDGE = 0.05  # inches around all that is drawn
 
 
@@ -115,7 +116,7 @@ class Canvas:
             out = max(0.0, -box.x0) + max(0.0, box.x1 - self.width)
             if out == 0:
                 break
-            part = 1 - out / self.width
+            part = max(_NARROWEST, 1 - out / self.width)
             left = max(0.0, -box.x0) / self.width
             for own in figure.axes:
                 x, y, width, height = own.get_position(original=True).bounds

@@ -198,21 +198,26 @@ class Matrix:
 
 
 Thing = TypeVar("Thing")
+# Characters of a name and of any other text: longer ones leave no room for the picture.
+_NAME, _TEXT = 64, 160
+_NAMES = ("name", "label", "words")
 
 
-def with_words(thing: Thing, escape: Callable[[str], str]) -> Thing:
-    """A picture, or a part of one, with its texts escaped.
+def with_words(thing: Thing, escape: Callable[[str], str], longest: int = _TEXT) -> Thing:
+    """A picture, or a part of one, with its texts escaped, and long ones without their middle.
 
     What a backend would take for a formula or for HTML, it takes for letters afterwards.
     """
     found: Any = thing
     if isinstance(thing, str):
-        found = escape(printable(thing, kept="\n"))
+        half = longest // 2
+        shown = thing if len(thing) <= longest else f"{thing[: half - 1]}…{thing[-half:]}"
+        found = escape(printable(shown, kept="\n"))
     elif isinstance(thing, tuple):
-        found = tuple(with_words(item, escape) for item in thing)
+        found = tuple(with_words(item, escape, longest) for item in thing)
     elif is_dataclass(thing) and not isinstance(thing, type | Enum):
         own: Any = thing
-        found = replace(
-            own, **{f.name: with_words(getattr(own, f.name), escape) for f in fields(own)}
-        )
+        sizes = {f.name: _NAME if f.name in _NAMES else _TEXT for f in fields(own)}
+        words = {n: with_words(getattr(own, n), escape, size) for n, size in sizes.items()}
+        found = replace(own, **words)
     return found

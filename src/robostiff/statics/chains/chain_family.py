@@ -209,6 +209,11 @@ class ChainFamily:
         own = self.coordinates([state]), self.placements([state]), self.centres([state])
         return self.arrays.loaded(*own)
 
+    def twists(self, state: LegState, about: np.ndarray) -> np.ndarray:
+        """Twists of its one group about a point by all unknowns; see `MovingChains`."""
+        own = self.coordinates([state]), self.placements([state]), self.centres([state])
+        return self.arrays.twists(*own, about)
+
     def coordinates(self, states: Sequence[LegState]) -> np.ndarray:
         """Of all chains, 0 where a chain has no element in a slot (rows, n)."""
         flat = [x.ravel() for state in states for x in state.x]

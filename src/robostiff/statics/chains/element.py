@@ -42,6 +42,7 @@ class FiniteJoint:
     stiffness: np.ndarray  # (N,): k of its drive or lock, 0 where it is passive [N/m or N m/rad]
     preload: np.ndarray  # (N,): f, with which its drive pushes at q = 0 [N or N m]
     laws: tuple[Law | None, ...]  # in place of k q, with k their tangent at rest
+    inertia: np.ndarray  # (N,): of its drive in motion by q [kg or kg m^2]
 
     size = 1
 
@@ -81,8 +82,8 @@ class FiniteJoint:
 class FiniteSpring:
     """An elastic part: its far end is displaced by d and turned by the rotation vector r.
 
-    ``th = (d, r) = V y`` in its own axes; energy ``sum(k y^2) / 2`` with ``k`` 1, or 0 along
-    freedoms, so that ``V V^T`` is its compliance; a beam has its bowing besides.
+    ``th = (d, r) = V y`` in its own axes; energy ``sum(k y^2) / 2``, with k zero along freedoms.
+    The columns of V are zero for inner modes of a beam, which has its bowing besides.
     """
 
     names: tuple[str, ...]
@@ -91,7 +92,7 @@ class FiniteSpring:
     modes: np.ndarray  # (N, 6, m): V
     stiffness: np.ndarray  # (N, m): k
     axial: np.ndarray  # (N,): EA/L of a beam with bowing [N/m]; 0 of a linear spring
-    G: np.ndarray  # (N, 6, 6): th^T G th is twice the shortening by bending [1/m, 1, m]
+    bowing: np.ndarray  # (N, m, m): S; y^T S y is twice the shortening by bending [m]
 
     @property
     def size(self) -> int:
@@ -105,8 +106,10 @@ class FiniteSpring:
 
     def sizes(self, length: float) -> np.ndarray:
         """What a unit of each coordinate turns or shifts (N, m), shifts by the robot's length."""
-        V = np.abs(self.modes)
-        return np.maximum(V[:, :3].max(1) / length, V[:, 3:].max(1))
+        V, S = np.abs(self.modes), np.diagonal(self.bowing, axis1=1, axis2=2)
+        # slopes of inner modes, or less
+        inside = np.where(np.any(V, axis=1), 0.0, np.sqrt(S / length))
+        return np.max([V[:, :3].max(1) / length, V[:, 3:].max(1), inside], axis=0)
 
 
 Element = FiniteJoint | FiniteSpring

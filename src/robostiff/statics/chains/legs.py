@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -11,9 +11,10 @@ import numpy as np
 
 from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics.chains.body_springs import FiniteBodySpring, SpringArrays, SpringTerms
-from robostiff.statics.chains.chain import FiniteChain, Moved
+from robostiff.statics.chains.chain import BodyLoad, FiniteChain, Moved
 from robostiff.statics.chains.chain_family import ChainFamily
 from robostiff.statics.chains.couplings import FiniteCoupling
+from robostiff.statics.chains.element import FiniteSpring
 from robostiff.statics.chains.equilibrated import Arrowhead
 from robostiff.statics.chains.leg_state import LegState, MovingBody, Share
 
@@ -248,6 +249,17 @@ class LegGroup:
             found.append((leg, own.drive.names[i], energy))
         return found
 
+    @cached_property
+    def inside(self) -> np.ndarray:
+        """Which free unknowns are inner modes of beams (m,)."""
+        found = np.zeros(self.free_size, dtype=bool)
+        for chain, own in zip(self.chains, self.coordinates, strict=True):
+            for element, place in zip(chain.elements, chain.places, strict=True):
+                if isinstance(element, FiniteSpring):
+                    here = slice(own.start + place.start, own.start + place.stop)
+                    found[here] = ~np.any(element.modes, axis=(0, 1))
+        return found
+
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
         total = -sum(
@@ -257,18 +269,60 @@ class LegGroup:
         x, starts = self.family.coordinates([state]), self.family.placements([state])
         return share * (total + float(np.sum(self.family.arrays.load_potential(x, starts))))
 
-    def load_velocities(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
-        """Of the points at which loads act, by coordinates and bodies (N, L, 3, m); the loads."""
+    def twists(self, state: LegState, about: np.ndarray) -> list[np.ndarray]:
+        """Of the body at the start of every chain, and of that behind each of its elements.
+
+        Arrays (N, K + 1, 6, m) about a point (3,), by coordinates and bodies.
+        """
         if not self.chains:
-            return np.zeros((1, 0, 3, 0)), np.zeros((1, 0, 3))
-        family, found, forces = self.family, [], []
-        rates = family.loaded(state)[1]
-        for i, (own, columns) in enumerate(zip(family.rows, family.columns, strict=True)):
-            wide = np.zeros((self.count, *rates.shape[1:3], self.free_size))
-            wide[..., self.moving_places(i)] = rates[own][..., columns]
+            return []
+        family, found = self.family, []
+        by_all = family.twists(state, about)
+        parts = zip(family.rows, family.slots, family.columns, strict=True)
+        for i, (own, slots, columns) in enumerate(parts):
+            behind = np.append(0, slots + 1)
+            moving = by_all[own][:, None] * family.arrays.moving(behind)[..., None]
+            wide = np.zeros((self.count, len(behind), 6, self.free_size))
+            wide[..., self.moving_places(i)] = np.swapaxes(moving[:, :, columns], -1, -2)
             found.append(wide)
-            forces.append(family.arrays.load_force[own])
-        return np.concatenate(found, axis=1), np.concatenate(forces, axis=1)
+        return found
+
+    def place_of(self, leg: int, chain: int) -> tuple[int, int]:
+        """Number and row of a chain of a leg, by its index in the robot."""
+        place = self.indices.index(leg)
+        if not self.owners:
+            return chain, place
+        return [c for c, owner in enumerate(self.owners) if owner == place][chain], 0
+
+    def with_loads(self, c: int, loads: Iterable[BodyLoad]) -> LegGroup:
+        """The legs, one of their chains with more forces on its bodies."""
+        chain = self.chains[c]
+        loaded = replace(chain, loads=(*chain.loads, *loads))
+        return replace(self, chains=(*self.chains[:c], loaded, *self.chains[c + 1 :]))
+
+    def with_forces(
+        self, body: int, points: Sequence[np.ndarray], forces: Sequence[np.ndarray]
+    ) -> LegGroup:
+        """The legs with forces (3,) on a body between chains, at points (3,) [N; m]."""
+        leg, chain, after = self.held_at(body)
+        pairs = zip(points, forces, strict=True)
+        c, _ = self.place_of(leg, chain)
+        return self.with_loads(c, (BodyLoad(after, p[None], f[None]) for p, f in pairs))
+
+    def held_at(self, body: int) -> tuple[int, int, int]:
+        """A chain at a body: its leg, its number there, and how many elements lie before the body.
+
+        Raises
+        ------
+        LookupError
+            When there is none.
+        """
+        for c, own in enumerate(self.chains):
+            if body in (own.start, own.end):
+                owner = self.owners[c] if self.owners else 0
+                number = self.owners[:c].count(owner) if self.owners else c
+                return self.indices[owner], number, len(own.elements) * (own.end == body)
+        raise LookupError(body)
 
     @cached_property
     def own_curvature(self) -> np.ndarray:

@@ -1,7 +1,8 @@
 """Chains in finite motion: where their bodies are, velocities, energy, and second derivatives.
 
 All elements of all chains alike are computed at once: a leading axis N counts the chains, K the
-elements. An elastic part has six coordinates here; those that it lacks are empty columns.
+elements. All elastic parts have the same number c of coordinates here, those that they lack being
+empty columns: six, or more where some beam has inner modes.
 """
 
 from __future__ import annotations
@@ -70,9 +71,11 @@ class MovingChains:
         self.stiffness, self.preload = np.zeros((2, N, J))
         #: Row, joint, and law of what is no linear spring.
         self.laws: list[tuple[int, int, Law]] = []
-        self.own_axes, self.modes = np.tile(_IDENTITY, (N, S, 1, 1)), np.zeros((N, S, 6, 6))
-        self.mode_stiffness = np.zeros((N, S, 6))
-        self.axial, self.G = np.zeros((N, S, 1)), np.zeros((N, S, 6, 6))
+        within = [np.arange(sizes[k]) for k in self.spring_elements.tolist()]
+        width = max((len(own) for own in within), default=0)
+        self.own_axes, self.modes = np.tile(_IDENTITY, (N, S, 1, 1)), np.zeros((N, S, 6, width))
+        self.mode_stiffness = np.zeros((N, S, width))
+        self.axial, self.bowing = np.zeros((N, S, 1)), np.zeros((N, S, width, width))
         for chain, own, here in zip(chains, slots, rows, strict=True):
             for e, k in zip(chain.elements, own, strict=True):
                 self.point[here, k] = e.point
@@ -81,10 +84,9 @@ class MovingChains:
         self.turning = np.array(turns).reshape(J, 1)
         self.axis_skew = skews(self.axis)
         self.axis_skew_squared = self.axis_skew @ self.axis_skew
-        within = [np.arange(sizes[k]) for k in self.spring_elements.tolist()]
         none = np.zeros(0, dtype=int)
-        #: Which of the 6 S coordinates there are, and their places in x.
-        self.full = np.concatenate([none, *(6 * i + own for i, own in enumerate(within))])
+        #: Which of the c S coordinates there are, and their places in x.
+        self.full = np.concatenate([none, *(width * i + own for i, own in enumerate(within))])
         places = zip(starts[self.spring_elements], within, strict=True)
         self.spring_places = np.concatenate([none, *(k + own for k, own in places)])
         self.has_bowing = bool(np.any(self.axial))
@@ -113,7 +115,7 @@ class MovingChains:
             return
         self.own_axes[rows, i], self.modes[rows, i, :, : e.size] = e.rotation, e.modes
         self.mode_stiffness[rows, i, : e.size] = e.stiffness
-        self.axial[rows, i, 0], self.G[rows, i] = e.axial, e.G
+        self.axial[rows, i, 0], self.bowing[rows, i, : e.size, : e.size] = e.axial, e.bowing
 
     def _set_order(self, starts: np.ndarray) -> None:
         body = len(self.body_rows)
@@ -125,9 +127,10 @@ class MovingChains:
         self.joint_columns = self.joint_places + body
         self.spring_columns = self.spring_places + body
         n = len(self.order)
-        # Blocks of the elastic parts, among all pairs of their six coordinates.
-        a, b = np.nonzero(self.full[:, None] // 6 == self.full // 6)
-        self.block_pairs = 6 * self.full[a] + self.full[b] % 6
+        # Blocks of the elastic parts, among all pairs of their coordinates.
+        width = max(self.modes.shape[-1], 1)
+        a, b = np.nonzero(self.full[:, None] // width == self.full // width)
+        self.block_pairs = width * self.full[a] + self.full[b] % width
         self.block_places = self.spring_columns[a] * n + self.spring_columns[b]
 
     @property
@@ -175,9 +178,9 @@ class MovingChains:
         return Moved(T)
 
     def _spring_coordinates(self, x: np.ndarray) -> np.ndarray:
-        y = np.zeros((self.count, self.modes.shape[1] * 6))
+        y = np.zeros((self.count, self.modes.shape[1] * self.modes.shape[3]))
         y[:, self.full] = x[:, self.spring_places]
-        return y.reshape(*self.modes.shape[:2], 6)
+        return y.reshape(self.mode_stiffness.shape)
 
     def terms(
         self,
@@ -276,8 +279,9 @@ class MovingChains:
         return w, v, C
 
     def _columns_of_springs(self, by: np.ndarray) -> np.ndarray:
-        """Of matrices (N, S, 3, 6) the columns that there are (N, m, 3)."""
-        return np.swapaxes(by, -1, -2).reshape(self.count, 6 * by.shape[1], 3)[:, self.full]
+        """Of matrices (N, S, 3, c) the columns that there are (N, m, 3)."""
+        columns = np.swapaxes(by, -1, -2).reshape(self.count, by.shape[1] * by.shape[3], 3)
+        return columns[:, self.full]
 
     def _stored(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Energy of the elastic parts (N, S), bowing of beams among it; gradient and curvature."""
@@ -287,30 +291,23 @@ class MovingChains:
         curvature = self._elastic
         if not self.has_bowing:
             return value, gradient, curvature
-        k, G, V = self.axial, self.G, self.modes
-        across = np.swapaxes(V, -1, -2)
-        th = (V @ y[..., None])[..., 0]
-        Gth = (G @ th[..., None])[..., 0]
-        u = th[..., :1]
-        half = 0.5 * np.sum(th * Gth, axis=-1, keepdims=True)
+        k, S, along = self.axial, self.bowing, self.modes[:, :, 0]
+        Sy = (S @ y[..., None])[..., 0]
+        u = np.sum(along * y, axis=-1, keepdims=True)
+        half = 0.5 * np.sum(y * Sy, axis=-1, keepdims=True)
         stretched = u + half
-        direction = Gth.copy()
-        direction[..., 0] += 1.0
         # k/2 ((u + half)^2 - u^2), without the difference of large numbers
-        push = stretched * Gth
-        push[..., 0] += half[..., 0]
-        outer = direction[..., :, None] * direction[..., None, :]
-        outer[..., 0, 0] -= 1.0
-        bent = k[..., None] * (outer + stretched[..., None] * G)
+        both = along + Sy
+        outer = both[..., :, None] * Sy[..., None, :] + Sy[..., :, None] * along[..., None, :]
         return (
             value + 0.5 * (k * half * (2 * u + half))[..., 0],
-            gradient + (across @ (k * push)[..., None])[..., 0],
-            curvature + across @ bent @ V,
+            gradient + k * (stretched * Sy + half * along),
+            curvature + k[..., None] * (outer + stretched[..., None] * S),
         )
 
     @cached_property
     def _elastic(self) -> np.ndarray:
-        return self.mode_stiffness[..., None] * np.eye(6)
+        return self.mode_stiffness[..., None] * np.eye(self.modes.shape[-1])
 
     def loaded(
         self, x: np.ndarray, start: BodyPlace | None, centre: np.ndarray | None
@@ -321,6 +318,18 @@ class MovingChains:
         w, v, C = self._columns(steps, motion, centre)
         at = self._loaded_points(motion)
         return at, np.swapaxes(self._at_loads(w, v, C, at)[0], -1, -2)
+
+    def twists(
+        self, x: np.ndarray, start: BodyPlace | None, centre: np.ndarray | None, about: np.ndarray
+    ) -> np.ndarray:
+        """Twists (N, n, 6) about a point (3,) of what each unknown moves."""
+        steps = self._steps(x)
+        w, v, C = self._columns(steps, self._moved(steps, start), centre)
+        return np.concatenate([v + crossed(w, about - C[:, self.order]), w], axis=-1)
+
+    def moving(self, behind: np.ndarray) -> np.ndarray:
+        """Which unknowns move the bodies behind so many slots (K, n)."""
+        return self.order < behind[:, None] + bool(self.body_rows)
 
     def _at_loads(
         self, w: np.ndarray, v: np.ndarray, C: np.ndarray, at: np.ndarray

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from robostiff.model import PlacedSpring
+from robostiff.model.snapshot import PlacedElement
 from robostiff.spatial import Space, block_rotation, compliance_modes
-from robostiff.statics.chains.beam_bowing import UniformBeam, uniform_beam
+from robostiff.statics.chains.beam_bowing import (
+    Beams,
+    Bowing,
+    UniformBeam,
+    bending_planes,
+    bowing,
+    elements_of,
+    uniform_beam,
+)
 from robostiff.statics.chains.element import Element, FiniteSpring
 
 # Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
@@ -21,14 +30,15 @@ class SpringElements:
     """Elastic parts as elements; what has been worked out for one is used for all alike."""
 
     space: Space
+    treated: Beams
     # by compliance, and in the plane by axes; the uniform beam of each, None where it is none
     known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
     beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
 
-    def of(self, spring: PlacedSpring, parts_of: Callable[[], int]) -> list[Element]:
-        """An elastic part as one spring, or a beam as so many elements with their bowing.
+    def of(self, spring: PlacedSpring, sides: Iterable[Sequence[PlacedElement]]) -> list[Element]:
+        """An elastic part as one spring, or a beam as one or more elements with their bowing.
 
-        `parts_of` is asked of beams alone; 0 for a linear spring.
+        `sides` as for `elements_of`.
         """
         C = spring.elasticity.compliance
         free = np.array(spring.elasticity.freedoms, dtype=float)
@@ -39,11 +49,12 @@ class SpringElements:
                 self.beams[entries] = None if free.size else uniform_beam(C)
             kept[_BEAM], kept[_OWN] = self.beams[entries], {}
         beam: UniformBeam | None = kept[_BEAM]
-        parts = 0 if beam is None else parts_of()
-        key = (*entries, turned, parts)
+        parts = 0 if beam is None else elements_of(self.treated, spring, sides)
+        inner = parts == 1 and self.treated == Bowing()
+        key = (*entries, turned, parts, inner)
         own = self.known.get(key) or kept[_OWN].get(key[2:])
         if own is None:
-            own = self._own(spring, C, free, beam if parts else None, parts)
+            own = self._own(spring, C, free, beam if parts else None, parts, inner)
         self.known[key] = kept[_OWN][key[2:]] = own
         point, rotation = (
             np.array([spring.point], dtype=float),
@@ -63,14 +74,21 @@ class SpringElements:
         free: np.ndarray,
         beam: UniformBeam | None,
         parts: int,
+        inner: bool,
     ) -> FiniteSpring:
         """The element of a part, or of one of so many parts of a beam, in no place."""
-        axial, G, nowhere = np.zeros(1), np.zeros((1, 6, 6)), np.zeros((1, 3))
-        if beam is not None:
-            axial, G = axial + beam.EA / beam.length * parts, beam.shortening(parts)[None]
-            C = C if parts == 1 else beam.compliance(parts)
-        modes, stiffness = self._modes(spring, C, free)
-        return FiniteSpring((), nowhere, np.zeros((1, 3, 3)), modes, stiffness, axial, G)
+        nowhere = np.zeros((1, 3)), np.zeros((1, 3, 3))
+        if beam is not None and parts > 1:
+            C = beam.compliance(parts)
+        V, k = self._modes(spring, C, free)
+        if beam is None:
+            none = np.zeros((1, V.shape[1], V.shape[1]))
+            return FiniteSpring((), *nowhere, V[None], k[None], np.zeros(1), none)
+        planes = bending_planes(self.space, spring.rotation)
+        S, more = bowing(V, C, beam.length / parts, planes, inner=inner)
+        V = np.pad(V, ((0, 0), (0, len(more))))
+        k, axial = np.append(k, more), np.array([beam.EA / beam.length * parts])
+        return FiniteSpring((), *nowhere, V[None], k[None], axial, S[None])
 
     def _modes(
         self, spring: PlacedSpring, C: np.ndarray, free: np.ndarray
@@ -89,4 +107,4 @@ class SpringElements:
         modes = modes[:, np.any(modes != 0, axis=0)]
         free = free[:, np.any(free != 0, axis=0)]
         stiffness = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
-        return (own @ np.concatenate([modes, free], axis=1))[None], stiffness[None]
+        return own @ np.concatenate([modes, free], axis=1), stiffness

@@ -267,5 +267,19 @@ def point_at(
     whole = float(np.linalg.norm(np.append(load, loading.wrench_rate) / np.tile(problem.scale, 2)))
     is_limit = work > _BRANCHES * whole
     how = "snaps through" if is_limit else "buckles"
-    words = f"the platform {how}: {motion}"
+    words = f"the platform {how}: {motion}{_bent_beam(problem, found, twist)}"
     return CriticalPoint(found.factor, words, None, motion.twist, is_limit, found)
+
+
+def _bent_beam(problem: EquilibriumProblem, found: FoundEquilibrium, twist: np.ndarray) -> str:
+    """The beam that bends most between its ends in a motion of the platform, if most bends so."""
+    parts, inner = [], []
+    for group, by_twist in zip(problem.groups, found.known.by_twist, strict=True):
+        for i in range(group.count):
+            mode = by_twist[i, : group.free_size] @ twist
+            parts += group.energies_of(mode, i)
+            inner += group.energies_of(mode * group.inside, i)
+    if not sum(own[2] for own in inner) > 0.5 * sum(own[2] for own in parts):
+        return ""
+    leg, part, _ = max(inner, key=lambda own: own[2])
+    return f"; {part!r} of leg {leg!r} bends between its ends"

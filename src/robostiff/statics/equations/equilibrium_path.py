@@ -30,6 +30,7 @@ from robostiff.statics.equations.problem import (
     solve_least,
 )
 from robostiff.statics.equations.singular_posture import may_be_singular
+from robostiff.statics.equations.stability import meets_stiffness
 
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.
 SAFE = 0.3
@@ -45,17 +46,49 @@ _EASILY, _STRAIGHT = 7, 3
 _LEAST = 0.02
 # Arcs that may lead behind a corner; how often the first that does is halved.
 _BEHIND, _HALVES = (1e-5, 1e-4, 1e-3), 30
-# Part of the load by which a stable path may turn back: rounding.
-_BACK = 1e-6
+# Part of the load by which a stable path may turn back: rounding; and by which two are the same.
+_BACK, _SAME_FACTOR = 1e-6, 1e-13
 
 
 @dataclass(frozen=True)
 class OnPath:
-    """An equilibrium on a path, and the critical points since the one before, least load first."""
+    """An equilibrium on a path, and the critical points since the one before, least load first.
+
+    `step` leads there from the one before; None for the first.
+    """
 
     found: FoundEquilibrium
     is_stable: bool
     critical: tuple[CriticalPoint, ...] = ()
+    step: PathStep | None = None
+
+    def at(self, problem: EquilibriumProblem, loading: LoadCase, factor: float) -> FoundEquilibrium:
+        """The equilibrium at a factor between this one and the one before, on the path itself.
+
+        By regula falsi (Illinois) along the arc, before a critical point on it: near that Newton's
+        method at the load itself may leap to another branch.
+        """
+        if self.step is None or (self.found.factor <= factor and not self.critical):
+            return self.found
+        first = self.critical[0].factor if self.critical else self.found.factor
+        if first < factor:
+            return equilibrium_at(problem, loading, factor, self.found.state)
+        best, low, high = self.step.here, 0.0, self.step.arc
+        at_low, at_high = best.factor - factor, max(first, self.found.factor) - factor
+        for _ in range(2 * _HALVES):
+            if abs(at_low) <= _SAME_FACTOR * (1.0 + abs(factor)):
+                return replace(best, factor=factor)
+            h = (low * at_high - high * at_low) / (at_high - at_low)
+            found = self.step.along(problem, loading, h)
+            if not found.converged:
+                break
+            over = found.factor - factor
+            beyond = self.critical and least_margin(problem, found, problem.at_rest)[1].value < 0
+            if over > 0 or beyond:
+                high, at_high, at_low = h, max(over, 0.5 * at_high), 0.5 * at_low
+            else:
+                best, low, at_low, at_high = found, h, over, 0.5 * at_high
+        return equilibrium_at(problem, loading, factor, best.state)
 
 
 def path(
@@ -76,12 +109,13 @@ def path(
     least = least_margin(problem, here, unloaded)
     if not at_once and least[1].value <= 0:
         at_once = (point_at(problem, loading, here, *least),)
-    is_stable, branches = least[1].value >= 0, may_be_singular(problem)
+    margin, slope = least[1].value, 0.0  # of the path, and its change along the arc
+    is_stable, branches = margin >= 0, may_be_singular(problem)
     yield OnPath(here, is_stable, at_once)
     unit = _unit(problem, here)
     h = min(_FIRST, _NEAREST * problem.length / unit)
     direction = _direction(problem, here, None, unit)
-    shortest, ahead = 1e-7 * h, None  # singular posture beyond a step
+    shortest, before, ahead = 1e-7 * h, h, None  # singular posture beyond a step
     for _ in range(_LONGEST):
         if h < shortest:
             if ahead is None and is_stable and problem.has_corners:
@@ -98,12 +132,15 @@ def path(
                 h *= 0.5
                 continue
             found, following = beyond, _direction(problem, beyond, None, unit)
-        remains = least_margin(problem, found, unloaded)[1].value >= 0
+        ahead_margin = least_margin(problem, found, unloaded)[1].value
+        remains = ahead_margin >= 0
         step = PathStep(here, found, direction, h, unit)
         point = refined(problem, loading, unloaded, step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
         leapt = isinstance(point, float | int)
         falls = following[-1] < -_BACK if remains else _is_below(point, here)
+        if remains and margin + slope * h < 0 and h > _LEAST * before:
+            falls = falls or _is_lost_between(problem, loading, unloaded, step)
         if leapt or (is_stable and falls):
             h = max(point, _LEAST * h) if leapt else 0.5 * h
             continue
@@ -112,13 +149,37 @@ def path(
         if flat is not None and known is None and (flat.factor - found.factor) * following[-1] > 0:
             ahead, flat = flat, None
         critical = sorted(filter(None, [flat, point]), key=lambda own: own.factor)
-        yield OnPath(found, remains, tuple(critical))
+        yield OnPath(found, remains, tuple(critical), step)
         direction, here, is_stable = following, found, remains
+        margin, slope, before = ahead_margin, (ahead_margin - margin) / h, h
         if found.steps <= _EASILY:
-            of_load = largest * (1.0 + abs(found.factor)) / max(abs(float(direction[-1])), 1e-12)
-            shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
-            more = 2.5 if found.steps <= _STRAIGHT else 1.6 if found.steps < _EASILY - 1 else 1.2
-            h = min(of_load, _FURTHEST * problem.length / shift, more * h)
+            h = min(_longest(problem, found, direction, unit, largest), _growth(found.steps) * h)
+
+
+def _longest(
+    problem: EquilibriumProblem,
+    here: FoundEquilibrium,
+    direction: np.ndarray,
+    unit: float,
+    largest: float,
+) -> float:
+    """Arc along which neither load nor platform move too far."""
+    of_load = largest * (1.0 + abs(here.factor)) / max(abs(float(direction[-1])), 1e-12)
+    shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
+    return min(of_load, _FURTHEST * problem.length / shift)
+
+
+def _growth(steps: int) -> float:
+    """How many times as long as an arc of so many Newton steps the next may be."""
+    return 2.5 if steps <= _STRAIGHT else 1.6 if steps < _EASILY - 1 else 1.2
+
+
+def _is_lost_between(
+    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, step: PathStep
+) -> bool:
+    """Whether stability is lost and comes back within a step, by its middle."""
+    middle = step.along(problem, loading, 0.5 * step.arc)
+    return middle.converged and least_margin(problem, middle, unloaded)[1].value < 0
 
 
 def _start(
@@ -173,7 +234,10 @@ def _lost_at_corner(
     direction: np.ndarray,
     unit: float,
 ) -> CriticalPoint | None:
-    """The corner at which a stable path ends, if what is behind it is not stable; else None."""
+    """The corner at which a stable path ends, if what is behind it is not stable; else None.
+
+    Where nothing resists the load behind it, as where all cables are slack, it is a limit.
+    """
 
     def behind(arc: float) -> FoundEquilibrium:
         twist, more = arc * direction[:-1] * unit / problem.scale, arc * float(direction[-1])
@@ -184,14 +248,18 @@ def _lost_at_corner(
     def least(arc: float) -> float:
         return least_margin(problem, behind(arc), unloaded)[1].value
 
-    low, high = 0.0, next((arc for arc in _BEHIND if least(arc) < 0), 0.0)
-    if high == 0:
+    low, high = 0.0, next((arc for arc in _BEHIND if least(arc) <= 0), 0.0)
+    if high == 0 or not meets_stiffness(problem, unloaded):
         return None
     for _ in range(_HALVES):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if least(middle) < 0 else (middle, high)
+        low, high = (low, middle) if least(middle) <= 0 else (middle, high)
     found = behind(high)
-    return point_at(problem, loading, found, *least_margin(problem, found, unloaded))
+    leg, margin = least_margin(problem, found, unloaded)
+    if margin.value == 0:
+        pulled = margin.basis.T @ found.known.by_factor
+        margin = replace(margin, form=-np.outer(pulled, pulled))
+    return point_at(problem, loading, found, leg, margin)
 
 
 def first_critical(
@@ -199,9 +267,9 @@ def first_critical(
 ) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
     """The first critical point from factor 0 up to a factor; `unloaded` is without any load.
 
-    Returns the last stable equilibrium that was met, None where there is none from which to start;
-    the critical point, None where none was met; and the factor up to which equilibria were found to
-    be stable: `up_to`, unless the path ended before or a critical point was met.
+    Returns the last stable equilibrium, at most at `up_to`, None where there is none from which to
+    start; the critical point, None where none was met; and the factor up to which equilibria were
+    found to be stable: `up_to`, unless the path ended before or a critical point was met.
     """
     here, furthest = None, 0.0
     for own in path(problem, loading, unloaded):
@@ -210,9 +278,13 @@ def first_critical(
         furthest = max(furthest, own.found.factor)
         if own.critical:
             first = own.critical[0]
-            is_near = first.factor <= up_to
-            return here, first if is_near else None, first.factor if is_near else up_to
-        here = own.found
+            if first.factor > up_to:
+                last = own.at(problem, loading, up_to)
+                if least_margin(problem, last, unloaded)[1].value >= 0:
+                    return last, None, up_to
+                first = replace(first, factor=up_to)  # another margin is lost just before it
+            return here, first, first.factor
+        here = own.at(problem, loading, up_to)
         if here.factor >= up_to:
             break
     return here, None, min(up_to, furthest)

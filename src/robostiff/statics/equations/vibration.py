@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from robostiff.spatial import skew
+from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
+from robostiff.statics.chains.element import BodyPlace, FiniteJoint
+from robostiff.statics.chains.leg_state import LegState
+from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
 from robostiff.statics.equations.stability import unit_sizes
 
 # Of the largest singular value: of closure, and of the masses, whose roots are taken.
 _CLOSED, _MASSLESS = 1e-10, 1e-9
-# Of the largest stiffness: nothing resists.
+# Of the largest stiffness, or square of a frequency: nothing resists.
 _LOOSE = 1e-10
 
 
@@ -29,22 +34,19 @@ class SmallMotions:
 
     @staticmethod
     def of(
-        problem: EquilibriumProblem, weights: EquilibriumProblem, known: Linearised, state: State
+        problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
     ) -> SmallMotions:
-        """About a state of a problem, where its equations are known.
-
-        `weights` is the same robot with its masses as forces of a gravity of 1 m/s^2.
-        """
+        """About a state of a problem, where its equations are known."""
         rows, r = list(problem.rows), problem.size
         n = sum(g.count * g.free_size for g in problem.groups) + r
         K, stiff, at = np.zeros((n, n)), np.zeros(n), 0
-        B, closure = [], []
-        parts = zip(problem.groups, weights.groups, known.equations, state.legs, strict=True)
-        for group, heavy, eq, own in parts:
+        B, closure = [np.zeros((0, n))], []
+        for group, eq, own in zip(problem.groups, known.equations, state.legs, strict=True):
             m = group.free_size
-            moving, forces = heavy.load_velocities(own)
             own_stiff = np.diagonal(group.unloaded_curvature, axis1=-2, axis2=-1)
             gaps = group.closure_sizes(problem.length)[:, None]
+            B.append(_velocities(group, own, masses.on_legs, state.p, at, n))
+            B.append(_rates_of_drives(group, at, n))
             for i in range(group.count):
                 here = slice(at, at + m)
                 at += m
@@ -57,20 +59,14 @@ class SmallMotions:
                     K[here, n - r :] = eq.A_t[i, :m]
                     K[n - r :, here] = eq.beside.by_unknown[i, :, :m]
                     K[n - r :, n - r :] += eq.beside.by_twist[i]
-                roots = np.sqrt(np.linalg.norm(forces[i], axis=-1))
-                rate = np.zeros((*moving.shape[1:3], n))
-                rate[..., here] = moving[i] * roots[:, None, None]
-                B.append(rate.reshape(-1, n))
         K[n - r :, n - r :] += known.K_total - known.K
-        for arm, force in zip(weights.dead.arms, weights.dead.forces, strict=True):
-            b = state.R @ arm
+        for mass in masses.on_platform:
+            b = state.R @ (mass.centre - problem.point)
             rate = np.zeros((3, n))
             rate[:, n - r :] = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]
-            B.append(np.sqrt(np.linalg.norm(force)) * rate)
+            B.append(np.sqrt(float(mass.value)) * rate)
         C = np.concatenate(closure)
-        return SmallMotions(
-            0.5 * (K + K.T), np.concatenate([np.zeros((0, n)), *B]), C, unit_sizes(C, stiff)
-        )
+        return SmallMotions(0.5 * (K + K.T), np.concatenate(B), C, unit_sizes(C, stiff))
 
     def vibrations(self) -> tuple[np.ndarray, np.ndarray]:
         """Squares of angular frequencies (k,) [rad^2/s^2], slowest first, and motions (k, n).
@@ -103,7 +99,8 @@ class SmallMotions:
         follow = light @ Q[:, held]
         moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
         squares, own = np.linalg.eigh(moved.T @ K @ moved)
-        return squares, (Z @ moved @ own).T
+        none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
+        return np.where(none, 0.0, squares), (Z @ moved @ own).T
 
     def _closed(self) -> np.ndarray:
         """Motions (n, k) that keep the robot together."""
@@ -113,3 +110,46 @@ class SmallMotions:
         _, values, Vt = np.linalg.svd(C)
         rank = int(np.sum(values > _CLOSED * np.max(values, initial=0.0)))
         return Vt[rank:].T * self.size[:, None]
+
+
+def _rates_of_drives(group: LegGroup, first: int, size: int) -> np.ndarray:
+    """Rates of coordinates and sums times roots of the inertia of their drives (k, size)."""
+    m, found = group.free_size, [np.zeros((0, size))]
+    pairs = [(own.drive, a) for own, a in zip(group.couplings, group.sum_rows, strict=True)]
+    for chain, own in zip(group.chains, group.coordinates, strict=True):
+        for element, place in zip(chain.elements, chain.places, strict=True):
+            if isinstance(element, FiniteJoint) and np.any(element.inertia):
+                unit = np.eye(m)[own.start + place.start]
+                pairs.append((element, np.broadcast_to(unit, (group.count, m))))
+    for drive, rates in pairs:
+        for row in np.flatnonzero(drive.inertia):
+            wide = np.zeros((1, size))
+            wide[0, first + row * m : first + (row + 1) * m] = rates[row]
+            found.append(np.sqrt(drive.inertia[row]) * wide)
+    return np.concatenate(found)
+
+
+def _velocities(
+    group: LegGroup,
+    state: LegState,
+    masses: Sequence[CarriedMass],
+    about: np.ndarray,
+    first: int,
+    size: int,
+) -> np.ndarray:
+    """Velocities times roots of the masses on the legs of a group (k, size).
+
+    The unknowns of its legs begin at `first`, among so many of all.
+    """
+    m, found = group.free_size, [np.zeros((0, size))]
+    own = [one for one in masses if one.leg in group.indices]
+    twists = group.twists(state, about) if own else []
+    moved = group.moved(state) if own else ()
+    for one in own:
+        c, row = group.place_of(one.leg, one.chain)
+        bodies = [BodyPlace(place.R[row], place.t[row]) for place in moved[c].placements]
+        rates = one.velocities(bodies, twists[c][row], about)
+        wide = np.zeros((len(rates), size))
+        wide[:, first + row * m : first + (row + 1) * m] = rates
+        found.append(wide)
+    return np.concatenate(found)

@@ -135,7 +135,7 @@ def compile_loaded(
     recorded = record_robot(robot, finder)
     standing = StandingLoads(loads, gravity, preload, beams)
     loaded_postures = _loaded_postures(finder, standing)
-    force = _small_force(robot, loaded_postures[0].problem)
+    force = _small_force(robot, [own.problem for own in loaded_postures])
     try:
         loading = record_loading(
             robot, finder, loaded_postures, force, standing, by_pose=not recorded.joints
@@ -171,17 +171,21 @@ def compile_loaded(
 
 
 def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[LoadedPosture]:
-    """The robot in numbers at home, and at postures around it."""
+    """The robot in numbers at home, and at postures around it that it reaches."""
     robot = finder.robot
     own = standing.loads, standing.preload, standing.beams, standing.gravity
     found = [postures_of(robot, None, None).loaded(0, None, *own)]
-    if robot.is_posed_by_joints:
-        return found
-    places = robot.coordinate_places
     random = np.random.default_rng(20111)
-    size = np.where(np.array(places) < 3, finder.length, 1.5)
-    shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
-    around = postures_of(robot, finder.home_pose[places] + shifts, None)
+    if robot.is_posed_by_joints:
+        home, moving = robot.legs[0].chain.home, robot.legs[0].chain.free
+        shifts = _SPREAD * random.uniform(-1, 1, (4 * _POSTURES, home.size)) * moving
+        pose = JointCoordinates(home + shifts)
+    else:
+        places = robot.coordinate_places
+        size = np.where(np.array(places) < 3, finder.length, 1.5)
+        shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
+        pose = finder.home_pose[places] + shifts
+    around = postures_of(robot, pose, None)
     posture = around.posture if isinstance(around, Postures) else None
     if posture is None:
         return found
@@ -189,18 +193,21 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     return [*found, *(around.loaded(int(k), None, *own) for k in reached)]
 
 
-def _small_force(robot: Robot, problem: EquilibriumProblem) -> float:
+def _small_force(robot: Robot, problems: Sequence[EquilibriumProblem]) -> float:
     """Under which the platform moves by about a thousandth of the robot's length [N].
+
+    An arm of rigid links may be rigid at home, where it is stretched out, and nowhere else: the
+    first posture of those given decides at which it is not.
 
     Raises
     ------
     NoAnswerError
         When the platform is not held in all directions, or is rigid.
     """
-    known = problem.at_rest
-    if known.rigid:
+    problem = next((own for own in problems if not own.at_rest.rigid), None)
+    if problem is None:
         raise _rigid(robot)
-    values = np.linalg.eigvalsh(known.K / np.outer(problem.scale, problem.scale))
+    values = np.linalg.eigvalsh(problem.at_rest.K / np.outer(problem.scale, problem.scale))
     if values[0] <= _FREE * values[-1]:
         raise NoAnswerError(
             f"no kernel under load of {robot.name!r}: its platform has free motions, in which a "

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.model import PlacedFreedom, PlacedSpring
 from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
-from robostiff.statics.chains.beam_bowing import shortening
+from robostiff.statics.chains.beam_bowing import bending_planes, bowing
 from robostiff.statics.chains.element import FiniteSpring
 
 # Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
@@ -44,7 +44,7 @@ class RecordedJoint:
 
 @dataclass(frozen=True)
 class RecordedSpring:
-    """An elastic part, ``th = (d, r) = V y`` with the energy ``sum(k y^2) / 2``."""
+    """An elastic part, ``(d, r) = V y`` with the energy ``sum(k y^2) / 2``; see `FiniteSpring`."""
 
     point: np.ndarray  # (3,) of entries and numbers: its far end at the unloaded posture
     rotation: np.ndarray  # (3, 3) of entries and numbers: its own axes
@@ -52,7 +52,7 @@ class RecordedSpring:
     modes: np.ndarray
     stiffness: list[Any]  # entries and numbers: k, 0 along a freedom
     axial: Any  # entry or number: EA/L of a beam with bowing [N/m]; 0 of a linear spring
-    G: np.ndarray  # (6, 6) of entries and numbers: ``th^T G th / 2`` is its shortening by bending
+    bowing: np.ndarray  # (m, m) of entries and numbers: ``y^T S y / 2`` is its shortening
 
     @property
     def size(self) -> int:
@@ -97,15 +97,30 @@ def recorded_springs(
     free = np.array(spring.elasticity.freedoms, dtype=object)
     rotation = np.array(spring.rotation, dtype=object)
     point = np.array(spring.point, dtype=object)
-    own: np.ndarray = np.eye(6, dtype=int).astype(object)
-    if not np.any(like.axial):
-        axial, G, shifts = 0, np.zeros((6, 6), dtype=int).astype(object), [None]
-    else:
-        beam = 2 * C[1, 5] / C[5, 5]
-        axial, G = parts / C[0, 0], shortening(beam * (1 / parts))
+    bows, shifts = bool(np.any(like.axial)), [None]
+    beam, axial = (2 * C[1, 5] / C[5, 5], parts / C[0, 0]) if bows else (0, 0)
+    if bows:
         C = _part(C, beam, parts)
         x = rotation[:, 0] * beam
         shifts = [x * ((i + 1) / parts - 1) if i + 1 < parts else None for i in range(parts)]
+    V, stiffness = _coordinates(C, free, rotation, space, length)
+    S: np.ndarray = np.zeros((len(stiffness),) * 2, dtype=int).astype(object)
+    if bows:
+        inner = like.size > len(stiffness)
+        planes = bending_planes(space, rotation)
+        S, more = bowing(V, C, beam * (1 / parts), planes, inner=inner)
+        V, stiffness = np.pad(V, ((0, 0), (0, len(more)))), [*stiffness, *more]
+    return [
+        RecordedSpring(point if shift is None else point + shift, rotation, V, stiffness, axial, S)
+        for shift in shifts
+    ]
+
+
+def _coordinates(
+    C: np.ndarray, free: np.ndarray, rotation: np.ndarray, space: Space, length: float
+) -> tuple[np.ndarray, list[Any]]:
+    """V (6, m) of an elastic part of a compliance and freedoms; stiffness of its columns."""
+    own: np.ndarray = np.eye(6, dtype=int).astype(object)
     if space is not Space.SPATIAL:
         world = np.zeros((6, 6), dtype=int).astype(object)
         world[:3, :3] = world[3:, 3:] = rotation
@@ -121,17 +136,7 @@ def recorded_springs(
         size = max(*sizes, 1e-300)
         V.append(column * (1 / size))
         stiffness.append(1 / size**2 if i < len(modes) else 0)
-    return [
-        RecordedSpring(
-            point if shift is None else point + shift,
-            rotation,
-            np.array(V, dtype=object).T.reshape(6, len(V)),
-            stiffness,
-            axial,
-            G,
-        )
-        for shift in shifts
-    ]
+    return np.array(V, dtype=object).T.reshape(6, len(V)), stiffness
 
 
 def _part(C: np.ndarray, length: Any, parts: int) -> np.ndarray:

@@ -78,7 +78,7 @@ def record_loading(
     [N] the platform moves by about a thousandth of the robot's length. The other inputs are pose
     coordinates (`by_pose`), or the coordinates of all legs.
     """
-    gravity = acting_gravity(robot.numeric, standing.gravity)
+    gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
     here = RobotOnEntries.of(
         robot,

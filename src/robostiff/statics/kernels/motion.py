@@ -144,7 +144,7 @@ class MovingChain:
         v, w = Q @ V[:3], Q @ (W @ V[3:])
         for j in range(spring.size):
             self.columns.append(Column(k, v[:, j], w[:, j], at))
-        gradient, curvature = _stored(spring, y, th)
+        gradient, curvature = _stored(spring, y)
         self.stored += gradient
         for (a, b_), value in curvature.items():
             self.curved[first + a, first + b_] = value
@@ -234,32 +234,23 @@ def _rate_felt(r: np.ndarray, m: np.ndarray) -> np.ndarray:
     return (outer + outer.T) * 0.5 + identity() * (c * (m @ r))
 
 
-def _stored(
-    spring: RecordedSpring, y: np.ndarray, th: np.ndarray
-) -> tuple[list[Any], dict[tuple[int, int], Any]]:
+def _stored(spring: RecordedSpring, y: np.ndarray) -> tuple[list[Any], dict[tuple[int, int], Any]]:
     """Gradient and curvature (upper triangle) of the energy by y; see `MovingChains`."""
     k = spring.stiffness
     gradient = [own * q for own, q in zip(k, y, strict=True)]
     curvature: dict[tuple[int, int], Any] = {(i, i): own for i, own in enumerate(k)}
     if is_zero(spring.axial):
         return gradient, curvature
-    V, G = spring.modes, spring.G
-    Gth = G @ th
-    half = (th @ Gth) * 0.5
-    stretched = th[0] + half
-    push = Gth * stretched
-    push[0] = push[0] + half
-    more = V.T @ (push * spring.axial)
+    along, Sy = spring.modes[0], spring.bowing @ y
+    half = (y @ Sy) * 0.5
+    stretched = along @ y + half
+    more = (Sy * stretched + along * half) * spring.axial
     gradient = [a + b for a, b in zip(gradient, more, strict=True)]
-    # (1 + Gth)(1 + Gth)^T - 1 along the axis, and the turn of the axial force
-    bent = Gth[:, None] * Gth[None, :]
-    bent[0, :] = bent[0, :] + Gth
-    bent[:, 0] = bent[:, 0] + Gth
-    bent = (bent + G * stretched) * spring.axial
-    bV = bent @ V
+    both = along + Sy
     for b in range(spring.size):
         for a in range(b + 1):
-            curvature[a, b] = curvature.get((a, b), 0) + V[:, a] @ bV[:, b]
+            bent = both[a] * Sy[b] + Sy[a] * along[b] + spring.bowing[a, b] * stretched
+            curvature[a, b] = curvature.get((a, b), 0) + bent * spring.axial
     return gradient, curvature
 
 

@@ -112,10 +112,10 @@ def _weighed(chain: Chain, placed: PlacedLeg) -> PlacedLeg:
 def _along(link: Link, own: Any, R: np.ndarray, p: np.ndarray, after: int) -> Iterator[PlacedMass]:
     """Masses of an elastic part that begins in the frame (R, p)."""
     for mass in link.masses:
-        centre = p if mass.centre is None else p + R @ mass.centre
+        centre = p + R @ (link.to * 0.5 if mass.centre is None else mass.centre)
         if not np.any(link.to):
             yield from _fixed(own.name, mass, centre, after)
-        elif mass.centre is None:
+        elif mass.is_spread:
             yield _spread(mass.value, own, p, mass.span or (0.0, 1.0), after)
         else:
             yield from _fixed(own.name, mass, centre, after, p)
@@ -147,14 +147,6 @@ def _spread(
     return PlacedMass(own.name, value, centre, after, start, span)
 
 
-def _masses(leg: PlacedLeg) -> Iterator[PlacedMass]:
-    """In the order in which a walk meets them."""
-    for block in leg.blocks:
-        for branch in block.branches:
-            yield from _masses(branch)
-    yield from leg.masses
-
-
 def loads_on_legs(
     walks: Sequence[LegWalk],
     placed: Sequence[PlacedLeg],
@@ -173,14 +165,14 @@ def loads_on_legs(
             joint = getattr(element, "joint", element.name)  # of a coupling the one that follows
             for name in (element.name, element.name.partition("[")[0], joint):
                 points[name] = element.point
+        points |= {block.name: block.branches[0].end for block in leg.all_blocks}
         own: dict[int, list[BodyLoad]] = {}
         weights: dict[tuple[int, int], list[tuple[Any, np.ndarray]]] = {}
         if np.any(gravity):
-            for (_, behind), mass in zip(walk.weights, _masses(leg), strict=True):
-                chain, after, parts = walk.carrier(mass, behind)
+            for own_mass, mass in zip(walk.carried, leg.all_masses, strict=True):
                 end = points.get(mass.name, _NOWHERE)
-                for point in mass.lumped(parts, end):
-                    at = chain, after - parts + point.after
+                for point in mass.lumped(own_mass.parts, end):
+                    at = own_mass.chain, own_mass.after - own_mass.parts + point.after
                     weights.setdefault(at, []).append((point.value, point.point))
         for (chain, after), several in weights.items():
             value, centre = _together(several)
@@ -209,7 +201,7 @@ def loads_on_platform(
 ) -> tuple[list[tuple[np.ndarray, np.ndarray]], dict[str, tuple[DeadForce, ...]]]:
     """Arms (3,) and forces (3,) of what acts on the platform; and forces on legs by their names."""
     robot, pose, reference = here.robot, here.pose, here.reference
-    forces = given_forces(standing.loads, gravity, robot.space, (pose.R, pose.p))
+    forces = given_forces(standing.loads, gravity, robot.space, {"platform": (pose.R, pose.p)}.get)
     found = []
     if np.any(gravity) and robot.platform_masses:
         several = [

@@ -17,9 +17,17 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model.cable import CableRobot
 from robostiff.statics.chains.beam_bowing import Beams
 from robostiff.statics.chains.body_springs import Anchor, FiniteBodySpring
+from robostiff.statics.chains.carried_masses import CarriedMasses
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem, Steady
-from robostiff.statics.loading.given_loads import Gravity, Loads, arms_and_forces, given_forces
+from robostiff.statics.loading.given_loads import (
+    Gravity,
+    Loads,
+    Masses,
+    arms_and_forces,
+    given_forces,
+    given_masses,
+)
 from robostiff.statics.loading.loaded_posture import LoadedPosture, point_at
 
 # What is said of a pose before the load, and holds under it.
@@ -74,17 +82,17 @@ class CablePostures:
         beams: Beams,
         gravity: Gravity = None,
         *,
-        masses: bool = False,
+        masses: Masses | None = None,
     ) -> LoadedPosture:
-        """The robot at pose i with its loads, which act on the platform.
+        """The robot at pose i with its loads and masses, which are on the platform.
 
         Raises
         ------
         InputError
-            When loads are on anything but the platform, or what a cable robot does not have is
+            When they are on anything but the platform, or what a cable robot does not have is
             given.
         """
-        del beams, masses  # there are none
+        del beams  # there are none
         for name, is_given in (("preload", bool(preload)), ("gravity", gravity is not None)):
             if is_given:
                 raise InputError(
@@ -95,15 +103,20 @@ class CablePostures:
         placed, space = before.placed, before.space
         point = point_at(at, placed.reference_point)
         frame = turn_by_vector(before.pose[3:]), before.pose[:3]
-        forces = given_forces(loads, np.zeros(3), space, frame)
+        frame_of = {"platform": frame}.get
+        forces = given_forces(loads, np.zeros(3), space, frame_of)
+        moving = given_masses(masses or {}, {"platform": point}, frame_of)
         on_platform = forces.pop("platform", ())
-        for name in forces:
-            raise InputError(
-                "loads", got=name, expected="platform: cables have no weight and carry no loads"
-            )
+        on_it = tuple(moving.pop("platform", ()))
+        for what, others in (("loads", forces), ("masses", moving)):
+            for name in others:
+                raise InputError(
+                    what, got=name, expected="platform: cables have no weight and carry no loads"
+                )
         problem = cables_loaded(before, point, DeadForces(*arms_and_forces(on_platform, point)))
         status = before.status & _LASTING
-        return LoadedPosture(before.name, problem, space, frame, status, self.robot)
+        masses_of = CarriedMasses((), on_it)
+        return LoadedPosture(before.name, problem, space, frame, status, self.robot, {}, masses_of)
 
 
 def cables_loaded(

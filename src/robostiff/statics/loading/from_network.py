@@ -1,7 +1,10 @@
 """Bodies and elements in any arrangement, ready to be loaded: networks, and linkages at a pose.
 
 Every body but base and platform is one between chains, and every beam, spring or joint a chain of
-its own; rigid connections make one body of two. Loops need no tree: each chain closes by itself.
+its own, from its first node to its second, whichever of them the platform is; rigid connections
+make one body of two. Loops need no tree: each chain closes by itself. Chains begin at the base and
+end at the platform: a part that begins at the platform, or ends at the base, has a body between
+chains there, and an empty chain holds both together.
 """
 
 from __future__ import annotations
@@ -9,24 +12,25 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
-from robostiff.model import Locked, PlacedFreedom, PlacedSpring
+from robostiff.model import Locked, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, is_rigid, moves
-from robostiff.statics.chains.chain import BodyLoad, FiniteChain
+from robostiff.statics.chains.beam_bowing import Beams, is_rigid, moves
+from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
+from robostiff.statics.chains.chain import FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
 from robostiff.statics.chains.element import Element
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.chains.spring_elements import SpringElements
-from robostiff.statics.equations.flexible_platform import from_its_end, held_together
+from robostiff.statics.equations.flexible_platform import held_together
 from robostiff.statics.loading.from_snapshot import finite_joint
 from robostiff.statics.loading.given_loads import DeadForce, load_vector, weights_of
 
@@ -38,11 +42,13 @@ def group_of(
     loads: Mapping[str, Sequence[DeadForce]],
     preload: Mapping[str, float],
     gravity: np.ndarray,
-) -> tuple[LegGroup, list[DeadForce]]:
-    """A network as one leg from its fixed bodies to its platform, and the forces on the latter.
+    given: Mapping[str, Sequence[PlacedMass]],
+) -> tuple[LegGroup, list[DeadForce], CarriedMasses]:
+    """A network as one leg from its fixed bodies to its platform; forces on the latter; masses.
 
     Forces act on bodies, preloads [N or N m] in joints, by their names. Gravity [m/s^2] makes
-    weights of the masses. Wrenches are about a point of the platform (3,) [m].
+    weights of the masses of the network, not of the `given` ones. Wrenches are about a point of the
+    platform (3,) [m].
 
     Raises
     ------
@@ -51,23 +57,22 @@ def group_of(
     """
     bodies = _Bodies.of(network)
     on_bodies = bodies.loaded(loads)
+    masses: dict[str, list[PlacedMass]] = defaultdict(list)
     for node in network.nodes:
-        on_bodies[bodies.of_node[node.name]] += weights_of(node.masses, gravity)
-    elements = SpringElements(network.space)
+        masses[bodies.of_node[node.name]] += node.masses
+    elements = SpringElements(network.space, beams)
     chains: list[FiniteChain] = []
+    carried: list[CarriedMass] = []
     left = dict(preload)
     places: dict[tuple[str, str, str, str], tuple[int, int]] = {}
     for element in network.elements:
         a, b = bodies.of_node[element.a], bodies.of_node[element.b]
-        masses = () if isinstance(element, JointElement) else element.masses
-        along = [m for m in masses if a != b and m.start is not None]
-        on_bodies[b] += weights_of([m for m in masses if a == b or m.start is None], gravity)
+        of_part = () if isinstance(element, JointElement) else element.masses
+        along = [m for m in of_part if a != b and m.start is not None]
+        masses[b] += [m for m in of_part if a == b or m.start is None]
         if a == b:
             continue
         parts = _parts(element)
-        backwards = a == network.platform or b in network.fixed
-        if backwards:  # chains lead from base to platform
-            a, b, parts = b, a, [_reversed(part) for part in reversed(parts)]
         own: list[Element] = []
         for part in parts:
             if isinstance(part, PlacedFreedom):
@@ -77,19 +82,13 @@ def group_of(
                 own.append(replace(joint, preload=joint.preload + push))
             else:
                 sides = (bodies.outwards(element, node) for node in (element.a, element.b))
-                own += elements.of(part, partial(elements_of, beams, part, sides))
-        end = element.end if isinstance(element, BeamElement) else element.point
-        weights = tuple(
-            BodyLoad(
-                len(own) - point.after if backwards else point.after,
-                point.point[None],
-                point.value * gravity[None],
-            )
-            for mass in along
-            for point in mass.lumped(len(own), np.asarray(end, dtype=float))
-            if np.any(gravity)
-        )
-        chains.append(FiniteChain(bodies.number(a), bodies.number(b), tuple(own), weights))
+                own += elements.of(part, sides)
+        of_chain = [_carried(m, element, len(chains), len(own), parts) for m in along]
+        weights = [load for one in of_chain if np.any(gravity) for load in one.weights(gravity)]
+        carried += of_chain
+        start, end = bodies.start(a), bodies.end(b)
+        chains.append(FiniteChain(start, end, tuple(own), tuple(weights)))
+    chains += bodies.joining
     couplings = [
         coupled.pushed(0.0 if coupled.is_rigid else left.pop(one.name, 0.0))
         for one in network.couplings
@@ -97,14 +96,16 @@ def group_of(
     ]
     for name in left:
         raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
+    for body, of_body in masses.items():
+        on_bodies[body] += weights_of(of_body, gravity)
+    for name, more in given.items():
+        masses[bodies.moving(name, "masses")] += more
     on_platform = on_bodies.pop(network.platform, [])
-    for body in bodies.between:
-        chains = _with_loads(chains, body, bodies.number(body), on_bodies[body])
     group = LegGroup(
         (0,),
         (network.name,),
         tuple(chains),
-        tuple(bodies.points[name][None] for name in bodies.between),
+        tuple(bodies.points[name][None] for name in (*bodies.between, *bodies.twice)),
         platform_point,
         network.space.rows,
         couplings=tuple(couplings),
@@ -114,7 +115,9 @@ def group_of(
             if body != bodies.of_node[network.fixed[0]]
         },
     )
-    return group, on_platform
+    group, on_others = _with_bodies(group, bodies, on_bodies, masses)
+    carried += on_others
+    return group, on_platform, CarriedMasses(tuple(carried), tuple(masses[network.platform]))
 
 
 @dataclass(frozen=True)
@@ -122,12 +125,14 @@ class _Bodies:
     """Which nodes are one body.
 
     For each node `of_node` has the one that stands for its body: a fixed one, the platform, or any;
-    `between` are those that are neither. Points are those of all nodes [m].
+    `between` are those that are neither, `twice` base and platform where they are between chains,
+    too. Points are those of all nodes [m].
     """
 
     network: Network
     of_node: Mapping[str, str]
     between: tuple[str, ...]
+    twice: tuple[str, ...]
     points: Mapping[str, np.ndarray]
 
     @staticmethod
@@ -144,25 +149,33 @@ class _Bodies:
             )
         bodies = tuple(n for n in dict.fromkeys(own.values()) if n not in (base, network.platform))
         points = {node.name: np.asarray(node.point, dtype=float) for node in network.nodes}
-        return _Bodies(network, own, bodies, points)
+        ends = [(own[e.a], own[e.b]) for e in network.elements if own[e.a] != own[e.b]]
+        twice = [network.platform] if any(a == network.platform for a, _ in ends) else []
+        twice += [base] if any(b == base for _, b in ends) else []
+        return _Bodies(network, own, bodies, tuple(twice), points)
 
     def loaded(self, loads: Mapping[str, Sequence[DeadForce]]) -> dict[str, list[DeadForce]]:
         """Forces at points, by bodies that move."""
         found: dict[str, list[DeadForce]] = defaultdict(list)
         for name, forces in loads.items():
-            body = self.of_node.get(name)
-            if body is None or body == self.of_node[self.network.fixed[0]]:
-                raise InputError(
-                    "loads",
-                    got=name,
-                    expected="the name of a body that moves, or platform: "
-                    + ", ".join(self.between[:5]),
-                )
+            body = self.moving(name, "loads")
             for own in forces:
                 at = self.points[name] if own.point is None else own.point
                 force = load_vector("force", name, own.force)
                 found[body].append(DeadForce(force, load_vector("point", name, at)))
         return found
+
+    def moving(self, name: str, subject: str) -> str:
+        """The body that a node is part of, one that moves."""
+        body = self.of_node.get(name)
+        if body is None or body == self.of_node[self.network.fixed[0]]:
+            raise InputError(
+                subject,
+                got=name,
+                expected="the name of a body that moves, or platform: "
+                + ", ".join(self.between[:5]),
+            )
+        return body
 
     @cached_property
     def held_by(self) -> Mapping[str, Sequence[NetworkElement]]:
@@ -191,6 +204,28 @@ class _Bodies:
     def number(self, body: str) -> int | None:
         """Of a body between chains; None for base and platform."""
         return self.between.index(body) if body in self.between else None
+
+    def start(self, body: str) -> int | None:
+        """Number of a body at which a chain begins; None for the base."""
+        return self._twice(body) if body == self.network.platform else self.number(body)
+
+    def end(self, body: str) -> int | None:
+        """Number of a body at which a chain ends; None for the platform."""
+        return self.number(body) if body not in self.network.fixed else self._twice(body)
+
+    def _twice(self, body: str) -> int:
+        return len(self.between) + self.twice.index(body)
+
+    @property
+    def joining(self) -> list[FiniteChain]:
+        """Empty chains to the bodies that base and platform are between chains."""
+        platform = self.network.platform
+        return [
+            FiniteChain(self._twice(own), None, ())
+            if own == platform
+            else FiniteChain(None, self._twice(own), ())
+            for own in self.twice
+        ]
 
 
 def _parts(element: NetworkElement) -> list[PlacedSpring | PlacedFreedom]:
@@ -232,23 +267,41 @@ def _coupled(
     ]
 
 
-def _reversed(part: PlacedSpring | PlacedFreedom) -> PlacedSpring | PlacedFreedom:
-    if isinstance(part, PlacedFreedom):
-        return replace(part, axis=-np.asarray(part.axis, dtype=float))
-    return from_its_end(part)
+def _carried(
+    mass: PlacedMass,
+    element: NetworkElement,
+    chain: int,
+    count: int,
+    parts: Sequence[PlacedSpring | PlacedFreedom],
+) -> CarriedMass:
+    """A mass along an elastic part, which is a chain of its own of so many elements."""
+    end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
+    part = parts[0] if isinstance(parts[0], PlacedSpring) else None
+    return CarriedMass(mass, chain, count, count, part, end)
 
 
-def _with_loads(
-    chains: Sequence[FiniteChain], body: str, number: int | None, forces: Sequence[DeadForce]
-) -> list[FiniteChain]:
-    """The chains, one of them with forces on a body at one of its ends."""
-    found = list(chains)
-    if not forces:
-        return found
-    c = next((i for i, own in enumerate(found) if number in (own.start, own.end)), None)
-    if c is None:
-        raise InputError("loads", got=body, expected="a body that beams, springs or joints hold")
-    after = len(found[c].elements) if found[c].end == number else 0
-    more = [BodyLoad(after, np.array([f.point]), np.array([f.force])) for f in forces]
-    found[c] = replace(found[c], loads=(*found[c].loads, *more))
-    return found
+def _with_bodies(
+    group: LegGroup,
+    bodies: _Bodies,
+    forces: Mapping[str, Sequence[DeadForce]],
+    masses: Mapping[str, Sequence[PlacedMass]],
+) -> tuple[LegGroup, list[CarriedMass]]:
+    """A network with forces on bodies between its chains, and the masses of these."""
+    carried = []
+    for i, body in enumerate(bodies.between):
+        own = forces.get(body, ())
+        try:
+            if own:
+                points = [np.asarray(f.point, dtype=float) for f in own]
+                vectors = [np.asarray(f.force, dtype=float) for f in own]
+                group = group.with_forces(i, points, vectors)
+            for mass in masses.get(body, ()):
+                _, chain, after = group.held_at(i)
+                carried.append(CarriedMass(mass, chain, after))
+        except LookupError:
+            raise InputError(
+                "loads" if own else "masses",
+                got=body,
+                expected="a body that beams, springs or joints hold",
+            ) from None
+    return group, carried

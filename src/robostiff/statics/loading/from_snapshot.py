@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from functools import partial
 
 import numpy as np
 
@@ -21,7 +20,8 @@ from robostiff.model import (
     Snapshot,
     StiffnessLaw,
 )
-from robostiff.statics.chains.beam_bowing import Beams, elements_of, moves
+from robostiff.statics.chains.beam_bowing import Beams, moves
+from robostiff.statics.chains.carried_masses import CarriedMass
 from robostiff.statics.chains.chain import BodyLoad, FiniteChain
 from robostiff.statics.chains.couplings import FiniteCoupling
 from robostiff.statics.chains.element import Element, FiniteJoint
@@ -53,10 +53,11 @@ def legs_of(
     InputError
         When a name is no part of the robot, or a preload is not of an elastic or passive joint.
     """
-    springs, walks = SpringElements(snapshot.space), walks_of(snapshot, beams)
+    springs, walks = SpringElements(snapshot.space, beams), walks_of(snapshot, beams)
     if np.any(gravity):
         for walk in walks:
-            walk.weigh(gravity)
+            for own in walk.carried:
+                walk.loads.setdefault(own.chain, []).extend(own.weights(gravity))
     named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
     for name, forces in loads.items():
         k, part = _found(named, name, "loads")
@@ -109,7 +110,7 @@ def legs_of(
     joined = held.joined([LegGroup.stacked(legs) for legs in groups.values()])
     if snapshot.platform is None:
         return joined
-    return (on_flexible_platform(joined[0], snapshot.platform, springs, beams),)
+    return (on_flexible_platform(joined[0], snapshot.platform, springs),)
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,7 @@ class _Part:
     point: np.ndarray
     drive: int | None
     sum: int | None = None
+    spring: PlacedSpring | None = None  # the elastic part that it is
 
 
 @dataclass(frozen=True)
@@ -142,12 +144,31 @@ class _Behind:
     is_end: bool = False
 
 
+def masses_on_legs(
+    snapshot: Snapshot, beams: Beams, given: Mapping[str, Sequence[PlacedMass]]
+) -> list[CarriedMass]:
+    """The masses of the legs, and given ones on bodies behind ``leg/part``.
+
+    Raises
+    ------
+    InputError
+        When a name is no part of the robot.
+    """
+    walks = walks_of(snapshot, beams)
+    named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
+    found = [replace(own, leg=k) for k, walk in enumerate(walks) for own in walk.carried]
+    for name, masses in given.items():
+        k, part = _found(named, name, "masses")
+        found += [CarriedMass(own, part.chain, part.after, leg=k) for own in masses]
+    return found
+
+
 def walks_of(snapshot: Snapshot, beams: Beams) -> list[LegWalk]:
     """The chains of each leg, loads left out."""
-    springs = SpringElements(snapshot.space)
+    springs = SpringElements(snapshot.space, beams)
     found = []
     for leg in snapshot.legs:
-        walk = LegWalk(springs, beams, f"{leg.name}/")
+        walk = LegWalk(springs, f"{leg.name}/")
         walk.along(leg, None, None)
         walk.name_fixed()
         found.append(walk)
@@ -159,7 +180,6 @@ class LegWalk:
     """The chains of one leg, as they are found on the way from base to platform."""
 
     springs: SpringElements
-    beams: Beams
     prefix: str
     chains: list[tuple[int | None, int | None, list[Element]]] = field(default_factory=list)
     points: list[np.ndarray] = field(default_factory=list)
@@ -169,6 +189,7 @@ class LegWalk:
     # parts that do not move where no other does, between blocks and before or behind all of them
     fixed: list[tuple[PlacedFreedom | PlacedSpring, _Behind]] = field(default_factory=list)
     couplings: list[FiniteCoupling] = field(default_factory=list)
+    blocks: list[tuple[PlacedBlock, _Behind]] = field(default_factory=list)
 
     def along(self, leg: PlacedLeg, start: int | None, end: int | None) -> None:
         """Chains from one body to another, through the blocks between them."""
@@ -192,6 +213,7 @@ class LegWalk:
             for branch in element.branches:
                 self.along(branch, start, target)
             behind.append(_Behind(target, is_end=True))
+            self.blocks.append((element, behind[-1]))
             if not goes_on:
                 behind += self.fix(replace(leg, elements=tuple(elements[i + 1 :])), behind[-1])
                 break
@@ -209,9 +231,12 @@ class LegWalk:
         return [behind] * len(run.elements)
 
     def name_fixed(self) -> None:
-        """Name the parts that do not move, when all chains are there."""
+        """Name the parts that do not move, and blocks, when all chains are there."""
         for element, behind in self.fixed:
             self.name(element, _Part(*self.place(behind), np.asarray(element.point, float), None))
+        for block, behind in self.blocks:
+            end = np.asarray(block.branches[0].end, float)
+            self.named.setdefault(self.prefix + block.name, _Part(*self.place(behind), end, None))
 
     def name(self, element: PlacedFreedom | PlacedSpring, part: _Part) -> None:
         """A part by its name, and the last freedom of a joint, behind which its body is, by both.
@@ -252,20 +277,18 @@ class LegWalk:
             )
         )
 
-    def weigh(self, gravity: np.ndarray) -> None:
-        """Weights of its masses; those along an elastic part are shared by bodies at its ends."""
+    @property
+    def carried(self) -> list[CarriedMass]:
+        """Its masses; those along an elastic part are carried by the bodies at its ends."""
+        found = []
         for mass, behind in self.weights:
-            chain, after, parts = self.carrier(mass, behind)
-            for own in mass.lumped(parts, behind.point):
-                force = own.value * gravity
-                body = BodyLoad(after - parts + own.after, own.point[None], force[None])
-                self.loads.setdefault(chain, []).append(body)
-
-    def carrier(self, mass: PlacedMass, behind: _Behind) -> tuple[int, int, int]:
-        """Chain of a mass, elements before its body, and how many of them its elastic part has."""
-        chain, after = self.place(behind)
-        along = self.chains[chain][2][:after] if mass.start is not None else ()
-        return chain, after, sum(element.names[0] == mass.name for element in along)
+            chain, after = self.place(behind)
+            along = self.chains[chain][2][:after] if mass.start is not None else ()
+            parts = sum(element.names[0] == mass.name for element in along)
+            known = self.named.get(self.prefix + mass.name)
+            part = None if known is None else known.spring
+            found.append(CarriedMass(mass, chain, after, parts, part, behind.point))
+        return found
 
     def place(self, behind: _Behind) -> tuple[int, int]:
         """A chain, and how many of its elements lie before a body."""
@@ -291,16 +314,17 @@ class LegWalk:
         own: list[Element] = []
         behind: list[_Behind] = []
         for i, element in enumerate(run):
-            drive = None
+            drive = spring = None
             if isinstance(element, PlacedSpring):
+                spring = element
                 sides = run[i + 1 :], run[:i][::-1]
-                own += self.springs.of(element, partial(elements_of, self.beams, element, sides))
+                own += self.springs.of(element, sides)
             elif moves(element):
                 drive = len(own)
                 own.append(finite_joint(element))
             point = np.asarray(element.point, float)
             behind.append(_Behind(end, len(self.chains), len(own), point))
-            self.name(element, _Part(len(self.chains), len(own), point, drive))
+            self.name(element, _Part(len(self.chains), len(own), point, drive, spring=spring))
         self.chains.append((start, end, own))
         return behind
 
@@ -310,6 +334,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
     k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
     varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
     law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None
+    inertia = getattr(freedom.role, "inertia", None)
     return FiniteJoint(
         (freedom.name,),
         np.array(freedom.point, dtype=float)[None],
@@ -319,6 +344,7 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
         np.array([k]),
         np.zeros(1),
         (law,),
+        np.array([0.0 if inertia is None else float(inertia)]),
     )
 
 

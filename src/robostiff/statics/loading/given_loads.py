@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ Loads = Mapping[str, Any]
 Masses = Mapping[str, Any]
 Gravity = ArrayLike | str | None
 Frame = tuple[np.ndarray, np.ndarray]
+FrameOf = Callable[[str], Frame | None]
 _NONE = np.zeros(3)
 
 
@@ -45,8 +46,12 @@ class DeadForce:
     point: object = None
 
 
-def acting_gravity(robot: Robot | Snapshot | Network, gravity: Gravity) -> np.ndarray:
+def acting_gravity(
+    robot: Robot | Snapshot | Network, gravity: Gravity, loads: Loads | None = None
+) -> np.ndarray:
     """Acceleration of free fall (3,) [m/s^2]: as given, or as the robot has it, or none.
+
+    It pulls at the masses of the robot, and at those among the loads.
 
     Raises
     ------
@@ -57,6 +62,10 @@ def acting_gravity(robot: Robot | Snapshot | Network, gravity: Gravity) -> np.nd
         own = (robot.in_floats if isinstance(robot, Robot) else robot).gravity
         return _NONE if own is None else own
     pull = gravity_vector("gravity", gravity)
+    given = loads.values() if isinstance(loads, Mapping) else ()
+    several = [own if isinstance(own, Sequence) else (own,) for own in given]
+    if any(isinstance(one, Mass) for own in several for one in own):
+        return pull
     if np.any(pull) and not has_masses(robot):
         raise InputError(
             f"gravity on {robot.name!r}",
@@ -79,12 +88,14 @@ def has_masses(robot: Robot | Snapshot | Network | Linkage | CableRobot) -> bool
     if isinstance(robot, CableRobot):
         return False
     if isinstance(robot, Linkage):
-        return any(_carries(c.element) for c in robot.connections)
+        return bool(robot.masses) or any(_carries(c.element) for c in robot.connections)
     if isinstance(robot, Network):
         return robot.has_masses
     if isinstance(robot, Snapshot):
-        return bool(robot.masses) or any(_carries(leg) for leg in robot.legs)
-    return bool(robot.platform_masses) or any(_carries(leg.chain) for leg in robot.legs)
+        return any(True for _ in robot.named_masses)
+    parts = () if robot.platform is None else robot.platform.parts
+    carriers = [*parts, *(leg.chain for leg in robot.legs)]
+    return bool(robot.platform_masses) or any(map(_carries, carriers))
 
 
 def _carries(part: Any) -> bool:
@@ -100,7 +111,7 @@ def _carries(part: Any) -> bool:
 
 
 def given_forces(
-    loads: Loads | None, gravity: np.ndarray, space: Space, frame: Frame
+    loads: Loads | None, gravity: np.ndarray, space: Space, frame_of: FrameOf
 ) -> dict[str, tuple[DeadForce, ...]]:
     """Forces by the names of bodies; masses are pulled by gravity, or down where there is none.
 
@@ -111,13 +122,14 @@ def given_forces(
         [m/s^2].
     space : Space
         Down is -z, and -y of a planar robot.
-    frame : tuple of (3, 3) and (3,) arrays
-        Axes and origin of the platform frame [m].
+    frame_of : callable
+        Axes (3, 3) and origin (3,) of a body in the world by its name [m]; None of one without.
 
     Raises
     ------
     InputError
-        When one is neither, or is a `Weight` elsewhere than on the platform.
+        When one is neither, is in a frame that is not known, or is a `Weight` elsewhere than on the
+        platform.
     """
     if loads is not None and not isinstance(loads, Mapping):
         raise InputError(
@@ -126,7 +138,7 @@ def given_forces(
     down = gravity
     if not np.any(gravity):
         down = gravity_vector("gravity", "-y" if space is Space.PLANAR else "-z")
-    return {name: _forces(name, value, down, frame) for name, value in (loads or {}).items()}
+    return {name: _forces(name, value, down, frame_of) for name, value in (loads or {}).items()}
 
 
 def weights_of(masses: Sequence[PlacedMass], gravity: np.ndarray) -> list[DeadForce]:
@@ -146,20 +158,20 @@ def arms_and_forces(
     return np.array(arms).reshape(-1, 3), np.array(forces).reshape(-1, 3)
 
 
-def _forces(name: str, value: Any, down: np.ndarray, frame: Frame) -> tuple[DeadForce, ...]:
+def _forces(name: str, value: Any, down: np.ndarray, frame_of: FrameOf) -> tuple[DeadForce, ...]:
     kinds = (DeadForce, Mass, Weight)
     if isinstance(value, kinds):
-        return (_force(name, value, down, frame),)
+        return (_force(name, value, down, frame_of),)
     if isinstance(value, Sequence) and value and all(isinstance(v, kinds) for v in value):
-        return tuple(_force(name, own, down, frame) for own in value)
+        return tuple(_force(name, own, down, frame_of) for own in value)
     return (DeadForce(load_vector("force", name, value)),)
 
 
 def _force(
-    name: str, value: DeadForce | Mass | Weight, down: np.ndarray, frame: Frame
+    name: str, value: DeadForce | Mass | Weight, down: np.ndarray, frame_of: FrameOf
 ) -> DeadForce:
     if isinstance(value, Mass):
-        return DeadForce(value.value * down, value.centre)
+        return DeadForce(value.value * down, _place(name, value, frame_of))
     if isinstance(value, DeadForce):
         return value
     if name != "platform":
@@ -169,8 +181,28 @@ def _force(
             expected="a DeadForce, a Mass or three numbers [N]",
             hint=f'write loads={{"{name}": rs.Mass(12)}}, or give the Weight to "platform"',
         )
+    return DeadForce(value.force, _in_frame(name, value.point, frame_of))
+
+
+def _place(name: str, mass: Mass, frame_of: FrameOf) -> np.ndarray | None:
+    """Where a given mass is in the world (3,) [m]; None for the place of its part."""
+    if mass.centre is None:
+        return None if mass.point is None else load_vector("point", name, mass.point)
+    return _in_frame(name, load_vector("centre", name, mass.centre), frame_of)
+
+
+def _in_frame(name: str, point: Any, frame_of: FrameOf) -> np.ndarray:
+    """A point of the frame of a body in the world (3,) [m]."""
+    frame = frame_of(name)
+    if frame is None:
+        raise InputError(
+            f"centre of the mass on {name!r}",
+            got="a body whose frame is not known, such as those of a snapshot",
+            expected="its place in the world at the unloaded posture [m]",
+            hint="write rs.Mass(12, point=[0.3, 0, 0.5]); a Robot has the frames of its bodies",
+        )
     R, p = frame
-    return DeadForce(value.force, p + R @ np.asarray(value.point, dtype=float))
+    return p + R @ np.asarray(point, dtype=float)
 
 
 def load_vector(what: str, name: str, value: object) -> np.ndarray:
@@ -180,46 +212,41 @@ def load_vector(what: str, name: str, value: object) -> np.ndarray:
     return as_floats(subject, value, f"three numbers [{units}]", units, (3,))
 
 
-def unit_weights(
-    masses: Masses, places: Mapping[str, np.ndarray]
-) -> dict[str, tuple[DeadForce, ...]]:
-    """Masses as the forces of a gravity of 1 m/s^2 against z, by the names of bodies.
+def given_masses(
+    masses: Masses, places: Mapping[str, np.ndarray], frame_of: FrameOf
+) -> dict[str, list[PlacedMass]]:
+    """Masses in the world by the names of bodies, those with an inertia as six.
 
     Parameters
     ----------
     masses : mapping of str to float, Mass or a sequence of them
     places : mapping of str to (3,) arrays
-        Of a mass without a centre, by name [m].
+        Of a mass without a place of its own, by name [m].
+    frame_of : callable
+        As of `given_forces`.
 
     Raises
     ------
     InputError
-        When they have no names, or one is not more than zero.
+        When they have no names, one is not more than zero, or is in a frame that is not known.
     """
     if not isinstance(masses, Mapping):
         raise InputError(
             "masses", got=masses, expected='masses by names, such as {"platform": 150}'
         )
-    found = {}
+    found: dict[str, list[PlacedMass]] = {}
     for name, value in masses.items():
-        several = isinstance(value, Sequence) and not isinstance(value, str)
-        found[name] = tuple(
-            DeadForce([0.0, 0.0, -m], at)
-            for one in (value if several else (value,))
-            for m, at in _points(name, one, places)
-        )
+        subject, expected = f"mass of {name!r}", "more than zero [kg], or a Mass"
+        for one in (
+            value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
+        ):
+            mass = as_float(subject, one.value if isinstance(one, Mass) else one, expected, "kg")
+            if not (np.isfinite(mass) and mass > 0):
+                raise InputError(subject, got=mass, expected=expected)
+            own = one if isinstance(one, Mass) else Mass(mass, name=name)
+            centre, frame = _place(name, own, frame_of), frame_of(name)
+            centre = places.get(name, np.zeros(3)) if centre is None else centre
+            R = np.eye(3) if frame is None or own.point is not None else frame[0]
+            there = replace(own, centre=None, point=None, span=None)
+            found.setdefault(name, []).extend(there.placed(name, R, centre))
     return found
-
-
-def _points(
-    name: str, value: Any, places: Mapping[str, np.ndarray]
-) -> list[tuple[float, np.ndarray]]:
-    subject, expected = f"mass of {name!r}", "more than zero [kg], or a Mass"
-    mass = as_float(subject, value.value if isinstance(value, Mass) else value, expected, "kg")
-    if not (np.isfinite(mass) and mass > 0):
-        raise InputError(subject, got=mass, expected=expected)
-    own = value if isinstance(value, Mass) else Mass(mass, name=name)
-    centre = places.get(name, np.zeros(3))
-    if own.centre is not None:
-        centre = load_vector("point", name, own.centre)
-    return [(float(m), centre + arm) for m, arm in own.points]

@@ -4,39 +4,51 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
+from robostiff.kinematics.placed_body_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
-from robostiff.model import Robot, Snapshot
+from robostiff.model import PlacedPlatform, Robot, Snapshot
 from robostiff.model.cable import CableRobot
+from robostiff.model.mass import one_of
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams
+from robostiff.statics.chains.carried_masses import CarriedMasses
 from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem
 from robostiff.statics.loading.from_network import group_of
-from robostiff.statics.loading.from_snapshot import legs_of
+from robostiff.statics.loading.from_snapshot import legs_of, masses_on_legs
 from robostiff.statics.loading.given_loads import (
+    Frame,
     Gravity,
     Loads,
+    Masses,
     acting_gravity,
     arms_and_forces,
     given_forces,
+    given_masses,
+    load_vector,
     weights_of,
 )
 from robostiff.statics.loading.joint_laws import Laws, check_own_laws, with_laws
+from robostiff.statics.loading.on_platform_nodes import node_names, on_platform_nodes
 
 if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures
 
+_NO_MASSES = CarriedMasses()
+# Of the forces: what is missing of them that is no rounding.
+_MISSED = 1e-9
 _NO_POSTURE = Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
 
 
@@ -57,6 +69,8 @@ class LoadedPosture:
         The robot at that posture; of cables the robot itself.
     laws : Laws
         That the robot has.
+    masses : CarriedMasses
+        That vibrate; none unless they were asked for.
     """
 
     name: str
@@ -66,6 +80,7 @@ class LoadedPosture:
     status: Status
     posed: Snapshot | Network | CableRobot
     laws: Laws = field(default_factory=dict)
+    masses: CarriedMasses = _NO_MASSES
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -146,21 +161,39 @@ class Postures:
         beams: Beams,
         gravity: Gravity = None,
         *,
-        masses: bool = False,
+        masses: Masses | None = None,
     ) -> LoadedPosture:
-        """The robot at posture i with its loads; `masses`: those without gravity as well."""
-        pull = acting_gravity(self.robot, gravity)
-        posed, frame, status = self._posed(i, masses or bool(np.any(pull)))
+        """The robot at posture i with its loads, and what vibrates where masses are given."""
+        pull = acting_gravity(self.robot, gravity, loads)
+        posed, frame, status = self._posed(i, masses is not None or bool(np.any(pull)))
         point = point_at(at, posed.reference_point)
-        forces = given_forces(loads, pull, posed.space, frame)
+        frame_of = partial(self._frame_of, i if self.batch else 0, posed, frame)
+        forces = given_forces(loads, pull, posed.space, frame_of)
+        forces_given = [load_vector("force", n, f.force) for n, own in forces.items() for f in own]
         on_platform, pushes = list(forces.pop("platform", ())), _pushes(preload)
+        places = {"platform": point, **places_of(posed)} if masses else {}
+        moving = given_masses(masses or {}, places, frame_of)
+        on_it = moving.pop("platform", [])
         if isinstance(posed, Network):
             on_platform += forces.pop(posed.platform, ())
-            group, more = group_of(posed, point, beams, forces, pushes, pull)
+            group, more, carried = group_of(posed, point, beams, forces, pushes, pull, moving)
             groups = (group,)
         else:
+            nodes = node_names(posed.platform)
+            at_nodes = {node: forces.pop(name, ()) for name, node in nodes.items()}
+            of_nodes = {node: moving.pop(name, []) for name, node in nodes.items()}
             groups = legs_of(posed, point, beams, forces, pushes, pull)
-            more = weights_of(posed.masses, pull)
+            more, carried = weights_of(posed.masses, pull), CarriedMasses((), posed.masses)
+            if posed.platform is not None:
+                group, on_tool, carried = on_platform_nodes(
+                    groups[0], posed.platform, at_nodes, of_nodes, pull
+                )
+                groups, more = (group,), [*more, *on_tool]
+                carried = replace(carried, on_platform=(*carried.on_platform, *posed.masses))
+            if masses is not None:
+                on_legs = masses_on_legs(posed, beams, moving)
+                carried = replace(carried, on_legs=(*carried.on_legs, *on_legs))
+        carried = replace(carried, on_platform=(*carried.on_platform, *on_it))
         problem = EquilibriumProblem(
             groups,
             posed.space.rows,
@@ -168,10 +201,27 @@ class Postures:
             float(posed.characteristic_length) or 1.0,
             DeadForces(*arms_and_forces([*on_platform, *more], point)),
         )
+        _check_all_act(problem, forces_given, posed, pull)
         laws = self.robot.laws if isinstance(self.robot, Robot) else {}
         if laws and isinstance(posed, Snapshot):
             check_own_laws(laws, posed)
-        return LoadedPosture(posed.name, problem, posed.space, frame, status, posed, laws)
+        return LoadedPosture(posed.name, problem, posed.space, frame, status, posed, laws, carried)
+
+    def _frame_of(self, k: int, posed: Snapshot | Network, frame: Frame, name: str) -> Frame | None:
+        """Axes and origin of a body at posture k, by its name; None where they are not known."""
+        if name == "platform":
+            return frame
+        if isinstance(posed, Network):
+            return next(((np.eye(3), n.point) for n in posed.nodes if n.name == name), None)
+        nodes = node_names(posed.platform)
+        if posed.platform is not None and name in nodes:
+            at = posed.platform.platform.point_of(nodes[name])
+            return posed.platform.rotation, posed.platform.in_world(at)
+        if self.posture is None:
+            return None
+        bodies = bodies_of(self.posture)
+        own = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
+        return None if own is None else (one_of(own.R, 2, k), one_of(own.p, 1, k))
 
     def _posed(
         self, i: int, masses: bool
@@ -196,6 +246,28 @@ class Postures:
         if own.undetermined[k]:
             status |= Status.ILL_CONDITIONED
         return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
+
+
+def _check_all_act(
+    problem: EquilibriumProblem,
+    forces: list[np.ndarray],
+    posed: Snapshot | Network,
+    pull: np.ndarray,
+) -> None:
+    """Raise unless the problem has all forces and weights of what moves, which reactions balance.
+
+    The forces (3,) are as they are given, and the masses as the robot has them.
+    """
+    moving = {name for group in problem.groups for name in group.nodes}
+    wanted = np.sum([np.zeros(3), *forces], axis=0)
+    weight = pull * float(sum(mass.value for mass in posed.moving_masses(moving)))
+    acting = [load.force for g in problem.groups for c in g.chains for load in c.loads]
+    total = np.sum(
+        [np.zeros(3), *(f for own in [*acting, problem.dead.forces] for f in own)], axis=0
+    )
+    size = sum(np.linalg.norm(f) for own in [*acting, problem.dead.forces] for f in own)
+    if np.linalg.norm(total - wanted - weight) > _MISSED * max(float(size), np.linalg.norm(wanted)):
+        raise NoAnswerError(f"no answer of {posed.name!r}: its loads are not those that are given")
 
 
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
@@ -235,7 +307,12 @@ def places_of(posed: Snapshot | Network | CableRobot) -> dict[str, np.ndarray]:
     if isinstance(posed, CableRobot):
         return {}
     found = {}
+    for name, node in node_names(posed.platform).items():
+        at = cast("PlacedPlatform", posed.platform)
+        found[name] = at.in_world(at.platform.point_of(node))
     for leg in posed.legs:
+        for block in leg.all_blocks:
+            found[f"{leg.name}/{block.name}"] = np.asarray(block.branches[0].end, dtype=float)
         for part in leg.parts:
             joint = getattr(part, "joint", part.name)  # of a coupling the one that follows
             for name in (part.name, part.name.partition("[")[0], joint):

@@ -1,0 +1,187 @@
+"""Stiffness that MJCF gives: position servos, springs of joints, and what is not read."""
+
+import warnings
+from typing import Any
+
+import mujoco as _mujoco
+import numpy as np
+import pytest
+
+import robostiff as rs
+
+mujoco: Any = _mujoco  # a module in C without annotations
+
+ARM = """<mujoco>{head}<worldbody><body name="a"><joint name="j1" axis="0 1 0"{spring}/>
+<geom size="0.01"/><body name="b" pos="0 0 1"><joint name="j2" axis="0 1 0"/>{body}
+<geom size="0.01"/><site name="tip" pos="1 0 0"/></body></body></worldbody>
+{foot}<actuator>{drives}</actuator></mujoco>"""
+SIDE = "robostiff: 1\nsource: chosen here\ntool: tip\n"
+SPRING = ' stiffness="300"'
+SERVOS = '<position joint="j1" kp="1000"/><position joint="j2" kp="500" gear="10"/>'
+
+
+def _arm(drives, spring="", head="", foot="", body=""):
+    return ARM.format(drives=drives, spring=spring, head=head, foot=foot, body=body)
+
+
+def _stiffnesses(folder, mjcf, side=""):
+    """Stiffness of each joint of an arm with rigid links, from its compliance, and the warnings."""
+    (folder / "m.xml").write_text(mjcf, encoding="utf-8")
+    (folder / "s.yaml").write_text(SIDE + side, encoding="utf-8")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", rs.PlausibilityWarning)
+        robot = rs.load(folder / "m.xml", side=folder / "s.yaml")
+    roles = robot.legs[0].chain.roles
+    return [getattr(role, "stiffness", 0) for role in roles], [str(w.message) for w in caught]
+
+
+def test_a_spring_acts_beside_the_servo_of_its_joint(tmp_path):
+    """C of two joints at (0, 0, 0) and (0, 0, 1), tip at (1, 0, 1): kp gear^2, and 1000 + 300."""
+    found, said = _stiffnesses(tmp_path, _arm(SERVOS, SPRING))
+    assert found == [1300, 5e4]
+    assert "drives j1 (1000 N m/rad), j2 (50000 N m/rad) have the stiffness kp gear^2" in said[0]
+    with pytest.warns(rs.PlausibilityWarning, match="kp gear"):
+        C = rs.compliance(rs.load(tmp_path / "m.xml", side=tmp_path / "s.yaml"))
+    assert C[0, 0] == pytest.approx(1 / 1300)
+    assert C[2, 2] == pytest.approx(1 / 1300 + 1 / 5e4)
+
+
+def test_a_spring_acts_beside_the_stiffness_in_the_side_file(tmp_path):
+    side = "joints: {{j1: {{stiffness: 1000{}}}, j2: {{stiffness: 2000 N m/rad}}}}\n"
+    found, said = _stiffnesses(tmp_path, _arm(SERVOS, SPRING), side.format(""))
+    assert found == [1300, 2000]
+    assert len(said) == 1
+    assert "springs j1 (300 N m/rad) act beside the stiffness in the side file" in said[0]
+    for spring, total in (("0", 1000), ("400 N m/rad", 1400)):
+        found, said = _stiffnesses(
+            tmp_path, _arm(SERVOS, SPRING), side.format(f", spring: {spring}")
+        )
+        assert found == [total, 2000]
+        assert not said
+
+
+def test_roles_of_joints_with_springs(tmp_path):
+    passive = "joints: {j1: {role: passive}, j2: {role: locked, stiffness: 7}}\n"
+    found, said = _stiffnesses(tmp_path, _arm(SERVOS, SPRING), passive)
+    assert found == [300, 7]
+    assert not said
+    locked = "joints: {j1: {role: locked}, j2: {role: locked, stiffness: 7, spring: 2}}\n"
+    assert _stiffnesses(tmp_path, _arm(SERVOS, SPRING), locked) == ([None, 9], [])
+    motors = '<motor joint="j1"/><motor joint="j2"/>'
+    found, said = _stiffnesses(tmp_path, _arm(motors, SPRING))
+    assert found == [300, None]
+    assert "springs j1 (300 N m/rad) act alone" in said[0]
+
+
+def test_springs_that_cannot_be(tmp_path):
+    for spring, message in (
+        ("-3", r"joints\.j1\.spring: spring: got -3, expected a stiffness, or 0 for none"),
+        ("3 N/m", r"joints\.j1\.spring: .*N m/rad"),
+    ):
+        with pytest.raises(rs.FileError, match=message):
+            _stiffnesses(tmp_path, _arm(SERVOS), f"joints: {{j1: {{spring: {spring}}}}}\n")
+    law = "stiffness: '1e4 N m/rad * (2 + q/(1 rad))', limits: [-1, 1], role: actuated"
+    with pytest.raises(rs.FileError, match="beside a spring of 300, expected one law of both"):
+        _stiffnesses(tmp_path, _arm(SERVOS, SPRING), f"joints: {{j1: {{{law}}}}}\n")
+
+
+@pytest.mark.parametrize(
+    ("drives", "k"),
+    [
+        ('<general joint="j1" gainprm="7" biastype="affine" biasprm="0 -7 -1" gear="3"/>', 63),
+        ('<general joint="j1" gainprm="7" biasprm="0 -7 -1"/>', 7),  # affine by its class
+        ('<general joint="j1" gainprm="7" biastype="none" biasprm="0 -7 -1"/>', None),
+        ('<intvelocity joint="j1" kp="5" actrange="-1 1"/>', 5),
+        ('<cylinder joint="j1" bias="1 -2 3"/>', 2),
+        ('<velocity joint="j1" kv="5"/>', None),
+        ('<position joint="j1" kp="5" dampratio="1" timeconst="0.1" inheritrange="1"/>', 5),
+        ('<position joint="j1" kp="5" kv="2"/><position jointinparent="j1" kp="3"/>', 8),
+        ('<position joint="j1" class="strong"/>', 70),
+        ('<position joint="j1"/>', 20),  # the class of all
+        ('<motor joint="j1"/>', None),
+    ],
+)
+def test_stiffness_of_drives_is_that_of_mujoco(drives, k, tmp_path):
+    """The moment by the motion of a joint at a constant command, by MuJoCo itself."""
+    strong = '<default class="strong"><position kp="70"/></default>'
+    head = f'<default><position kp="20"/>{strong}</default>'
+    mjcf = _arm(drives, head=head).replace('name="j1"', 'name="j1" range="-60 60"')
+    found, _ = _stiffnesses(tmp_path, mjcf, "joints: {j2: {role: locked, stiffness: 1}}\n")
+    assert found[0] == k
+    model = mujoco.MjModel.from_xml_string(mjcf)
+    data = mujoco.MjData(model)
+    moments = []
+    for q in (0.0, 1e-3):
+        data.qpos[0] = q
+        mujoco.mj_forward(model, data)
+        moments.append(data.qfrc_actuator[0])
+    assert np.diff(moments)[0] / -1e-3 == pytest.approx(k or 0, abs=1e-9)
+
+
+LEFT_OUT = [
+    (
+        {"drives": SERVOS + '<position tendon="t" kp="10"/>', "foot": "<tendon><fixed name='t'>"
+         '<joint joint="j1" coef="1"/></fixed></tendon>'},
+        "not read: tendons t",
+    ),
+    (
+        {"drives": SERVOS, "foot": '<tendon><spatial name="rope" stiffness="9"><site site="tip"/>'
+         '<site site="root"/></spatial></tendon>', "body": '<site name="root"/>'},
+        "not read: tendons rope",
+    ),
+    ({"drives": SERVOS + '<position site="tip" name="s" kp="3"/>'}, "drives of sites or bodies s"),
+    (
+        {"drives": SERVOS, "foot": '<worldbody><body name="c"><geom size="0.1"/>'
+         '<flexcomp name="cloth" type="grid" dim="1" '
+         'count="3 1 1" spacing=".1 .1 .1" radius="0.01" mass="1"/></body></worldbody>'},
+        "not read: flexible bodies cloth",
+    ),
+    (
+        {"drives": SERVOS, "body": '<body pos="1 0 0"><joint name="ball" type="ball"/>'
+         '<geom size="0.1"/></body>', "foot": "", "more": '<position joint="ball" kp="3"/>'},
+        "servos of ball or free joints ball",
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("parts", "words"), LEFT_OUT)
+def test_what_holds_a_robot_and_is_not_read_is_named(parts, words, tmp_path):
+    parts = dict(parts)
+    mjcf = _arm(parts.pop("drives") + parts.pop("more", ""), **parts)
+    side = "joints: {j1: {stiffness: 1000}, j2: {stiffness: 2000}}\n"
+    found, said = _stiffnesses(tmp_path, mjcf, side)
+    assert found == [1000, 2000]
+    assert len(said) == 1
+    assert words in said[0]
+    model = mujoco.MjModel.from_xml_string(mjcf)
+    named = words if "flexible" not in words else "not read: flexible bodies 0"
+    with pytest.warns(rs.PlausibilityWarning, match=named.replace("not read: ", "")):
+        rs.load(model, side=tmp_path / "s.yaml")
+
+
+def test_drives_and_springs_of_which_a_part_is_not_read(tmp_path):
+    for drives, spring, words in (
+        ('<muscle joint="j1" name="m"/>', "", "forces that a drive has by its position m"),
+        ('<general joint="j1" biastype="affine" biasprm="0 4 0"/>', "", "of negative stiffness j1"),
+        ('<motor joint="j1"/>', SPRING + ' springref="20"', "springs with a springref, j1"),
+        ('<plugin joint="j1" plugin="mujoco.pid"/>', "", "plugins mujoco.pid"),
+    ):
+        side = "joints: {j1: {stiffness: 1000, spring: 0}, j2: {stiffness: 2000}}\n"
+        found, said = _stiffnesses(tmp_path, _arm(drives, spring), side)
+        assert found == [1000, 2000]
+        assert [words in text for text in said] == [True]
+
+
+def test_a_follower_keeps_its_own_spring(tmp_path):
+    """mcp drives pip by 0.7; the spring of pip stands beside its rigid coupling or its drive."""
+    mjcf = _arm('<position joint="j1" kp="50"/>').replace('name="j2"', 'name="j2" stiffness="30"')
+    coupled = mjcf.replace(
+        "<actuator>",
+        '<equality><joint joint1="j2" joint2="j1" polycoef="0 0.5 0 0 0"/></equality><actuator>',
+    )
+    side = "tool: tip\nbase: a\n"
+    (tmp_path / "m.xml").write_text(coupled, encoding="utf-8")
+    (tmp_path / "s.yaml").write_text(f"robostiff: 1\nsource: chosen here\n{side}")
+    robot = rs.load(tmp_path / "m.xml", side=tmp_path / "s.yaml")
+    (joint,) = robot.legs[0].chain.moving
+    assert joint[0].role == rs.Actuated(50 / 0.5**2 + 30)

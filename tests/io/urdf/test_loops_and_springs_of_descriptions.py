@@ -1,0 +1,231 @@
+"""Loops and springs that simulators read in a URDF, against those of side files."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+
+# A square of four bars, drawn closed.
+BAR = """<joint name="{0}_to_{1}" type="continuous"><axis xyz="1 0 0"/><parent link="e{1}"/>
+<child link="e{0}"/><origin xyz="0 -0.7 0" rpy="-1.5707963267948966 0 0"/></joint>"""
+LINKS = "".join(f'<link name="{name}"/>' for name in ("world", "e1", "e2", "e3", "e4"))
+SQUARE = (
+    f'<robot name="sq">{LINKS}<joint name="1_to_world" type="fixed"><parent link="world"/>'
+    '<child link="e1"/><origin xyz="0 0.35 0.35"/></joint>'
+    + "".join(BAR.format(i, i - 1) for i in (2, 3, 4))
+    + "{}</robot>"
+)
+SIDE = """robostiff: 1
+source: chosen here
+tool: e3
+joints: {"2_to_1": {role: actuated, stiffness: 1e4 N m/rad}, "*": {role: passive}}
+links:
+  e2: {type: beam, material: steel, section: {circle: {diameter: 20 mm}}}
+  e4: {type: beam, to: LOOP, material: steel, section: {circle: {diameter: 20 mm}}}
+"""
+GAZEBO = "<gazebo><joint name='c' type='{}'><child>e1</child><parent>e4</parent>{}</joint></gazebo>"
+X_AXIS = "<axis><xyz>1 0 0</xyz></axis>"
+ENDS = '<link1 link="e4" xyz="0 -0.7 0"{}/><link2 link="e1"/>'
+CONSTRAINT = """<constraint name="c" type="{}"><parent link="e4"/><child link="e1"/>
+<parent_origin xyz="0 -0.7 0" rpy="0 0 0"/><parent_axis xyz="1 0 0"/>
+<child_origin xyz="0 0 0"/><child_axis xyz="{}"/></constraint>"""
+
+
+def _loaded(folder, urdf, side):
+    """What is loaded, and the warnings."""
+    (folder / "m.urdf").write_text(urdf, encoding="utf-8")
+    (folder / "s.yaml").write_text(side, encoding="utf-8")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", rs.PlausibilityWarning)
+        robot = rs.load(folder / "m.urdf", side=folder / "s.yaml")
+    return robot, [str(warning.message) for warning in caught]
+
+
+END = "{link: e4, at: [0, -0.7, 0]}, e1"
+
+
+def _of_side_file(folder, joint, ends):
+    loop = f"loops: [{{name: c, between: [{ends}], joint: {joint}}}]"
+    robot, said = _loaded(folder, SQUARE.format(""), SIDE.replace("LOOP", "c") + loop)
+    assert not said
+    return rs.stiffness(robot)
+
+
+HINGE = "{type: revolute, axis: x, role: passive}"
+
+
+@pytest.mark.parametrize(
+    ("written", "joint", "ends"),
+    [
+        (GAZEBO.format("revolute", X_AXIS), HINGE, END),
+        (
+            GAZEBO.format("revolute", f"<pose>0.1 0 0 0 0 0</pose>{X_AXIS}"),
+            HINGE,
+            "{link: e4, at: [0.1, -0.7, 0]}, {link: e1, at: [0.1, 0, 0]}",
+        ),
+        (  # about its z
+            GAZEBO.format("revolute", "<pose>0 0 0 0 1.5707963267948966 0</pose>"), HINGE, END
+        ),
+        (GAZEBO.format("ball", ""), "spherical", END),
+        (
+            GAZEBO.format("fixed", ""),
+            "fixed",
+            "{link: e4, at: [0, -0.7, 0], turn: [{x: -90 deg}]}, e1",
+        ),
+        (
+            GAZEBO.format(
+                "revolute",
+                "<axis><xyz>1 0 0</xyz><dynamics><spring_stiffness>500</spring_stiffness>"
+                "</dynamics></axis>",
+            ),
+            "{type: revolute, axis: x, role: actuated, stiffness: 500 N m/rad}",
+            END,
+        ),
+        (
+            f'<loop_joint name="c" type="continuous">{ENDS.format("")}<axis xyz="1 0 0"/>'
+            "</loop_joint>",
+            HINGE,
+            END,
+        ),
+        (f'<loop_joint name="c" type="ball">{ENDS.format("")}</loop_joint>', "spherical", END),
+        (CONSTRAINT.format("revolute", "1 0 0"), HINGE, END),
+        (CONSTRAINT.format("spherical", "0 1 0"), "spherical", END),
+    ],
+)  # fmt: skip
+def test_a_loop_of_the_description_is_that_of_a_side_file(written, joint, ends, tmp_path):
+    robot, said = _loaded(tmp_path, SQUARE.format(written), SIDE.replace("LOOP", "c"))
+    assert not said
+    result, wanted = rs.stiffness(robot), _of_side_file(tmp_path, joint, ends)
+    assert result.rank == wanted.rank
+    assert np.allclose(result.K, wanted.K, rtol=1e-9, atol=1e-9 * np.abs(wanted.K).max())
+
+
+OPEN = SIDE[: SIDE.index("  e4")]
+
+
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        (GAZEBO.format("universal", X_AXIS), "not read: loops c;"),
+        (GAZEBO.format("revolute", X_AXIS).replace("e4", "rod"), "not read: loops c;"),
+        (
+            GAZEBO.format("revolute", '<pose relative_to="e2">0 0 0 0 0 0</pose>' + X_AXIS),
+            "not read: loops c;",
+        ),
+        (CONSTRAINT.format("revolute", "0 1 0"), "not read: loops c;"),
+        (CONSTRAINT.format("screw", "1 0 0"), "not read: loops c;"),
+        ('<drake:linear_spring_damper name="s"/>', "not read: <drake:linear_spring_damper> s;"),
+        ("<gazebo><joint:hinge name='h'/></gazebo>", "not read: <joint:hinge> of Gazebo h;"),
+        (
+            '<transmission name="t"><joint name="2_to_1"/><joint name="3_to_2"/></transmission>',
+            "not read: transmissions that connect several joints t;",
+        ),
+    ],
+)
+def test_what_may_hold_a_robot_and_is_not_read_is_named(written, words, tmp_path):
+    robot, said = _loaded(tmp_path, SQUARE.format(written), OPEN)
+    assert isinstance(robot, rs.Robot)
+    assert len(said) == 1
+    assert words in said[0]
+    assert "m.urdf:" in said[0]
+
+
+@pytest.mark.parametrize(
+    "harmless",
+    [
+        '<transmission name="t"><joint name="2_to_1"/><actuator name="m"/></transmission>',
+        '<gazebo reference="e2"><mu1>0.2</mu1></gazebo><gazebo><plugin name="p"/></gazebo>',
+        '<gazebo reference="2_to_1"><implicitSpringDamper>true</implicitSpringDamper></gazebo>',
+        '<material name="red"/><ros2_control name="c" type="system"/><sensor name="s"/>',
+    ],
+)
+def test_what_holds_nothing_is_not_named(harmless, tmp_path):
+    assert not _loaded(tmp_path, SQUARE.format(harmless), OPEN)[1]
+
+
+def test_a_loop_in_both_files_is_named(tmp_path):
+    loop = f"loops: [{{name: d, between: [{{link: e4, at: [0, -0.7, 0]}}, e1], joint: {HINGE}}}]"
+    urdf = SQUARE.format(GAZEBO.format("revolute", X_AXIS))
+    _, said = _loaded(tmp_path, urdf, SIDE.replace("LOOP", "c") + loop)
+    assert any("links that 'c' of the description connects; both hold" in text for text in said)
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        (GAZEBO.format("revolute", "<axis><xyz>1 0</xyz></axis>"), "axis of <joint>: got '1 0'"),
+        (GAZEBO.format("revolute", f"<pose>1 0</pose>{X_AXIS}"), "pose of <joint>: got '1 0'"),
+        (CONSTRAINT.format("revolute", "1 nan 0"), "xyz of <child_axis>: got '1 nan 0'"),
+        (
+            '<gazebo reference="2_to_1"><springStiffness>stiff</springStiffness></gazebo>',
+            "spring_stiffness of <gazebo>: got 'stiff', expected 1 finite number up to",
+        ),
+        (
+            '<gazebo reference="2_to_1"><springStiffness>-3</springStiffness></gazebo>',
+            "spring in <gazebo>: got -3",
+        ),
+    ],
+)
+def test_numbers_of_loops_and_springs_are_checked(written, message, tmp_path):
+    with pytest.raises(rs.FileError, match=message):
+        _loaded(tmp_path, SQUARE.format(written), OPEN)
+
+
+ARM = """<robot name="g"><link name="b"/><link name="a"/><joint name="j" type="revolute">
+<parent link="b"/><child link="a"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1"
+velocity="1"/>{}</joint>{}</robot>"""
+SPRING_OF_GAZEBO = '<gazebo reference="j"><springStiffness>500</springStiffness>{}</gazebo>'
+TOOL = "robostiff: 1\nsource: chosen here\ntool: {link: a, at: [0.5, 0, 0]}\n"
+
+
+@pytest.mark.parametrize(
+    ("inside", "beside"),
+    [
+        ("", SPRING_OF_GAZEBO.format("")),
+        ('<dynamics damping="1" spring_stiffness="500" spring_reference="0"/>', ""),
+        ('<dynamics spring_stiffness="500"/>', SPRING_OF_GAZEBO.format("")),
+    ],
+)
+def test_a_spring_acts_beside_the_drive(inside, beside, tmp_path):
+    robot, said = _loaded(
+        tmp_path, ARM.format(inside, beside), TOOL + "joints: {j: {stiffness: 1e3}}"
+    )
+    assert rs.compliance(robot)[4, 4] == pytest.approx(1 / 1500)
+    assert len(said) == 1
+    assert "springs j (500 N m/rad) act beside the stiffness in the side file" in said[0]
+    robot, said = _loaded(
+        tmp_path, ARM.format(inside, beside), TOOL + "joints: {j: {role: passive}}"
+    )
+    assert rs.compliance(robot)[4, 4] == pytest.approx(1 / 500)
+    assert not said
+    robot, said = _loaded(tmp_path, ARM.format(inside, beside), TOOL)
+    assert rs.compliance(robot)[4, 4] == pytest.approx(1 / 500)
+    assert "springs j (500 N m/rad) act alone" in said[0]
+
+
+def test_springs_of_which_a_part_is_not_read(tmp_path):
+    side = TOOL + "joints: {j: {role: passive}}"
+    reference = SPRING_OF_GAZEBO.format("<springReference>0.3</springReference>")
+    _, said = _loaded(tmp_path, ARM.format("", reference), side)
+    assert "not read: the load at home of springs with a reference, j;" in said[0]
+    twice = ARM.format('<dynamics spring_stiffness="70"/>', SPRING_OF_GAZEBO.format(""))
+    robot, said = _loaded(tmp_path, twice, side)
+    assert rs.compliance(robot)[4, 4] == pytest.approx(1 / 70)
+    assert "not read: a second spring of j;" in said[0]
+
+
+def test_names_with_brackets_are_no_patterns(tmp_path):
+    """0.3 rad/(N m) of two joints in series of 10 and 5 N m/rad."""
+    urdf = ARM.format("", "").replace('name="j"', 'name="finger[0]/base"')
+    second = """<link name="tip"/><joint name="finger[0]/tip" type="revolute"><parent link="a"/>
+    <child link="tip"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
+    </joint></robot>"""
+    side = "robostiff: 1\nsource: chosen here\ntool: tip\njoints:\n"
+    names = '  "finger[0]/base": {stiffness: 10}\n  "finger[0]/tip": {stiffness: 5}\n'
+    robot, _ = _loaded(tmp_path, urdf.replace("</robot>", second), side + names)
+    assert rs.compliance(robot)[4, 4] == pytest.approx(0.3)
+    patterns = '  "finger?0?/[a-t]*": {stiffness: 10}\n'
+    robot, _ = _loaded(tmp_path, urdf.replace("</robot>", second), side + patterns)
+    assert rs.compliance(robot)[4, 4] == pytest.approx(0.2)

@@ -1,0 +1,117 @@
+"""Rigid legs that can move: what they guide is rigid, and what is left is as soft as the others."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff import Status
+from robostiff.model import Actuated, Chain, Leg, Locked, Rigid, Robot, prismatic, revolute
+from robostiff.spatial import Frame
+
+CRANK = """
+<mujoco><compiler angle="degree"/>
+<worldbody>
+ <body name="crank" pos="0 0 0"><joint name="hinge_1" axis="0 0 1"/>
+  <geom type="capsule" size="0.02" fromto="0 0 0 1 0 0"/>
+  <body name="coupler" pos="1 0 0"><joint name="hinge_2" axis="0 0 1"/>
+   <geom type="capsule" size="0.02" fromto="0 0 0 0 1 0"/>
+   <body name="rocker" pos="0 1 0"><joint name="hinge_3" axis="0 0 1"/>
+    <geom type="capsule" size="0.02" fromto="0 0 0 -1 0 0"/></body></body></body>
+</worldbody>
+<equality><connect body1="rocker" body2="world" anchor="-1 0 0"/></equality>
+<actuator><motor joint="hinge_1" gear="10000"/></actuator></mujoco>
+"""
+SIDE = """
+robostiff: 1
+source: chosen here
+tool: coupler
+joints: {hinge_1: {stiffness: 1e4 N m/rad}}
+"""
+TRICEPT = """
+robostiff: 1
+name: guided by a rigid leg
+source: chosen here
+parameters: {R: 500 mm, r: 200 mm, h: 1 m, k: 1e8 N/m}
+home: {at: [0, 0, h]}
+coordinates: [x, y, z]
+legs:
+  - name: centre
+    chain:
+      - {type: universal, axes: [x, y], role: passive}
+      - {type: prismatic, axis: z, role: passive, home: h}
+  - repeat: {count: 3, variable: i, name: strut}
+    let: {phi: i*120 deg}
+    base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
+    chain:
+      - {type: universal, axes: [y, x], role: passive}
+      - {type: prismatic, axis: z, role: actuated, stiffness: k}
+      - {type: spherical, role: passive}
+    platform: {at: [r*cos(phi), r*sin(phi), 0]}
+"""
+
+
+@pytest.fixture
+def crank(tmp_path: Path) -> Path:
+    (tmp_path / "crank.xml").write_text(CRANK)
+    (tmp_path / "crank.stiffness.yaml").write_text(SIDE)
+    return tmp_path / "crank.xml"
+
+
+@pytest.fixture
+def tricept(tmp_path: Path) -> Any:
+    (tmp_path / "tricept.yaml").write_text(TRICEPT)
+    return rs.load(tmp_path / "tricept.yaml")
+
+
+def test_a_rigid_rocker_leaves_the_compliance_of_the_crank(crank: Path):
+    """The crank of 1 m, on 1e4 N m/rad, gives way along y alone, as of the linkage."""
+    found = rs.stiffness(rs.load(crank))
+    C = np.zeros((6, 6))
+    C[1, 1] = 1e-4
+    assert found.status == Status.RIGID_DIRECTION
+    np.testing.assert_allclose(found.compliance, C, rtol=0, atol=1e-18)
+    np.testing.assert_allclose(
+        rs.stiffness(rs.load_linkage(crank)).compliance, C, rtol=0, atol=1e-18
+    )
+
+
+def test_a_rigid_guide_leaves_the_compliance_of_the_struts(tricept: Robot):
+    """Three struts of 1e8 N/m at c = h / L to the vertical: C_zz = 1 / (3 k c^2)."""
+    found = rs.stiffness(tricept)
+    assert found.status == Status.RIGID_DIRECTION
+    slope = 1 / (0.3**2 + 1)
+    assert found.compliance is not None
+    assert found.compliance[2, 2] == pytest.approx(1 / (3 * 1e8 * slope), rel=1e-12)
+    assert not np.any(found.compliance[5])  # the guide does not let it turn about itself
+    C = rs.deflection(tricept, wrench=np.array([0, 0, 100.0, 0, 0, 0])).twist
+    assert C[2] == pytest.approx(100 * found.compliance[2, 2], rel=1e-12)
+
+
+def test_at_many_poses_and_once_a_record_would_pay_the_answer_is_the_same(tricept: Robot):
+    pose = [0.05, -0.02, 1.02]
+    first = rs.stiffness(tricept, pose)
+    many = rs.stiffness(tricept, np.tile(pose, (30, 1)))
+    assert set(many.status_codes.tolist()) == {int(Status.RIGID_DIRECTION)}
+    for _ in range(25):
+        last = rs.stiffness(tricept, pose)
+    np.testing.assert_allclose(last.compliance, first.compliance, rtol=1e-12, atol=1e-22)
+
+
+def leg(name: str, role: Any) -> Leg:
+    slide = prismatic([0, 0, 1], role, name="slide")
+    return Leg(name, Frame.identity(), Chain((slide,)), Frame.identity())
+
+
+def test_a_rigid_leg_that_cannot_move_and_a_robot_without_compliance_are_refused():
+    with pytest.raises(rs.InputError, match="'a': got 'no compliance at all'"):
+        leg("a", Actuated())
+    with pytest.raises(rs.InputError, match="'a': got 'no compliance at all'"):
+        leg("a", Locked())
+    with pytest.raises(rs.InputError, match="'a': got 'no compliance at all'"):
+        Robot("robot", (leg("a", rs.Passive()), leg("b", rs.Passive())), home=Frame.identity())
+    hinge = Chain((revolute([0, 0, 1], rs.Passive(), name="hinge"), Rigid(Frame.identity())))
+    with pytest.raises(rs.InputError, match="'arm': got 'no compliance at all'"):
+        Robot("robot", (Leg("arm", Frame.identity(), hinge, Frame.identity()),))
