@@ -78,7 +78,7 @@ def pytest_collection_modifyitems(
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """A worker of xdist tells what it has left out."""
     if hasattr(session.config, "workeroutput"):
-        session.config.workeroutput["left out"] = session.config.stash.get(_LEFT_OUT, {})
+        session.config.workeroutput["left out"] = dict(session.config.stash.get(_LEFT_OUT, {}))
 
 
 @pytest.hookimpl(optionalhook=True)

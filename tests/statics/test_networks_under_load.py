@@ -95,6 +95,39 @@ def test_elements_of_a_beam_in_a_graph_by_how_it_is_held():
     assert 1e-5 < found / 20.190729 - 1 < 5e-4  # with inner modes
 
 
+@pytest.mark.parametrize("post", ["upwards", "downwards"])
+def test_the_energy_of_a_network_is_the_same_whichever_body_is_the_platform(post: str):
+    """Beams that begin at the platform, or end at the base, are measured as all others are."""
+    portal = rs.load(EXAMPLES / "portal.json")
+    if post == "downwards":
+        turned = [
+            replace(
+                e,
+                **{"a": e.b, "b": e.a, "start": e.end, "end": e.start},
+                rotation=e.rotation * np.array([-1.0, 1, -1]),
+            )
+            if e.name == "right post"
+            else e
+            for e in portal.beams
+        ]
+        portal = replace(portal, beams=tuple(turned))
+    loads = {"corner": [2400.0, 1200, -1.6e4], "top": [1600.0, -720, -8e3]}
+    answers = []
+    for name in ("corner", "top"):
+        point = next(node.point for node in portal.nodes if node.name == name)
+        subject = replace(portal, platform=name, reference_point=np.asarray(point, dtype=float))
+        answers.append(loaded(subject, loads=loads))
+    one, other = answers
+    assert np.abs(one.displacement).max() > 0.01
+    assert np.isclose(one.energy, other.energy, rtol=1e-11)
+    energies = [{part.part: part.energy for part in own.parts} for own in answers]
+    assert energies[0] == pytest.approx(energies[1], rel=1e-9)
+    corner = np.asarray(portal.nodes[-1].point, dtype=float)
+    places = [own.places.nodes["corner"].of(corner) for own in answers]
+    assert np.allclose(*places, rtol=0, atol=1e-11)
+    assert np.allclose(places[0] - corner, one.displacement[:3], rtol=0, atol=1e-12)
+
+
 def test_a_shipped_network_has_its_linear_stiffness_at_rest():
     network = rs.load("double-pantograph")
     K = rs.stiffness(network).K

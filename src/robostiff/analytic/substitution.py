@@ -250,6 +250,6 @@ def refuse_failing(conditions: Iterable[Any], put_in: Substitution, subject: str
         if not number.is_real or number <= 0:
             raise InputError(
                 f"{subject} at these values",
-                got=f"{number.evalf(6)} for what is positive where {condition.words}",
+                got=f"a condition that fails: {number.evalf(6)} is not positive",
                 expected=f"values at which {condition.words}",
             )

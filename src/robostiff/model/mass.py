@@ -111,6 +111,23 @@ class Mass:
         centre = frame.p if self.centre is None else frame.p + frame.R @ self.centre
         return replace(self, centre=centre, inertia=inertia)
 
+    def placed(
+        self,
+        name: str,
+        R: np.ndarray,
+        p: np.ndarray,
+        after: int = 0,
+        start: np.ndarray | None = None,
+    ) -> tuple[PlacedMass, ...]:
+        """In the world, where its frame has axes R and origin p: one mass, with an inertia six."""
+        own = np.zeros(3) if self.centre is None else self.centre
+        return tuple(
+            PlacedMass(
+                name, np.asarray(value), p + np.einsum("...ij,j->...i", R, own + arm), after, start
+            )
+            for value, arm in self.points
+        )
+
     @property
     def points(self) -> tuple[tuple[Any, np.ndarray], ...]:
         """Masses [kg] at places from its centre (3,) [m], which have its inertia together.
@@ -260,11 +277,6 @@ class PlacedMass:
         start = None if self.start is None else one_of(self.start, 1, rows)
         value, centre = one_of(self.value, 0, rows), one_of(self.centre, 1, rows)
         return replace(self, value=value, centre=centre, start=start)
-
-    def from_its_end(self, end: np.ndarray) -> PlacedMass:
-        """The same, where its elastic part is taken as one that begins at its end (3,) [m]."""
-        span = None if self.span is None else (1 - self.span[1], 1 - self.span[0])
-        return replace(self, start=end, span=span)
 
     def lumped(self, parts: int, end: np.ndarray) -> list[PointMass]:
         """The mass as points on bodies whose weights bend its elastic part as it does.

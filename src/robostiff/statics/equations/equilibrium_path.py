@@ -71,6 +71,8 @@ class OnPath:
         if self.step is None or (self.found.factor <= factor and not self.critical):
             return self.found
         first = self.critical[0].factor if self.critical else self.found.factor
+        if first < factor:
+            return equilibrium_at(problem, loading, factor, self.found.state)
         best, low, high = self.step.here, 0.0, self.step.arc
         at_low, at_high = best.factor - factor, max(first, self.found.factor) - factor
         for _ in range(2 * _HALVES):

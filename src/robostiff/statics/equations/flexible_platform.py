@@ -9,7 +9,6 @@ import numpy as np
 
 from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring, PlatformPart
 from robostiff.spatial import skew
-from robostiff.statics.chains.beam_bowing import uniform_beam
 from robostiff.statics.chains.chain import FiniteChain
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.chains.spring_elements import SpringElements
@@ -24,7 +23,9 @@ def on_flexible_platform(
 ) -> LegGroup:
     """Legs that end at nodes: the tool is the platform, all other nodes are bodies between chains.
 
-    `legs` is the group of all legs of the robot.
+    Every part is a chain from its first node to its second. Where one begins at the tool, this is a
+    body between chains, too, and an empty chain leads from there to the platform. `legs` is the
+    group of all legs of the robot.
     """
     platform = placed.platform
     body = _bodies(platform)
@@ -42,10 +43,12 @@ def on_flexible_platform(
         if start == end:
             continue
         spring = spring_of(part, placed)
-        if start is None:  # chains lead to the tool
-            start, end, spring = end, start, from_its_end(spring)
-        own = elements.of(spring, [()])
-        chains.append(FiniteChain(start, end, tuple(own)))
+        if start is None:
+            start = first + len(names)
+        chains.append(FiniteChain(start, end, tuple(elements.of(spring, [()]))))
+    if any(chain.start == first + len(names) for chain in chains):
+        chains.append(FiniteChain(first + len(names), None, ()))
+        names.append(platform.tool)
     points = [np.asarray(placed.in_world(platform.point_of(name)), dtype=float) for name in names]
     number = len(legs.indices)
     return replace(
@@ -117,14 +120,3 @@ def about_the_tool(
         W[owner] += own
         K[owner] += rate
     return list(W[:, rows]), list(K[:, rows])
-
-
-def from_its_end(spring: PlacedSpring) -> PlacedSpring:
-    """The same part from its other end: of a beam, along its axis turned round about its own z."""
-    C = spring.elasticity.compliance
-    beam = None if spring.elasticity.freedoms.size else uniform_beam(C)
-    if beam is None:
-        return spring
-    x = spring.rotation[:, 0]
-    turned = spring.rotation * np.array([-1.0, -1.0, 1.0])
-    return PlacedSpring(spring.name, spring.point - beam.length * x, turned, spring.elasticity)

@@ -1,7 +1,10 @@
 """Bodies and elements in any arrangement, ready to be loaded: networks, and linkages at a pose.
 
 Every body but base and platform is one between chains, and every beam, spring or joint a chain of
-its own; rigid connections make one body of two. Loops need no tree: each chain closes by itself.
+its own, from its first node to its second, whichever of them the platform is; rigid connections
+make one body of two. Loops need no tree: each chain closes by itself. Chains begin at the base and
+end at the platform: a part that begins at the platform, or ends at the base, has a body between
+chains there, and an empty chain holds both together.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ from robostiff.statics.chains.couplings import FiniteCoupling
 from robostiff.statics.chains.element import Element
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.chains.spring_elements import SpringElements
-from robostiff.statics.equations.flexible_platform import from_its_end, held_together
+from robostiff.statics.equations.flexible_platform import held_together
 from robostiff.statics.loading.from_snapshot import finite_joint
 from robostiff.statics.loading.given_loads import DeadForce, load_vector, weights_of
 
@@ -70,9 +73,6 @@ def group_of(
         if a == b:
             continue
         parts = _parts(element)
-        backwards = a == network.platform or b in network.fixed
-        if backwards:  # chains lead from base to platform
-            a, b, parts = b, a, [_reversed(part) for part in reversed(parts)]
         own: list[Element] = []
         for part in parts:
             if isinstance(part, PlacedFreedom):
@@ -83,10 +83,12 @@ def group_of(
             else:
                 sides = (bodies.outwards(element, node) for node in (element.a, element.b))
                 own += elements.of(part, sides)
-        of_chain = [_carried(m, element, backwards, len(chains), len(own), parts) for m in along]
+        of_chain = [_carried(m, element, len(chains), len(own), parts) for m in along]
         weights = [load for one in of_chain if np.any(gravity) for load in one.weights(gravity)]
         carried += of_chain
-        chains.append(FiniteChain(bodies.number(a), bodies.number(b), tuple(own), tuple(weights)))
+        start, end = bodies.start(a), bodies.end(b)
+        chains.append(FiniteChain(start, end, tuple(own), tuple(weights)))
+    chains += bodies.joining
     couplings = [
         coupled.pushed(0.0 if coupled.is_rigid else left.pop(one.name, 0.0))
         for one in network.couplings
@@ -103,7 +105,7 @@ def group_of(
         (0,),
         (network.name,),
         tuple(chains),
-        tuple(bodies.points[name][None] for name in bodies.between),
+        tuple(bodies.points[name][None] for name in (*bodies.between, *bodies.twice)),
         platform_point,
         network.space.rows,
         couplings=tuple(couplings),
@@ -123,12 +125,14 @@ class _Bodies:
     """Which nodes are one body.
 
     For each node `of_node` has the one that stands for its body: a fixed one, the platform, or any;
-    `between` are those that are neither. Points are those of all nodes [m].
+    `between` are those that are neither, `twice` base and platform where they are between chains,
+    too. Points are those of all nodes [m].
     """
 
     network: Network
     of_node: Mapping[str, str]
     between: tuple[str, ...]
+    twice: tuple[str, ...]
     points: Mapping[str, np.ndarray]
 
     @staticmethod
@@ -145,7 +149,10 @@ class _Bodies:
             )
         bodies = tuple(n for n in dict.fromkeys(own.values()) if n not in (base, network.platform))
         points = {node.name: np.asarray(node.point, dtype=float) for node in network.nodes}
-        return _Bodies(network, own, bodies, points)
+        ends = [(own[e.a], own[e.b]) for e in network.elements if own[e.a] != own[e.b]]
+        twice = [network.platform] if any(a == network.platform for a, _ in ends) else []
+        twice += [base] if any(b == base for _, b in ends) else []
+        return _Bodies(network, own, bodies, tuple(twice), points)
 
     def loaded(self, loads: Mapping[str, Sequence[DeadForce]]) -> dict[str, list[DeadForce]]:
         """Forces at points, by bodies that move."""
@@ -198,6 +205,28 @@ class _Bodies:
         """Of a body between chains; None for base and platform."""
         return self.between.index(body) if body in self.between else None
 
+    def start(self, body: str) -> int | None:
+        """Number of a body at which a chain begins; None for the base."""
+        return self._twice(body) if body == self.network.platform else self.number(body)
+
+    def end(self, body: str) -> int | None:
+        """Number of a body at which a chain ends; None for the platform."""
+        return self.number(body) if body not in self.network.fixed else self._twice(body)
+
+    def _twice(self, body: str) -> int:
+        return len(self.between) + self.twice.index(body)
+
+    @property
+    def joining(self) -> list[FiniteChain]:
+        """Empty chains to the bodies that base and platform are between chains."""
+        platform = self.network.platform
+        return [
+            FiniteChain(self._twice(own), None, ())
+            if own == platform
+            else FiniteChain(None, self._twice(own), ())
+            for own in self.twice
+        ]
+
 
 def _parts(element: NetworkElement) -> list[PlacedSpring | PlacedFreedom]:
     """An element as parts of a chain from its first node to its second."""
@@ -238,16 +267,9 @@ def _coupled(
     ]
 
 
-def _reversed(part: PlacedSpring | PlacedFreedom) -> PlacedSpring | PlacedFreedom:
-    if isinstance(part, PlacedFreedom):
-        return replace(part, axis=-np.asarray(part.axis, dtype=float))
-    return from_its_end(part)
-
-
 def _carried(
     mass: PlacedMass,
     element: NetworkElement,
-    backwards: bool,
     chain: int,
     count: int,
     parts: Sequence[PlacedSpring | PlacedFreedom],
@@ -255,8 +277,6 @@ def _carried(
     """A mass along an elastic part, which is a chain of its own of so many elements."""
     end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
     part = parts[0] if isinstance(parts[0], PlacedSpring) else None
-    if backwards and mass.start is not None:
-        mass, end = mass.from_its_end(end), mass.start
     return CarriedMass(mass, chain, count, count, part, end)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from robostiff.model import PlacedMass, PlacedPlatform
 from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
 from robostiff.statics.chains.legs import LegGroup
-from robostiff.statics.equations.flexible_platform import from_its_end, spring_of
+from robostiff.statics.equations.flexible_platform import spring_of
 from robostiff.statics.loading.given_loads import DeadForce, load_vector
 
 
@@ -62,18 +62,15 @@ def _along_parts(group: LegGroup, placed: PlacedPlatform) -> list[CarriedMass]:
     """Masses of the parts of a platform, each of which is a chain of the last leg."""
     leg = group.indices[-1]
     chains = [c for c, owner in enumerate(group.owners) if owner == len(group.indices) - 1]
-    numbers = {group.chains[c].elements[0].names[0]: i for i, c in enumerate(chains)}
+    named = ((i, group.chains[c].elements) for i, c in enumerate(chains))
+    numbers = {own[0].names[0]: i for i, own in named if own}
     masses, found = placed.masses, []
     for part in placed.platform.parts:
         if part.name not in numbers:
             continue
         chain = group.chains[chains[numbers[part.name]]]
         n = len(chain.elements)
-        backwards = chain.start == group.nodes[part.b]
-        start, end = (placed.in_world(placed.platform.point_of(node)) for node in (part.a, part.b))
-        spring, several = spring_of(part, placed), masses[part.name]
-        if backwards:
-            spring, several = from_its_end(spring), [own.from_its_end(end) for own in several]
-            end = start
-        found += [CarriedMass(m, numbers[part.name], n, n, spring, end, leg) for m in several]
+        spring, end = spring_of(part, placed), placed.in_world(placed.platform.point_of(part.b))
+        for mass in masses[part.name]:
+            found.append(CarriedMass(mass, numbers[part.name], n, n, spring, end, leg))
     return found
