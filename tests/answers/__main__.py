@@ -1,4 +1,4 @@
-"""``python -m tests.answers``: what differs from `answers.json`; with ``--write``, write it anew."""
+"""``python -m tests.answers``: what differs from `answers.json`; ``--write`` writes it anew."""
 
 import json
 import sys

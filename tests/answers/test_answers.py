@@ -1,4 +1,4 @@
-"""The library answers what it did; `python -m tests.answers --write` where it is meant to differ."""
+"""Answers are those written; `python -m tests.answers --write` where they are meant to differ."""
 
 import json
 
