@@ -78,7 +78,7 @@ def pytest_collection_modifyitems(
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """A worker of xdist tells what it has left out."""
     if hasattr(session.config, "workeroutput"):
-        session.config.workeroutput["left out"] = session.config.stash.get(_LEFT_OUT, {})
+        session.config.workeroutput["left out"] = dict(session.config.stash.get(_LEFT_OUT, {}))
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -118,7 +118,11 @@ def _shipped_robots_are_built_once() -> None:
 
     def build_once(document: Any, parameters: Any = None, *, symbols: Any = (), **more: Any) -> Any:
         file, is_symbolic = Path(document.file), symbols is ALL_PARAMETERS
-        if parameters or (symbols and not is_symbolic) or document is not known.get(file):
+        if (
+            parameters
+            or not (is_symbolic or (isinstance(symbols, tuple) and not symbols))
+            or document is not known.get(file)
+        ):
             return build(document, parameters, symbols=symbols, **more)
         key = (file, is_symbolic)
         if key not in built:

@@ -6,11 +6,14 @@ A package lists them once, in its ``__init__.pyi``, where type checkers read the
 from __future__ import annotations
 
 import ast
+import inspect
 import sys
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+
+from robostiff.argument_kinds import names_other_kinds
 
 
 class _Package(ModuleType):
@@ -26,6 +29,9 @@ class _Package(ModuleType):
             value = import_module(f"{home}.{own_name}")
         else:
             value = getattr(import_module(home), own_name)
+            public = sys.modules["robostiff"]._homes.values()
+            if (home, own_name) in public or (self.__name__, name) in public:
+                value = _naming_other_kinds(import_module(home), own_name, value)
         super().__setattr__(name, value)
         return value
 
@@ -36,6 +42,16 @@ class _Package(ModuleType):
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *self._homes})
+
+
+def _naming_other_kinds(home: ModuleType, name: str, value: Any) -> Any:
+    """A public function, or a class by its constructor, that names arguments of other kinds."""
+    if inspect.isfunction(value):
+        value = names_other_kinds(value)
+        setattr(home, name, value)
+    elif inspect.isclass(value) and inspect.isfunction(value.__init__):
+        value.__init__ = names_other_kinds(value.__init__)
+    return value
 
 
 def import_on_demand(package: str) -> None:

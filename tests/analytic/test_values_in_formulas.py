@@ -20,6 +20,7 @@ from robostiff.analytic import (
     differentiate,
     substitution,
 )
+from robostiff.analytic.export import derivation_text
 from robostiff.errors import InputError
 
 R, r, h, k = sp.symbols("R r h k", positive=True)
@@ -323,3 +324,28 @@ def test_a_design_whose_legs_do_not_reach_is_refused_where_its_root_cancels():
     for evaluate in (formula.substituted, formula.subs):
         with pytest.raises(rs.InputError, match=r"got 'a negative stiffness -.*expected values at"):
             evaluate(apart)
+
+
+@pytest.mark.parametrize(("name", "put"), [("delta", {"R": 0.2}), ("six-joint-arm", {"q2": 0.3})])
+def test_values_keep_a_formula_in_vectors(name, put):
+    """One leg, the table and the sum were lost: K was printed in named steps."""
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    general = rs.derive(robot, pose=rs.AtSymbols())
+    derivation = general.subs(put)
+    form = derivation.vectors or derivation.in_series
+    assert form is not None
+    values = {x.name: robot.nominal.get(x.name, 0.05) for x in derivation.symbols}
+    values |= {"z": 0.5} if "z" in values else {}
+    expected = np.array(general.substituted(values | put), dtype=float)
+    assert form.stiffness(values) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+    assert not set(put) & {x.name for x in derivation.symbols}
+    assert len(derivation_text(derivation)) <= len(derivation_text(general))
+
+
+def test_a_condition_that_fails_is_said_with_its_value():
+    formula = rs.derive("tripteron")
+    usual = {"d": 0.3, "e": 0.1, "k": 1e6, "l": 0.1}
+    with pytest.raises(InputError, match=r"fails: -0\.\d+ is not positive.*neither stretched nor"):
+        formula.subs(usual)
+    with pytest.raises(rs.NoAnswerError, match=r"neither stretched nor folded.* should be > 0"):
+        formula.lambdify()(**{s.name: usual[s.name] for s in formula.symbols})

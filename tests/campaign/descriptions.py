@@ -39,7 +39,7 @@ class Tree:
     side: np.ndarray  # stiffness in the side file, 0 for none
     springs: np.ndarray  # in the MJCF file
     servos: np.ndarray  # (n, 2): kp and gear
-    armatures: np.ndarray
+    armatures: np.ndarray  # of joints with a servo
 
 
 def _random_tree(rng: np.random.Generator, urdf: bool) -> Tree:
@@ -68,7 +68,7 @@ def _random_tree(rng: np.random.Generator, urdf: bool) -> Tree:
         side,
         springs,
         servos,
-        np.zeros(n) if urdf else np.where(rng.uniform(size=n) < 0.3, rng.uniform(0, 0.3, n), 0),
+        np.where(servos[:, 0] > 0, rng.uniform(0, 0.3, n) * (rng.uniform(size=n) < 0.5), 0.0),
     )
 
 
@@ -174,7 +174,7 @@ def described(rng: np.random.Generator) -> list[Complaint]:
     text = _urdf(tree) if urdf else _mjcf(tree)
     n = len(tree.kinds)
     joints = {
-        f"j{i}": {"role": "locked", "stiffness": float(k)} for i, k in enumerate(tree.side) if k
+        f"j{i}": {"role": "actuated", "stiffness": float(k)} for i, k in enumerate(tree.side) if k
     }
     side: dict[str, Any] = {"robostiff": 1, "source": "random", "tool": f"b{n}"}
     side |= {"joints": joints} if joints else {}

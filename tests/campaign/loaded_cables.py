@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -39,9 +41,10 @@ def cable_robot(rng: np.random.Generator) -> list[Complaint]:
     """Seven to ten cables under a wrench, some of them slack."""
     robot = random_robot(int(rng.integers(2**31)), int(rng.integers(7, 11)))
     pose, judge = rng.uniform(-0.2, 0.2, 6), Judge(None, _LENGTH, False)
+    _in_a_batch(rng, robot, pose, judge)
     at_rest = rs.cable_tensions(robot, pose)
     if at_rest.status & rs.Status.INFEASIBLE:
-        return []
+        return judge.complaints
     bodies = suspended(robot, pose, np.ravel(at_rest.tensions))
     try:
         free = minimum(bodies, np.zeros(6))
@@ -50,11 +53,11 @@ def cable_robot(rng: np.random.Generator) -> list[Complaint]:
         F *= 10 ** rng.uniform(-5, -1.5) / np.max(np.abs(C @ F))
         truth = minimum(bodies, F)
     except NoMinimumError:
-        return []
+        return judge.complaints
     K = rs.stiffness(robot, pose)
     curved = curvatures(bodies, free.state)
     if curved[0] < 1e-6 * curved[-1] or K.status != rs.Status.OK:
-        return []
+        return judge.complaints
     off = judge.distance(0.5 * (K.K + K.K.T), np.linalg.inv(C))
     if not off <= 1e-6:
         judge.say("cables", "another K at rest", f"{off:.1e}")
@@ -68,3 +71,13 @@ def cable_robot(rng: np.random.Generator) -> list[Complaint]:
         slack = sum(1 for cable in found.springs if cable.tension <= 0)
         judge.say("cables", "another place", f"{off:.1e} of {moved:.1e}, {slack} slack")
     return judge.complaints
+
+
+def _in_a_batch(rng: np.random.Generator, robot: Any, pose: np.ndarray, judge: Judge) -> None:
+    """The same status and K beside other poses."""
+    batch = rs.cable_stiffness(robot, np.vstack([np.zeros(6), pose, rng.uniform(-0.2, 0.2, 6)]))
+    one = rs.cable_stiffness(robot, pose)
+    if int(one.status) != int(batch.status_codes[1]):
+        judge.say("cables", "another status in a batch", str(one.status))
+    elif bool(one.answered) and not judge.distance(batch[1].K, one.K) <= 1e-9:
+        judge.say("cables", "another K in a batch", str(one.status))

@@ -27,6 +27,7 @@ from robostiff.model import (
     revolute,
 )
 from robostiff.spatial import Frame
+from tests.campaign import loaded_cables
 from tests.campaign.answers import Complaint, Judge
 
 _RADIUS = 0.02
@@ -203,28 +204,9 @@ def _linkage(rng: np.random.Generator) -> tuple[list[Complaint], _TEXT]:
     return judge.complaints, text
 
 
-def _cables(rng: np.random.Generator) -> tuple[list[Complaint], _TEXT]:
-    """Cables: K against the energy's second derivative, alone and in a batch."""
-    from tests.cables.machines import random_robot
-
-    robot = random_robot(int(rng.integers(2**31)), int(rng.integers(7, 10)))
-    poses = np.vstack([np.zeros(6), rng.uniform(-0.2, 0.2, (3, 6))])
-    batch = rs.cable_stiffness(robot, poses)
-    judge = Judge(None, 1.0, False)
-    row = int(rng.integers(4))
-    one = rs.cable_stiffness(robot, poses[row])
-    if int(one.status) != int(batch.status_codes[row]):
-        judge.say("cables", "another status in a batch", f"row {row}: {one.status}")
-    elif bool(one.answered):
-        off = judge.distance(batch[row].K, one.K)
-        if not off <= 1e-9:
-            judge.say("cables", "another K in a batch", f"row {row}: {off:.2e}")
-    return judge.complaints, {"robot.txt": repr(robot)}
-
-
 KINDS: dict[str, Callable[[np.random.Generator], tuple[list[Complaint], _TEXT]]] = {
     "MJCF": lambda rng: _tree(rng, False),
     "URDF": lambda rng: _tree(rng, True),
     "linkage": _linkage,
-    "cables": _cables,
+    "cables": lambda rng: (loaded_cables.cable_robot(rng), {}),
 }

@@ -49,6 +49,7 @@ class Patch:
 
     def __init__(self) -> None:
         self._before: list[tuple[Any, str, Any]] = []
+        self._functions: list[tuple[Any, Any]] = []
 
     def set(self, owner: Any, name: str, value: Any) -> None:
         """An attribute of a class, an object or a module."""
@@ -59,10 +60,8 @@ class Patch:
         """A function of a module, wherever else it was imported, by what is made of it."""
         old = getattr(module, name)
         new = changed(old)
-        for other in [m for n, m in sys.modules.items() if n.startswith("robostiff")]:
-            for own, value in list(vars(other).items()):
-                if value is old:
-                    self.set(other, own, new)
+        self._functions.append((old, new))
+        _exchange(old, new)
 
     def method(self, owner: type, name: str, changed: Callable[[Any], Any]) -> None:
         """A method or property of a class."""
@@ -75,9 +74,22 @@ class Patch:
             self.set(owner, name, changed(old))
 
     def undo(self) -> None:
-        """As it was."""
+        """As it was, in modules too that were imported in between."""
+        for old, new in self._functions:
+            _exchange(new, old)
         for owner, name, value in reversed(self._before):
             _set(owner, name, value)
+
+
+def _modules() -> list[Any]:
+    return [module for name, module in sys.modules.items() if name.startswith("robostiff")]
+
+
+def _exchange(old: Any, new: Any) -> None:
+    for module in _modules():
+        for own, value in list(vars(module).items()):
+            if value is old:
+                setattr(module, own, new)
 
 
 def _set(owner: Any, name: str, value: Any) -> None:
@@ -196,8 +208,7 @@ def _no_shear(patch: Patch) -> None:
 
 
 def _wide_tolerance(patch: Patch) -> None:
-    first, *rest = Tolerance.__init__.__defaults__ or ()
-    patch.set(Tolerance.__init__, "__defaults__", (100 * first, *rest)) if False else None
+    first = tolerance.DEFAULT_TOLERANCE.independence
     patch.set(tolerance.DEFAULT_TOLERANCE, "independence", 100 * first)
 
 
@@ -261,7 +272,7 @@ def _no_guard(patch: Patch) -> None:
         return lambda checks, count, general: np.zeros(count, dtype=bool)
 
     patch.function(compiled_answer, "_unsafe", changed)
-    patch.set(compiled_answer, "_SAFE", -1.0)
+    patch.set(compiled_answer, "_SAFE", np.inf)
 
 
 def _pitch_sign(patch: Patch) -> None:
@@ -323,7 +334,14 @@ def _weights_at_ends(patch: Patch) -> None:
 def _bowing(patch: Patch) -> None:
     from robostiff.statics.chains import beam_bowing
 
-    patch.function(beam_bowing, "shortening", lambda of: lambda L: of(L) * 0.8)
+    def changed(of: Any) -> Any:
+        def wrong(*given: Any, **how: Any) -> Any:
+            shorter, stiffnesses = of(*given, **how)
+            return 0.8 * shorter, stiffnesses
+
+        return wrong
+
+    patch.function(beam_bowing, "bowing", changed)
 
 
 def _chunk_offset(patch: Patch) -> None:
@@ -393,12 +411,6 @@ def _law_tangent(patch: Patch) -> None:
     patch.method(rs.ForceLaw, "tangent", lambda of: lambda self, q: of(self, 0.0))
 
 
-def _armature(patch: Patch) -> None:
-    from robostiff.elasticity import material
-
-    del material, patch
-
-
 PLANTS = (
     Plant("sign of the cross product in `Screw.twist`, eq. (17)", _screw_cross, "coupled joints"),
     Plant("sign of the arm in `twist_transport`, eq. (13)", _transport, "robots frozen at a pose"),
@@ -412,7 +424,7 @@ PLANTS = (
     Plant("forces at the part, not at their point", _force_at_part, "robots under loads"),
     Plant("kernels without margins", _no_guard, "shipped robots by kernel"),
     Plant("sign of the pitch of screws", _pitch_sign, "legs and arms"),
-    Plant("axes of springs transposed", _spring_axes, "legs and arms"),
+    Plant("axes of springs transposed", _spring_axes, "robots under loads"),
     Plant("twice the energy of parallel blocks", _block_energy, "robots frozen at a pose"),
     Plant("slack cables push", _cables_push, "cables", 400),
     Plant("weights of beams at their ends", _weights_at_ends, "frames under loads"),
@@ -436,9 +448,19 @@ def planted(plant: Plant) -> Iterator[None]:
     patch = Patch()
     try:
         plant.plant(patch)
+        _forget()
         yield
     finally:
         patch.undo()
+        _forget()
+
+
+def _forget() -> None:
+    """Results that functions of the library keep."""
+    for module in _modules():
+        for own in list(vars(module).values()):
+            if callable(clear := getattr(own, "cache_clear", None)):
+                clear()
 
 
 def found(plant: Plant) -> tuple[int, Complaint] | None:

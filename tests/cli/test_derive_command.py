@@ -228,7 +228,7 @@ def test_an_interrupt_ends_with_130():
 def test_json_is_a_short_word_for_the_format():
     command = ("3-rpr", "--symbols", "none", "--steps")
     assert run(*command, "--json").stdout == run(*command, "--format", "json").stdout
-    assert json.loads(run(*command, "--json").stdout)["schema"] == "robostiff derive 1"
+    assert json.loads(run(*command, "--json").stdout)["schema"] == "robostiff derive 2"
     assert run(*command, "--json", "--format", "c").exit_code == 2
     program = run(*command, "--json", "-o", "stiffness.c")
     assert program.exit_code == 2
@@ -286,3 +286,12 @@ def test_a_load_with_units_is_that_of_numbers():
     assert refused.exit_code == 2
     assert "no question beside it" in refused.stderr
     assert "3" in run("planar-link", "--wrench", "1 kN").stderr
+
+
+def test_a_snippet_is_the_formula_alone():
+    found = run("planar-link", "--snippet")
+    assert found.exit_code == 0, found.stderr
+    assert found.stdout == rs.derive("planar-link").latex()
+    refused = run("planar-link", "--snippet", "--format", "c")
+    assert refused.exit_code == 2
+    assert "the formula alone, in LaTeX" in refused.stderr

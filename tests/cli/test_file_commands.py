@@ -267,3 +267,37 @@ def test_results_for_matlab_need_a_file_and_a_pose_in_reach(tmp_path):
     far = ["--pose", "1 0 0.3", "--to", "matlab", "-o", str(tmp_path / "far.mat")]
     assert run("convert", "3-puu", *far).exit_code == 1
     assert not (tmp_path / "far.mat").exists()
+
+
+def test_a_file_that_is_replaced_keeps_its_permissions_and_links():
+    Path("private.json").write_text("{}")
+    Path("private.json").chmod(0o600)
+    Path("link.json").symlink_to("private.json")
+    assert run("convert", "planar-link", "-o", "link.json", "--overwrite").exit_code == 0
+    assert Path("link.json").is_symlink()
+    assert json.loads(Path("private.json").read_text())["name"] == "planar-link"
+    assert Path("private.json").stat().st_mode & 0o777 == 0o600
+    assert [path.name for path in Path().iterdir()] in (
+        ["private.json", "link.json"],
+        ["link.json", "private.json"],
+    )
+
+
+@pytest.mark.parametrize("output", ["arm.yaml", "./arm.yaml", "link.yaml"])
+def test_a_file_that_is_read_is_not_replaced(output):
+    text = robot_file("planar-link").read_text()
+    Path("arm.yaml").write_text(text)
+    Path("link.yaml").symlink_to("arm.yaml")
+    for command in (("convert", "--to", "snapshot"), ("derive", "--format", "text")):
+        message = refused(*command, "arm.yaml", "-o", output, "--overwrite")
+        assert "expected another file than those that are read" in message
+    assert Path("arm.yaml").read_text() == text
+
+
+def test_names_of_files_may_have_255_bytes():
+    assert run("convert", "planar-link", "-o", "a" * 250 + ".json").exit_code == 0
+    assert json.loads(Path("a" * 250 + ".json").read_text())["name"] == "planar-link"
+    long_ending = "b." + "c" * 253
+    assert run("derive", "planar-link", "--format", "text", "-o", long_ending).exit_code == 0
+    assert Path(long_ending).is_file()
+    assert "--output: got" in refused("convert", "planar-link", "-o", "d" * 256)

@@ -52,7 +52,7 @@ WRONG = {
         '"k": 2e6, "E": 2e11',
         "8:87: legs[0].chain[2].E: unknown key: expected one of kind, point, axis, "
         "type, k, pitch, name, "
-        "note",
+        "note, inertia",
     ),
     "missing key": (
         ', "J": 7e-8',

@@ -8,9 +8,7 @@ import pytest
 from robostiff import Elbow, InputError
 from robostiff.kinematics import find_posture, place_chain
 from robostiff.kinematics.closure import LegSolver, NewtonTask, leg_solvers
-from robostiff.kinematics.closure.post import Post
-from robostiff.kinematics.closure.rod import Rod
-from robostiff.kinematics.closure.strut import Strut
+from robostiff.kinematics.closure.leg_forms import Post, Rod, Strut
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Joint, JointKind, PlacedFreedom
 from tests.generators.legs import (

@@ -13,8 +13,7 @@ import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.errors import InputError
 from robostiff.linkage import Connection, Linkage, close
-from robostiff.linkage.bodies import Bodies
-from robostiff.linkage.closure import _Loops
+from robostiff.linkage.closure import Bodies, _Loops
 from robostiff.model import (
     Actuated,
     Joint,

@@ -153,7 +153,7 @@ def test_loads_and_reactions_are_in_equilibrium(name: str):
             total = np.append(force, np.cross(place, force))[list(rows)]
             for foot, F in found.reactions.items():
                 total = total + move_wrench(F, -points[foot][:d])
-            assert_allclose(total, 0, atol=1e-8 * np.linalg.norm(force))
+            assert_allclose(total, 0, atol=1e-8 * float(np.linalg.norm(force)))
 
 
 def test_a_planar_frame_is_as_in_space():

@@ -20,7 +20,6 @@ from tests.generators.metric import distance
 from tests.network.frames import BAR, STEEL, ball, nodes, turning
 from tests.other_programs import command
 
-pytestmark = pytest.mark.needs("CalculiX")
 _PORTAL = str(Path(__file__).parents[2] / "examples" / "portal.json")
 _WRIST = str(Path(__file__).parents[2] / "examples" / "bevel-wrist.yaml")
 _ROW = re.compile(r"^ +[12] +(\S+) +(\S+) +(\S+)$", re.MULTILINE)
@@ -45,6 +44,7 @@ def by_calculix(path: Path, rows: list[int]) -> np.ndarray:
     return twists[:, rows].T
 
 
+@pytest.mark.needs("CalculiX")
 @pytest.mark.parametrize(
     "name",
     [
@@ -63,6 +63,7 @@ def test_written_models_have_our_compliance(name, tmp_path):
     assert distance(by_calculix(path, list(robot.space.rows)), compliance(robot)) < 1e-6
 
 
+@pytest.mark.needs("CalculiX")
 def test_loops_redundant_constraints_and_a_rod_that_spins(tmp_path):
     """A door on two rigid hinges, held by a spring of a full matrix and by a rod on ball joints."""
     wall, door, low, high = nodes(wall=[0, 0, 0], door=[0.5, 0, 1], low=[1, 1, 0], high=[1, 0, 1])

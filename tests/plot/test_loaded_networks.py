@@ -6,9 +6,9 @@ import pytest
 import robostiff as rs
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import network_motion
-from robostiff.plot.loaded_network import motions_of
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import Arrow, Marks, Path
+from robostiff.plot.structures import motions_of
 from tests.statics.robots_under_load import loaded
 
 STRUCTURES = ("double-pantograph", "examples/portal.json")

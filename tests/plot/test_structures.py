@@ -8,20 +8,18 @@ import pytest
 import robostiff as rs
 from robostiff.kinematics import freedom_twist
 from robostiff.network import network_of_snapshot
-from robostiff.plot.cable_robot import cable_scene
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.geometry.displacement import finite_motion, motion_under, network_motion
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
-from robostiff.plot.posed_robot import robot_picture
-from robostiff.plot.structures import network_scene
+from robostiff.plot.posed_robot import picture_of_robot, robot_picture
 from tests.plot.machines import robot
 
 
 def test_every_cable_runs_from_its_eyelet_to_the_platform():
     known = robot("cable-8")
     pose = [0.3, 0.1, 1.2, 0, 0, 0]
-    lines = [one for one in cable_scene(rs.stiffness(known, pose)).items if isinstance(one, Path)]
+    lines = [one for one in picture_of_robot(known, pose).items if isinstance(one, Path)]
     assert len(lines) == 8
     for line, cable in zip(lines, known.cables, strict=True):
         np.testing.assert_allclose(line.points[0], cable.exit_point, atol=1e-12)
@@ -31,7 +29,7 @@ def test_every_cable_runs_from_its_eyelet_to_the_platform():
 
 def test_every_joint_of_a_network_is_marked_where_it_is():
     network = robot("double-pantograph")
-    scene = network_scene(network)
+    scene = picture_of_robot(network)
     names = [name for one in scene.items if isinstance(one, Marks) for name in one.about]
     for joint in network.joints:
         for freedom in joint.freedoms:
@@ -147,7 +145,7 @@ def test_nodes_of_a_flexible_platform_rest_where_small_loads_move_them():
 def test_a_loaded_cable_robot_is_drawn_where_it_rests():
     known = robot("cable-8")
     found = rs.cable_response(known, None, [300, 0, 200, 0, 0, 0])
-    scene = cable_scene(found, exaggeration=1.0)
+    scene = picture_of_robot(known, None, found, exaggeration=1.0)
     assert found.after is not None
     lines = [one for one in scene.items if isinstance(one, Path)]
     drawn = {one.about.partition(":")[0]: one for one in lines if one.about}
@@ -171,7 +169,8 @@ def test_a_cable_robot_in_equilibrium_is_drawn_as_its_response_is(name, pose, lo
     assert isinstance(rest, rs.Equilibrium)
     assert found.slack
     for times in (1.0, 20.0):
-        one, other = equilibrium_picture(rest, exaggeration=times), cable_scene(found, times)
+        one = equilibrium_picture(rest, exaggeration=times)
+        other = picture_of_robot(known, pose, found, exaggeration=times)
         assert one.title == f"{name} under load"
         ways = [[own for own in scene.items if isinstance(own, Path)] for scene in (one, other)]
         for a, b in zip(*ways, strict=True):

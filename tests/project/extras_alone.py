@@ -3,11 +3,10 @@
     python tests/project/extras_alone.py                  all, at the newest and lowest versions
     python tests/project/extras_alone.py plot view        these, at both
 
-In each environment every public name is imported, and the commands of the pages about its extra run
-(``pip install 'robostiff[...]'`` makes a page one about an extra); those of all pages in the base
-and with all extras. A command that needs another extra must say so in one line, with exit status 2,
-and its page must name that extra. This script needs
-the package uv.
+In each environment every public name is imported, and the commands of the pages about its extra
+run (``pip install 'robostiff[...]'`` makes a page one about an extra); those of all pages in the
+base. With all extras together, `make test` runs them. A command that needs another extra must say
+so in one line, with exit status 2, and its page must name that extra. This needs the package uv.
 """
 
 from __future__ import annotations
@@ -91,8 +90,9 @@ class Environment:
     @property
     def pages(self) -> list[Path]:
         """Those whose commands are run."""
-        about = [page for page in PAGES if self.extra in named_extras(page.read_text("utf-8"))]
-        return PAGES if self.extra in {BASE, ALL} else [p for p in about if p.name != "README.md"]
+        if self.extra == BASE:
+            return PAGES if self.versions == "newest" else PAGES[:1]
+        return [page for page in PAGES if self.extra in named_extras(page.read_text("utf-8"))]
 
     def install(self, wheel: Path) -> None:
         """The wheel with its extra, and nothing else; wheels alone, as no one has a compiler."""
@@ -111,8 +111,8 @@ class Environment:
         found = [] if done.returncode == 0 else [f"public names: {done.stderr[-800:]}"]
         for page in self.pages:
             folder = self.folder / page.stem
-            for name in ("docs", "examples"):
-                shutil.copytree(ROOT / name, folder / name)
+            shutil.copytree(ROOT / "examples", folder / "examples")
+            shutil.copytree(ROOT / "docs", folder / "docs", ignore=shutil.ignore_patterns("_*"))
             lacking: set[str] = set()  # files that a refused command would have written
             for call in commands(page):
                 words = shlex.split(call, comments=True)

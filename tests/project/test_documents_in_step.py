@@ -123,3 +123,26 @@ def test_constraints_hold_every_dependency():
     pinned = {line.partition("==")[0].lower() for line in document("constraints.txt").splitlines()}
     pinned = {name.replace("_", "-") for name in pinned}
     assert names - {"robostiff"} <= pinned  # the extra `all` is made of the others
+
+
+def test_the_hook_for_ruff_has_the_version_of_the_constraints():
+    (pinned,) = re.findall(r"^ruff==\S+$", document("constraints.txt"), re.MULTILINE)
+    hooks = YAML(typ="safe").load(document(".pre-commit-config.yaml"))["repos"][0]["hooks"]
+    assert [hook["id"] for hook in hooks] == ["ruff-check", "ruff-format"]
+    assert all(hook["additional_dependencies"] == [pinned] for hook in hooks)
+
+
+def test_hosted_checks_run_every_version_of_python_and_the_targets_of_everywhere():
+    jobs = YAML(typ="safe").load(document(".github/workflows/checks.yml"))["jobs"]
+    matrix = jobs["test"]["strategy"]["matrix"]
+    listed = tomllib.loads(document("pyproject.toml"))["project"]["classifiers"]
+    assert [f"Programming Language :: Python :: {version}" for version in matrix["python"]] == [
+        one for one in listed if "Python :: 3." in one
+    ]
+    systems = {*matrix["system"], *(more["system"] for more in matrix["include"])}
+    assert {name.partition("-")[0] for name in systems} == {"ubuntu", "macos", "windows"}
+    targets = set(re.findall(r"^([a-z]+):", document("Makefile"), re.MULTILINE))
+    called = {step["run"] for job in jobs.values() for step in job["steps"] if "run" in step}
+    made = {line.removeprefix("make ") for line in called if line.startswith("make ")}
+    assert {"demo", "test"} <= made <= targets
+    assert "bash .ci/run" in called

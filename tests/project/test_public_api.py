@@ -209,7 +209,8 @@ def test_type_checkers_read_the_same_names_from_the_same_places():
     imported = {name.asname: node.module for node in imports for name in node.names}
     assert set(imported) == {*rs.__all__, "plot"}
     for name, home in imported.items():
-        assert getattr(import_module(str(home)), str(name)) is getattr(rs, str(name))
+        public = getattr(rs, str(name))
+        assert getattr(import_module(str(home)), str(name)) is public
 
 
 def test_public_names_are_documented():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.record import Entry, Program, Record
-from robostiff.recorded.sparse_elimination import LinearEquation, SparseElimination
+from robostiff.recorded.newton_step import LinearEquation, SparseElimination
 
 #: Which unknowns stand in which equation; x and y first, then what couples them.
 PATTERN = (("x", "y"), ("x", "y", "u"), ("x", "v"), ("y", "u", "v"), ("u", "v", "x"))

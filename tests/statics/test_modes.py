@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, eigh, expm
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 import robostiff as rs
 from robostiff.elasticity import BeamTheory, EulerBernoulli, Timoshenko, circle
@@ -80,8 +80,8 @@ def exact_frequencies(
     grid = (np.linspace(0.5, 12, 400) / L) ** 4 * EI / per_length
     signs = [np.sign(free_end(square)) for square in grid]
     changes = [i for i in range(len(grid) - 1) if signs[i] != signs[i + 1]]
-    found = [brentq(free_end, grid[i], grid[i + 1], rtol=1e-13) for i in changes[:count]]
-    return [np.sqrt(square) / TURN for square in found]
+    roots = [root_scalar(free_end, bracket=(grid[i], grid[i + 1])).root for i in changes[:count]]
+    return [float(np.sqrt(square)) / TURN for square in roots]
 
 
 def test_mass_at_the_tip_of_a_beam():

@@ -22,6 +22,7 @@ from robostiff.spatial import (
     move_twist,
     move_wrench,
 )
+from robostiff.spatial.rotation import matrix_of_rotation, rigid_transform
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
@@ -101,10 +102,10 @@ class RobotStiffness(InNotebooks):
         """Pose of the platform as a rigid transform, or as a batch of them; None for a snapshot."""
         if self.pose is None:
             return None
-        from scipy.spatial.transform import RigidTransform, Rotation
-
-        turn = Rotation.from_rotvec(self.pose[..., 3:])
-        return RigidTransform.from_components(self.pose[..., :3], turn)
+        T = np.zeros((*self.pose.shape[:-1], 4, 4))
+        T[..., :3, :3] = matrix_of_rotation(self.pose[..., 3:])
+        T[..., :3, 3], T[..., 3, 3] = self.pose[..., :3], 1.0
+        return rigid_transform(T)
 
     @property
     def K(self) -> np.ndarray:

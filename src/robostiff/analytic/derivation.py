@@ -53,9 +53,47 @@ class Formula(ABC):
         """The given symbols as a set, as SymPy's expressions have them."""
         return set(self.symbols)
 
+    @property
+    def _computed(self) -> Any:
+        """The derivation, or derivative, that has its values."""
+        return self
+
     @abstractmethod
     def substituted(self, values: Mapping[Any, Any]) -> Any:
         """Its matrix, or two of them, at values of its symbols."""
+
+    def lambdify(self, *arguments: Any) -> FormulaFunction:
+        """Its matrix as a function of numbers and of arrays that broadcast, in milliseconds.
+
+        Parameters
+        ----------
+        *arguments : str or Symbol
+            The symbols in the order of the function's arguments; alphabetical when left out.
+
+        Returns
+        -------
+        FormulaFunction
+            It raises where the formula does not hold.
+
+        Examples
+        --------
+        >>> k = sp.Symbol("k", positive=True)
+        >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
+        >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
+        array([1. , 0.5])
+        """
+        from robostiff.analytic.formula_function import formula_function
+
+        return formula_function(self._computed, arguments, self.symbols)
+
+    def latex(self) -> str:
+        """The matrix and the names in it in LaTeX with nothing around it, for a paper.
+
+        `export.derivation_latex` writes the whole derivation.
+        """
+        from robostiff.analytic.export.latex import latex_snippet
+
+        return latex_snippet(self._computed)
 
     def evalf(self, n: int = 15, subs: Mapping[Any, Any] | None = None) -> Any:
         """The same in n digits, at values of all or some of the symbols.
@@ -242,30 +280,6 @@ class Derivation(Formula):
         K = put_in.matrix(self.K)
         refuse_undefined(K.flat(), where)
         return K
-
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K as a function of numbers and of arrays that broadcast, in milliseconds.
-
-        Parameters
-        ----------
-        *arguments : str or Symbol
-            The symbols in the order of the function's arguments; alphabetical when left out.
-
-        Returns
-        -------
-        FormulaFunction
-            It raises where the formula does not hold.
-
-        Examples
-        --------
-        >>> k = sp.Symbol("k", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
-        >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
-        array([1. , 0.5])
-        """
-        from robostiff.analytic.formula_function import formula_function
-
-        return formula_function(self, arguments)
 
     def _at(self, values: Mapping[Any, Any]) -> Substitution:
         """All values and steps, for the expressions of the derivation."""

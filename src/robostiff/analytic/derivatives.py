@@ -17,7 +17,6 @@ from robostiff.analytic.exact.definition import (
     WrittenField,
     in_given_symbols,
 )
-from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.errors import InputError
 
@@ -97,10 +96,6 @@ class FormulaDerivative(Formula):
         ).substituted(values)
         n = self.K.rows
         return sp.ImmutableMatrix(found[:n, :]), sp.ImmutableMatrix(found[n:, :])
-
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K and dK as a function of numbers and arrays, see `Derivation.lambdify`."""
-        return formula_function(self, arguments)
 
 
 def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDerivative:

@@ -149,9 +149,8 @@ class FormulaFunction:
         reason = _NOT_FINITE
         for (condition, sign), margin in zip(self.conditions, margins, strict=True):
             value = np.broadcast_to(margin, holds.shape)[place]
-            if not (value > 0 if sign == ">" else value >= 0):
+            if value < 0 or (value == 0 and sign == ">"):
                 reason = f"it holds where {condition}, and {value:.3g} should be {sign} 0 there"
-                break
         advice = "; holds(...) says where" if place else ""
         return f"{words}{where}{f': {values}' if values else ''}; {reason}{advice}"
 

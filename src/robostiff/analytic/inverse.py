@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy as sp
 
@@ -16,9 +15,6 @@ from robostiff.analytic.exact.exact_matrix import echelon
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.questions.rank import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
-
-if TYPE_CHECKING:
-    from robostiff.analytic.formula_function import FormulaFunction
 
 
 def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMatrix:
@@ -76,8 +72,8 @@ class ComplianceSteps(Formula):
     definitions: tuple[Definition, ...]
     conditions: tuple[Condition, ...] = ()
 
-    @cached_property
-    def _formula(self) -> Derivation:
+    @property
+    def _computed(self) -> Derivation:
         return Derivation(
             self.name, self.C, (), self.C, self.definitions, conditions=self.conditions
         )
@@ -88,7 +84,7 @@ class ComplianceSteps(Formula):
 
     def subs(self, values: Any, value: Any = None) -> ComplianceSteps:
         """The same with values in place of some of its symbols, see `Derivation.subs`."""
-        found = self._formula.subs(values, value)
+        found = self._computed.subs(values, value)
         return replace(self, C=found.K, definitions=found.definitions, conditions=found.conditions)
 
     def deflection(self, wrench: Sequence[Any]) -> sp.ImmutableMatrix:
@@ -113,11 +109,7 @@ class ComplianceSteps(Formula):
 
     def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
         """C at given values of all symbols, see `Derivation.substituted`."""
-        return self._formula.substituted(values)
-
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """C as a function of numbers and arrays, see `Derivation.lambdify`."""
-        return self._formula.lambdify(*arguments)
+        return self._computed.substituted(values)
 
 
 def compliance_steps(derivation: Derivation) -> ComplianceSteps:
@@ -207,8 +199,6 @@ def inverse_in_steps(M: Any, named: Callable[[int, int, int, Any], Any]) -> sp.I
             for j in range(i, n):
                 if k not in (i, j) and ratio[i] != 0 and column[j] != 0:
                     A[i, j] = named(k, i, j, A[i, j] - ratio[i] * column[j])
-                elif k not in (i, j):
-                    A[i, j] = named(k, i, j, A[i, j])
         A |= {both[i]: ratio[i] for i in range(n)}
         A[k, k] = named(k, k, k, -1 / pivot)
     return sp.ImmutableMatrix(n, n, lambda i, j: -A[min(i, j), max(i, j)])

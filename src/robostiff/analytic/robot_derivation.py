@@ -11,7 +11,11 @@ import sympy as sp
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Definition, WrittenField
 from robostiff.analytic.substitution import Substitution, refuse_negative
-from robostiff.analytic.vectors.vector_expressions import ArmOfSprings, VectorForm
+from robostiff.analytic.vectors.vector_expressions import (
+    ArmOfSprings,
+    VectorForm,
+    with_formulas_changed,
+)
 
 
 @dataclass(frozen=True)
@@ -105,12 +109,33 @@ class VectorLevel:
         own._form = form
         return own
 
+    def at(self, values: Mapping[sp.Symbol, Any]) -> _Form | None:
+        """The form at values of some of the symbols; names of numbers stay names."""
+        return None if self.form is None else _at(self.form, values)
+
     @property
     def form(self) -> _Form | None:
         """The form."""
         if self._find is not None:
             self._form, self._find = self._find(), None
         return self._form
+
+
+def _at(form: Any, values: Mapping[sp.Symbol, Any]) -> Any:
+    put_in = Substitution(values)
+    names = "definitions" if isinstance(form, InSeries) else "names"
+
+    def changed(x: Any) -> Any:
+        return put_in.matrix(x) if isinstance(x, sp.MatrixBase) else put_in(x)
+
+    def at_values(one: Any) -> Any:
+        kept = put_in.definitions(getattr(one, names), with_numbers=True)
+        bare = with_formulas_changed(replace(one, **{names: ()}), changed)
+        return replace(bare, **{names: tuple(kept.values())})
+
+    found = at_values(form)
+    others = tuple(map(at_values, getattr(form, "others", ())))
+    return replace(found, others=others) if others else found
 
 
 @dataclass(frozen=True)
@@ -142,7 +167,7 @@ class InNames:
     def at(self, values: Mapping[sp.Symbol, Any]) -> InNames:
         """The same at values of some of the symbols; names of numbers stay names."""
         put_in = Substitution(values)
-        kept = put_in.definitions(self.definitions)
+        kept = put_in.definitions(self.definitions, with_numbers=True)
         legs = tuple(leg.with_values(put_in, kept) for leg in self.legs)
         before = None if self.before is None else self.before.at(values)
         return InNames(put_in.matrix(self.K), legs, tuple(kept.values()), before)
@@ -244,6 +269,6 @@ class RobotDerivation(Derivation):
             "coordinates": tuple(name for name in self.coordinates if name in left),
             "following": tuple(name for name in self.following if name in left),
             "named": None if self.named is None else self.named.at(put_in.values),
-            "at_vector_level": VectorLevel(None),
+            "at_vector_level": VectorLevel(lambda: self.at_vector_level.at(put_in.values)),
             "general_rank": None,
         }

@@ -16,7 +16,6 @@ from robostiff.analytic.derivation import Derivation, Formula
 from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.operation_count import count_of
-from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.legs.first_order import LoadedTerms, loaded_terms
 from robostiff.analytic.placement.agreement import sampled_robots
 from robostiff.analytic.placement.conditions import conditions_of
@@ -90,6 +89,10 @@ class StiffnessUnderLoad(Formula):
         return Derivation(self.name, K, (), K, self.definitions, **own)
 
     @property
+    def _computed(self) -> Derivation:
+        return self.derivation
+
+    @property
     def _expressions(self) -> list[Any]:
         conditions = [c.expression for c in self.conditions]
         return [*self.K0, *self.K1, *self.wrench, *conditions]
@@ -128,26 +131,6 @@ class StiffnessUnderLoad(Formula):
             definitions=tuple(kept.values()),
             conditions=tuple(c for c in conditions if c.expression.free_symbols),
         )
-
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """K as a function of numbers and of arrays that broadcast, see `Derivation.lambdify`.
-
-        Parameters
-        ----------
-        *arguments : str or Symbol
-            The symbols in the order of the function's arguments; alphabetical when left out.
-
-        Returns
-        -------
-        FormulaFunction
-            It raises where the formula does not hold.
-
-        Raises
-        ------
-        InputError
-            When a symbol of the formula is not among them, or another name is.
-        """
-        return formula_function(self.derivation, arguments, self.symbols)
 
 
 def stiffness_under_load(

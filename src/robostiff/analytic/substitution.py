@@ -120,13 +120,18 @@ class Substitution:
         self._sizes: dict[Any, int] = {}
         self._known: dict[Any, Any] = {s: self._longer(sp.sympify(v)) for s, v in values.items()}
 
-    def definitions(self, definitions: Iterable[Any]) -> dict[sp.Symbol, Any]:
-        """Named steps with the values in them, by symbol; those that become numbers are put in."""
+    def definitions(
+        self, definitions: Iterable[Any], *, with_numbers: bool = False
+    ) -> dict[sp.Symbol, Any]:
+        """Named steps with the values in them, by symbol; those that become numbers are put in.
+
+        `with_numbers`: whether those stay that were numbers before, such as E I of a beam.
+        """
         kept = {}
         for definition in definitions:
             value = self._step(definition.expression)
-            was_number = definition.parts and not definition.expression.free_symbols
-            if value.is_Atom and not was_number:
+            stays = with_numbers and not definition.expression.free_symbols
+            if (value.is_Atom or value.is_Rational) and not stays:
                 self._known[definition.symbol] = value
             else:
                 kept[definition.symbol] = replace(definition, expression=self._shorter(value))
@@ -245,6 +250,6 @@ def refuse_failing(conditions: Iterable[Any], put_in: Substitution, subject: str
         if not number.is_real or number <= 0:
             raise InputError(
                 f"{subject} at these values",
-                got=f"{number.evalf(6)} for what is positive where {condition.words}",
+                got=f"a condition that fails: {number.evalf(6)} is not positive",
                 expected=f"values at which {condition.words}",
             )

@@ -43,6 +43,7 @@ from robostiff.analytic.export import (
     derivation_pdf,
     derivation_text,
     julia_function,
+    latex_snippet,
     matlab_function,
     python_function,
 )
@@ -228,6 +229,9 @@ def print_formula(
     form = _form(asked)
     checked_budget(asked.budget)
     _check_questions(questions, asked, language)
+    if sheet.snippet and (questions.any or language not in ("text", "latex")):
+        got = "a question" if questions.any else f"--format {language}"
+        raise InputError("--snippet", got=got, expected="the formula alone, in LaTeX")
     go_on_in_child(_progress(model.source, asked, form))
     try:
         derivation = _derived(model, asked, form)
@@ -247,6 +251,8 @@ def print_formula(
         written = (
             _answered(questions, derivation, asked.budget)
             if questions.any and isinstance(derivation, RobotDerivation)
+            else latex_snippet(found)
+            if sheet.snippet
             else _WRITERS[language](found)
         )
     except FormulaTooLargeError as error:

@@ -107,6 +107,9 @@ class Sheet:
         help=f"{', '.join(FORMATS)}; that of the file's name, or text, when left out.",
     )
     output: str | None = output_option(_OUTPUT, None)
+    snippet: bool = option(
+        "--snippet", help="LaTeX of the matrix, or of one leg, with nothing around it: for a paper."
+    )
 
 
 @dataclass(frozen=True)
@@ -158,6 +161,7 @@ COMMANDS = {
             "derive hexapod --pose symbolic --angles ZXZ",
             'derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py',
             "derive gough-stewart-b-beams --leg leg1",
+            "derive delta --snippet",
             'derive gough-stewart-b --wrench "0 0 -1 kN 0 0 0"',
         ),
         status="0 for a formula, 2 for bad input or a formula beyond the limit, 130 when "

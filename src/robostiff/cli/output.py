@@ -60,8 +60,8 @@ def _styled(line: str) -> str:
 def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
     """A file to be written: one that is not there yet, unless it may be replaced.
 
-    Raises InputError when it is there, is a folder, or lies in no folder; before anything is
-    computed.
+    Raises InputError when it is there, is a folder, lies in no folder, or is a file that the
+    command reads; before anything is computed.
     """
     wanted = Path(path)
     try:
@@ -77,6 +77,11 @@ def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
         if not is_file:
             hint = "this is no regular file and is not replaced: take another name"
         raise InputError(option, got=str(path), expected="a new file", hint=hint)
+    context = click.get_current_context(silent=True)
+    named = [] if context is None else context.params.values()
+    files = [own for own in named if isinstance(own, str) and own and Path(own).is_file()]
+    if there and sum(wanted.samefile(own) for own in files) > 1:
+        raise InputError(option, got=str(path), expected="another file than those that are read")
     return wanted
 
 

@@ -102,6 +102,8 @@ class DeflectionUnder:
     def __init__(self, wrench: ArrayLike) -> None:
         units = {space.size: space.wrench_units for space in Space}
         numbers = as_floats("wrench", wrench, "6 numbers, or 3 in the plane", units)
+        if numbers.ndim != 1:
+            raise InputError("wrench", got=wrench, expected="6 numbers, or 3 in the plane")
         object.__setattr__(self, "wrench", tuple(numbers.tolist()))
 
     def shape(self, space: Space) -> tuple[int, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ from robostiff.spatial import exact_number, move_compliance
 from robostiff.spatial.formula import exact_arrays, exact_together
 
 
+@runtime_checkable
 class BeamTheory(Protocol):
     """A beam theory: which shear correction factors of a cross-section it uses."""
 

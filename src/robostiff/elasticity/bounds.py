@@ -46,8 +46,11 @@ class Bounds:
 
 
 def left_open(bounds: Iterable[Bounds]) -> tuple[Bounds, ...]:
-    """Those that formulas leave open."""
-    return tuple(x for x in bounds if x.is_open)
+    """Those that formulas leave open; raises InputError for what is no bounds."""
+    given = tuple(bounds) if isinstance(bounds, Iterable) else (bounds,)
+    if not all(isinstance(x, Bounds) for x in given):
+        raise InputError("bounds", got=bounds, expected="a tuple of Bounds, or none")
+    return tuple(x for x in given if x.is_open)
 
 
 def error_at(

@@ -185,6 +185,6 @@ def _checked(C: np.ndarray, J_q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _checked_length(length: ArrayLike, batch: tuple[int, ...]) -> np.ndarray:
     L = as_floats("characteristic length", length, "positive metres", "m")
-    if not np.all(L > 0):
+    if not np.all(L > 0) or (L.ndim and L.shape != batch):
         raise InputError("characteristic length", got=length, expected="positive metres")
     return np.broadcast_to(L, batch)

@@ -16,6 +16,7 @@ import numpy as np
 
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError
+from robostiff.io.suggest import in_one_ascii_line
 from robostiff.network import Network
 from robostiff.network.equations import Equations, Motion, equations_of
 from robostiff.network.mobility import held_coordinates
@@ -50,7 +51,7 @@ def calculix_input(network: Network) -> str:
     >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
     >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
     >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
-    >>> calculix_input(network).splitlines()[2:5]
+    >>> calculix_input(network).splitlines()[3:6]
     ['*NODE, NSET=BODIES', '1, 1.000000000000e+00, 0.000000000000e+00, 0.000000000000e+00', ...]
     """
     equations = equations_of(network, DEFAULT_TOLERANCE)
@@ -58,10 +59,10 @@ def calculix_input(network: Network) -> str:
     model.add_rigid()
     for connection in equations.connections:
         model.add_springs(connection)
-    name = " ".join(network.name.split())
     lines = [
-        f"** {name}: a column of the compliance matrix a step, displacement (node 1) and rotation",
-        "** (node 2) of the platform at the reference point, for unit loads there. m, rad, N, N m",
+        "** A column of the compliance matrix a step, displacement (node 1) and rotation (node 2)",
+        "** of the platform at the reference point, for unit loads there. m, rad, N, N m",
+        f"** Network {in_one_ascii_line(network.name)}.",
         *model.lines(),
         *_steps(network),
     ]

@@ -17,6 +17,7 @@ import numpy as np
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError
+from robostiff.io.suggest import in_one_ascii_line
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import section_compliance
 from robostiff.network.equations import Equations, equations_of
@@ -100,7 +101,7 @@ def opensees_script(network: Network, *, in_python: bool = False, stiff: float =
     >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
     >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
     >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
-    >>> print(opensees_script(network).splitlines()[2])
+    >>> print(opensees_script(network).splitlines()[4])
     wipe
     """
     commands = opensees_commands(network, stiff)
@@ -114,10 +115,11 @@ def opensees_script(network: Network, *, in_python: bool = False, stiff: float =
 
 
 def _heading(network: Network, stiff: float) -> list[str]:
-    name = " ".join(network.name.split())
+    # Python takes a coding from the first two lines, and would run what a name holds.
     return [
-        f"# {name}: a column of the compliance matrix a line, about the reference point "
-        "(m, rad for N, N m)",
+        "# A column of the compliance matrix a line, at the reference point (m, rad for N, N m).",
+        "# Written by robostiff.",
+        f"# Network {in_one_ascii_line(network.name)}.",
         f"# Rigid joints are springs, {stiff:g} times as stiff as the stiffest part.",
     ]
 

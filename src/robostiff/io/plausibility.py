@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from robostiff.errors import Location, warn_of_slip
 from robostiff.io.suggest import listing
@@ -66,11 +66,19 @@ def _doubt(number: float, dimension: Dimension, has_unit: bool) -> tuple[str, st
 _NAMES = {"deg": "degrees"}
 
 
-def left_out(
-    location: Location, what: str, names: Sequence[str], then: str = "nothing stands in their place"
+def warn_of_parts_not_read(
+    parts: Mapping[str, Sequence[tuple[str, Location]]],
+    instead: str = "nothing stands in their place",
 ) -> None:
-    """Warn of parts of a description that move, bend or hold others, and are not read."""
-    warn_of_slip(f"{location}: not read: {what} {listing(names, _MOST_NAMES)}; {then}")
+    """Warn of parts of a description that move, bend, weigh or hold others, and are not read.
+
+    For each kind their names and places; that of the first is shown.
+    """
+    for kind, found in parts.items():
+        if found:
+            names = listing([name or "without a name" for name, _ in found], _MOST_NAMES)
+            words = f"not read: {kind} {names}; {instead}"
+            warn_of_slip(f"{found[0][1]}: {words}")
 
 
 _MOST_NAMES = 12

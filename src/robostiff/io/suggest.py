@@ -85,6 +85,17 @@ def phrase(
     return "wrong value", shown(value), expected, hint
 
 
+def in_one_ascii_line(name: str) -> str:
+    r"""A name from a file in a comment of a program: quoted, bounded, everything else escaped.
+
+    Examples
+    --------
+    >>> print(in_one_ascii_line("arm\nimport os */ \u00e9"))
+    'arm\nimport os * / \xe9'
+    """
+    return ascii(name[:_LONGEST_WORD]).replace("*/", "* /")
+
+
 def values(number: int) -> str:
     """A number of values as text."""
     return f"{number} value{'s' * (number != 1)}"

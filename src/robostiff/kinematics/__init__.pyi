@@ -19,8 +19,13 @@ from robostiff.kinematics.placed_body_springs import with_body_springs
 from robostiff.kinematics.placed_masses import with_masses
 from robostiff.kinematics.pose import JointCoordinates, Near, Pose
 from robostiff.kinematics.posture import Posture
-from robostiff.kinematics.posture_finder import PostureFinder, find_posture, posture_finder
-from robostiff.kinematics.postures import LegPosture, postures
+from robostiff.kinematics.posture_finder import (
+    LegPosture,
+    PostureFinder,
+    find_posture,
+    posture_finder,
+    postures,
+)
 from robostiff.kinematics.spring_modes import felt_by_springs
 
 __all__ = [

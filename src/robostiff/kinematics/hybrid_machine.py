@@ -172,13 +172,14 @@ def hybrid_machine(
     if reference_point is None:
         reference_point = last.reference_point if isinstance(last, Robot) else np.zeros(3)
     by_joints = all(module.is_posed_by_joints for module in modules)
+    spaces = {own.part.space for own in modules if isinstance(own.part, Robot)}
     robot = Robot(
         name,
         (Leg("machine", Frame.identity(), Chain(elements), Frame.identity()),),
         home=None if by_joints else _home(modules),
         reference_point=reference_point,  # pyright: ignore[reportArgumentType]
         coordinates=tuple(coordinates or ()),
-        space=_space(modules),
+        space=Space.PLANAR if spaces == {Space.PLANAR} else Space.SPATIAL,
         title=title,
         source=source,
         nominal=nominal,
@@ -286,11 +287,6 @@ def _end_at_home(part: Robot | Chain) -> Frame:
         return leg.base @ _end_at_home(leg.chain) @ leg.attachment.inverse
     placed = place_chain(part, part.home, np.eye(3), np.zeros(3))
     return Frame(placed.R, placed.p)
-
-
-def _space(modules: Sequence[Module]) -> Space:
-    spaces = {m.part.space for m in modules if isinstance(m.part, Robot)}
-    return Space.PLANAR if spaces == {Space.PLANAR} else Space.SPATIAL
 
 
 def _gravity(modules: Sequence[Module]) -> np.ndarray | None:

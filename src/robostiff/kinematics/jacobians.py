@@ -16,6 +16,7 @@ from robostiff.spatial.batch import (
     product,
     transposed,
 )
+from robostiff.spatial.screw import twists_of_screws
 from robostiff.spatial.shapes import Float
 
 
@@ -37,16 +38,7 @@ def freedom_twists(
     batch = np.broadcast_shapes(at.shape[:-1], *shapes)
     e = matrix_of_columns([one.axis for one in every], batch, 3)
     r = at[..., None] - matrix_of_columns([one.point for one in every], batch, 3)
-    J = empty_batch(batch, (6, len(every)), np.result_type(e, r))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        J[..., i, :] = e[..., j, :] * r[..., k, :] - e[..., k, :] * r[..., j, :]
-    J[..., 3:, :] = e
-    for k, one in enumerate(every):
-        if not one.turns:
-            J[..., :3, k], J[..., 3:, k] = e[..., k], 0
-        elif one.slides:
-            J[..., :3, k] += one.pitch * e[..., k]
-    return J
+    return twists_of_screws(e, r, [one.pitch for one in every])
 
 
 def passive_jacobian(

@@ -177,15 +177,12 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     home = home_coordinates(robot) if home is None else home
     if pose is None:
         return PoseRequest((), home[None, :], ())
-    pose = _as_transform(robot, pose)
-    if is_rigid_transform(pose):
-        as_floats(f"pose of {robot.name!r}", pose.as_matrix(), "a rigid transform")
-        batch = tuple(int(k) for k in pose.shape)
-        R = pose.rotation.as_matrix()
-        six = six_coordinates(R, pose.translation).reshape(-1, 6)
+    T = _matrices(robot, pose)
+    if T is not None:
+        R = T[..., :3, :3]
+        six = six_coordinates(R, T[..., :3, 3]).reshape(-1, 6)
         _check_plane(robot, six, home)
-        R = R.reshape(-1, 3, 3)
-        return PoseRequest(batch, six, (), R)
+        return PoseRequest(T.shape[:-2], six, (), R.reshape(-1, 3, 3))
     if isinstance(pose, JointCoordinates):
         raise InputError(
             f"pose of {robot.name!r}",
@@ -220,16 +217,18 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     return PoseRequest(batch, coordinates, open_)
 
 
-def _as_transform(robot: Robot, pose: Pose) -> Pose:
-    """The pose as it is; a frame, or matrices (..., 4, 4), as a rigid transform.
+def _matrices(robot: Robot, pose: Pose) -> np.ndarray | None:
+    """Matrices (..., 4, 4) of a rigid transform, a frame, or such matrices; None of other poses.
 
     Of a robot with four free coordinates, four rows of four numbers are four poses.
     """
     if isinstance(pose, Frame):
-        return pose.rigid_transform
-    if len(robot.coordinates) == 4 or _innermost_sizes(pose) != (4, 4) or holds_quantities(pose):
-        return pose
+        return pose.matrix
     subject, expected = f"pose of {robot.name!r}", "numbers of shape (..., 4, 4)"
+    if is_rigid_transform(pose):
+        return as_floats(subject, pose.as_matrix(), "a rigid transform")
+    if len(robot.coordinates) == 4 or _innermost_sizes(pose) != (4, 4) or holds_quantities(pose):
+        return None
     T = as_floats(subject, pose, expected)
     R = T[..., :3, :3]
     error = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
@@ -239,9 +238,9 @@ def _as_transform(robot: Robot, pose: Pose) -> Pose:
             got=pose,
             expected="rigid transforms: a rotation, a place [m], and 0 0 0 1 in the last row",
         )
-    from scipy.spatial.transform import RigidTransform
-
-    return RigidTransform.from_matrix(T)
+    T = T.copy()
+    T[..., :3, :3] = nearest_rotation(R)
+    return T
 
 
 def _innermost_sizes(pose: Any) -> tuple[int, ...]:

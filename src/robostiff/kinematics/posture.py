@@ -58,10 +58,13 @@ class Posture:
     elsewhere: np.ndarray
     length: float
 
-    @property
+    @cached_property
     def reached(self) -> np.ndarray:
         """Which poses all legs reach, in the assembly mode of home (N,)."""
-        return np.all(self.closed & self._long_enough, axis=-1) & ~self.elsewhere
+        reached = np.all(self.closed, axis=-1) & ~self.elsewhere
+        for _, _, values in self._positive:
+            reached &= values > 0
+        return reached
 
     def meets(self, tolerance: float) -> np.ndarray:
         """Where all legs meet the platform within a part of the robot's length (N,)."""
@@ -118,14 +121,6 @@ class Posture:
     def closed(self) -> np.ndarray:
         """Which legs meet the platform, with all loops in them closed (N, legs)."""
         return (self.shift_gaps <= _REACHED * self.length) & (self.turn_gaps <= _REACHED)
-
-    @cached_property
-    def _long_enough(self) -> np.ndarray:
-        """Where no beam of a telescope, and no stiffness of a drive, is negative (N, legs)."""
-        enough = np.ones(self.shift_gaps.shape, dtype=bool)
-        for i, _, values in self._positive:
-            enough[:, i] &= values > 0
-        return enough
 
     @property
     def _positive(self) -> Iterator[tuple[int, str, np.ndarray]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,14 +12,13 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics.closure import (
-    Followed,
     LegsAlike,
     NewtonTask,
     attachment_frame,
-    each_alone,
     leg_solvers,
     legs_alike,
 )
+from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.skeleton import rounding_of
 from robostiff.kinematics.frames import PlacedChain, place_chain
@@ -195,7 +194,11 @@ class PostureFinder:
 
     def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
         """Posture at poses some coordinates of which the legs decide together."""
-        found = self._followed(self.task(request.open), request.coordinates, near)
+        task, goal = self.task(request.open), request.coordinates
+        if near is None:
+            found = task.follow(self.home_pose, [solver.home for solver in self.solvers], goal)
+        else:  # given coordinates need not close, so that no path leads from them
+            found = task.closed_near(goal, [np.tile(own, (len(goal), 1)) for own in near])
         pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
         # Legs that close at home's other coordinates need no way there, and are the nearest to
         # given ones. Where they cannot close at all, what each of them lacks there says more than a
@@ -219,15 +222,6 @@ class PostureFinder:
     def task(self, open_: tuple[int, ...]) -> NewtonTask:
         """The closure of all legs together, which decide some coordinates of the pose."""
         return NewtonTask(self.robot.legs, open_, self.length)
-
-    def _followed(
-        self, task: NewtonTask, goal: np.ndarray, near: Sequence[np.ndarray] | None
-    ) -> Followed:
-        """Legs closed together: in the assembly mode of home, or nearest to given coordinates."""
-        if near is None:
-            return task.follow(self.home_pose, [solver.home for solver in self.solvers], goal)
-        # Given coordinates need not close, so that no path leads from them.
-        return task.closed_near(goal, [np.tile(own, (len(goal), 1)) for own in near])
 
     def in_other_modes(self, posture: Posture) -> tuple[str, ...]:
         """Sentences about legs that reach one pose in another working mode than at home."""
@@ -262,7 +256,7 @@ class PostureFinder:
 
     @cached_property
     def _each(self) -> tuple[LegsAlike, ...]:
-        return each_alone(self.solvers)
+        return tuple(LegsAlike((i,), (own,)) for i, own in enumerate(self.solvers))
 
     @cached_property
     def open_stay_at_home(self) -> bool:
@@ -378,3 +372,76 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
     far = max(np.linalg.norm(p) for p in (home_pose[:3], *(leg.base.p for leg in robot.legs)))
     rounding = max(_ROUNDING * float(far), *map(rounding_of, chains.values()))
     return size if size > rounding else 1.0
+
+
+@dataclass(frozen=True)
+class LegPosture:
+    """One posture in which a leg reaches a pose.
+
+    Attributes
+    ----------
+    leg : str
+    coordinates : (size,) array
+        Of all its joints [m, rad].
+    mode : RootSigns
+        Signs that distinguish it from the others.
+    of_home : bool
+        Whether it belongs to the assembly mode of home, which `stiffness` takes.
+    """
+
+    leg: str
+    coordinates: np.ndarray
+    mode: RootSigns
+    of_home: bool
+
+
+def postures(robot: Robot, pose: Pose = None) -> dict[str, tuple[LegPosture, ...]]:
+    """All postures in which each leg of a robot reaches a pose, that of home first.
+
+    The legs are independent of one another: any choice of one posture for each leg is a posture of
+    the robot. Its coordinates, leg by leg, choose it: ``stiffness(robot, pose, near=[...])``.
+
+    Parameters
+    ----------
+    robot : Robot
+        Whose legs close in closed form.
+    pose : RigidTransform, array of coordinates, or None
+        One pose, all coordinates of which are given; None for home.
+
+    Returns
+    -------
+    dict of str to tuple of LegPosture
+        By name of the leg; empty for a leg that does not reach the pose.
+
+    Raises
+    ------
+    InputError
+        When a leg is closed by iteration, the pose is given by joint coordinates, or there are
+        several poses.
+
+    Examples
+    --------
+    >>> from robostiff.robots import load
+    >>> found = postures(load("3-rrr"))
+    >>> [posture.mode.root for posture in found["leg1"]]
+    [1, -1]
+    """
+    finder = posture_finder(robot)
+    request = finder.request(pose)
+    if isinstance(request, np.ndarray) or request.batch:
+        raise InputError(
+            f"pose of {robot.name!r}",
+            got="joint coordinates" if isinstance(request, np.ndarray) else request.batch,
+            expected="one pose of the platform, whose postures are listed",
+        )
+    at = finder.at(request).pose[0]  # what the pose leaves open, the legs determine
+    found = {}
+    for solver in finder.solvers:
+        modes, q = solver.that_close(at)
+        home = getattr(solver.closed_form, "mode", None)
+        own = [
+            LegPosture(solver.leg.name, coordinates, mode, mode == home)
+            for mode, coordinates in zip(modes, q, strict=True)
+        ]
+        found[solver.leg.name] = tuple(sorted(own, key=lambda one: not one.of_home))
+    return found

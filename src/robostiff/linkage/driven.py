@@ -13,8 +13,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.linkage.bodies import Bodies
-from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, PathsFromHome, close
+from robostiff.linkage.closure import PART_OF_A_TURN, Bodies, Configuration, PathsFromHome, close
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 from robostiff.model import Actuated, Joint

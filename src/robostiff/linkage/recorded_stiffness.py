@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elastostatics import scaling
-from robostiff.linkage.bodies import Bodies
-from robostiff.linkage.closure import Configuration
+from robostiff.linkage.closure import Bodies, Configuration
 from robostiff.linkage.driven import (
     DrivenLinkage,
     coordinates,

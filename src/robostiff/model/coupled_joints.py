@@ -12,7 +12,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model.joint import Actuated, Joint, Locked, Passive
 from robostiff.spatial import refuse_quantities
-from robostiff.spatial.formula import exact_together, is_formula
+from robostiff.spatial.formula import Scalar, exact_together, is_formula
 
 _GEAR = Locked()
 _ROUNDING = 1e-9  # part of a factor: less is left of a sum that others contain
@@ -46,7 +46,7 @@ class Coupling:
     ((('wrist 2', 1.0), ('wrist 1', 1.5)), 0.0)
     """
 
-    terms: tuple[tuple[str, Any], ...]
+    terms: tuple[tuple[str, Scalar], ...]
     role: Locked | Actuated = _GEAR
     home: Any = None
     name: str = ""
@@ -95,8 +95,8 @@ def coupling(
     joint: str,
     *,
     follows: str,
-    ratio: Any,
-    offset: Any = 0.0,
+    ratio: Scalar,
+    offset: Scalar = 0.0,
     stiffness: Any = None,
     name: str = "",
 ) -> Coupling:

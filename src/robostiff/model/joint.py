@@ -20,7 +20,7 @@ from robostiff.model.checks import (
 )
 from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import Screw, full_turn, refuse_quantities
-from robostiff.spatial.formula import Entries, is_formula, is_possible
+from robostiff.spatial.formula import Entries, Scalar, is_formula, is_possible
 
 
 class JointKind(Enum):
@@ -121,6 +121,12 @@ class Joint:
     home_given: bool | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.role, Role):
+            raise InputError(
+                f"role of the {self.kind.value} joint",
+                got=self.role,
+                expected="Passive(), Actuated(stiffness) or Locked(stiffness)",
+            )
         subject = f"home coordinates of the {self.kind.value} joint"
         if self.home_given is None:
             object.__setattr__(self, "home_given", bool(self.home))
@@ -135,7 +141,7 @@ class Joint:
 
 
 def revolute(
-    axis: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "revolute"
+    axis: Entries, role: Role, *, home: Sequence[Scalar] = (), name: str = "revolute"
 ) -> Joint:
     """Joint that turns about `axis`.
 
@@ -149,7 +155,7 @@ def revolute(
 
 
 def prismatic(
-    axis: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "prismatic"
+    axis: Entries, role: Role, *, home: Sequence[Scalar] = (), name: str = "prismatic"
 ) -> Joint:
     """Joint that slides along `axis`."""
     freedoms = (_slide(unit_vector("axis of the prismatic joint", axis)),)
@@ -157,7 +163,7 @@ def prismatic(
 
 
 def helical(
-    axis: Entries, pitch: Any, role: Role, *, home: Sequence[Any] = (), name: str = "helical"
+    axis: Entries, pitch: Scalar, role: Role, *, home: Sequence[Scalar] = (), name: str = "helical"
 ) -> Joint:
     """Joint that turns about `axis` and advances along it, as a nut does on a screw.
 
@@ -193,7 +199,12 @@ def joint_of(freedom: Screw, role: Role) -> Joint:
 
 
 def universal(
-    axis1: Entries, axis2: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "universal"
+    axis1: Entries,
+    axis2: Entries,
+    role: Role,
+    *,
+    home: Sequence[Scalar] = (),
+    name: str = "universal",
 ) -> Joint:
     """Joint that turns about `axis1`, then about `axis2`, which turns along with the first."""
     first = unit_vector("first axis of the universal joint", axis1)
@@ -208,14 +219,14 @@ def universal(
     return Joint(JointKind.UNIVERSAL, freedoms, role, tuple(home), name)
 
 
-def spherical(role: Role, *, home: Sequence[Any] = (), name: str = "spherical") -> Joint:
+def spherical(role: Role, *, home: Sequence[Scalar] = (), name: str = "spherical") -> Joint:
     """Joint that turns freely about a point; its coordinates are a rotation vector [rad]."""
     freedoms = tuple(map(_turn, np.eye(3)))
     return Joint(JointKind.SPHERICAL, freedoms, role, tuple(home), name)
 
 
 def cylindrical(
-    axis: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "cylindrical"
+    axis: Entries, role: Role, *, home: Sequence[Scalar] = (), name: str = "cylindrical"
 ) -> Joint:
     """Joint that slides along `axis` and turns about it; coordinates (slide, turn)."""
     direction = unit_vector("axis of the cylindrical joint", axis)
@@ -223,7 +234,9 @@ def cylindrical(
     return Joint(JointKind.CYLINDRICAL, freedoms, role, tuple(home), name)
 
 
-def planar(normal: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "planar") -> Joint:
+def planar(
+    normal: Entries, role: Role, *, home: Sequence[Scalar] = (), name: str = "planar"
+) -> Joint:
     """Joint that slides in the plane across `normal` and turns about it.
 
     Its coordinates are two slides and a turn. The first slide runs along the frame axis that is

@@ -26,6 +26,7 @@ from robostiff.model.mass import Mass, mass_value, masses_of
 from robostiff.spatial import Frame, Screw, refuse_quantities
 from robostiff.spatial.formula import (
     Entries,
+    Scalar,
     exact_array,
     exact_arrays,
     exact_together,
@@ -106,8 +107,8 @@ class TelescopicBeam:
 
     material: Material
     section: CrossSection
-    share: Any
-    fixed: Any = 0.0
+    share: Scalar
+    fixed: Scalar = 0.0
     theory: BeamTheory = field(default_factory=EulerBernoulli)
     mass: Any = None
 

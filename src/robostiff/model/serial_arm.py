@@ -21,7 +21,7 @@ from robostiff.model.link import Rigid
 from robostiff.model.mass import Mass
 from robostiff.model.robot import Coordinate, Leg, Robot
 from robostiff.spatial import Frame, as_float, exact_number, is_formula
-from robostiff.spatial.formula import exact_array, is_possible
+from robostiff.spatial.formula import Scalar, exact_array, is_possible
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
@@ -112,7 +112,7 @@ def serial_arm(
     convention: DHConvention,
     joint_stiffness: Any,
     limits: Sequence[tuple[float, float] | None] | None = None,
-    home: Sequence[Any] | None = None,
+    home: Sequence[Scalar] | None = None,
     tool: Frame | RigidTransform | None = None,
     base: Frame | RigidTransform | None = None,
     name: str = "arm",

@@ -134,8 +134,9 @@ def connection_of(
     if not np.any(C):
         S = np.zeros((W.shape[1], W.shape[1]))
         return RelativeMotion(element.name, *ends, axes @ W, S, axes @ J, tuple(names))
-    of_spring = isinstance(element, SpringElement) and space is Space.SPATIAL
-    modes = element.elasticity.modes if of_spring else compliance_modes(C)
+    modes = compliance_modes(C)
+    if isinstance(element, SpringElement) and space is Space.SPATIAL:
+        modes = element.elasticity.modes
     modes = modes * scale[:, None]
     C = C * np.outer(scale, scale)
     S = W.T @ C @ W

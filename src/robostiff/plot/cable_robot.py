@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness
-from robostiff.plot.geometry.displacement import FiniteMotion, spatial
-from robostiff.plot.picture import Face, Item, LineWeight, Marks, Path, PlainColour, Scene, Shape
-from robostiff.plot.robot_parts import (
-    dashed,
-    exaggerated,
-    finite_factor,
-    robot_scene,
-    round_factor,
-    unit_of,
-    wrench_items,
-)
+from robostiff.plot.geometry.displacement import FiniteMotion
+from robostiff.plot.picture import Face, Item, LineWeight, Marks, Path, PlainColour, Shape
+from robostiff.plot.sketch import Sketch, dashed
 from robostiff.plot.structures import flat_face, is_level, size_of
 from robostiff.spatial import Space
-from robostiff.statics import BodyPlace, Equilibrium
+from robostiff.statics import BodyPlace
 
 if TYPE_CHECKING:
     from robostiff.statics.equations.problem import EquilibriumProblem
@@ -53,27 +44,10 @@ class CableLines:
             result.axial == 0 if known else None,
         )
 
-    @staticmethod
-    def unloaded(problem: EquilibriumProblem) -> CableLines:
-        """Those of a robot in cables before a finite load, about the point of its wrench."""
-        springs = problem.groups[0].springs
-        ends = np.array([[end.point for end in own.ends] for own in springs])
-        names = tuple(own.name for own in springs)
-        return CableLines(names, ends[:, 0], ends[:, 1], problem.point)
-
     @property
     def points(self) -> np.ndarray:
         """Ends of all cables (2 m, 3) [m]."""
         return np.concatenate([self.exits, self.attachments])
-
-    def moved(self, displacement: Callable[[np.ndarray], np.ndarray], scale: float) -> CableLines:
-        """With the platform displaced, a number of times as far."""
-        ends = [p + scale * displacement(p) for p in self.attachments]
-        return replace(
-            self,
-            attachments=np.array(ends),
-            point=self.point + scale * displacement(self.point),
-        )
 
     def items(self, factor: float, plain: PlainColour = PlainColour.INK) -> list[Item]:
         """What is drawn of them, in metres times `factor`; slack cables are dashed."""
@@ -100,99 +74,77 @@ class CableLines:
         items.append(Marks(at, PlainColour.INK, Shape.CROSS, "reference point"))
         return items
 
-    def at_rest(self, factor: float, label: str = "without load") -> list[Item]:
-        """The cables as dashed lines."""
-        pairs = zip(self.exits, self.attachments, strict=True)
-        return dashed((factor * np.array(line) for line in pairs), label)
 
+@dataclass(frozen=True, kw_only=True)
+class CableSketch(Sketch):
+    """A cable robot: its cables now, and at rest."""
 
-def cable_scene(result: CableStiffness | CableResponse, exaggeration: float | None = None) -> Scene:
-    """A cable robot at a pose, slack cables dashed; under a load displaced, with that load."""
-    if isinstance(result, CableStiffness):
+    lines: CableLines
+    rest: CableLines
+    space: Space
+    plain: PlainColour = PlainColour.INK
+
+    @staticmethod
+    def at_pose(result: CableStiffness) -> CableSketch:
+        """At a pose, under no load."""
         lines = CableLines.of(result)
-        factor, unit = unit_of(size_of(lines.points))
-        is_flat = result.space is Space.PLANAR or is_level(lines.points)
-        return robot_scene(result.name, lines.items(factor), unit, is_flat)
-    _ = result.tensions  # raises with the reason where the load is not carried
-    factor, unit = unit_of(size_of(CableLines.of(result.before).points))
-    layers, scale = loaded_cable_layers(result, factor, exaggeration)
-    items = [item for layer in layers.values() for item in layer]
-    is_flat = result.before.space is Space.PLANAR
-    return robot_scene(result.before.name, items, unit, is_flat, notes=exaggerated(scale))
+        return CableSketch(lines=lines, rest=lines, space=result.space)
 
+    @staticmethod
+    def under_load(found: CableResponse) -> CableSketch:
+        """With locked winches under a load that its cables carry."""
+        lines = CableLines.of(cast("CableStiffness", found.after))
+        before = found.before
+        return CableSketch(lines=lines, rest=CableLines.of(before), space=before.space)
 
-def loaded_cable_layers(
-    result: CableResponse, factor: float, exaggeration: float | None
-) -> tuple[dict[str, list[Item]], float]:
-    """A cable robot that carries a load: its cables before it, those under it, and the load.
+    @staticmethod
+    def moved(problem: EquilibriumProblem, platform: BodyPlace) -> CableSketch:
+        """With its platform at another place than before a finite load."""
+        springs = problem.groups[0].springs
+        ends = np.array([[end.point for end in own.ends] for own in springs])
+        names = tuple(own.name for own in springs)
+        rest = CableLines(names, ends[:, 0], ends[:, 1], problem.point)
+        motion = FiniteMotion.of(platform)
+        ends = np.array([p + motion.displacement(p) for p in rest.attachments])
+        point = rest.point + motion.displacement(rest.point)
+        space = Space.of_size(len(problem.rows))
+        return CableSketch(
+            lines=replace(rest, attachments=ends, point=point), rest=rest, space=space
+        )
 
-    The displacements are drawn larger by the second result.
-    """
-    before, after = (
-        CableLines.of(result.before),
-        CableLines.of(cast("CableStiffness", result.after)),
-    )
-    space = result.before.space
-    load = spatial(result.load, space.rows)
-    return _layers(before, after, load, space, factor, exaggeration)
+    @property
+    def size(self) -> float:
+        """Length of the robot [m]."""
+        return size_of(self.rest.points)
 
+    @property
+    def is_level(self) -> bool:
+        """Whether it is planar, or all of it lies in one plane z = constant."""
+        return self.space is Space.PLANAR or is_level(self.rest.points)
 
-def loaded_cables_scene(
-    result: Equilibrium, exaggeration: float | None, notes: tuple[str, ...]
-) -> Scene:
-    """A cable robot in its equilibrium under finite loads, beside the unloaded one."""
-    before = CableLines.unloaded(cast("EquilibriumProblem", result.problem))
-    after = before.moved(_displacement(result.places.platform), 1.0)
-    tensions = np.array([own.tension for own in result.springs])
-    after = replace(after, tensions=tensions, slack=tensions == 0)
-    factor, unit = unit_of(size_of(before.points))
-    load = spatial(result.wrench, result.space.rows)
-    layers, scale = _layers(before, after, load, result.space, factor, exaggeration, finite_factor)
-    items = [item for layer in layers.values() for item in layer]
-    is_flat = result.space is Space.PLANAR
-    notes = (*exaggerated(scale), *notes)
-    return robot_scene(f"{result.name} under load", items, unit, is_flat, notes=notes)
+    @property
+    def shifts(self) -> np.ndarray:
+        """Displacements (m, 3) of the attachments [m]."""
+        return self.lines.attachments - self.rest.attachments
 
+    @property
+    def drawn(self) -> CableLines:
+        """Its cables with exaggerated displacements."""
+        return replace(
+            self.lines,
+            attachments=self.rest.attachments + self.scale * self.shifts,
+            point=self.placed(self.rest.point) / self.factor,
+        )
 
-def swinging_cables(
-    title: str, problem: EquilibriumProblem, motion: BodyPlace, side: float
-) -> tuple[Scene, float]:
-    """A cable robot at one end of a vibration, and its size as drawn."""
-    rest = CableLines.unloaded(problem)
-    size = size_of(rest.points)
-    factor, unit = unit_of(size)
-    displacement = _displacement(motion)
-    shifts = np.array([displacement(p) for p in rest.attachments])
-    drawn = rest.moved(displacement, side * round_factor(shifts, size))
-    items = [*rest.at_rest(factor, "at rest"), *drawn.items(factor)]
-    is_flat = len(problem.rows) == Space.PLANAR.size
-    return robot_scene(title, items, unit, is_flat), factor * size
+    def placed(self, point: np.ndarray) -> np.ndarray:
+        """Where its reference point is drawn, given at rest [m]."""
+        return self.factor * (point + self.scale * (self.lines.point - self.rest.point))
 
+    def parts(self) -> list[Item]:
+        """Cables, winches, platform."""
+        return self.drawn.items(self.factor, self.plain)
 
-def _displacement(place: BodyPlace) -> Callable[[np.ndarray], np.ndarray]:
-    return FiniteMotion.of(place).displacement
-
-
-def _layers(
-    before: CableLines,
-    after: CableLines,
-    load: np.ndarray,
-    space: Space,
-    factor: float,
-    exaggeration: float | None,
-    factor_of: Callable[[float], float] = float,
-) -> tuple[dict[str, list[Item]], float]:
-    size, moved = size_of(before.points), after.attachments - before.attachments
-    scale = factor_of(round_factor(moved, size)) if exaggeration is None else exaggeration
-    drawn = replace(
-        after,
-        attachments=before.attachments + scale * moved,
-        point=before.point + scale * (after.point - before.point),
-    )
-    at, is_flat = factor * drawn.point, space is Space.PLANAR
-    layers = {
-        "shape without load": before.at_rest(factor),
-        "robot": drawn.items(factor),
-        "load": wrench_items(at, factor * size, load, is_flat),
-    }
-    return layers, float(scale)
+    def ghost(self, label: str = "without load") -> list[Item]:
+        """The cables at rest, in dashed lines."""
+        pairs = zip(self.rest.exits, self.rest.attachments, strict=True)
+        return dashed((self.factor * np.array(line) for line in pairs), label)

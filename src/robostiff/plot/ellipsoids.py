@@ -16,7 +16,7 @@ from robostiff.plot.posture import (
     surroundings,
 )
 from robostiff.plot.prefix import prefixed, short
-from robostiff.plot.robot_parts import robot_scene
+from robostiff.plot.sketch import robot_scene
 
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis
 _OPEN = 1.6  # of the longest finite semi-axis: length shown of a free direction

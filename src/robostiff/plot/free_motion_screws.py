@@ -24,7 +24,7 @@ from robostiff.plot.posture import (
     single_stiffness,
     surroundings,
 )
-from robostiff.plot.robot_parts import robot_scene, turning_arrow, unit_of
+from robostiff.plot.sketch import robot_scene, turning_arrow, unit_of
 
 _ALONG = 1e-9
 _PART = 0.3  # of the robot: half an axis

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from robostiff.analysis import PartShare
 from robostiff.errors import InputError
-from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.cable_robot import loaded_cables_scene, swinging_cables
+from robostiff.plot.cable_robot import CableSketch
 from robostiff.plot.geometry.displacement import finite_motion, spatial
-from robostiff.plot.geometry.legs import extent
-from robostiff.plot.loaded_network import (
-    loaded_network_scene,
-    motions_of,
-    moved_network_scene,
-)
 from robostiff.plot.picture import (
     Category,
     Curve,
@@ -30,27 +25,12 @@ from robostiff.plot.picture import (
     PlainColour,
     Scene,
 )
-from robostiff.plot.posed_robot import (
-    Colouring,
-    check_exaggeration,
-    chosen_exaggeration,
-    energy_colours,
-    stays_flat,
-)
+from robostiff.plot.posed_robot import Colouring, energy_colours
 from robostiff.plot.prefix import prefixed, short
-from robostiff.plot.robot_parts import (
-    Drawing,
-    energy_scale,
-    exaggerated,
-    finite_factor,
-    ghost,
-    robot_items,
-    robot_scene,
-    unit_of,
-    wrench_on_platform,
-)
-from robostiff.plot.structures import network_factor, network_points, size_of
-from robostiff.statics import Equilibrium, Modes
+from robostiff.plot.robot_parts import RobotSketch
+from robostiff.plot.sketch import Sketch, exaggeration_note
+from robostiff.plot.structures import NetworkSketch, energies_by_name, motions_of
+from robostiff.statics import BodyPlaces, Equilibrium, Modes
 
 if TYPE_CHECKING:
     import xarray
@@ -115,35 +95,42 @@ def equilibrium_picture(
             expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
         )
     _ = result.displacement  # raises with the reason when there is none
-    check_exaggeration(exaggeration)
-    away = () if result.stable else ("the robot does not stay there",)
-    if isinstance(result.posed, CableRobot):
-        return loaded_cables_scene(result, exaggeration, away)
-    point = cast("EquilibriumProblem", result.problem).point
-    F = spatial(result.wrench, result.space.rows)
-    if isinstance(result.posed, Network):
-        load = point, F
-        return loaded_network_scene(
-            result.posed, result.places, result.shares, load, exaggeration, away
-        )
-    snapshot = cast("Snapshot", result.posed)
-    motion = finite_motion(snapshot, result.places)
-    scale = exaggeration
-    if scale is None:
-        scale = finite_factor(chosen_exaggeration(snapshot, motion))
-    factor, unit = unit_of(extent(snapshot))
-    drawing = Drawing(snapshot, motion, scale, factor)
-    if len(snapshot.legs) == 1 and colouring is Colouring.LEGS:
+    posed, problem = result.posed, cast("EquilibriumProblem", result.problem)
+    sketch = _sketch(posed, problem, result.places, result.shares, colouring)
+    if isinstance(sketch, CableSketch):
+        tensions = np.array([own.tension for own in result.springs])
+        lines = replace(sketch.lines, tensions=tensions, slack=tensions == 0)
+        sketch = replace(sketch, lines=lines)
+    sketch = sketch.exaggerated(exaggeration, is_finite=True)
+    notes = exaggeration_note(sketch.scale)
+    notes += () if result.stable else ("the robot does not stay there",)
+    load = problem.point, spatial(result.wrench, result.space.rows)
+    title, is_named = f"{result.name} under load", isinstance(posed, Network)
+    more = _springs(result, sketch) if isinstance(sketch, RobotSketch) else ()
+    return sketch.scene(title, load, is_named=is_named, notes=notes, more=more)
+
+
+def _sketch(
+    posed: Any,
+    problem: EquilibriumProblem,
+    places: BodyPlaces,
+    shares: Sequence[PartShare],
+    colouring: Colouring,
+) -> Sketch:
+    """A machine of any kind with its bodies at other places, coloured by elastic energy."""
+    if isinstance(posed, CableRobot):
+        return CableSketch.moved(problem, places.platform)
+    if isinstance(posed, Network):
+        paints = energies_by_name(shares)
+        plain = PlainColour.MUTED if paints else PlainColour.INK
+        motions = motions_of(posed, places)
+        return NetworkSketch(network=posed, colours=paints, plain=plain, motions=motions)
+    if len(posed.legs) == 1 and colouring is Colouring.LEGS:
         colouring = Colouring.PARTS
-    shares = energy_colours(result.shares, colouring)
-    is_flat = stays_flat(snapshot, motion, F)
-    items = ghost(drawing) if scale else []
-    items += robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
-    items += wrench_on_platform(drawing, F, point, is_flat)
-    items += _springs(result, snapshot, scale, factor)
-    notes = exaggerated(scale) + away
-    title, colours = f"{snapshot.name} under load", energy_scale(shares.values())
-    return robot_scene(title, items, unit, is_flat, colours, notes)
+    values = energy_colours(shares, colouring)
+    plain = PlainColour.MUTED if values else PlainColour.INK
+    motion = finite_motion(posed, places)
+    return RobotSketch(snapshot=posed, motion=motion, shares=values, plain=plain)
 
 
 def mode(
@@ -176,7 +163,7 @@ def mode(
     --------
     >>> import robostiff as rs
     >>> rs.plot.mode(rs.modes(rs.load("hexapod"), masses={"platform": 150})).get_title()
-    'hexapod, mode 1: 49.47 Hz'
+    'hexapod, mode 1: 49.65 Hz'
     """
     return drawn_by(backend, mode_picture(modes, number))
 
@@ -194,43 +181,26 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     own = modes[number - 1]
     rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
     title = f"{modes.name}, mode {number}: {rate}"
-    if isinstance(modes.posed, CableRobot):
-        problem = cast("EquilibriumProblem", modes.problem)
-        return _with_room(*swinging_cables(title, problem, own.motion.platform, side))
-    if isinstance(modes.posed, Network):
-        network = modes.posed
-        motions = motions_of(network, own.motion)
-        scale, size = side * network_factor(network, motions), size_of(network_points(network))
-        scene = moved_network_scene(title, network, motions, scale, own.shares, at_rest="at rest")
-        return _with_room(scene, unit_of(size)[0] * size)
-    snapshot = cast("Snapshot", modes.posed)
-    motion = finite_motion(snapshot, own.motion)
-    factor, unit = unit_of(extent(snapshot))
-    scale = side * chosen_exaggeration(snapshot, motion)
-    drawing = Drawing(snapshot, motion, scale, factor)
-    shares = energy_colours(own.shares, Colouring.PARTS)
-    items = ghost(drawing, "at rest")
-    items += robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
-    is_flat = stays_flat(snapshot, motion, np.zeros(6))
-    scene = robot_scene(title, items, unit, is_flat, energy_scale(shares.values()))
-    return _with_room(scene, factor * extent(snapshot))
-
-
-def _with_room(scene: Scene, size: float) -> Scene:
-    """The scene with room for both ends of a vibration of a robot of some size, as drawn."""
-    margin = 0.1 * size
+    problem = cast("EquilibriumProblem", modes.problem)
+    sketch = _sketch(modes.posed, problem, own.motion, own.shares, Colouring.PARTS)
+    sketch = sketch.exaggerated(side * sketch.exaggerated(None).scale)
+    is_named = isinstance(modes.posed, Network)
+    scene = sketch.scene(title, is_named=is_named, at_rest="at rest")
+    # room for both ends of the vibration
+    margin = 0.1 * sketch.in_unit().factor * sketch.size
     low, high = scene.box
     return replace(scene, frame=np.array([low - margin, high + margin]))
 
 
-def _springs(result: Equilibrium, snapshot: Snapshot, scale: float, factor: float) -> list[Item]:
+def _springs(result: Equilibrium, sketch: RobotSketch) -> list[Item]:
     """Springs between bodies as coils, their ends displaced as the bodies are."""
     items: list[Item] = []
-    label = "spring"
-    for placed, own in zip(snapshot.springs, result.springs, strict=True):
-        ends = [p + scale * (now - p) for p, now in zip(placed.points, own.points, strict=True)]
+    label, factor = "spring", sketch.in_unit().factor
+    for placed, own in zip(sketch.snapshot.springs, result.springs, strict=True):
+        pairs = zip(placed.points, own.points, strict=True)
+        a, b = (p + sketch.scale * (now - p) for p, now in pairs)
         about = f"{own.name}: {own.tension:.4g} N"
-        points = factor * _coil(ends[0], ends[1], _WIDE * extent(snapshot))
+        points = factor * _coil(a, b, _WIDE * sketch.size)
         items.append(Path(points, Category(2), LineWeight.LINE, label=label, about=about))
         label = ""
     return items

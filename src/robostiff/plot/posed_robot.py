@@ -17,31 +17,22 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.cable_robot import cable_scene
-from robostiff.plot.geometry.displacement import RobotMotion, at_rest, motion_under, spatial
-from robostiff.plot.geometry.legs import extent, joint_marks
+from robostiff.plot.cable_robot import CableSketch
+from robostiff.plot.geometry.displacement import (
+    RobotMotion,
+    at_rest,
+    motion_under,
+    network_motion,
+    spatial,
+)
 from robostiff.plot.picture import PlainColour, Scene
 from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import short
-from robostiff.plot.robot_parts import (
-    Drawing,
-    colours_of_parts,
-    energy_scale,
-    exaggerated,
-    ghost,
-    is_plane,
-    joint_names,
-    load_items,
-    part_names,
-    robot_items,
-    robot_scene,
-    round_factor,
-    unit_of,
-)
-from robostiff.plot.structures import network_scene
+from robostiff.plot.robot_parts import RobotSketch, part_names
+from robostiff.plot.sketch import colours_of_parts, exaggeration_note
+from robostiff.plot.structures import NetworkSketch, colours_of_network, energies_by_name
 
 _MISSED = 1e-4
-_ROUNDING = 1e-9
 
 
 class Colouring(Enum):
@@ -126,22 +117,48 @@ def picture_of_robot(
     near: Near = None,
 ) -> Scene:
     """The picture of `robot`, as data."""
-    check_exaggeration(exaggeration)
     if near is not None and not isinstance(robot, Robot):
         raise InputError(f"near of {robot.name!r}", got=near, expected="none: it has no postures")
     if isinstance(robot, CableRobot):
-        if bent is not None:
-            return cable_scene(_of_kind(robot, bent, CableResponse), exaggeration)
-        return cable_scene(cable_stiffness(robot, pose))
+        if bent is None:
+            return CableSketch.at_pose(cable_stiffness(robot, pose)).scene(robot.name)
+        return _loaded_cables(_of_kind(robot, bent, CableResponse), exaggeration)
     own = None if bent is None else _of_kind(robot, bent, Deflection)
     if isinstance(robot, Linkage):
-        return network_scene(
-            robot.network_at(pose), own, exaggeration, joints_in_words(robot, pose)
-        )
+        words = joints_in_words(robot, pose)
+        return _network_picture(robot.network_at(pose), own, exaggeration, words)
     if isinstance(robot, Network):
         check_is_not_posed(robot, pose)
-        return network_scene(robot, own, exaggeration)
+        return _network_picture(robot, own, exaggeration)
     return robot_picture(snapshot_at(robot, pose, near), own, colouring, exaggeration)
+
+
+def _loaded_cables(found: CableResponse, exaggeration: float | None) -> Scene:
+    _ = found.tensions  # raises with the reason where the load is not carried
+    sketch = CableSketch.under_load(found).exaggerated(exaggeration)
+    load = sketch.rest.point, spatial(found.load, sketch.space.rows)
+    return sketch.scene(found.before.name, load, notes=exaggeration_note(sketch.scale))
+
+
+def _network_picture(
+    network: Network,
+    bent: Deflection | None,
+    exaggeration: float | None,
+    notes: tuple[str, ...] = (),
+) -> Scene:
+    """A network, coloured part by part; under a load deformed and coloured by elastic energy."""
+    if bent is None:
+        sketch = NetworkSketch(network=network, colours=colours_of_network(network))
+        return sketch.scene(network.name, is_named=True, notes=notes)
+    sketch = NetworkSketch(
+        network=network,
+        colours=energies_by_name(bent.parts),
+        plain=PlainColour.MUTED,
+        motions=network_motion(network, bent),
+    ).exaggerated(exaggeration)
+    load = bent.stiffness.reference_point, spatial(bent.wrench, network.space.rows)
+    notes = (*notes, *exaggeration_note(sketch.scale))
+    return sketch.scene(network.name, load, is_named=True, notes=notes)
 
 
 def joints_in_words(linkage: Linkage, values: Mapping[str, Any] | None) -> tuple[str, ...]:
@@ -165,7 +182,9 @@ def picture_of_posed(
 ) -> Scene:
     """The picture of what has been placed at a pose."""
     if isinstance(posed, CableStiffness):
-        return cable_scene(bent if isinstance(bent, CableResponse) else posed)
+        if isinstance(bent, CableResponse):
+            return _loaded_cables(bent, None)
+        return CableSketch.at_pose(posed).scene(posed.name)
     return picture_of_robot(posed, None, bent, colouring)
 
 
@@ -192,37 +211,29 @@ def robot_picture(
     exaggeration: float | None = None,
 ) -> Scene:
     """The picture of a robot of legs."""
-    factor, unit = unit_of(extent(snapshot))
-    is_arm = len(snapshot.legs) == 1
+    is_arm, named = len(snapshot.legs) == 1, colouring is Colouring.NAMES
     if bent is None:
-        drawing = Drawing(snapshot, at_rest(snapshot), 0.0, factor)
-        named = is_arm or colouring is Colouring.NAMES
+        named = is_arm or named
         colours = colours_of_parts(part_names(snapshot)) if named else {}
-        items = robot_items(drawing, {}, PlainColour.INK, colours)
-        items += joint_names(drawing) if named else []
-        return robot_scene(snapshot.name, items, unit, is_plane(snapshot))
-    motion, scale = displaced(snapshot, bent, exaggeration)
+        sketch = RobotSketch(snapshot=snapshot, motion=at_rest(snapshot), colours=colours)
+        return sketch.scene(snapshot.name, is_named=named)
     if is_arm and colouring is Colouring.LEGS:
         colouring = Colouring.PARTS
-    drawing = Drawing(snapshot, motion, scale, factor)
     shares = energy_colours(bent.parts, colouring)
-    named = colouring is Colouring.NAMES
-    colours = colours_of_parts(part_names(snapshot)) if named else {}
-    plain = PlainColour.MUTED if shares or named else PlainColour.INK
-    items = robot_items(drawing, shares, plain, colours)
-    items += joint_names(drawing) if is_arm else []
-    items = [*(ghost(drawing) if scale else []), *items]
-    is_flat = stays_flat(snapshot, motion, spatial(bent.wrench, bent.stiffness.space.rows))
-    items += load_items(drawing, bent, is_flat)
-    values = energy_scale(shares.values())
-    return robot_scene(snapshot.name, items, unit, is_flat, values, exaggerated(scale))
+    sketch = RobotSketch(
+        snapshot=snapshot,
+        motion=motion_of(snapshot, bent),
+        shares=shares,
+        colours=colours_of_parts(part_names(snapshot)) if named else {},
+        plain=PlainColour.MUTED if shares or named else PlainColour.INK,
+    ).exaggerated(exaggeration)
+    load = bent.stiffness.reference_point, spatial(bent.wrench, bent.stiffness.space.rows)
+    notes = exaggeration_note(sketch.scale)
+    return sketch.scene(snapshot.name, load, is_named=is_arm, notes=notes)
 
 
-def displaced(
-    snapshot: Snapshot, bent: Deflection, exaggeration: float | None
-) -> tuple[RobotMotion, float]:
-    """Motions of the bodies, and the factor of their displacements."""
-    check_exaggeration(exaggeration)
+def motion_of(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
+    """Motions of the bodies; InputError where they are not those of this pose and a wrench."""
     if bent.work_of_loads is not None:
         raise InputError(
             f"deflection in a plot of {snapshot.name!r}",
@@ -232,15 +243,7 @@ def displaced(
         )
     motion = motion_under(snapshot, bent)
     _check_fit(snapshot, bent, motion)
-    return motion, chosen_exaggeration(snapshot, motion) if exaggeration is None else float(
-        exaggeration
-    )
-
-
-def check_exaggeration(given: float | None) -> None:
-    """Raise an InputError unless a factor of displacements is left out or finite."""
-    if given is not None and not np.isfinite(given):
-        raise InputError("exaggeration of a plot", got=given, expected="a finite number")
+    return motion
 
 
 def energy_colours(
@@ -254,19 +257,6 @@ def energy_colours(
         key = (part.leg, part.part if colouring is Colouring.PARTS else "")
         shares[key] = shares.get(key, 0.0) + 100 * part.share
     return shares
-
-
-def chosen_exaggeration(snapshot: Snapshot, motion: RobotMotion) -> float:
-    """With which displacements are drawn: see `round_factor`."""
-    moved = [motion.platform.displacement(snapshot.reference_point)]
-    for leg, own in zip(snapshot.legs, motion.legs, strict=True):
-        moved.append(own.bodies[-1].displacement(leg.end))
-        moved += [mark.point - mark.freedom.point for mark in joint_marks(leg, own, 1.0)]
-    placed = snapshot.platform
-    if placed is not None:
-        for name, body in motion.nodes.items():
-            moved.append(body.displacement(placed.in_world(placed.platform.point_of(name))))
-    return round_factor(np.array(moved), extent(snapshot))
 
 
 def _check_fit(snapshot: Snapshot, bent: Deflection, motion: RobotMotion) -> None:
@@ -289,12 +279,3 @@ def _check_fit(snapshot: Snapshot, bent: Deflection, motion: RobotMotion) -> Non
             expected="the deflection of this robot at this pose",
             hint="give both functions the same pose",
         )
-
-
-def stays_flat(snapshot: Snapshot, motion: RobotMotion, F: np.ndarray) -> bool:
-    """Whether a robot is plane, and neither a body nor a wrench (6,) on it leaves the x-y plane."""
-    if not is_plane(snapshot) or np.any(np.abs(F[2:5]) > _ROUNDING):
-        return False
-    bodies = [motion.platform, *(body for leg in motion.legs for body in leg.bodies)]
-    moved = np.array([body.displacement(point) for body in bodies for point in np.eye(3)[:2]])
-    return bool(np.abs(moved[:, 2]).max() <= _ROUNDING * np.abs(moved).max(initial=0.0))

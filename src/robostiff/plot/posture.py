@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,18 +14,13 @@ from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.plot.cable_robot import CableLines
+from robostiff.plot.cable_robot import CableSketch
+from robostiff.plot.geometry.displacement import at_rest
 from robostiff.plot.geometry.ellipsoid import Stiffness
-from robostiff.plot.geometry.legs import points_of
 from robostiff.plot.picture import Item, PlainColour
-from robostiff.plot.robot_parts import backdrop, is_plane, unit_of
-from robostiff.plot.structures import (
-    NetworkDrawing,
-    is_level,
-    network_items,
-    network_points,
-    size_of,
-)
+from robostiff.plot.robot_parts import RobotSketch, backdrop
+from robostiff.plot.sketch import Sketch, unit_of
+from robostiff.plot.structures import NetworkSketch
 
 Around = Robot | Snapshot | Network | CableRobot | CableStiffness
 
@@ -88,31 +82,27 @@ def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None
         robot = cable_stiffness(robot, result.pose)
     cables = robot if isinstance(robot, CableStiffness) else result
     if isinstance(cables, CableStiffness):
-        lines = CableLines.of(cables)
-        points = lines.points
-        return _around(points, is_level(points), lambda f: lines.items(f, muted))
+        return _around(replace(CableSketch.at_pose(cables), plain=muted))
     if robot is None or isinstance(robot, CableStiffness) or isinstance(result, CableStiffness):
         return None
     if isinstance(robot, Network):
-        points, drawn = network_points(robot), NetworkDrawing(robot, 1.0, plain=muted, ink=muted)
-        return _around(points, is_level(points), lambda f: network_items(replace(drawn, factor=f)))
+        return _around(NetworkSketch(network=robot, plain=muted, ink=muted))
     if isinstance(robot, Snapshot):
         snapshot = snapshot_at(robot, None)
     elif isinstance(result, PosedStiffness) and robot.name == result.name:
         snapshot = result.snapshot()  # in the posture that the result is of
     else:
         snapshot = snapshot_at(robot, _pose(result))
-    return _around(points_of(snapshot), is_plane(snapshot), lambda f: backdrop(snapshot, f))
+    return _around(RobotSketch(snapshot=snapshot, motion=at_rest(snapshot), plain=muted))
 
 
-def _around(
-    points: np.ndarray, is_flat: bool, items: Callable[[float], list[Item]]
-) -> Surroundings:
-    """Items by the factor of the axes, but for the reference point, which what is inside has."""
-    size = size_of(points)
-    factor, unit = unit_of(size)
-    kept = tuple(item for item in items(factor) if item.label != "reference point")
-    return Surroundings(size, factor, unit, is_flat, kept)
+def _around(sketch: Sketch) -> Surroundings:
+    """A machine without its reference point, which what is inside has."""
+    drawn = sketch.in_unit()
+    parts = backdrop(drawn) if isinstance(drawn, RobotSketch) else drawn.parts()
+    kept = tuple(item for item in parts if item.label != "reference point")
+    unit = unit_of(sketch.size)[1]
+    return Surroundings(sketch.size, drawn.factor, unit, sketch.is_level, kept)
 
 
 def _pose(result: RobotStiffness) -> np.ndarray:

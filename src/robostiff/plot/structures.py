@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from robostiff.analysis import Deflection, PartShare
+from robostiff.analysis import PartShare
 from robostiff.kept import kept
 from robostiff.network import Network
-from robostiff.plot.geometry.displacement import BodyMotion, network_motion, spatial
+from robostiff.plot.geometry.displacement import BodyMotion, FiniteMotion
 from robostiff.plot.geometry.legs import bent_line, clamped_end
 from robostiff.plot.geometry.surfaces import plate
 from robostiff.plot.picture import (
@@ -22,22 +22,12 @@ from robostiff.plot.picture import (
     Paint,
     Path,
     PlainColour,
-    Scene,
     Shape,
 )
-from robostiff.plot.robot_parts import (
-    colours_of_parts,
-    dashed,
-    energy_scale,
-    exaggerated,
-    joint_kind,
-    robot_scene,
-    round_factor,
-    unit_of,
-    words_at,
-    wrench_items,
-)
+from robostiff.plot.robot_parts import joint_kind, words_at
+from robostiff.plot.sketch import Sketch, colours_of_parts, dashed
 from robostiff.spatial import Space
+from robostiff.statics import BodyPlace, BodyPlaces
 
 _IN_PLANE = 1e-3  # of the structure
 _SAME = 1e-9  # of the structure: closer points are one
@@ -46,19 +36,52 @@ _COLOURS = 8  # that differ
 _NAMED = 24  # joints: more names would cover the picture
 
 
-@dataclass(frozen=True)
-class NetworkDrawing:
-    """How a network is drawn."""
+@dataclass(frozen=True, kw_only=True)
+class NetworkSketch(Sketch):
+    """Bodies, beams, springs and joints in any arrangement.
+
+    Attributes
+    ----------
+    colours : mapping of str to Paint
+        Of beams and elastic parts by name; a number is a share of the elastic energy [%].
+    plain, ink : PlainColour
+        Of beams without a colour, and of all else.
+    motions : mapping of str to BodyMotion
+        Of the bodies; empty at rest.
+    """
 
     network: Network
-    factor: float  # from metres to the unit of the axes
-    # of beams, by name; a number is a share of the elastic energy [%]
     colours: Mapping[str, Paint] = field(default_factory=dict)
-    plain: PlainColour = PlainColour.INK  # of beams without a colour
-    ink: PlainColour = PlainColour.INK  # of all else
-    # of the bodies; at rest when left out
+    plain: PlainColour = PlainColour.INK
+    ink: PlainColour = PlainColour.INK
     motions: Mapping[str, BodyMotion] = field(default_factory=dict)
-    scale: float = 0.0  # of the displacements
+
+    @property
+    def size(self) -> float:
+        """Length of the network [m]."""
+        return size_of(network_points(self.network))
+
+    @property
+    def is_level(self) -> bool:
+        """Whether it is planar, or all of it lies in one plane z = constant."""
+        return self.network.space is Space.PLANAR or is_level(network_points(self.network))
+
+    @property
+    def shifts(self) -> np.ndarray:
+        """Displacements (n, 3) of the points of attachment of its bodies [m]."""
+        if not self.motions:
+            return np.zeros((1, 3))
+        bodies = _bodies(self.network).items()
+        return np.array([self.motions[own].displacement(p) for own, at in bodies for p in at])
+
+    @property
+    def values(self) -> Iterable[float]:
+        """Shares of the elastic energy [%]."""
+        return (value for value in self.colours.values() if isinstance(value, float))
+
+    def placed(self, point: np.ndarray) -> np.ndarray:
+        """Where a point (3,) of the platform [m] is drawn."""
+        return self.moved(self.network.platform, point[None])[0]
 
     def moved(self, body: str, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) of a body where they are drawn, in the unit of the axes."""
@@ -73,34 +96,46 @@ class NetworkDrawing:
             return self.factor * np.array([start, end])
         return self.factor * bent_line(start, end, self.motions[a], self.motions[b], self.scale)
 
+    def parts(self) -> list[Item]:
+        """Bodies, beams, springs and joints."""
+        network = self.network
+        items: list[Item] = []
+        fixed = set(network.fixed)
+        for name, body in _bodies(network).items():
+            paint = PlainColour.FAINT if name in fixed else PlainColour.PLATE
+            corners = flat_face(body)
+            if corners is not None:
+                label = "platform" if name == network.platform else ""
+                items.append(Face(self.moved(name, corners), paint, 0.35, label))
+            ink = PlainColour.MUTED if name in fixed else self.ink
+            ties = _ties(self, name, body)
+            items += [Path(tie, ink, LineWeight.THIN, about=name) for tie in ties]
+        for beam in network.beams:
+            line = self.line(beam.start, beam.end, beam.a, beam.b)
+            paint = self.colours.get(beam.name, self.plain)
+            items.append(_part(line, beam.name, paint, self))
+        items += _springs(self) + _joints(self)
+        point = self.placed(network.reference_point)[None]
+        items.append(Marks(point, PlainColour.INK, Shape.CROSS, "reference point"))
+        return items
 
-def network_scene(
-    network: Network,
-    bent: Deflection | None = None,
-    exaggeration: float | None = None,
-    notes: tuple[str, ...] = (),
-) -> Scene:
-    """A network, coloured part by part; under a load deformed and coloured by elastic energy."""
-    points = network_points(network)
-    factor, unit = unit_of(size_of(points))
-    is_flat = network.space is Space.PLANAR or is_level(points)
-    if bent is None:
-        colours = colours_of_network(network)
-        drawn = NetworkDrawing(network, factor, colours)
-        items = [*network_items(drawn), *network_joint_names(drawn)]
-        return robot_scene(network.name, items, unit, is_flat, notes=notes)
-    motions, scale = displaced_network(network, bent, exaggeration)
-    moved = motions[network.platform].displacement(bent.stiffness.reference_point)
-    is_flat = is_flat and abs(moved[2]) <= _SAME * float(np.linalg.norm(moved))
-    is_flat = is_flat and (network.space is Space.PLANAR or not np.any(bent.wrench[[2, 3, 4]]))
-    shares = energies_by_name(bent.parts)
-    drawn = NetworkDrawing(network, factor, shares, PlainColour.MUTED, motions=motions, scale=scale)
-    items = [*network_ghost(NetworkDrawing(network, factor)), *network_items(drawn)]
-    items += network_joint_names(drawn)
-    F = spatial(bent.wrench, network.space.rows)
-    items += network_load(drawn, bent.stiffness.reference_point, F, is_flat)
-    known = energy_scale(100 * part.share for part in bent.parts)
-    return robot_scene(network.name, items, unit, is_flat, known, (*notes, *exaggerated(scale)))
+    def ghost(self, label: str = "without load") -> list[Item]:
+        """Beams and bodies at rest, in dashed lines."""
+        d = replace(self, scale=0.0)
+        lines = [d.line(beam.start, beam.end, beam.a, beam.b) for beam in d.network.beams]
+        for name, body in _bodies(d.network).items():
+            if name not in d.network.fixed:
+                lines += _ties(d, name, body)
+        return dashed(lines, label)
+
+    def names(self) -> list[Item]:
+        """Names beside the joints, where there are not too many."""
+        joints = self.network.joints
+        placed = [(own.name, own.a, own.freedoms[0].point) for own in joints if own.freedoms]
+        if len(placed) > _NAMED:
+            return []
+        places = [(self.moved(body, p[None])[0], name) for name, body, p in placed]
+        return words_at(places, self.factor * self.size)
 
 
 def colours_of_network(network: Network) -> dict[str, Paint]:
@@ -109,27 +144,11 @@ def colours_of_network(network: Network) -> dict[str, Paint]:
     return colours_of_parts(part.name for part in (*network.beams, *elastic))
 
 
-def network_load(
-    d: NetworkDrawing, point: np.ndarray, F: np.ndarray, is_flat: bool = False
-) -> list[Item]:
-    """Arrows of a wrench (6,) at a point (3,) of the displaced platform."""
-    (moved,) = d.moved(d.network.platform, point[None])
-    return wrench_items(moved, d.factor * size_of(network_points(d.network)), F, is_flat)
-
-
-def displaced_network(
-    network: Network, bent: Deflection, exaggeration: float | None
-) -> tuple[dict[str, BodyMotion], float]:
-    """Motions of the bodies of a network under a load, and the factor of their displacements."""
-    motions = network_motion(network, bent)
-    scale = network_factor(network, motions)
-    return motions, scale if exaggeration is None else float(exaggeration)
-
-
-def network_factor(network: Network, motions: Mapping[str, BodyMotion]) -> float:
-    """How far displacements of the bodies of a network are exaggerated, by `round_factor`."""
-    far = [motions[own].displacement(p) for own, at in _bodies(network).items() for p in at]
-    return round_factor(np.array(far), size_of(network_points(network)))
+def motions_of(network: Network, places: BodyPlaces) -> dict[str, BodyMotion]:
+    """Finite motions of the bodies of a network, of which the fixed ones rest."""
+    still = BodyPlace(np.eye(3), np.zeros(3))
+    nodes: Mapping[str, BodyPlace] = {network.platform: places.platform, **places.nodes}
+    return {one.name: FiniteMotion.of(nodes.get(one.name, still)) for one in network.nodes}
 
 
 def energies_by_name(parts: Iterable[PartShare]) -> dict[str, Paint]:
@@ -141,63 +160,30 @@ def energies_by_name(parts: Iterable[PartShare]) -> dict[str, Paint]:
     return shares
 
 
-def network_items(d: NetworkDrawing) -> list[Item]:
-    """Bodies, beams, springs and joints."""
-    network = d.network
-    items: list[Item] = []
-    fixed = set(network.fixed)
-    for name, body in _bodies(network).items():
-        paint = PlainColour.FAINT if name in fixed else PlainColour.PLATE
-        corners = flat_face(body)
-        if corners is not None:
-            label = "platform" if name == network.platform else ""
-            items.append(Face(d.moved(name, corners), paint, 0.35, label))
-        ink = PlainColour.MUTED if name in fixed else d.ink
-        items += [Path(tie, ink, LineWeight.THIN, about=name) for tie in _ties(d, name, body)]
-    for beam in network.beams:
-        line = d.line(beam.start, beam.end, beam.a, beam.b)
-        paint = d.colours.get(beam.name, d.plain)
-        items.append(_part(line, beam.name, paint, d))
-    items += _springs(d) + _joints(d)
-    point = d.moved(network.platform, network.reference_point[None])
-    items.append(Marks(point, PlainColour.INK, Shape.CROSS, "reference point"))
-    return items
-
-
-def network_ghost(d: NetworkDrawing, label: str = "without load") -> list[Item]:
-    """Beams and bodies without load, in dashed lines."""
-    lines = [d.line(beam.start, beam.end, beam.a, beam.b) for beam in d.network.beams]
-    for name, body in _bodies(d.network).items():
-        if name not in d.network.fixed:
-            lines += _ties(d, name, body)
-    return dashed(lines, label)
-
-
-def _ties(d: NetworkDrawing, name: str, body: np.ndarray) -> list[np.ndarray]:
+def _ties(d: NetworkSketch, name: str, body: np.ndarray) -> list[np.ndarray]:
     """Lines from the points of a body to its middle; of two points, from one to the other."""
     middle = body.mean(axis=0) if len(body) > 2 else body[-1]
     ends = body if len(body) > 2 else body[:-1]
     return [d.moved(name, np.array([middle, end])) for end in ends]
 
 
-def _part(line: np.ndarray, name: str, paint: Paint, d: NetworkDrawing) -> Path:
+def _part(line: np.ndarray, name: str, paint: Paint, d: NetworkSketch) -> Path:
     """A beam or an elastic part, named in the legend where its colour is its own."""
     label = name if isinstance(paint, Category) and len(d.colours) <= _COLOURS else ""
     about = name + (f": {paint:.1f} %" if isinstance(paint, float) else "")
     return Path(line, paint, LineWeight.BOLD, label=label, about=about)
 
 
-def _springs(d: NetworkDrawing) -> list[Item]:
+def _springs(d: NetworkSketch) -> list[Item]:
     """Elastic parts: a line along one that has a length, a mark where it has none."""
     items: list[Item] = []
     label = "elastic part"
-    size = size_of(network_points(d.network))
     for spring in d.network.springs:
         if not np.any(spring.elasticity.compliance):
             continue
         paint = d.colours.get(spring.name, d.plain)
         start = clamped_end(spring)
-        if np.linalg.norm(start - spring.point) > _SEEN * size:
+        if np.linalg.norm(start - spring.point) > _SEEN * d.size:
             line = d.line(start, spring.point, spring.a, spring.b)
             items.append(_part(line, spring.name, paint, d))
             continue
@@ -208,7 +194,7 @@ def _springs(d: NetworkDrawing) -> list[Item]:
     return items
 
 
-def _joints(d: NetworkDrawing) -> list[Item]:
+def _joints(d: NetworkSketch) -> list[Item]:
     kinds: dict[tuple[str, Shape], list[tuple[np.ndarray, str]]] = {}
     for joint in d.network.joints:
         for freedom in joint.freedoms:
@@ -220,15 +206,6 @@ def _joints(d: NetworkDrawing) -> list[Item]:
         Marks(np.array([p for p, _ in own]), d.ink, shape, label, tuple(name for _, name in own))
         for (label, shape), own in kinds.items()
     ]
-
-
-def network_joint_names(d: NetworkDrawing) -> list[Item]:
-    """Names beside the joints, where there are not too many."""
-    placed = [(own.name, own.a, own.freedoms[0].point) for own in d.network.joints if own.freedoms]
-    if len(placed) > _NAMED:
-        return []
-    places = [(d.moved(body, p[None])[0], name) for name, body, p in placed]
-    return words_at(places, d.factor * size_of(network_points(d.network)))
 
 
 def flat_face(points: np.ndarray) -> np.ndarray | None:

@@ -192,7 +192,7 @@ class LegRecorder:
             frames = [
                 WorkingFrame(own.R, np.array([*own.p[:2], self.reference[2]], dtype=object))
                 for own in frames
-                if _keeps_the_plane(own, self.record)
+                if self.record.simplified(own.R[2, 2]) == 1  # it keeps the plane
             ]
         return frames
 
@@ -210,11 +210,6 @@ def stiffness_entries(legs: Sequence[RecordedLeg], size: int) -> dict[tuple[int,
             for (i, j), so_far in K.items():
                 K[i, j] = so_far + scaled[i] * w[j]
     return K
-
-
-def _keeps_the_plane(frame: WorkingFrame, record: Record) -> bool:
-    """Whether the frame's z axis is that of the plane."""
-    return bool(record.simplified(frame.R[2, 2]) == 1)
 
 
 def compliance_ratio(

@@ -58,7 +58,10 @@ def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
             is_rational = expression.is_Rational
             return expression if is_rational else Entry(record, record.number(expression))
         if expression.is_Symbol:
-            return _input(record, expression.name)
+            if expression.name not in record.inputs:
+                known_ones = ", ".join(record.inputs) or "none"
+                raise InputError("symbol", got=expression.name, expected=known_ones)
+            return record.input(expression.name)
         arguments = [read(argument) for argument in expression.args]
         if expression.is_Pow:
             return _power(expression, arguments[0])
@@ -86,12 +89,6 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "asin": lambda y: arc_tangent(y, square_root(1 - y * y)),
     "tanh": hyperbolic_tangent,
 }
-
-
-def _input(record: Record, name: str) -> Any:
-    if name not in record.inputs:
-        raise InputError("symbol", got=name, expected=", ".join(record.inputs) or "none")
-    return record.input(name)
 
 
 def _power(expression: Any, base: Any) -> Any:

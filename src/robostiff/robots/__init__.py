@@ -186,7 +186,7 @@ def load(
         raise InputError("robot", got=name_or_path, expected=expected)
     name = str(name_or_path)
     shipped = isinstance(name_or_path, str) and name in _all_names()
-    if not shipped and name != "-" and not Path(name).exists():
+    if not shipped and name != "-" and not os.path.exists(name):  # False where it is too long
         raise _not_there(name, isinstance(name_or_path, os.PathLike))
     if not shipped and descriptions.is_description(name):
         return _of_description(name, name, parameters, symbols, side)

@@ -28,6 +28,7 @@ from robostiff.statics.chains.beam_bowing import uniform_beam
 if TYPE_CHECKING:
     from robostiff.analytic.placement.robot_pose import PoseFormula
     from robostiff.io.model_file.symbols import Symbols
+    from robostiff.spatial.formula import Scalar
 
 
 @overload
@@ -157,7 +158,7 @@ _ONE = Bowing(1)
 
 def derive_under_load(
     robot: Robot | str | Path,
-    wrench: Sequence[Any] | str | None = None,
+    wrench: Sequence[str | Scalar] | str | None = None,
     *,
     symbols: Symbols | None = None,
     pose: PoseFormula | None = None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +28,7 @@ def is_description(path: str | Path) -> bool:
     >>> is_description("cell/ur5.urdf"), is_description("hexapod.yaml")
     (True, False)
     """
-    return Path(path).suffix.lower() in ENDINGS
+    return isinstance(path, str | Path) and Path(path).suffix.lower() in ENDINGS
 
 
 def names_description(document: Document) -> bool:
@@ -124,6 +125,9 @@ def load_linkage(
         path = robot_file(path)
     if kind_of(path) is not None or is_description(path):
         return linkage_of_tree(*described(path, side), parameters, symbols)
+    if not isinstance(path, str | os.PathLike):
+        expected = "a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio"
+        raise InputError("linkage", got=path, expected=expected)
     document = read_document(path)
     if not names_description(document):
         raise FileError(

@@ -16,6 +16,9 @@ from robostiff.spatial.quantities import holds_quantities, refuse_quantities
 #: An array of numbers, or lists of numbers and formulas.
 Entries = ArrayLike | Sequence[Any]
 
+#: A number, or a formula in its place.
+Scalar = Any
+
 
 def is_formula(value: Any) -> bool:
     """Whether a value stands for a number by a formula, and stays as it is.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -93,17 +94,18 @@ def vector_of_quaternion(q: np.ndarray) -> np.ndarray:
 
 
 def nearest_rotation(R: np.ndarray) -> np.ndarray:
-    """The rotation next to a matrix (3, 3), which is returned where it is one to 1e-12.
+    """The rotations next to matrices (..., 3, 3), which are returned where they are some to 1e-12.
 
     Examples
     --------
     >>> nearest_rotation(np.diag([1.0, 1, 1 + 1e-7])).tolist()
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
-    if np.abs(R @ R.T - np.eye(3)).max() <= _ORTHOGONAL:
+    off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1)) > _ORTHOGONAL
+    if not np.any(off):
         return R
     U, _, V = np.linalg.svd(R)
-    return U @ V
+    return np.where(off[..., None, None], U @ V, R)
 
 
 def is_rigid_transform(value: Any) -> TypeIs[RigidTransform]:
@@ -115,7 +117,28 @@ def is_rigid_transform(value: Any) -> TypeIs[RigidTransform]:
     False
     """
     module = sys.modules.get("scipy.spatial.transform")
-    return module is not None and isinstance(value, module.RigidTransform)
+    return isinstance(value, getattr(module, "RigidTransform", ()))  # SciPy 1.15 has none
+
+
+def rigid_transform(T: np.ndarray) -> RigidTransform:
+    """Matrices (..., 4, 4) as rigid transforms of SciPy.
+
+    Raises
+    ------
+    InputError
+        When SciPy is too old: it has batches of any shape from 1.17.
+    """
+    try:
+        from scipy.spatial.transform import RigidTransform
+
+        return RigidTransform.from_matrix(T)
+    except (ImportError, ValueError):
+        raise InputError(
+            "rigid transforms of SciPy",
+            got=f"SciPy {import_module('scipy').__version__}",
+            expected="1.17 or newer",
+            hint="write pip install 'scipy>=1.17', or take the pose as numbers",
+        ) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,8 +215,8 @@ class Frame:
         return Frame(R.T, -(R.T @ p))
 
     @cached_property
-    def rigid_transform(self) -> RigidTransform:
-        """The frame as a rigid transform of SciPy.
+    def matrix(self) -> np.ndarray:
+        """The frame as a matrix (4, 4), with the origin [m] in its last column.
 
         Raises
         ------
@@ -202,16 +225,25 @@ class Frame:
         """
         if object in (self.R.dtype, self.p.dtype):
             raise InputError(
-                "rigid transform of a frame",
+                "matrix of a frame",
                 got="formulas",
                 expected="numbers",
                 hint="give the symbols values first",
             )
-        from scipy.spatial.transform import RigidTransform
-
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = self.R, self.p
-        return RigidTransform.from_matrix(T)
+        return T
+
+    @cached_property
+    def rigid_transform(self) -> RigidTransform:
+        """The frame as a rigid transform of SciPy.
+
+        Raises
+        ------
+        InputError
+            When the frame holds formulas, or SciPy has no rigid transforms yet.
+        """
+        return rigid_transform(self.matrix)
 
 
 def _checked(

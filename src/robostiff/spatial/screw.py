@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -115,11 +116,30 @@ class Screw:
         """
         # A slide before it moves the point of an axis that keeps its direction.
         shape = np.broadcast_shapes(self.axis.shape, at.shape, np.shape(self.point))
-        e = self.axis if self.axis.shape == shape else np.broadcast_to(self.axis, shape)
-        if self.pitch is None:
-            return _six(e, np.zeros(3, dtype=int) if e.dtype == object else np.zeros(3))
-        moved = cross(e, at - self.point)
-        return _six(moved + self.pitch * e if self.slides else moved, e)
+        e = np.broadcast_to(self.axis, shape)
+        r = np.zeros_like(e) if self.pitch is None else np.broadcast_to(at - self.point, shape)
+        return twists_of_screws(e[..., None], r[..., None], (self.pitch,))[..., 0]
+
+
+def twists_of_screws(
+    e: Shaped[np.ndarray, "*batch 3 n"], r: Shaped[np.ndarray, "*batch 3 n"], pitches: Sequence[Any]
+) -> Shaped[np.ndarray, "*batch 6 n"]:
+    """Columns (17) of n unit screws, [e x r + h e; e], or [e; 0] of a translation.
+
+    Axes e and arms r from their points [m] are columns (..., 3, n); `pitches` [m/rad] are as those
+    of `Screw`.
+    """
+    J = empty_batch(e.shape[:-2], (6, e.shape[-1]), np.result_type(e, r))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        J[..., i, :] = e[..., j, :] * r[..., k, :] - e[..., k, :] * r[..., j, :]
+    J[..., 3:, :] = e
+    slides = [k for k, pitch in enumerate(pitches) if pitch is None]
+    if slides:
+        J[..., :3, slides], J[..., 3:, slides] = e[..., slides], 0
+    for k, pitch in enumerate(pitches):
+        if pitch is not None and pitch != 0:
+            J[..., :3, k] += pitch * e[..., k]
+    return J
 
 
 @dataclass(frozen=True)
@@ -146,13 +166,6 @@ def full_turn(value: Any) -> Any:
     import sympy as sp
 
     return 2 * sp.pi
-
-
-def _six(shift: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """A twist (..., 6), poses side by side."""
-    twist = empty_batch(shift.shape[:-1], (6,), np.result_type(shift, turn))
-    twist[..., :3], twist[..., 3:] = shift, turn
-    return twist
 
 
 def screw_of_twist(

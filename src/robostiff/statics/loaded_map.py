@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.maps import Batched, Compiled, Quantity
-from robostiff.analysis.maps.cables import CableEvaluator
-from robostiff.analysis.maps.evaluator import BatchedEvaluator, Evaluator, room_for
+from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator, room_for
 from robostiff.analysis.maps.request import Method
 from robostiff.analysis.maps.variables import NO_RANK, Variable, map_variables
 from robostiff.analysis.measures import principal_stiffnesses, stiffness_indices
@@ -18,6 +17,7 @@ from robostiff.compiled import Backend
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot
+from robostiff.model.cable import CableRobot
 from robostiff.statics.kernels.compile import compile_loaded
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
 from robostiff.statics.kernels.weights import StandingLoads
@@ -64,7 +64,7 @@ class UnderLoad(StandingLoads):
 
     by: Method | None = None
 
-    def evaluator(self, like: BatchedEvaluator, count: int) -> Evaluator:
+    def evaluator(self, like: MapEvaluator, count: int) -> Evaluator:
         """What computes a map of so many poses; `like` has its robot, columns and quantities.
 
         Raises
@@ -81,7 +81,7 @@ class UnderLoad(StandingLoads):
             )
         if self.by is not None and not isinstance(self.by, Compiled | Batched):
             raise InputError("by of UnderLoad", got=self.by, expected="Compiled() or Batched()")
-        if not isinstance(like, CableEvaluator):
+        if not isinstance(like.robot, CableRobot):
             return LoadedEvaluator(like, self, self._kernel(like, count))
         standing = [name for name in ("loads", "gravity", "preload", "by") if getattr(self, name)]
         if standing or like.of_wrench:
@@ -92,7 +92,7 @@ class UnderLoad(StandingLoads):
             )
         return like
 
-    def _kernel(self, like: BatchedEvaluator, count: int) -> CompiledLoading | None:
+    def _kernel(self, like: MapEvaluator, count: int) -> CompiledLoading | None:
         required = isinstance(self.by, Compiled)
         if isinstance(self.by, Batched) or (count < _WORTH_COMPILING and not required):
             return None
@@ -127,13 +127,13 @@ class LoadedEvaluator:
 
     Attributes
     ----------
-    like : BatchedEvaluator
+    like : MapEvaluator
         Robot, columns, quantities, length.
     load : UnderLoad
     kernel : CompiledLoading or None
     """
 
-    like: BatchedEvaluator
+    like: MapEvaluator
     load: UnderLoad
     kernel: CompiledLoading | None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import Deflection
 from robostiff.analysis.result_tables import (
     blocks_html,
     cable_load_blocks,
@@ -25,34 +24,23 @@ from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.plot.cable_robot import CableLines, loaded_cable_layers
+from robostiff.plot.cable_robot import CableSketch
 from robostiff.plot.free_motion_screws import free_motion_items
-from robostiff.plot.geometry.displacement import at_rest, spatial
+from robostiff.plot.geometry.displacement import at_rest, network_motion, spatial
 from robostiff.plot.geometry.ellipsoid import Quality, Stiffness
-from robostiff.plot.geometry.legs import extent, points_of
-from robostiff.plot.picture import Item, Paint, PlainColour
-from robostiff.plot.posed_robot import displaced
+from robostiff.plot.geometry.legs import points_of
+from robostiff.plot.picture import Item, PlainColour
+from robostiff.plot.posed_robot import motion_of
 from robostiff.plot.prefix import short
-from robostiff.plot.robot_parts import (
-    Drawing,
-    colours_of_parts,
-    ghost,
-    joint_names,
-    load_items,
-    part_names,
-    robot_items,
-)
+from robostiff.plot.robot_parts import RobotSketch, part_names
+from robostiff.plot.sketch import Sketch, colours_of_parts
 from robostiff.plot.structures import (
-    NetworkDrawing,
+    NetworkSketch,
     colours_of_network,
-    displaced_network,
-    network_ghost,
-    network_items,
-    network_joint_names,
-    network_load,
     network_points,
     size_of,
 )
+from robostiff.spatial import Space
 from robostiff.statics import cable_response, deflection
 from robostiff.view.answer import (
     UNDER_LOAD,
@@ -97,27 +85,37 @@ class Machine(ABC):
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
 
+    def _layers(
+        self,
+        sketch: Sketch,
+        result: Stiffness,
+        load: tuple[np.ndarray, np.ndarray],
+        look: Look,
+    ) -> tuple[dict[str, Sequence[Item]], list[str]]:
+        """Layers that are wanted, and what they mean; a load is a point and a wrench (6,)."""
+        drawn: dict[str, Callable[[], list[Item]]]
+        drawn = {
+            "robot": sketch.parts,
+            "names of joints": sketch.names,
+            "load": lambda: sketch.load(*load, self.space is Space.PLANAR),
+        }
+        words = [f"displacements × {short(sketch.scale, 6)}"] if sketch.scale else []
+        if sketch.scale:
+            drawn["shape without load"] = sketch.ghost
+        layers = {name: items() for name, items in drawn.items() if name in look.seen}
+        shapes, meanings = shapes_of(result, self._ellipsoids, sketch.size, look)
+        return {**layers, **shapes}, [*words, *meanings]
+
     def _of_network(self, network: Network, wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown of a network under a load (n,) on its platform."""
         bent = deflection(network, None, wrench)
-        result = bent.stiffness
         colours = colours_of_network(network)
-        shapes, words = shapes_of(result, self._ellipsoids, self.size, look)
-        drawn = moved = NetworkDrawing(network, 1.0, colours)
-        layers = dict(shapes)
+        sketch = NetworkSketch(network=network, colours=colours)
         if bent.has_answer and np.any(wrench):
-            motions, scale = displaced_network(network, bent, look.exaggeration)
-            moved = replace(drawn, motions=motions, scale=scale)
-            if "shape without load" in look.seen:
-                layers["shape without load"] = network_ghost(drawn)
-            if "load" in look.seen:
-                F = spatial(bent.wrench, network.space.rows)
-                layers["load"] = network_load(moved, result.reference_point, F)
-            words.append(f"displacements × {short(scale, 6)}")
-        layers["robot"] = network_items(moved)
-        if "names of joints" in look.seen:
-            layers["names of joints"] = network_joint_names(moved)
-        return answer_of(bent, layers, words, colours)
+            sketch = replace(sketch, motions=network_motion(network, bent))
+            sketch = sketch.exaggerated(look.exaggeration)
+        load = bent.stiffness.reference_point, spatial(bent.wrench, network.space.rows)
+        return answer_of(bent, *self._layers(sketch, bent.stiffness, load, look), colours)
 
 
 def machine_of(robot: Any, pose: Any = None) -> Machine:
@@ -190,31 +188,13 @@ class RobotMachine(Machine):
             return ShownAnswer(str(bent.status), "bad", tuple(bent.advice))
         snapshot = self.robot if isinstance(self.robot, Snapshot) else result.snapshot()
         colours = colours_of_parts(part_names(snapshot))
-        layers, notes = self._layers(snapshot, bent, colours, look)
-        return answer_of(bent, layers, notes, colours)
-
-    def _layers(
-        self,
-        snapshot: Snapshot,
-        bent: Deflection,
-        colours: Mapping[str, Paint],
-        look: Look,
-    ) -> tuple[dict[str, Sequence[Item]], tuple[str, ...]]:
-        motion, scale, notes = at_rest(snapshot), 0.0, []
+        own = {"colours": colours, "of_joints": colours, "plain": PlainColour.MUTED}
+        sketch = RobotSketch(snapshot=snapshot, motion=at_rest(snapshot), **own)
         if bent.has_answer and np.any(bent.wrench):
-            motion, scale = displaced(snapshot, bent, look.exaggeration)
-            notes.append(f"displacements × {short(scale, 6)}")
-        drawing = Drawing(snapshot, motion, scale, 1.0)
-        size = extent(snapshot)
-        shapes, words = shapes_of(bent.stiffness, self._ellipsoids, size, look)
-        drawn = {
-            "robot": lambda: robot_items(drawing, {}, PlainColour.MUTED, colours, colours),
-            "names of joints": lambda: joint_names(drawing),
-            "shape without load": lambda: ghost(drawing) if scale else [],
-            "load": lambda: load_items(drawing, bent, is_flat=False),
-        }
-        layers = {name: items() for name, items in drawn.items() if name in look.seen}
-        return {**layers, **shapes}, (*notes, *words)
+            sketch = replace(sketch, motion=motion_of(snapshot, bent))
+            sketch = sketch.exaggerated(look.exaggeration)
+        load = result.reference_point, spatial(bent.wrench, result.space.rows)
+        return answer_of(bent, *self._layers(sketch, result, load, look), colours)
 
 
 def shapes_of(
@@ -269,7 +249,7 @@ class CableMachine(Machine):
 
     def __init__(self, robot: CableRobot, pose: Any = None) -> None:
         first = cable_response(robot, pose, np.zeros(robot.space.size)).before
-        super().__init__(robot, CableLines.of(first).points)
+        super().__init__(robot, CableSketch.at_pose(first).rest.points)
         home = cable_response(robot, None, np.zeros(robot.space.size)).before.pose
         self.sliders = coordinate_sliders(robot.coordinates, home, first.pose, self.size)
 
@@ -278,12 +258,11 @@ class CableMachine(Machine):
         pose = np.array([values[slider.name] for slider in self.sliders])
         found = cable_response(self.robot, pose, wrench)
         before = found.before
-        layers, words = shapes_of(before, self._ellipsoids, self.size, look)
-        layers["robot"] = CableLines.of(before).items(1.0)
+        sketch = CableSketch.at_pose(before)
         if found.has_answer and np.any(wrench):
-            loaded, scale = loaded_cable_layers(found, 1.0, look.exaggeration)
-            layers |= {name: items for name, items in loaded.items() if name in look.seen}
-            words.insert(0, f"displacements × {short(scale, 6)}")
+            sketch = CableSketch.under_load(found).exaggerated(look.exaggeration)
+        load = sketch.rest.point, spatial(found.load, self.space.rows)
+        layers, words = self._layers(sketch, before, load, look)
         blocks = cable_load_blocks(found) if np.any(wrench) else []
         status = found.status if np.any(wrench) else before.status
         advice = tuple(dict.fromkeys([*before.advice, *found.advice]))

@@ -8,7 +8,7 @@ import xarray
 
 import robostiff as rs
 from robostiff import Axis, Batched, Compiled, Grid, Quantity, RandomPoses, Threads
-from robostiff.analysis.maps.evaluator import BatchedEvaluator, CompiledEvaluator
+from robostiff.analysis.maps.evaluator import MapEvaluator
 from robostiff.analysis.maps.pose_columns import joint_columns, pose_columns
 from robostiff.analysis.maps.request import checked_request
 from tests.analysis.maps.robots import loaded
@@ -30,6 +30,11 @@ COUNT = 150
 ARRAYS = Compiled(rs.Backend.ARRAYS)
 
 
+def is_batched(request) -> bool:
+    evaluator = request.job.evaluator
+    return isinstance(evaluator, MapEvaluator) and evaluator.kernel is None
+
+
 def batched_of(name, quantities):
     robot = loaded(name)
     by_joints = robot.is_serial and robot.home is None
@@ -37,13 +42,13 @@ def batched_of(name, quantities):
         robot, [coordinate.value for coordinate in robot.coordinates]
     )  # fmt: skip
     wrench = tuple(range(1, robot.space.size + 1)) if Quantity.DEFLECTION in quantities else ()
-    return BatchedEvaluator(robot, columns, quantities, wrench, 0.5)
+    return MapEvaluator(robot, columns, quantities, wrench, 0.5)
 
 
 @pytest.mark.parametrize(("name", "quantities", "spread"), ROBOTS)
 def test_kernels_fill_maps_as_the_batched_form_does(name, quantities, spread):
     batched = batched_of(name, quantities)
-    compiled = CompiledEvaluator.of(batched, rs.Backend.ARRAYS)
+    compiled = batched.with_kernel(rs.Backend.ARRAYS)
     home = np.array(batched.columns.home)
     poses = home + np.random.default_rng(2).uniform(-spread, spread, (COUNT, home.size))
     poses[0] = home  # a special place for some
@@ -67,12 +72,12 @@ def test_large_maps_are_compiled_and_small_ones_are_not():
     robot = loaded("3-rpr")
     small = checked_request(robot, Grid(x=Axis(0, 0.1, 10)), OF_K, None, None, None)
     large = checked_request(robot, RandomPoses(100_000, {"x": (0, 0.1)}), OF_K, None, None, None)
-    assert isinstance(small.job.evaluator, BatchedEvaluator)
-    assert isinstance(large.job.evaluator, CompiledEvaluator)
+    assert is_batched(small)
+    assert not is_batched(large)
     asked = checked_request(
         robot, RandomPoses(100_000, {"x": (0, 0.1)}), OF_K, None, None, None, Batched()
     )
-    assert isinstance(asked.job.evaluator, BatchedEvaluator)
+    assert is_batched(asked)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +92,7 @@ def test_what_kernels_cannot_do_is_left_to_the_batched_form(name, poses, quantit
     robot, source = loaded(name), RandomPoses(100_000, {poses: (0, 0.01)})
     wrench = [0, 0, 1, 0, 0, 0] if quantities[0].needs_wrench else None
     request = checked_request(robot, source, quantities, wrench, None, None)
-    assert isinstance(request.job.evaluator, BatchedEvaluator)
+    assert is_batched(request)
     with pytest.raises((rs.InputError, rs.NoAnswerError), match=message):
         checked_request(robot, source, quantities, wrench, None, None, Compiled())
 
@@ -124,8 +129,8 @@ def test_where_and_threads_change_no_bit_of_a_compiled_map():
 
 
 def test_a_compiled_evaluator_travels():
-    evaluator = CompiledEvaluator.of(batched_of("3-rpr", OF_K), rs.Backend.BEST)
-    poses = np.array([evaluator.batched.columns.home] * 3)
+    evaluator = batched_of("3-rpr", OF_K).with_kernel(rs.Backend.BEST)
+    poses = np.array([evaluator.columns.home] * 3)
     other = pickle.loads(pickle.dumps(evaluator))  # noqa: S301
     for name, values in evaluator.evaluate(poses).items():
         np.testing.assert_array_equal(other.evaluate(poses)[name], values)

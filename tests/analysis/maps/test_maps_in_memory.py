@@ -10,7 +10,7 @@ import xarray
 import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
 from robostiff.analysis.maps.dataset import MapArrays
-from robostiff.analysis.maps.evaluator import BatchedEvaluator
+from robostiff.analysis.maps.evaluator import MapEvaluator
 from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.errors import InputError
@@ -136,7 +136,7 @@ def test_threads_change_nothing():
 class Guarding:
     """An evaluator that says it has computed poses again."""
 
-    slow: BatchedEvaluator
+    slow: MapEvaluator
     method: str = "guarding"
     most_poses: int = 1000
 
@@ -151,7 +151,7 @@ class Guarding:
 def test_guarded_poses_are_counted():
     robot, poses = loaded("3-rpr"), RandomPoses(5000, {"x": (-0.05, 0.05)}, seed=2)
     columns = pose_columns(robot, poses.names)
-    slow = BatchedEvaluator(robot, columns, (Quantity.STIFFNESS,))
+    slow = MapEvaluator(robot, columns, (Quantity.STIFFNESS,))
     job = MapJob(Guarding(slow), columns, poses)
     assert len(job.partition) == 5
     arrays = MapArrays(job, {})

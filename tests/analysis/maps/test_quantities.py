@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff import Quantity
-from robostiff.analysis.maps.evaluator import BatchedEvaluator
+from robostiff.analysis.maps.evaluator import MapEvaluator
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.analysis.measures import (
     principal_stiffnesses,
@@ -41,7 +41,7 @@ def evaluated(name, coordinate, spread, count=12):
     wrench += tuple([0.0] * (robot.space.size - len(wrench)))
     without = {Quantity.TENSIONS} | ({Quantity.ACTUATOR_FORCES} if name == "planar-link" else set())
     quantities = [q for q in Quantity if q not in without]
-    evaluator = BatchedEvaluator(robot, columns, tuple(quantities), wrench, 0.5)
+    evaluator = MapEvaluator(robot, columns, tuple(quantities), wrench, 0.5)
     return robot, columns, poses, np.array(wrench), evaluator.evaluate(poses)
 
 
@@ -98,8 +98,8 @@ def test_a_balanced_load_is_carried_and_an_unbalanced_one_is_said_to_be():
     robot = loaded("gough-stewart-a")
     columns = pose_columns(robot, ["x"])
     home = np.array([columns.home])
-    down = BatchedEvaluator(robot, columns, (Quantity.DEFLECTION,), (0, 0, -100.0, 0, 0, 0))
-    aside = BatchedEvaluator(robot, columns, (Quantity.DEFLECTION,), (100.0, 0, 0, 0, 0, 0))
+    down = MapEvaluator(robot, columns, (Quantity.DEFLECTION,), (0, 0, -100.0, 0, 0, 0))
+    aside = MapEvaluator(robot, columns, (Quantity.DEFLECTION,), (100.0, 0, 0, 0, 0, 0))
     carried, lost = down.evaluate(home), aside.evaluate(home)
     assert carried["displacement"][0, 2] < 0
     assert rs.Status(int(carried["status"][0])) == rs.Status.FREE_MOTIONS

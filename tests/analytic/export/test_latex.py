@@ -137,3 +137,28 @@ def test_no_name_breaks_the_document(name):
 def test_joint_names_are_escaped():
     assert r"el\_bow \& 50 \%" in derivation_latex(ALL["oblique"])
     assert r"el\_bow \& 50 %" in derivation_markdown(ALL["oblique"])
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("gough-stewart-b", {}),
+        ("3-rrr", {}),
+        ("delta", {"pose": rs.AtSymbols()}),
+        ("gough-stewart-b-beams", {"leg": "leg1"}),
+        ("two-link-arm", {}),
+    ],
+)
+def test_a_snippet_has_the_formula_alone_and_all_of_its_names(name, options):
+    derivation = rs.derive(name, **options)
+    snippet = derivation.latex()
+    check_balance(snippet)
+    assert "\\[" not in snippet.replace("\\\\[4pt]", "")
+    assert not any(word in snippet for word in ("paragraph", "section", "item", "tabular"))
+    named = getattr(derivation, "named", None) or derivation
+    lefts = {line.split("=")[0].strip(" &") for line in snippet.splitlines() if "=" in line}
+    right = "".join(line.partition("=")[2] or line for line in snippet.splitlines())
+    for d in named.definitions:
+        written = latex_name(d.symbol.name)
+        if written in right and d.expression.free_symbols:
+            assert written in lefts

@@ -1,6 +1,7 @@
 """Masses of MJCF bodies: what is written and what shapes have, against MuJoCo's mass matrix."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,7 +49,7 @@ ARM = """<mujoco>
 </mujoco>"""
 
 
-def of_mujoco(model: object, q: np.ndarray) -> np.ndarray:
+def of_mujoco(model: Any, q: np.ndarray) -> np.ndarray:
     """MuJoCo's mass matrix over the first joints, the last one held."""
     data = mujoco.MjData(model)
     data.qpos[: len(q)] = q

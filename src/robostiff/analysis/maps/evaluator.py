@@ -1,19 +1,22 @@
-"""Values of a map for a block of poses: by the batched form, and by kernels that it guards."""
+"""Values of a map for a block of poses: in batches, and by kernels that these guard."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Protocol, cast
 
 import numpy as np
 
+from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness
 from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_answer import CheckedResults
 from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
 from robostiff.analysis.deflection_under_load import carried_by
 from robostiff.analysis.leg_loads import leg_loads
+from robostiff.analysis.loaded_cables import are_beyond_limits
 from robostiff.analysis.maps.pose_columns import Mapped, PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (
@@ -25,6 +28,7 @@ from robostiff.analysis.measures import (
     worst_deflection,
 )
 from robostiff.analysis.result import RobotStiffness
+from robostiff.cables import structure_matrix
 from robostiff.compiled import (
     Backend,
     DeflectionUnder,
@@ -35,16 +39,22 @@ from robostiff.compiled import (
     unpack,
 )
 from robostiff.elastostatics import Status
+from robostiff.elastostatics.result import scaled_inverse
 from robostiff.errors import InputError
 from robostiff.kinematics import find_posture, freedom_twist
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated, PlacedFreedom, Robot
+from robostiff.model.cable import CableRobot
 from robostiff.spatial import move_wrench
 from robostiff.spatial.batch import empty_batch
 
 # Poses at once: few enough for the cache.
 _CHUNK = 4096
 _NETWORKS = 128
+# Poses at once by a kernel, at most: their rows of inputs and results take some 30 MB.
+_MOST = 2**18
+_TAUT = 1e-10  # of the largest tension
+_STIFFNESS, _PRINCIPAL, _WORST = StiffnessMatrix(), PrincipalStiffness(), WorstDeflection()
 _OF_K = {Quantity.STIFFNESS, Quantity.PRINCIPAL_STIFFNESS, Quantity.INDICES}
 
 
@@ -96,8 +106,12 @@ def poses_at(poses: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class BatchedEvaluator:
-    """The wrench basis form on batches of poses, or networks, as `stiffness` has them."""
+class MapEvaluator:
+    """Quantities at batches of poses; by a kernel where there is one, which these batches guard.
+
+    Robots have the wrench basis form, linkages are networks. The tensions of cables are those of
+    `cable_stiffness`: they balance the weight, and winches are locked before the wrench acts.
+    """
 
     robot: Mapped
     columns: PoseColumns  # what the numbers of a pose are
@@ -106,10 +120,16 @@ class BatchedEvaluator:
     length: float = 1.0  # characteristic length of the indices [m]
     # joint coordinates of all legs that choose the posture [m, rad]; empty for home's
     near: tuple[float, ...] = ()
+    kernel: CompiledRobot | CompiledLinkage | None = None
 
     @property
     def method(self) -> str:
         """Name of the method."""
+        if isinstance(self.robot, CableRobot):
+            return "cables, batched"
+        careful = "networks" if isinstance(self.robot, Linkage) else "wrench-basis"
+        if self.kernel is not None:
+            return f"compiled record, {careful} where it is unsafe"
         return "networks" if isinstance(self.robot, Linkage) else "wrench-basis, batched"
 
     @property
@@ -118,47 +138,176 @@ class BatchedEvaluator:
         return map_variables(self.robot, self.quantities)
 
     @property
+    def of_wrench(self) -> tuple[Quantity, ...]:
+        """Quantities about the load."""
+        return tuple(quantity for quantity in self.quantities if quantity.needs_wrench)
+
+    @property
     def most_poses(self) -> int:
-        """Two of its own chunks, or a few networks: a block takes about half a second."""
+        """So many that the cost of a block is hidden, and that it takes about half a second."""
+        if self.kernel is not None:
+            return _MOST
         return _NETWORKS if isinstance(self.robot, Linkage) else 2 * _CHUNK
+
+    def with_kernel(self, backend: Backend) -> MapEvaluator:
+        """The same quantities by a kernel.
+
+        Raises
+        ------
+        InputError
+            When the robot has none for these quantities and coordinates.
+        """
+        robot, columns = cast("Robot | Linkage", self.robot), self.columns
+        subject = f"map of {robot.name!r} by a kernel"
+        if Quantity.ACTUATOR_FORCES in self.quantities:
+            raise InputError(
+                subject, got="actuator forces", expected="other quantities", hint=_OTHERWISE
+            )
+        if isinstance(robot, Linkage):
+            joints = [name for name, _ in columns.drives]
+            made = compile_linkage(robot, self._outputs, joints=joints, backend=backend)
+            return replace(self, kernel=made)
+        free = tuple(coordinate.value for coordinate in robot.coordinates)
+        if not columns.of_joints and columns.names != free:
+            raise InputError(
+                subject,
+                got=" ".join(columns.names),
+                expected=f"coordinates that are free: {' '.join(free)}",
+                hint=_OTHERWISE,
+            )
+        compiled = compile_robot(robot, self._outputs, backend=backend)
+        if columns.of_joints and not compiled.takes_joints:
+            raise InputError(
+                subject, got="joint coordinates", expected=" ".join(free), hint=_OTHERWISE
+            )
+        return replace(self, kernel=compiled)
+
+    @property
+    def _outputs(self) -> list[Output]:
+        quantities = self.quantities
+        found: list[Output] = []
+        if {Quantity.STIFFNESS, Quantity.INDICES} & set(quantities):
+            found.append(_STIFFNESS)
+        if Quantity.PRINCIPAL_STIFFNESS in quantities:
+            found.append(_PRINCIPAL)
+        if Quantity.WORST_DEFLECTION in quantities:
+            found.append(_WORST)
+        if Quantity.DEFLECTION in quantities:
+            found.append(DeflectionUnder(self.wrench))
+        return found
 
     def evaluate(
         self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
     ) -> Mapping[str, np.ndarray]:
-        """The variables at poses (N, n_coordinates)."""
+        """The variables at poses (N, n_coordinates); of a kernel, which were ``guarded``, too."""
         count = len(poses)
         out = room_for(self.variables, count) if out is None else out
+        if self.kernel is not None:
+            return self._by_kernel(self.kernel, poses, out)
         for start in range(0, count, _CHUNK):
             part = slice(start, start + _CHUNK)
-            for name, values in self._chunk(poses[part]).items():
-                out[name][part] = values
+            is_cables = isinstance(self.robot, CableRobot)
+            found = (self._cables if is_cables else self._chunk)(poses[part])
+            for name, array in out.items():
+                array[part] = found[name]
         return out
+
+    def _by_kernel(
+        self,
+        kernel: CompiledRobot | CompiledLinkage,
+        poses: np.ndarray,
+        out: Mapping[str, np.ndarray],
+    ) -> Mapping[str, np.ndarray]:
+        guarded = np.empty(len(poses), dtype=bool)
+        for where, found in kernel.results(self.columns.as_pose(poses)):
+            self._fill({name: array[where] for name, array in out.items()}, found)
+            guarded[where] = found.guarded
+        rows = np.flatnonzero(guarded)
+        if rows.size:
+            careful = replace(self, kernel=None)
+            for name, values in careful.evaluate(poses_at(poses, rows)).items():
+                out[name][rows] = values
+        return {**out, "guarded": guarded}
+
+    def _fill(self, out: Mapping[str, np.ndarray], found: CheckedResults) -> None:
+        """Put the results of a chunk of a kernel into their places."""
+        quantities, rows = self.quantities, found.rows
+        d, n = self.robot.space.translations, self.robot.space.size
+        out["rank"][...], out["status"][...] = found.rank, found.status_codes
+        if Quantity.STIFFNESS in quantities:
+            unpack(rows[_STIFFNESS.name], out["K"])
+        if Quantity.PRINCIPAL_STIFFNESS in quantities:
+            principal = rows[_PRINCIPAL.name]
+            # K is positive semidefinite; what is below zero is rounding.
+            np.maximum(principal, 0.0, out=principal)
+            unpack(principal[:d], out["translational_stiffness"])
+            unpack(principal[d:], out["rotational_stiffness"])
+        if Quantity.WORST_DEFLECTION in quantities:
+            unpack(rows[_WORST.name], out["worst_deflection"])
+        if Quantity.INDICES in quantities:
+            K = empty_batch(found.rank.shape, (n, n))
+            unpack(rows[_STIFFNESS.name], K)
+            K[found.guarded] = np.nan
+            for name, values in stiffness_indices(K, found.rank, self.length).items():
+                out[name][...] = values
+        if Quantity.DEFLECTION in quantities:
+            twist = rows[DeflectionUnder.name]
+            unpack(twist[:d], out["displacement"])
+            unpack(twist[d:], out["rotation"])
+
+    def _of_matrices(
+        self, K: np.ndarray, rank: np.ndarray, C: Callable[[], np.ndarray], definite: bool
+    ) -> dict[str, np.ndarray]:
+        """What K (N, n, n) and the compliance say, as far as it is wanted."""
+        found: dict[str, np.ndarray] = {"K": K, "rank": rank}
+        if Quantity.PRINCIPAL_STIFFNESS in self.quantities:
+            found |= principal_stiffnesses(K, definite=definite)
+        if Quantity.INDICES in self.quantities:
+            found |= stiffness_indices(K, rank, self.length)
+        if Quantity.WORST_DEFLECTION in self.quantities:
+            found |= worst_deflection(C())
+        return found
 
     def _chunk(self, poses: np.ndarray) -> dict[str, np.ndarray]:
         pose = self.columns.as_pose(poses)
         result = careful_stiffness(cast(Any, self.robot), pose, near=self._near)
-        status, rank = result.status_codes, result.rank
+        status = result.status_codes
         K = stiffness_where_answered(result) if _OF_K & set(self.quantities) else np.empty(0)
-        found: dict[str, np.ndarray] = {"rank": rank}
-        if Quantity.STIFFNESS in self.quantities:
-            found["K"] = K
-        if Quantity.PRINCIPAL_STIFFNESS in self.quantities:
-            found |= principal_stiffnesses(K)
-        if Quantity.WORST_DEFLECTION in self.quantities:
-            found |= worst_deflection(compliance_where_answered(result))
-        if Quantity.INDICES in self.quantities:
-            found |= stiffness_indices(K, rank, self.length)
+        C = partial(compliance_where_answered, result)
+        found = self._of_matrices(K, result.rank, C, definite=True)
         if self.wrench:
             F = np.array(self.wrench)
             twist, unbalanced = twists_under(result, F)
             status = status | unbalanced * np.uint16(Status.UNBALANCED)
             d = self.robot.space.translations
-            if Quantity.DEFLECTION in self.quantities:
-                found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
+            found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
             if Quantity.ACTUATOR_FORCES in self.quantities:
                 known = np.isfinite(twist[:, 0])
                 found["actuator_force"] = self._actuator_forces(pose, result, known, F)
         found["status"] = status
+        return found
+
+    def _cables(self, poses: np.ndarray) -> dict[str, np.ndarray]:
+        """Of cables; a deflection is linear, and known where no cable becomes slack.
+
+        Loads among the columns are balanced by the tensions instead.
+        """
+        robot = cast("CableRobot", self.robot)
+        F = self.columns.wrenches(poses) if self.columns.loads else None
+        result = cable_stiffness(robot, self.columns.as_pose(poses), F)
+        K, rank, status = stiffness_where_answered(result), result.rank, result.status_codes
+        C = np.full_like(K, np.nan)
+        if {Quantity.WORST_DEFLECTION, *self.of_wrench} & set(self.quantities):
+            stable = (rank == robot.space.size) & ((status & int(Status.UNSTABLE)) == 0)
+            C[stable] = scaled_inverse(K[stable], result.placed.characteristic_length[stable])
+        found = self._of_matrices(K, rank, lambda: C, definite=False)
+        found["status"] = status
+        tensions = np.where(result.answered[:, None], result.tensions, np.nan)
+        found["tension"] = tensions
+        found["least_tension"] = tensions.min(axis=-1)
+        found["greatest_tension"] = tensions.max(axis=-1)
+        if self.of_wrench:
+            found |= cables_under_wrench(robot, result, C, np.array(self.wrench))
         return found
 
     @property
@@ -192,120 +341,24 @@ class BatchedEvaluator:
         return out
 
 
-# Poses at once, at most: their rows of inputs and results take some 30 MB.
-_MOST = 2**18
-
-_STIFFNESS, _PRINCIPAL = StiffnessMatrix(), PrincipalStiffness()
-_WORST = WorstDeflection()
-
-
-@dataclass(frozen=True)
-class CompiledEvaluator:
-    """The kernel of a robot, guarded by the batched form of the same quantities."""
-
-    compiled: CompiledRobot | CompiledLinkage
-    batched: BatchedEvaluator
-
-    @classmethod
-    def of(cls, batched: BatchedEvaluator, backend: Backend) -> CompiledEvaluator:
-        """The kernel for the quantities of a batched evaluator."""
-        robot, columns = cast("Robot | Linkage", batched.robot), batched.columns
-        subject = f"map of {robot.name!r} by a kernel"
-        if Quantity.ACTUATOR_FORCES in batched.quantities:
-            raise InputError(
-                subject, got="actuator forces", expected="other quantities", hint=_OTHERWISE
-            )
-        if isinstance(robot, Linkage):
-            joints = [name for name, _ in columns.drives]
-            return cls(
-                compile_linkage(robot, _outputs(batched), joints=joints, backend=backend), batched
-            )
-        free = tuple(coordinate.value for coordinate in robot.coordinates)
-        if not columns.of_joints and columns.names != free:
-            raise InputError(
-                subject,
-                got=" ".join(columns.names),
-                expected=f"coordinates that are free: {' '.join(free)}",
-                hint=_OTHERWISE,
-            )
-        compiled = compile_robot(robot, _outputs(batched), backend=backend)
-        if columns.of_joints and not compiled.takes_joints:
-            raise InputError(
-                subject, got="joint coordinates", expected=" ".join(free), hint=_OTHERWISE
-            )
-        return cls(compiled, batched)
-
-    @property
-    def method(self) -> str:
-        """Name of the method."""
-        careful = "networks" if self.batched.columns.drives else "wrench-basis"
-        return f"compiled record, {careful} where it is unsafe"
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The variables that `evaluate` returns."""
-        return self.batched.variables
-
-    @property
-    def most_poses(self) -> int:
-        """Enough to hide the cost of a block."""
-        return _MOST
-
-    def evaluate(
-        self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
-    ) -> Mapping[str, np.ndarray]:
-        """The variables at poses (N, n_coordinates), and which were ``guarded``."""
-        out = room_for(self.variables, len(poses)) if out is None else out
-        guarded = np.empty(len(poses), dtype=bool)
-        for where, found in self.compiled.results(self.batched.columns.as_pose(poses)):
-            self._fill({name: array[where] for name, array in out.items()}, found)
-            guarded[where] = found.guarded
-        rows = np.flatnonzero(guarded)
-        if rows.size:
-            for name, values in self.batched.evaluate(poses_at(poses, rows)).items():
-                out[name][rows] = values
-        return {**out, "guarded": guarded}
-
-    def _fill(self, out: Mapping[str, np.ndarray], found: CheckedResults) -> None:
-        """Put the results of a chunk into their places."""
-        quantities, rows = self.batched.quantities, found.rows
-        d = self.batched.robot.space.translations
-        out["rank"][...], out["status"][...] = found.rank, found.status_codes
-        if Quantity.STIFFNESS in quantities:
-            unpack(rows[_STIFFNESS.name], out["K"])
-        if Quantity.PRINCIPAL_STIFFNESS in quantities:
-            principal = rows[_PRINCIPAL.name]
-            # K is positive semidefinite; what is below zero is rounding.
-            np.maximum(principal, 0.0, out=principal)
-            unpack(principal[:d], out["translational_stiffness"])
-            unpack(principal[d:], out["rotational_stiffness"])
-        if Quantity.WORST_DEFLECTION in quantities:
-            unpack(rows[_WORST.name], out["worst_deflection"])
-        if Quantity.INDICES in quantities:
-            n = self.batched.robot.space.size
-            K = empty_batch(found.rank.shape, (n, n))
-            unpack(rows[_STIFFNESS.name], K)
-            K[found.guarded] = np.nan
-            for name, values in stiffness_indices(K, found.rank, self.batched.length).items():
-                out[name][...] = values
-        if Quantity.DEFLECTION in quantities:
-            twist = rows[DeflectionUnder.name]
-            unpack(twist[:d], out["displacement"])
-            unpack(twist[d:], out["rotation"])
-
-
 _OTHERWISE = "leave the method out, or write method=Batched()"
 
 
-def _outputs(batched: BatchedEvaluator) -> list[Output]:
-    quantities = batched.quantities
-    found: list[Output] = []
-    if {Quantity.STIFFNESS, Quantity.INDICES} & set(quantities):
-        found.append(_STIFFNESS)
-    if Quantity.PRINCIPAL_STIFFNESS in quantities:
-        found.append(_PRINCIPAL)
-    if Quantity.WORST_DEFLECTION in quantities:
-        found.append(_WORST)
-    if Quantity.DEFLECTION in quantities:
-        found.append(DeflectionUnder(batched.wrench))
-    return found
+def cables_under_wrench(
+    robot: CableRobot, result: CableStiffness, C: np.ndarray, wrench: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Twist x = C F and tensions t - k A x under a wrench (n,), with the status."""
+    x = C @ wrench
+    change = np.einsum("nij,ni->nj", structure_matrix(result.placed), x)
+    tensions = result.tensions - result.axial * change
+    slack = np.any(tensions < -_TAUT * result.tensions.max(axis=-1, keepdims=True), axis=-1)
+    x, tensions = (np.where(slack[:, None], np.nan, values) for values in (x, tensions))
+    beyond = are_beyond_limits(robot, tensions)
+    status = result.status_codes | slack * np.uint16(Status.SLACK)
+    d = robot.space.translations
+    return {
+        "displacement": x[:, :d],
+        "rotation": x[:, d:],
+        "actuator_force": tensions,
+        "status": status | beyond * np.uint16(Status.BEYOND_LIMITS),
+    }

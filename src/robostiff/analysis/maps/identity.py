@@ -9,7 +9,9 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform, Rotation
+from scipy.spatial.transform import Rotation
+
+from robostiff.spatial.rotation import is_rigid_transform
 
 _MOST = 100  # entries of an array that are kept; of a larger one its SHA-256 alone
 
@@ -43,7 +45,7 @@ def plain(thing: Any) -> Any:
             found = ["array", list(data.shape), data.dtype.str, digest]
         case np.ndarray():
             found = ["array", list(thing.shape), [plain(entry) for entry in thing.flat]]
-        case RigidTransform() | Rotation():
+        case _ if isinstance(thing, Rotation) or is_rigid_transform(thing):
             found = [type(thing).__name__, plain(thing.as_matrix())]
         case Mapping():
             own = {str(key): plain(value) for key, value in thing.items()}

@@ -128,13 +128,13 @@ def stiffness_map(
     >>> int(found["rank"].sel(x=0.1, rz=0.2))
     6
     """
+    with needs_extra("maps", "maps"):
+        import xarray  # noqa: F401
     room = check_memory if store is None else partial(check_room, Path(store).absolute())
     request = checked_request(
         robot, poses, quantities, wrench, characteristic_length, where, method, room, near
     )
     threads = _threads(workers, scheduler)
-    with needs_extra("maps", "maps"):
-        import xarray  # noqa: F401
     if store is None:
         if resume:
             raise InputError("store to resume", got="none", expected='such as store="map.zarr"')

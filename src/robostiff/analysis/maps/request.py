@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_tensions import cable_tensions
 from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.maps.cables import CableEvaluator
 from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
-from robostiff.analysis.maps.evaluator import BatchedEvaluator, CompiledEvaluator, Evaluator
+from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator
 from robostiff.analysis.maps.identity import plain
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.pose_columns import (
@@ -59,7 +58,7 @@ class Batched:
 class LoadedMethod(Protocol):
     """A method whose poses have loads beside coordinates; see `robostiff.UnderLoad`."""
 
-    def evaluator(self, like: BatchedEvaluator, count: int) -> Evaluator:
+    def evaluator(self, like: MapEvaluator, count: int) -> Evaluator:
         """What computes a map of so many poses."""
         ...
 
@@ -157,8 +156,7 @@ def checked_request(
         raise InputError("near of a map under load", got=near, expected="none: postures are home's")
     if own:
         unloaded = Batched()  # a kernel has the posture of home
-    made = CableEvaluator if isinstance(robot, CableRobot) else BatchedEvaluator
-    batched = made(robot, columns, wanted, F, length, own)
+    batched = MapEvaluator(robot, columns, wanted, F, length, own)
     check_room(MapJob(batched, columns, poses, where))  # before a kernel is made
     count = math.prod(poses.shape)
     evaluator = (
@@ -204,18 +202,18 @@ def _by_load(
     return method, None
 
 
-def _evaluator(batched: BatchedEvaluator, method: Method | None, count: int) -> Evaluator:
+def _evaluator(batched: MapEvaluator, method: Method | None, count: int) -> Evaluator:
     """The kernel where it exists and saves time, unless a method is given."""
-    if isinstance(batched, CableEvaluator):
+    if isinstance(batched.robot, CableRobot):
         if isinstance(method, Compiled):
             raise InputError("method of a map of cables", got=method, expected="Batched(), or none")
         return batched
     if isinstance(method, Compiled):
-        return CompiledEvaluator.of(batched, method.backend)
+        return batched.with_kernel(method.backend)
     pays = _LINKAGE_PAYS if isinstance(batched.robot, Linkage) else _WORTH_COMPILING
     if method is None and count >= pays:
         try:
-            return CompiledEvaluator.of(batched, Compiled().backend)
+            return batched.with_kernel(Compiled().backend)
         except (InputError, NoAnswerError):
             pass  # a rigid robot, free motions everywhere, a quantity that no kernel has
     return batched

@@ -12,7 +12,7 @@ from robostiff.analytic.export.code import (
 )
 from robostiff.analytic.export.data import derivation_data
 from robostiff.analytic.export.html import derivation_html, derivation_page
-from robostiff.analytic.export.latex import derivation_latex, derivation_markdown
+from robostiff.analytic.export.latex import derivation_latex, derivation_markdown, latex_snippet
 from robostiff.analytic.export.text import derivation_text
 from robostiff.analytic.export.typst import derivation_pdf, derivation_typst
 
@@ -27,6 +27,7 @@ __all__ = [
     "derivation_text",
     "derivation_typst",
     "julia_function",
+    "latex_snippet",
     "matlab_function",
     "python_function",
 ]

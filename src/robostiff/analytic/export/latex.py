@@ -22,13 +22,19 @@ from robostiff.analytic.export.displays import (
     sentences,
     table_cells,
 )
-from robostiff.analytic.export.entries import MatrixName
+from robostiff.analytic.export.entries import MatrixName, symbols_of
 from robostiff.analytic.export.outline import (
     Block,
     FormulaTable,
+    LegSum,
+    MatrixEquation,
     Nomenclature,
     OutlineHeading,
     OutlineText,
+    Recursion,
+    ScalarEquations,
+    SpringSum,
+    WrenchSum,
 )
 from robostiff.analytic.export.products import (
     differential_parts,
@@ -38,6 +44,7 @@ from robostiff.analytic.export.products import (
     number_in_front,
     ordered_terms,
 )
+from robostiff.analytic.legs.leg_elimination import LegElimination
 
 _ESCAPED = {
     "\\": r"\textbackslash{}",
@@ -229,6 +236,50 @@ def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> s
         for names, meaning in rows
     ]
     return "\n".join(["\\begin{itemize}\\itemsep=0pt\\parsep=0pt", *items, "\\end{itemize}"])
+
+
+def latex_snippet(derivation: Any) -> str:
+    r"""The matrix and the names in it in LaTeX with nothing around it, to be put into an equation.
+
+    Where K is a sum over a generic leg, the equations of this leg and the sum; of one leg its
+    stiffness after the last joint. Several equations are an ``aligned`` environment of amsmath.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> k = sp.Symbol("k_tau")
+    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
+    >>> print(latex_snippet(Derivation("K_C", K, (), K)).splitlines()[0])
+    \mathbf{K}_{C} = \frac{k_{\tau}}{3} \begin{bmatrix}
+    """
+    sections: list[list[Any]] = [[]]
+    for block in outline_of(derivation):
+        if isinstance(block, OutlineHeading):
+            sections.append([])
+        elif not isinstance(block, OutlineText | Nomenclature | FormulaTable):
+            sections[-1].append(block)
+    sums = (MatrixEquation, LegSum, SpringSum)
+    last = max(i for i, own in enumerate(sections) if any(isinstance(b, sums) for b in own))
+    blocks = [b for b in sections[last] if not isinstance(b, WrenchSum | Recursion)]
+    if isinstance(derivation, LegElimination):
+        blocks = [b for b in blocks if isinstance(b, MatrixEquation) and not b.is_vector]
+    before = [b for own in sections[:last] for b in own if isinstance(b, ScalarEquations)]
+    wanted = symbols_of(x for b in blocks if isinstance(b, MatrixEquation) for x in b.whole)
+    wanted |= symbols_of(x for b in blocks if isinstance(b, ScalarEquations) for _, x in b.rows)
+    names = []
+    for name, expression in reversed([row for b in before for row in b.rows]):
+        if name in {x.name for x in wanted}:
+            names.insert(0, (name, expression))
+            wanted |= expression.free_symbols
+    if names:
+        blocks = [ScalarEquations(tuple(names)), *blocks]
+    written = []
+    for formula in (x for block in blocks for x in displays(block, LATEX, _ROOM)):
+        is_line = len(formula) == 1 and len(formula[0].lines) == 1
+        line = f"{formula[0].left} = {formula[0].lines[0]}"
+        aligned = f"\\begin{{aligned}}\n{aligned_rows(formula)}\n\\end{{aligned}}"
+        written.append(line if is_line else aligned)
+    return "\n\n".join(written) + "\n"
 
 
 _MARKDOWN_ROOM = 70.0

@@ -39,6 +39,7 @@ from robostiff.analytic.vectors.vector_expressions import (
     Sum,
     Vector,
     VectorForm,
+    with_formulas_changed,
 )
 
 _MEANINGS = {
@@ -179,16 +180,20 @@ def _of_kind(
     pose: Sequence[Equation],
 ) -> list[Block]:
     """One leg of a kind, the table of what differs, and the sum over these legs."""
-    leg = [_renamed(e, renamed) for e in found.leg]
+
+    def in_names(part: Any) -> Any:
+        return with_formulas_changed(part, lambda x: x.xreplace(dict(renamed)))
+
+    leg = in_names(found.leg)
     first = [e for e in leg if not e.name.startswith(("w_", "c_", "o_"))]
     rest = [e for e in leg if e.name.startswith(("w_", "c_", "o_"))]
-    of_rod = [_renamed(e, renamed) for e in found.of_rod]
+    of_rod = in_names(found.of_rod)
     blocks: list[Block] = [VectorEquations((*pose, *first))]
     if names:
         blocks.append(equations(names))
     blocks.append(VectorEquations(tuple(rest)))
     if found.columns:
-        columns = [[_cell_renamed(x, renamed) for x in c] for c in found.columns.values()]
+        columns = [in_names(c) for c in found.columns.values()]
         rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
         of_vectors = [isinstance(c[0], Coordinates) for c in columns]
         pairs = zip(found.columns, of_vectors, strict=True)
@@ -360,16 +365,3 @@ def _in_known_names(
         new.append(replace(definition, symbol=own, expression=expression))
         renamed[definition.symbol] = own
     return renamed, tuple(new)
-
-
-def _cell_renamed(cell: Any, names: Mapping[Any, Any]) -> Any:
-    """A cell of the table in other names."""
-    if isinstance(cell, Coordinates):
-        return Coordinates(tuple(x.xreplace(dict(names)) for x in cell.entries))
-    return cell.xreplace(dict(names))
-
-
-def _renamed(equation: Any, names: Mapping[Any, Any]) -> Any:
-    if isinstance(equation.expression, sp.Expr):
-        return replace(equation, expression=equation.expression.xreplace(dict(names)))
-    return equation

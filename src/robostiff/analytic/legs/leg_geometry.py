@@ -95,7 +95,7 @@ class LegGeometry:
                 f"K^0 of leg {self.own.name!r}",
                 got=f"springs that yield in {rank} of {n} directions with the passive joints held",
                 expected="elastic parts in all directions: K^0 is the inverse of their compliance",
-                hint="derive the whole robot, which needs no inverse: derive(robot), or no --leg; "
+                hint="write derive(robot), which needs no inverse; "
                 "or give the links as beams, as gough-stewart-b-beams has them",
             )
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.exact_points import matrix_value, values_of
@@ -23,8 +22,8 @@ from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, PostureFinder
+from robostiff.kinematics.closure.leg_forms import Rod
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.closure.rod import Rod
 from robostiff.model import Robot
 
 #: Largest relative difference of two ways: rounding of either is far below it.
@@ -202,8 +201,7 @@ def sampled_robots(
             hint="write elbow: plus or minus, or home coordinates that are nearer to one of them",
         )
     if sample.pose is not None and follows.at_joints:
-        turn = Rotation.from_rotvec(sample.pose[3:])
-        return numeric, [(values, RigidTransform.from_components(sample.pose[:3], turn))]
+        return numeric, [(values, sample.pose)]
     if placed.given is None:
         return numeric, [(values, None)]
     if follows.pose:
@@ -222,7 +220,7 @@ def _batch(poses: list[Any]) -> Any:
     """Poses as one question."""
     if isinstance(poses[0], JointCoordinates):
         return JointCoordinates(np.array([pose.values for pose in poses]))
-    return RigidTransform.concatenate(poses)
+    return np.array(poses)
 
 
 def _near_home(

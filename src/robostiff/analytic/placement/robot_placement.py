@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from scipy.spatial.transform import RigidTransform, Rotation
+from scipy.spatial.transform import Rotation
 
 from robostiff.analytic.exact.definition import Definition, in_given_symbols
 from robostiff.analytic.exact.exact_points import ExactPoints
@@ -42,6 +42,7 @@ from robostiff.kinematics.formula import (
     place_leg,
     place_leg_at_joints,
 )
+from robostiff.kinematics.pose import six_coordinates
 from robostiff.model import Leg, Robot, with_entries
 from robostiff.model.entries import as_meant
 from robostiff.record import Entry, Record
@@ -257,18 +258,16 @@ def pose_at(
     finder: PostureFinder,
     values: Mapping[str, float],
     rotation: PoseRotation,
-) -> RigidTransform:
-    """The pose of the platform that has given coordinates, others as at home."""
+) -> np.ndarray:
+    """The pose (6,) of the platform that has given coordinates, others as at home."""
     six = finder.home_pose
     if guiding_post(finder.robot, finder.solvers) is not None:
         at = [number_at(given.get(x, exact_number(six[i])), values) for i, x in enumerate("xyz")]
-        six = finder.find(np.array(at)).pose[0]
-        return RigidTransform.from_components(six[:3], Rotation.from_rotvec(six[3:]))
+        return finder.find(np.array(at)).pose[0]
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
     numbers = {name: number_at(x, values) for name, x in given.items()}
     pose = platform_pose(home, numbers, rotation)
-    R, p = pose.R.astype(float), pose.p.astype(float)
-    return RigidTransform.from_components(p, Rotation.from_matrix(R))
+    return six_coordinates(pose.R.astype(float), pose.p.astype(float))
 
 
 def _joint_coordinates(

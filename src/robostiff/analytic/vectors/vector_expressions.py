@@ -5,8 +5,8 @@ The equations of a generic leg with a table of what differs are a robot at vecto
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -217,6 +217,27 @@ class VectorForm:
                     own["r_ij"] = vector_value(Coordinates(arm), known)
                     met.append(tuple(vector_value(e.expression, own) for e in self.of_rod))
             yield np.array([w for w, _ in met]), np.array([c for _, c in met])
+
+
+def with_formulas_changed(part: Any, change: Callable[[Any], Any]) -> Any:
+    """An expression of vectors, an equation or a whole form with every formula in it changed.
+
+    Examples
+    --------
+    >>> r, b = sp.symbols("r b")
+    >>> with_formulas_changed(Turned("R", Coordinates((r, b))), lambda x: x.subs(r, 2))
+    Turned(rotation='R', vector=Coordinates(entries=(2, b)))
+    """
+    if isinstance(part, sp.Basic):
+        return change(part)
+    if isinstance(part, tuple):
+        return tuple(with_formulas_changed(x, change) for x in part)
+    if isinstance(part, dict):
+        return {name: with_formulas_changed(x, change) for name, x in part.items()}
+    if is_dataclass(part) and not isinstance(part, type):
+        own = {f.name: getattr(part, f.name) for f in fields(part)}
+        return replace(part, **with_formulas_changed(own, change))
+    return part
 
 
 def vector_value(expression: Any, known: Mapping[str, Any]) -> Any:

@@ -16,7 +16,7 @@ from robostiff.io.mjcf.compiled_model import (
     compiled_model,
     read_model,
 )
-from robostiff.io.plausibility import left_out, question
+from robostiff.io.plausibility import question, warn_of_parts_not_read
 from robostiff.io.rigid_tree.tree import (
     JointType,
     Mimic,
@@ -313,8 +313,8 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
             unread.setdefault("springs of free joints", []).append(name)
         elif kind in _ONE_AXIS and model.qpos0[start] != model.qpos_spring[start]:
             unread.setdefault("the load at home of springs with a springref,", []).append(name)
-    for what, found in unread.items():
-        left_out(Location(file), what, found)
+    place = Location(file)
+    warn_of_parts_not_read({kind: [(n, place) for n in found] for kind, found in unread.items()})
     return drives
 
 

@@ -239,8 +239,10 @@ def build_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension,
         # Limits stay numbers: among formulas they come from the robot of numbers.
         limits = None if place.is_exact else (float(low), float(high))
     inertia = place.number_at(written, "inertia", INERTIA_OF[dimensions[0]])
-    with (place / "limits").complaints(), (place / "inertia").complaints():
-        return Actuated(stiffness, limits, inertia or None)
+    with (place / "limits").complaints():
+        role = Actuated(stiffness, limits)
+    with (place / "inertia").complaints():
+        return replace(role, inertia=inertia or None)
 
 
 def _check_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension, ...]) -> None:

@@ -7,12 +7,19 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.kinematics.closure.body import LegBody, Rest, body_turned, rest_of_directions
-from robostiff.kinematics.closure.closed_form import LegForm
-from robostiff.kinematics.closure.closed_leg import ClosedLeg
-from robostiff.kinematics.closure.drive import Circle, aim, circle_of, driven_by_crank
+from robostiff.kinematics.closure.body import (
+    ClosedLeg,
+    LegBody,
+    Rest,
+    body_turned,
+    dot,
+    quotient,
+    rest_of_directions,
+    root,
+)
+from robostiff.kinematics.closure.leg_forms import LegForm
+from robostiff.kinematics.closure.rod_ends import Circle, aim, circle_of, driven_by_crank
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton
-from robostiff.kinematics.closure.vectors import dot, quotient, root
 from robostiff.kinematics.turn import turn_about
 from robostiff.spatial import cross
 

@@ -224,7 +224,8 @@ class AssemblyMode:
 
     def _is_long(self, x: np.ndarray) -> np.ndarray:
         """Where telescopes that have a length at home keep one."""
-        return np.all(self.equations.lengths(x)[:, self._long_at_home] > 0, axis=-1)
+        at_home = self.equations.lengths(self.home[None])[0] > 0
+        return np.all(self.equations.lengths(x)[:, at_home] > 0, axis=-1)
 
     def _along(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[_Directions] | None]:
         """Last postures on the straight way from home, the part that is gone, and directions there.
@@ -343,10 +344,6 @@ class AssemblyMode:
             np.linalg.svd(own.square(_of_part(part, J)), compute_uv=False)[0]
             for part, own in zip(self.equations.parts, self._at_home or (), strict=False)
         ]
-
-    @cached_property
-    def _long_at_home(self) -> np.ndarray:
-        return np.flatnonzero(self.equations.lengths(self.home[None])[0] > 0)
 
 
 def _size(e: np.ndarray) -> np.ndarray:

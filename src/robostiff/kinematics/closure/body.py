@@ -1,4 +1,9 @@
-"""A rigid body of a leg: at coordinates zero, and where it is now; rounding removed."""
+"""Rigid bodies of a leg, at zero coordinates and where they are now, and the closed leg.
+
+Vectors are of recorded entries, arrays (3,) and (3, 3) of objects, or of numbers with poses in the
+last axis, arrays (3, N) and (3, 3, N) of floats. Sums and products of components are NumPy's for
+both.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +13,87 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.closure.vectors import cross, dot, frame, times
-from robostiff.record import Entry, is_zero, most_size, square_root
+from robostiff.kinematics.turn import Turn
+from robostiff.model import TelescopicBeam
+from robostiff.record import Entry, arc_tangent, is_zero, least, most_size, shortened, square_root
 from robostiff.record.entry import is_exact
+from robostiff.spatial import cross as cross_of_entries
+
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> Any:
+    """Scalar product of two vectors, an entry or (N,)."""
+    if a.ndim == 1 and b.ndim == 1:
+        return a @ b
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Vector product of two vectors, both of entries or both at poses."""
+    if a.ndim == 1:
+        return cross_of_entries(a, b)
+    return a[_NEXT] * b[_LAST] - a[_LAST] * b[_NEXT]
+
+
+def frame(*columns: np.ndarray) -> np.ndarray:
+    """Three vectors as the columns of a matrix."""
+    if columns[0].ndim == 1:
+        return np.stack(columns, axis=-1)
+    R = np.empty((3, *np.broadcast_shapes(*(column.shape for column in columns))))
+    for i, column in enumerate(columns):
+        R[:, i] = column
+    return R
+
+
+def times(R: np.ndarray, local: np.ndarray) -> np.ndarray:
+    """R v for a constant vector v (3,), zeros of which cost nothing."""
+    if R.ndim == 2:
+        return R @ local
+    found: Any = None
+    for i, x in enumerate(local.tolist()):
+        if x:
+            part = R[:, i] if x == 1 else R[:, i] * x
+            found = part if found is None else found + part
+    return R[:, 0] * 0.0 if found is None else found
+
+
+def spun(R: np.ndarray, axis: np.ndarray, angle: Any) -> np.ndarray:
+    """R after a turn about a unit vector."""
+    if R.ndim == 2:
+        return Turn.by(angle).about(axis) @ R
+    c, s = np.cos(angle), np.sin(angle)
+    columns = (R[:, i] for i in range(3))
+    return frame(*(c * v + s * cross(axis, v) + (1.0 - c) * dot(axis, v) * axis for v in columns))
+
+
+def quotient(a: Any, b: Any) -> Any:
+    """A / b; at poses where b is 0, a itself."""
+    if isinstance(b, np.ndarray):
+        return a / np.where(b == 0, 1.0, b)
+    value = a / b
+    of_floats = isinstance(value, np.ndarray) and value.dtype != object
+    return value if of_floats else shortened(value)
+
+
+def positive_part(value: Any) -> Any:
+    """The larger one of a value and 0."""
+    if isinstance(value, np.ndarray):
+        return np.maximum(value, 0.0)
+    return -least(-value, 0) if isinstance(value, Entry) else max(value, 0)
+
+
+def root(value: Any) -> Any:
+    """Square root of what is not negative."""
+    return np.sqrt(value) if isinstance(value, np.ndarray) else square_root(value)
+
+
+def angle_of(sine: Any, cosine: Any) -> Any:
+    """Angle of a point (cosine, sine), -pi to pi [rad]."""
+    if isinstance(sine, np.ndarray):
+        return np.arctan2(sine, cosine)
+    return arc_tangent(sine, cosine)
+
 
 #: Of a cosine: what a few operations leave of an exact zero.
 ROUNDING = 4e-15
@@ -203,3 +286,61 @@ def _axes(u: np.ndarray, v: np.ndarray, c: Any) -> np.ndarray:
     if not is_zero(c):
         v = (v - u * c) / square_root(1 - c * c)
     return frame(u, v, cross(u, v))
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Coordinate of a slide [m] from a length: ``length + offset``."""
+
+    length: Any
+    offset: Any
+
+    @property
+    def coordinate(self) -> Any:
+        """The coordinate itself."""
+        return self.length + self.offset
+
+    def of(self, beam: TelescopicBeam) -> Any:
+        """Length of a beam of the telescope that slides."""
+        return self.length * beam.share + (beam.fixed + beam.share * self.offset)
+
+
+@dataclass(frozen=True)
+class ClosedLeg:
+    """Bodies of a closed leg; joints and places are those of the main path of its chain."""
+
+    bodies: dict[int, LegBody]  # a body begins after that many elementary joints
+    # dict of int to (3,): axes of spherical joints, which may have any three
+    ball_axes: dict[int, np.ndarray]
+    # Squares that vanish when the leg closes. Of numbers at poses nothing is kept here: gaps of the
+    # placed chain say more.
+    misses: list[Any]
+    # Positive where the leg is too short or too long, or its axes cannot reach the directions
+    out_of_reach: list[Any]
+    slides: dict[int, Stretch] = field(default_factory=dict)  # by place in the coordinate vector
+    loss: Any = 0  # digits that the closure loses
+
+    def after(self, joints: int) -> LegBody:
+        """The body that follows so many elementary joints."""
+        return self.bodies[max(start for start in self.bodies if start <= joints)]
+
+    def angle(self, place: int, axis: np.ndarray, ahead: np.ndarray, across: np.ndarray) -> Any:
+        """Angle of the turn at a place about an axis, from one direction across it to another.
+
+        At zero coordinates: axis of the joint, `ahead` of the body before it, `across` of that
+        after it (3,).
+        """
+        near, far = self.after(place), self.after(place + 1)
+        before, after = near.direction(ahead), far.direction(across)
+        sine = dot(near.direction(axis), cross(before, after))
+        return angle_of(sine, dot(before, after))
+
+    def nearest_angle(self, place: int, axis: np.ndarray, across: np.ndarray) -> np.ndarray:
+        """As `angle`, also where the bodies do not agree on the axis: what leaves least between.
+
+        That is the angle of ``sin = e.vee(R) / 2, cos = (tr R - 1) / 2`` at poses.
+        """
+        near, far = self.after(place), self.after(place + 1)
+        triad = across, cross_of_entries(axis, across), axis
+        (x, y, z), (u, v, w) = ([body.direction(e) for e in triad] for body in (near, far))
+        return angle_of(dot(y, u) - dot(x, v), dot(x, u) + dot(y, v) + dot(z, w) - 1.0)

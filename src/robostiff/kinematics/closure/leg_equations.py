@@ -10,9 +10,14 @@ from itertools import pairwise
 import numpy as np
 
 from robostiff.kinematics.closure.assembly_mode import AssemblyMode
-from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree, advanced
+from robostiff.kinematics.closure.motion_tree import (
+    MotionTree,
+    PlacedTree,
+    Spin,
+    advanced,
+    spins_of,
+)
 from robostiff.kinematics.closure.newton import CLOSED, ClosurePart, nearest
-from robostiff.kinematics.closure.spin import Spin, spins_of
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
@@ -112,7 +117,7 @@ class NewtonTask:
         placed = self._placed(x)
         J = self._tree.closing_twists(placed)
         for spin in self._spins:
-            spin.at(placed.axes).add_to(J)
+            spin.add_to(J, placed.axes)
         J = np.concatenate([np.take(J, self._free, axis=-1), self._open_twists(x, placed)], axis=-1)
         J[:, :, :3] /= self.length
         J = J.reshape(len(x), 6 * J.shape[1], J.shape[-1]) * self._unit_steps
@@ -127,7 +132,8 @@ class NewtonTask:
         """Twists by which free pose coordinates close the ends (N, ends, 6, k): of legs alone."""
         J = np.zeros((*placed.p.shape[:2], 6, len(self.open)))
         if self.open:
-            rates, legs = rotvec_rate(x[:, 3:6]), self._ends_of_legs
+            rates = rotvec_rate(x[:, 3:6])
+            legs = np.cumsum([0, *self._tree.ends_of_legs])[:-1]  # their ends on the platform
             arm = placed.p_wanted[:, legs] - x[:, None, :3]
             for k, coordinate in enumerate(self.open):
                 J[..., k][:, legs] = -_pose_twist(coordinate, rates, arm)
@@ -141,7 +147,7 @@ class NewtonTask:
         if self._spins:
             axes, back = self._placed(x).axes, np.zeros_like(delta)
             for spin in self._spins:
-                spin.at(axes).take_from(delta, back)
+                spin.take_from(delta, back, axes)
             # Last, so that what is turned back is turned about the very axis of the screw.
             q = advanced(advanced(q, delta, self._tree.balls), back, self._tree.balls)
         else:
@@ -172,11 +178,6 @@ class NewtonTask:
     @cached_property
     def _tree(self) -> MotionTree:
         return MotionTree(self.legs)
-
-    @cached_property
-    def _ends_of_legs(self) -> np.ndarray:
-        """Which ends are those of legs on the platform."""
-        return np.cumsum([0, *self._tree.ends_of_legs])[:-1]
 
     @cached_property
     def _free(self) -> np.ndarray:

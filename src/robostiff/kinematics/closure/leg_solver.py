@@ -20,7 +20,6 @@ from robostiff.kinematics.closure.assembly import (
     on_turn_of_home,
     shortened,
 )
-from robostiff.kinematics.closure.copies import copied_places
 from robostiff.kinematics.closure.leg_equations import (
     Followed,
     NewtonTask,
@@ -29,10 +28,16 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
     pose_of_end,
 )
-from robostiff.kinematics.closure.post import Post, recognise_post
-from robostiff.kinematics.closure.rod import Rod, recognise_rod, recognise_sliding_rod
-from robostiff.kinematics.closure.skeleton import skeleton_of
-from robostiff.kinematics.closure.strut import Strut, recognise_strut
+from robostiff.kinematics.closure.leg_forms import (
+    Post,
+    Rod,
+    Strut,
+    recognise_post,
+    recognise_rod,
+    recognise_sliding_rod,
+    recognise_strut,
+)
+from robostiff.kinematics.closure.skeleton import copied_places, skeleton_of
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Chain, Elbow, Leg

@@ -2,22 +2,142 @@
 
 `place_chain` makes names, springs and elasticities as well; Newton's method needs none of them, but
 frames at many hundred postures. The kinds of joints do not depend on the pose, and are read once.
+Screws that make many turns take steps in which another joint about the same axis turns them back.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
+from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Chain, Joint, JointKind, Leg, ParallelBlock, Rigid, Telescope
-from robostiff.spatial import Screw, cross, skew
-from robostiff.spatial.batch import product
+from robostiff.model import (
+    Chain,
+    Joint,
+    JointKind,
+    Leg,
+    Locked,
+    ParallelBlock,
+    PlacedFreedom,
+    Rigid,
+    Telescope,
+)
+from robostiff.spatial import Screw, skew
+from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.spatial.screw import twists_of_screws
+
+_COAXIAL = 1e-9  # sine, and part of the length
+_SEED = 3  # of the postures at which axes are compared
+
+
+@dataclass(frozen=True)
+class Spin:
+    """A screw, and the joint of the same chain about its axis that can take its turns back.
+
+    A nut advances 100 mm in twenty turns, and nothing but the nut is turned where that joint turns
+    back. One step of Newton's method goes that far only where both turn together.
+    """
+
+    place: int  # of the screw in the coordinate vector of its leg
+    back: tuple[int, ...]  # places of a coaxial turn, or of a spherical joint on the axis
+    # Angle that advances by the characteristic length, or one radian if that is more [rad]
+    unit: float
+
+    def after(self, start: int) -> Spin:
+        """The same in a vector that has other coordinates before those of the chain."""
+        return Spin(self.place + start, tuple(i + start for i in self.back), self.unit)
+
+    def add_to(self, rates: np.ndarray, axes: np.ndarray) -> None:
+        """In rates (N, ends, 6, size), the screw's become those of an advance without a turn.
+
+        With the axes (N, size, 3) of all coordinates.
+        """
+        own = rates[..., self.place]
+        for place, share in self._shares(axes):
+            own = own + share[:, None, None] * rates[..., place]
+        rates[..., self.place] = self.unit * own
+
+    def take_from(self, step: np.ndarray, back: np.ndarray, axes: np.ndarray) -> None:
+        """From steps (N, size) so scaled, those of the coordinates, and what is taken back."""
+        step[..., self.place] *= self.unit
+        for place, share in self._shares(axes):
+            back[..., place] += share * step[..., self.place]
+
+    def _shares(self, axes: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+        """What each joint that turns back turns where the screw turns by one (N,), by its place."""
+        for i in self.back:
+            yield i, -np.einsum("...i,...i->...", axes[:, self.place], axes[:, i])
+
+
+def spins_of(chain: Chain, length: float) -> tuple[Spin, ...]:
+    """The screws of a chain whose turns another of its joints takes back, at any posture."""
+    if chain.is_coupled or not any(screw.turns and screw.slides for screw in chain.freedoms):
+        return ()  # what turns back must be free to turn alone
+    drawn = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, chain.size))
+    q = np.where(chain.free, drawn, chain.home)
+    freedoms = place_chain(chain, q, np.eye(3), np.zeros(3)).freedoms
+    found = []
+    for moving in _of_one_chain(chain):
+        turning = list(_turning(moving))
+        for i in (i for _, where in moving for i in range(where.start, where.stop)):
+            screw = freedoms[i]
+            if not (screw.turns and screw.slides) or not chain.free[i]:
+                continue
+            fits = [back for back in turning if _is_on_axis(screw, [freedoms[k] for k in back])]
+            if fits:
+                nearest = min(fits, key=lambda back: abs(back[0] - i))
+                unit = max(1.0, length / abs(float(screw.pitch)))
+                found.append(Spin(i, nearest, unit))
+    return tuple(found)
+
+
+_Moving = list[tuple[Joint | Telescope, slice]]
+
+
+def _of_one_chain(chain: Chain, start: int = 0) -> Iterator[_Moving]:
+    """What moves, with its places, in the branches of blocks and in the chain itself."""
+    own: _Moving = []
+    for element in chain.elements:
+        if isinstance(element, ParallelBlock):
+            for branch in element.branches:
+                yield from _of_one_chain(branch.chain, start)
+                start += branch.chain.size
+        elif isinstance(element, Joint | Telescope):
+            own.append((element, slice(start, start + len(element.freedoms))))
+            start += len(element.freedoms)
+    yield own
+
+
+def _turning(moving: _Moving) -> Iterator[tuple[int, ...]]:
+    """Places of pure turns, each alone, and of spherical joints, all three."""
+    for element, where in moving:
+        places = tuple(range(where.start, where.stop))
+        if isinstance(element.role, Locked):
+            continue
+        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
+            yield places
+        else:
+            yield from (
+                (i,) for i, screw in zip(places, element.freedoms, strict=True) if screw.is_rotation
+            )
+
+
+def _is_on_axis(screw: PlacedFreedom, back: list[PlacedFreedom]) -> bool:
+    """Whether the axis of a turn is that of a screw, or a spherical joint is on it."""
+    apart = back[0].point - screw.point
+    size = np.linalg.norm(apart, axis=-1).max() + abs(float(screw.pitch))
+    off = np.linalg.norm(np.cross(screw.axis, apart), axis=-1).max()
+    turned = 0.0
+    if len(back) == 1:
+        turned = float(np.linalg.norm(np.cross(screw.axis, back[0].axis), axis=-1).max())
+    return bool(off <= _COAXIAL * size and turned <= _COAXIAL)
+
 
 WORLD, PLATFORM = 0, 1
 
@@ -155,11 +275,6 @@ class MotionTree:
         return np.array([screw.turns for screw in self._screws], dtype=bool)
 
     @cached_property
-    def _advances(self) -> np.ndarray:
-        """By how much each coordinate slides along its axis, for one (size,)."""
-        return np.array([screw.advance(1.0) for screw in self._screws], dtype=float)
-
-    @cached_property
     def _constants(self) -> _Constants:
         """What every frame does, the frames in the order of levels."""
         order = 2 + np.argsort(np.array(self._levels[2:], dtype=int), kind="stable")
@@ -187,11 +302,15 @@ class MotionTree:
         )
 
     @cached_property
-    def _ends(self) -> tuple[_Ends, _Ends]:
-        """Where ends are, and where they should be."""
-        number = self._constants.order
-        own, wanted = ([getattr(end, name) for end in self.ends] for name in ("own", "wanted"))
-        return _Ends.of(own, number), _Ends.of(wanted, number)
+    def _ends(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Moving frames, axes and origins in them: of the ends, and of where they should be."""
+        found = []
+        for fixed in ([end.own for end in self.ends], [end.wanted for end in self.ends]):
+            frames = self._constants.order[[one.frame for one in fixed]]
+            R = np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3)
+            p = np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1)
+            found.append((frames, R, p))
+        return found
 
     @cached_property
     def _pairs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -226,8 +345,10 @@ class MotionTree:
         frames = c.order[np.array(self._frames, dtype=int)]
         before = R[:, c.parents[frames - 2]]
         axes = (before @ self._local_axes)[..., 0]
-        there, wanted = (end.at(R, p) for end in self._ends)
-        return PlacedTree(axes, p[:, frames][..., 0], *there, *wanted)
+        ends = []
+        for own, R_own, p_own in self._ends:
+            ends += [R[:, own] @ R_own, (p[:, own] + R[:, own] @ p_own)[..., 0]]
+        return PlacedTree(axes, p[:, frames][..., 0], *ends)
 
     @cached_property
     def _local_axes(self) -> np.ndarray:
@@ -238,11 +359,10 @@ class MotionTree:
         ends, places, leads = self._pairs
         at = np.where(leads[:, None], placed.p_wanted[:, ends], placed.p[:, ends])
         e, r = placed.axes[:, places], at - placed.points[:, places]
-        turns = self.turns[places][:, None]
-        shift = np.where(turns, cross(e, r), 0.0) + self._advances[places][:, None] * e
-        twist = np.concatenate([shift, np.where(turns, e, 0.0)], axis=-1)
+        pitches = [self._screws[i].pitch for i in places]
+        twist = twists_of_screws(transposed(e), transposed(r), pitches)
         J = np.zeros((len(at), len(self.ends), 6, len(self._screws)))
-        J[:, ends, :, places] = np.moveaxis(np.where(leads[:, None], -twist, twist), 0, 1)
+        J[:, ends, :, places] = np.moveaxis(np.where(leads, -twist, twist), -1, 0)
         return J if self._motions is None else J @ self._motions
 
     @cached_property
@@ -273,26 +393,6 @@ class _Constants:
     slide: np.ndarray
     balls: np.ndarray
     levels: tuple[slice, ...]
-
-
-@dataclass(frozen=True)
-class _Ends:
-    """Frames (k) at rest in moving frames."""
-
-    frames: np.ndarray
-    R: np.ndarray
-    p: np.ndarray
-
-    @classmethod
-    def of(cls, fixed: list[Fixed], order: np.ndarray) -> _Ends:
-        R = np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3)
-        p = np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1)
-        return cls(order[[one.frame for one in fixed]], R, p)
-
-    def at(self, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Axes (N, k, 3, 3) and origins (N, k, 3)."""
-        R_own = R[:, self.frames]
-        return R_own @ self.R, (p[:, self.frames] + R_own @ self.p)[..., 0]
 
 
 def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:

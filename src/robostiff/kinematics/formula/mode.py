@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 
 from robostiff.kinematics.closure.assembly import RootSigns
-from robostiff.kinematics.closure.body import direction_across
-from robostiff.kinematics.closure.closed_leg import ClosedLeg
-from robostiff.kinematics.closure.drive import circle_of
+from robostiff.kinematics.closure.body import ClosedLeg, direction_across
+from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.closure.post import Post
-from robostiff.kinematics.formula.place import Site
-from robostiff.kinematics.formula.placed import FormulaPose
+from robostiff.kinematics.closure.rod_ends import circle_of
+from robostiff.kinematics.formula.place import FormulaPose, Site
 from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
 from robostiff.model import Actuated, Leg
 from robostiff.record import Entry, most_size, square_root

@@ -1,0 +1,29 @@
+"""Defects that are planted one at a time: the campaign finds each."""
+
+import warnings
+
+import pytest
+
+from tests.campaign.plants import MACHINES, PLANTS, found
+
+
+def test_there_are_twenty_defects_in_all_layers():
+    assert len({plant.name for plant in PLANTS}) >= 20
+    assert {plant.machines for plant in PLANTS} <= set(MACHINES)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("plant", PLANTS, ids=lambda own: own.name)
+def test_a_planted_defect_is_found(plant):
+    machine = found(plant)
+    assert machine is not None, f"{plant.most} {plant.machines}, and nothing was said"
+    print(f"no. {machine[0]} of {plant.machines}: {machine[1]}")
+
+
+def test_nothing_is_left_of_a_defect():
+    plant = next(own for own in PLANTS if own.machines == "cables")
+    first = MACHINES["cables"](6)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert found(plant) is not None
+    assert MACHINES["cables"](6) == first == []

@@ -1,0 +1,357 @@
+"""Every public callable, with arguments of every wrong kind: RobostiffError, or an answer.
+
+Each parameter in turn is of another kind while the others are good. The table of good arguments is
+complete: a public callable that is not in it is named by a test.
+"""
+
+import enum
+import inspect
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.model import Coordinate
+from robostiff.network import Node, beam_between
+from robostiff.report import TitleBlock
+from robostiff.spatial import Space
+
+ODD = {
+    "none": None,
+    "whole number": 3,
+    "negative": -2.5,
+    "not a number": float("nan"),
+    "infinite": float("inf"),
+    "true": True,
+    "word": "x",
+    "quantity": "5 mm",
+    "empty text": "",
+    "long text": "a" * 2000,
+    "empty list": [],
+    "list": [1.0],
+    "list of words": ["x", "y"],
+    "list of none": [None],
+    "ragged list": [[1.0], [2.0, 3.0]],
+    "three ones": np.ones(3),
+    "matrix": np.ones((6, 6)),
+    "no numbers": np.array(["a", "b"]),
+    "object": object(),
+    "mapping": {"a": 1},
+    "set": {1, 2},
+    "complex": 1j,
+    "bytes": b"x",
+    "function": len,
+    "class": float,
+    "frame": rs.Frame(np.eye(3), np.zeros(3)),
+    "role": rs.Passive(),
+}
+
+
+def _steel():
+    return rs.material("steel")
+
+
+def _section():
+    return rs.circle(0.02)
+
+
+def _chain():
+    spring = rs.revolute([0, 0, 1], rs.Actuated(1e4))
+    return rs.Chain((spring, rs.beam_link([0.3, 0, 0], _steel(), _section())))
+
+
+def _frame():
+    return rs.Frame(np.eye(3), np.zeros(3))
+
+
+def _leg(name="arm"):
+    return rs.Leg(name, _frame(), _chain(), _frame())
+
+
+def _arm():
+    return rs.Robot("arm", (_leg(),))
+
+
+def _network():
+    a, b = Node("a", np.zeros(3)), Node("b", np.array([0.3, 0, 0]))
+    y_axis = np.array([0.0, 1, 0])
+    beam = beam_between(a, b, _steel(), _section(), y_axis=y_axis, name="beam")
+    return rs.Network("n", (a, b), ("a",), "b", b.point, beams=(beam,))
+
+
+def _cable_robot():
+    return (
+        rs.load("cable-planar-4")
+        if "cable-planar-4" in rs.shipped_cable_robots()
+        else rs.load(rs.shipped_cable_robots()[0])
+    )
+
+
+LOAD = [0, 0, -1.0, 0, 0, 0]
+Z = [0, 0, 1.0]
+COMMON = {"pose": None, "at": None, "near": None, "tolerance": rs.Tolerance()}
+LOADED = {
+    **{"loads": None, "gravity": None, "preload": None, "laws": None, "beams": rs.Linear()},
+    **{"pose": None, "at": None, "near": None, "wrench": LOAD},
+}
+
+#: Public callables with good arguments, each made when it is needed.
+GOOD = {
+    rs.cable_stiffness: lambda: {"robot": _cable_robot(), "pose": None, "wrench": None,
+                                 "tensions": None, "at": None, "tolerance": rs.Tolerance()},
+    rs.cable_tensions: lambda: {"robot": _cable_robot(), "pose": None, "wrench": None,
+                                "tensions": None},
+    rs.cable_response: lambda: {"robot": _cable_robot(), "pose": None, "load": LOAD,
+                                "tensions": None, "tolerance": rs.Tolerance()},
+    rs.compile: lambda: {"robot": _arm(), "outputs": (rs.StiffnessMatrix(),), "parameters": (),
+                         "joints": None, "backend": rs.Backend.ARRAYS},
+    rs.compliance: lambda: {"robot": _arm(), **COMMON},
+    rs.stiffness: lambda: {"robot": _arm(), "method": rs.WrenchBasis(), **COMMON},
+    rs.verify: lambda: {"robot": _arm(), "pose": None, "near": None, "agreement": 1e-9,
+                        "tolerance": rs.Tolerance()},
+    rs.indices: lambda: {"robot": _arm(), "pose": None, "length": None, "at": None, "near": None},
+    rs.Axis: lambda: {"start": 0.0, "stop": 1.0, "count": 2},
+    rs.Batched: dict,
+    rs.Compiled: lambda: {"backend": rs.Backend.ARRAYS},
+    rs.Grid: lambda: {"x": rs.Axis(0, 1, 2)},
+    rs.PoseList: lambda: {"names": ("x",), "poses": [[0.0], [1.0]], "time": None,
+                          "path_length": None},
+    rs.RandomPoses: lambda: {"count": 2, "ranges": {"x": (0, 1)}, "seed": 0},
+    rs.Threads: lambda: {"count": 1},
+    rs.stiffness_map: lambda: {
+        **{"robot": _arm(), "poses": rs.Grid(revolute=rs.Axis(0, 1, 2)), "near": None},
+        **{"method": rs.Batched()},
+        **{"quantities": (rs.Quantity.PRINCIPAL_STIFFNESS,), "wrench": None, "where": None},
+        **{"characteristic_length": None, "store": None, "resume": False},
+        **{"scheduler": None, "progress": None},  # workers are processes, which take long
+    },
+    rs.AtCoordinates: lambda: {"values": {"x": 0}, "rotation": rs.EulerAngles()},
+    rs.AtHome: dict,
+    rs.AtJoints: dict,
+    rs.AtSymbols: lambda: {"rotation": rs.EulerAngles()},
+    rs.Closed: lambda: {"limit": 1000},
+    rs.EulerAngles: lambda: {"sequence": "ZXZ", "names": ("a", "b", "c")},
+    rs.Steps: dict,
+    rs.UnitQuaternion: dict,
+    rs.roll_pitch_yaw: dict,
+    rs.ClosedFormTensions: lambda: {"level": 0.5},
+    rs.GivenTensions: lambda: {"values": [1.0, 2.0]},
+    rs.NearestTensions: lambda: {"level": None},
+    rs.ComplianceMatrix: dict,
+    rs.DeflectionUnder: lambda: {"wrench": LOAD},
+    rs.Derivative: lambda: {"of": rs.StiffnessMatrix(), "by": "x"},
+    rs.PrincipalStiffness: dict,
+    rs.StiffnessMatrix: dict,
+    rs.WorstDeflection: dict,
+    rs.CrossSection: lambda: {"A": 1e-4, "Iy": 1e-9, "Iz": 1e-9, "J": 2e-9,
+                              "shear_factor_y": 0.8, "shear_factor_z": 0.8, "bounds": None},
+    rs.Elasticity: lambda: {"compliance": np.eye(6), "freedoms": np.zeros((6, 0)), "bounds": (),
+                            "beam": None},
+    rs.EulerBernoulli: dict,
+    rs.Material: lambda: {"name": "m", "E": 2e11, "G": 8e10, "source": "", "density": 7800.0,
+                          "bounds": None},
+    rs.Timoshenko: dict,
+    rs.box: lambda: {"width_y": 0.1, "height_z": 0.1, "wall": 0.01, "poisson_ratio": 0.3},
+    rs.circle: lambda: {"diameter": 0.1, "poisson_ratio": 0.3},
+    rs.i_section: lambda: {"flange_width": 0.1, "height": 0.2, "web_thickness": 0.01,
+                           "flange_thickness": 0.01, "poisson_ratio": 0.3},
+    rs.material: lambda: {"name": "steel"},
+    rs.rectangle: lambda: {"width_y": 0.1, "height_z": 0.2, "poisson_ratio": 0.3},
+    rs.rotational_spring: lambda: {"stiffness": 1e3, "axis": Z},
+    rs.translational_spring: lambda: {"stiffness": 1e3, "axis": Z},
+    rs.tube: lambda: {"outer_diameter": 0.1, "inner_diameter": 0.08, "poisson_ratio": 0.3},
+    rs.Block: dict,
+    rs.IndexRules: dict,
+    rs.Recursive: lambda: {"groups": None},
+    rs.SaddlePoint: dict,
+    rs.Tolerance: lambda: {"independence": 1e-9, "near_independence": 1e-6, "rigidity": 1e-14,
+                           "near_rigidity": 1e-10, "rounding": 1e-11},
+    rs.WrenchBasis: dict,
+    rs.chain_stiffness: lambda: {"C": np.eye(6), "J_q": np.eye(6)[:, :1], "length": None,
+                                 "form": rs.WrenchBasis(), "tolerance": rs.Tolerance()},
+    rs.ActuatorCoordinates: lambda: {"values": [0.0]},
+    rs.JointCoordinates: lambda: {"values": [0.0]},
+    rs.Module: lambda: {"name": "m", "part": _chain(), "mount": None},
+    rs.ToolPose: lambda: {"tip": [0, 0, 0], "axis": Z, "tool_axis": Z, "spin": None},
+    rs.actuator_names: lambda: {"robot": _arm()},
+    rs.find_posture: lambda: {"robot": _arm(), "pose": None, "near": None},
+    rs.hybrid_machine: lambda: {
+        **{"modules": (rs.Module("m", _chain()), rs.Module("n", _chain())), "name": "h"},
+        **{"coordinates": None, "reference_point": None, "gravity": None, "title": ""},
+        **{"source": ""},
+    },
+    rs.postures: lambda: {"robot": rs.load("hexapod"), "pose": None},
+    rs.Actuated: lambda: {"stiffness": 1e4, "limits": (-1.0, 1.0)},
+    rs.BodyPoint: lambda: {"body": "base", "at": [0, 0, 0]},
+    rs.BodySpring: lambda: {
+        **{"name": "s", "between": (rs.BodyPoint("base"), rs.BodyPoint("platform", Z))},
+        **{"stiffness": 1e3, "free_length": 0.1, "preload": None},
+    },
+    rs.Chain: lambda: {"elements": _chain().elements, "couplings": ()},
+    rs.Coupling: lambda: {"terms": (("a", 1.0), ("b", 2.0)), "role": rs.Locked(), "home": None,
+                          "name": "c"},
+    rs.DHRow: lambda: {"a": 0.1, "alpha": 0.0, "d": 0.0, "theta": 0.0, "slides": False,
+                       "name": "j", "masses": ()},
+    rs.ForceLaw: lambda: {"force": [[0.0, 0.0], [1.0, 2.0]]},
+    rs.Leg: lambda: {"name": "arm", "base": _frame(), "chain": _chain(), "attachment": _frame(),
+                     "elbow": rs.Elbow.HOME, "node": None},
+    rs.Link: lambda: {"to": np.ones(3), "elasticity": rs.Elasticity(np.eye(6)), "axes": np.eye(3),
+                      "name": "l", "masses": ()},
+    rs.Locked: lambda: {"stiffness": 1e3},
+    rs.Mass: lambda: {"value": 1.0, "centre": [0, 0, 0], "span": None, "name": "m",
+                      "inertia": None},
+    rs.Passive: dict,
+    rs.Rigid: lambda: {"transform": _frame(), "name": "r", "masses": ()},
+    rs.Robot: lambda: {
+        **{"name": "arm", "legs": (_leg(),), "home": _frame(), "reference_point": np.zeros(3)},
+        **{"coordinates": tuple(Coordinate), "space": Space.SPATIAL, "title": ""},
+        **{"source": "", "nominal": {}, "meanings": {}, "platform": None, "platform_masses": ()},
+        **{"gravity": None, "springs": (), "laws": {}},
+    },
+    rs.Snapshot: lambda: {
+        **{"name": "s", "legs": rs.find_posture(_arm()).snapshot.one(0).legs},
+        **{"reference_point": np.zeros(3), "space": Space.SPATIAL, "description": ""},
+        **{"platform": None, "springs": (), "masses": (), "gravity": None},
+    },
+    rs.Telescope: lambda: {
+        **{"direction": np.array(Z), "axes": np.eye(3), "role": rs.Actuated(1e5), "home": 0.5},
+        **{"beams": (rs.TelescopicBeam(_steel(), _section(), 1.0),), "name": "t"},
+        **{"home_given": None},
+    },
+    rs.TelescopicBeam: lambda: {"material": _steel(), "section": _section(), "share": 1.0,
+                                "fixed": 0.0, "theory": rs.EulerBernoulli(), "mass": None},
+    rs.beam_link: lambda: {"to": Z, "material": _steel(), "section": _section(),
+                           "y_axis": [0, 1, 0], "theory": None, "name": "b", "mass": None},
+    rs.coupling: lambda: {"joint": "a", "follows": "b", "ratio": 2.0, "offset": 0.0,
+                          "stiffness": None, "name": "c"},
+    rs.cylindrical: lambda: {"axis": Z, "role": rs.Passive(), "home": (0.0, 0.0), "name": "j"},
+    rs.helical: lambda: {"axis": Z, "pitch": 0.005, "role": rs.Passive(), "home": (0.0,),
+                         "name": "j"},
+    rs.planar: lambda: {"normal": Z, "role": rs.Passive(), "home": (), "name": "j"},
+    rs.prismatic: lambda: {"axis": Z, "role": rs.Passive(), "home": (), "name": "j"},
+    rs.revolute: lambda: {"axis": Z, "role": rs.Passive(), "home": (), "name": "j"},
+    rs.serial_arm: lambda: {
+        **{"dh": (rs.DHRow(a=0.3), rs.DHRow(a=0.2)), "convention": rs.DHConvention.STANDARD},
+        **{"joint_stiffness": 1e4, "limits": None, "home": None, "tool": None, "base": None},
+        **{"name": "arm", "coordinates": (), "title": "", "source": ""},
+    },
+    rs.spherical: lambda: {"role": rs.Passive(), "home": (), "name": "j"},
+    rs.universal: lambda: {"axis1": Z, "axis2": [1, 0, 0], "role": rs.Passive(), "home": (),
+                           "name": "j"},
+    rs.Cable: lambda: {
+        **{"name": "c", "exit_point": [1, 0, 0], "attachment": [0, 0, 0], "EA": 1e5},
+        **{"guide_length": 0.0, "winch_stiffness": None, "least_tension": 0.0},
+        **{"greatest_tension": 100.0, "tension": None},
+    },
+    rs.CableRobot: lambda: {
+        key: getattr(_cable_robot(), key)
+        for key in ("name", "cables", "home", "weight", "reference_point", "tension_level", "space",
+                    "title", "source")
+    },
+    rs.Weight: lambda: {"force": [0, 0, -1.0], "point": [0, 0, 0]},
+    rs.DistributedForce: lambda: {"per_length": [0, 0, -1.0]},
+    rs.ForceOnBeam: lambda: {"force": [0, 0, -1.0], "distance": 0.1},
+    rs.Network: lambda: {
+        key: getattr(_network(), key) for key in inspect.signature(rs.Network).parameters
+    },
+    rs.network_response: lambda: {"network": _network(), "loads": {"b": LOAD},
+                                  "settlements": None, "tolerance": rs.Tolerance()},
+    rs.load: lambda: {"name_or_path": "planar-link", "parameters": None, "symbols": (),
+                      "side": None, "allow_xacro": False},
+    rs.load_linkage: lambda: {"path": "double-pantograph", "parameters": None, "symbols": (),
+                              "side": None, "allow_xacro": False},
+    rs.shipped_cable_robots: dict,
+    rs.shipped_linkages: dict,
+    rs.shipped_robots: dict,
+    rs.derive: lambda: {"robot": rs.load("planar-link"), "symbols": None, "pose": None,
+                        "form": None, "budget": 1.0, "leg": None},
+    rs.derive_under_load: lambda: {
+        **{"robot": rs.load("planar-link"), "wrench": ("Fx", "Fy", 0), "symbols": None},
+        **{"pose": None, "form": None, "budget": 1.0, "beams": rs.Linear()},
+    },
+    rs.Frame: lambda: {"R": np.eye(3), "p": np.zeros(3)},
+    rs.Bowing: lambda: {"elements": 2},
+    rs.DeadForce: lambda: {"force": [0, 0, -1.0], "point": None},
+    rs.Linear: dict,
+    rs.compile_loaded: lambda: {"robot": _arm(), "parameters": (), "loads": None, "gravity": None,
+                                "preload": None, "beams": rs.Linear(),
+                                "backend": rs.Backend.ARRAYS},
+    rs.critical_load: lambda: {"robot": _arm(), **LOADED, "up_to": 2.0},
+    rs.deflection: lambda: {"robot": _arm(), "wrench": LOAD, "loads": None, "gravity": None,
+                            **COMMON},
+    rs.equilibrium: lambda: {"robot": _arm(), **LOADED, "displacement": None},
+    rs.load_path: lambda: {"robot": _arm(), **LOADED, "factors": [0.0, 1.0]},
+    rs.modes: lambda: {"robot": _arm(), **LOADED, "masses": {"arm/beam": 1.0}},
+    rs.write_report: lambda: {
+        **{"robot": _arm(), "path": "report.html", "pose": None, "wrench": None, "at": None},
+        **{"near": None, "found": None, "finite": False, "title_block": TitleBlock()},
+        **{"described_by": None, "other": None},
+    },
+    rs.UnderLoad: lambda: {"loads": None, "gravity": None, "preload": None, "beams": rs.Linear(),
+                           "by": None},
+}  # fmt: skip
+#: Those that take long also where the argument is refused in the end.
+LONG = {
+    *(rs.compile_loaded, rs.critical_load, rs.derive_under_load, rs.load_linkage, rs.load_path),
+    *(rs.modes, rs.write_report),
+}
+FEW = ("whole number", "word", "list of none", "object")
+#: Answers, which functions make.
+ANSWERS = {
+    *(rs.CableResponse, rs.CableStiffness, rs.CableTensions, rs.CompiledAnswer, rs.CompiledLinkage),
+    *(rs.CompiledRobot, rs.CompiledLoading, rs.CriticalLoad, rs.Deflection, rs.DeflectionsOfPoses),
+    *(rs.Equilibria, rs.Equilibrium, rs.IndicesOfPoses, rs.LoadedAnswer, rs.Mode, rs.Modes),
+    *(rs.RobotDerivation, rs.RobotStiffness, rs.StiffnessIndices),
+}
+
+
+def _public():
+    stub = Path(rs.__file__).with_name("__init__.pyi").read_text(encoding="utf-8")
+    for name in re.findall(r"import (?:\w+ as )?(\w+)$", stub, re.MULTILINE):
+        value = getattr(rs, name)
+        is_kind = inspect.isclass(value) and issubclass(value, (BaseException, enum.Enum))
+        if callable(value) and not is_kind:
+            yield value
+
+
+def test_the_table_has_every_public_callable():
+    assert {own.__name__ for own in _public()} == {own.__name__ for own in {*GOOD, *ANSWERS}}
+
+
+def _called(function, arguments):
+    """A call with some arguments; a positional one where it has no other name."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if function is rs.Grid and not isinstance(arguments.get("x"), rs.Axis):
+            function(arguments["x"])
+        return function(**arguments)
+
+
+@pytest.mark.parametrize("function", GOOD, ids=lambda own: own.__name__)
+def test_good_arguments_are_good(function, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    _called(function, GOOD[function]())
+
+
+@pytest.mark.parametrize("function", GOOD, ids=lambda own: own.__name__)
+def test_odd_arguments_are_refused_in_words(function, tmp_path, monkeypatch):
+    """No foreign exception from any argument of another kind."""
+    monkeypatch.chdir(tmp_path)
+    foreign = []
+    good = GOOD[function]()
+    kinds = FEW if function in LONG else ODD
+    for parameter in good:
+        for kind in kinds:
+            odd = ODD[kind]
+            if callable(odd) and parameter in ("where", "progress"):
+                continue  # a function of the user's, whose exceptions are its own
+            try:
+                _called(function, {**good, parameter: odd})
+            except rs.RobostiffError:
+                pass
+            except Exception as error:
+                foreign.append(f"{parameter}={kind}: {type(error).__name__}: {error}"[:110])
+    assert not foreign, "\n".join(foreign)
