@@ -1,6 +1,7 @@
 """Defects that are planted one at a time: the campaign finds each."""
 
 import warnings
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,13 @@ from tests.campaign.plants import MACHINES, PLANTS, found
 def test_there_are_twenty_defects_in_all_layers():
     assert len({plant.name for plant in PLANTS}) >= 20
     assert {plant.machines for plant in PLANTS} <= set(MACHINES)
+
+
+def test_the_page_lists_them():
+    page = (Path(__file__).parent / "README.md").read_text(encoding="utf-8")
+    assert not [
+        plant.name for plant in PLANTS if f"| {plant.name} | {plant.machines} |" not in page
+    ]
 
 
 @pytest.mark.slow
