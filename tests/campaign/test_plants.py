@@ -29,9 +29,10 @@ def test_a_planted_defect_is_found(plant):
 
 
 def test_nothing_is_left_of_a_defect():
-    plant = next(own for own in PLANTS if own.machines == "cables")
-    first = MACHINES["cables"](6)
+    plant = next(own for own in PLANTS if "Timoshenko" in own.name)
+    judged = MACHINES[plant.machines]
+    number, complaint = found(plant) or (0, None)
+    assert complaint is not None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        assert found(plant) is not None
-    assert MACHINES["cables"](6) == first == []
+        assert not judged(number)
