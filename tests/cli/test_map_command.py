@@ -69,6 +69,20 @@ def test_the_greatest_displacement_is_that_of_the_magnitude():
     assert "displacement_magnitude [m]" in lines[0].split(",")
 
 
+def test_the_greatest_load_names_its_actuator_and_a_rotation_in_the_plane_its_sign():
+    load = ("--wrench", "100 -50 3", "--quantity", "actuator-forces", "--quantity", "deflection")
+    outcome = run("3-rrr", "--x", "-0.02 0.02 3", *load, "-o", "map.nc", "--json")
+    facts = json.loads(outcome.stdout)
+    with xarray.open_dataset("map.nc") as found:
+        forces, rotation = found.actuator_force.load(), found.rotation.load()
+    for end, index in (("least", forces.argmin(...)), ("greatest", forces.argmax(...))):
+        here, said = forces.isel(index), facts["extremes"]["actuator_force"][end]
+        assert said["of"] == str(here.actuator.values)
+        assert said["pose"]["x"] == pytest.approx(float(here.x))
+    assert facts["ranges"]["rotation"][:2] == [float(rotation.min()), float(rotation.max())]
+    assert "rotation_magnitude" not in facts["ranges"]
+
+
 def test_standard_output_has_the_map_or_the_summary():
     outcome = run(*GRID, "-o", "-", "--json")
     assert outcome.exit_code == 2

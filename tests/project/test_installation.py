@@ -169,7 +169,6 @@ def test_pictures_and_reports_load_no_stores_of_maps(package: str):
         ("report hexapod -o report.html", "plots", "plot"),
         ("modes hexapod --plot mode.png", "plots", "plot"),
         ("view hexapod", "views", "view"),
-        ("check examples/ur5.urdf", "URDF files", "urdf"),
         ("check examples/two-ur5.urdf.xacro", "xacro files", "urdf"),
         ("check examples/four-bar.xml", "MJCF files", "mjcf"),
         ("derive planar-link -o K.pdf", "PDF files", "pdf"),

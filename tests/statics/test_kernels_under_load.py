@@ -313,9 +313,13 @@ ARM = {
         ("six-joint-arm", {"gravity": [1.0, 2.0, -9.0]}),
         ("six-joint-arm", {"loads": ARM, "preload": {"arm/joint2": 40.0}}),
         ("gough-stewart-b", {"loads": {"platform": rs.Mass(2e5, point=[0.1, 0.2, 2.0])}}),
+        ("gough-stewart-b", {"loads": {"platform": rs.Mass(2e5, [0.1, 0.2, 0.3])}}),
         ("3-rps", {"gravity": "-z"}),
     ],
-    ids=["plane", "gravity", "loads and preload", "platform", "telescopes closed by steps"],
+    ids=[
+        *("plane", "gravity", "loads and preload", "platform", "in its frame"),
+        "telescopes closed by steps",
+    ],
 )
 def test_weights_loads_and_preloads_act_beside_the_wrench(name: str, standing: Any):
     robot = rs.load(name)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -221,3 +222,29 @@ def test_loads_that_do_not_all_act_are_no_answer(monkeypatch: pytest.MonkeyPatch
         loaded(robot, loads=loads)
     with pytest.raises(rs.NoAnswerError, match="loads are not those that are given"):
         rs.deflection(robot, loads=loads)
+
+
+def test_centres_of_given_masses_are_in_the_frames_of_their_bodies():
+    """As those of the model, at any posture: on the platform, behind a joint, and on a link."""
+    at, m = rs.JointCoordinates([np.pi / 2]), Mass(1.0, [0.5, 0, 0])
+    arm = partial(rs.serial_arm, convention=rs.DHConvention.STANDARD, joint_stiffness=[1000.0])
+    bare, own = arm([rs.DHRow(a=1.0)]), arm([rs.DHRow(a=1.0, masses=(m,))])
+    frequency = np.sqrt(1000 / 1.5**2) / (2 * np.pi)
+    behind = Mass(1.0, [1.5, 0, 0])  # as the frame of the joint has it
+    for given in ({"platform": m}, {"arm/joint1": behind}):
+        assert np.allclose(rs.modes(bare, at, given).frequencies, frequency, rtol=1e-9)
+        pull = [-10.0, 0, 0]
+        sunk = rs.deflection(bare, at, loads=given, gravity=pull)
+        assert np.isclose(sunk.twist[5], 10 * 1.5 / 1000, rtol=1e-9)
+        far = loaded(bare, pose=at, loads=given, gravity=[-0.01, 0, 0])
+        assert np.isclose(far.displacement[5], 0.01 * 1.5 / 1000, rtol=1e-6)
+    assert np.allclose(rs.modes(own, at).frequencies, frequency, rtol=1e-9)
+    world = {"platform": Mass(1.0, point=[0, 1.5, 0])}
+    assert np.allclose(rs.modes(bare, at, world).frequencies, frequency, rtol=1e-9)
+    snapshot = find_posture(bare, at).snapshot.one(0)
+    with pytest.raises(rs.InputError, match=r"frame is not known.*point=\[0.3"):
+        rs.modes(snapshot, masses={"arm/joint1": behind})
+    with pytest.raises(rs.InputError, match="a point in the world"):
+        arm([rs.DHRow(a=1.0, masses=(Mass(1.0, point=[0, 1, 0]),))])
+    with pytest.raises(rs.InputError, match="a centre and a point"):
+        Mass(1.0, [0, 0, 1], point=[0, 0, 1])

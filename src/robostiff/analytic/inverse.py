@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import sympy as sp
@@ -73,7 +72,7 @@ class ComplianceSteps(Formula):
     definitions: tuple[Definition, ...]
     conditions: tuple[Condition, ...] = ()
 
-    @cached_property
+    @property
     def _computed(self) -> Derivation:
         return Derivation(
             self.name, self.C, (), self.C, self.definitions, conditions=self.conditions

@@ -341,6 +341,9 @@ def _extremes(found: xarray.Dataset, name: str) -> dict[str, Any]:
         units = {str(n): c.attrs.get("units") for n, c in here.coords.items()}
         pose = {n: float(here[n]) for n, unit in units.items() if unit in {"m", "rad", "1"}}
         own[end] = {"pose": pose, "status": str(Status(int(here["status"])))}
+        for dim in array.dims:
+            if dim in found.coords and found[dim].dtype.kind == "U":  # such as an actuator
+                own[end]["of"] = str(found[dim].values[place[dim]])
     return own
 
 
@@ -359,7 +362,8 @@ def _facts_text(facts: Mapping[str, Any]) -> str:
         lines.append(f"{name}: {low:.5g} to {high:.5g}{shown}")
         for end, own in facts.get("extremes", {}).get(name, {}).items():
             at = ", ".join(f"{n} {number(x)}" for n, x in own["pose"].items())
-            lines.append(f"  {end} at {at} (m, rad): {own['status']}")
+            of = f" of {own['of']}" if "of" in own else ""
+            lines.append(f"  {end}{of} at {at} (m, rad): {own['status']}")
     if facts["poses_guarded"]:
         share = facts["poses_guarded"] / computed
         lines.append(f"recomputed by the batched form: {100 * share:.3g} %")

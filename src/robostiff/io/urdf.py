@@ -1,19 +1,14 @@
-"""URDF, robot descriptions of ROS, read by yourdfpy; and xacro, expanded by xacrodoc."""
+"""URDF, robot descriptions of ROS; and xacro, expanded by xacrodoc."""
 
 from __future__ import annotations
 
-import io
-from collections.abc import Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from robostiff.errors import FileError, Location, needs_extra
+from robostiff.errors import Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, mass_of_body
@@ -22,7 +17,6 @@ from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
 from robostiff.io.urdf_extensions import rotor_inertias, with_extensions
 from robostiff.model import Actuated, Mass, Passive
-from robostiff.spatial import Frame
 
 _TYPES = {
     "fixed": JointType.FIXED,
@@ -32,64 +26,7 @@ _TYPES = {
     "planar": JointType.PLANAR,
     "floating": JointType.FLOATING,
 }
-_NUMBERS = {
-    "origin": {"xyz": 3, "rpy": 3},
-    "axis": {"xyz": 3},
-    "limit": {"lower": 1, "upper": 1},
-    "mimic": {"multiplier": 1, "offset": 1},
-}
 _OF_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-_NUMBERS_OF_MASSES = {
-    "origin": {"xyz": 3, "rpy": 3},
-    "mass": {"value": 1},
-    "inertia": dict.fromkeys(_OF_INERTIA, 1),
-}
-
-_LARGEST = 1e9  # metres and radians; far beyond any robot
-_ASKED = {("origin", "xyz"): Dimension.LENGTH, ("origin", "rpy"): Dimension.ANGLE}
-
-
-def check_structure(root: XmlElement) -> None:
-    """Raise unless links and joints have their names, types, links and numbers."""
-    if root.tag != "robot":
-        raise root.error("URDF", got=Words(f"<{root.tag}>"), expected="<robot> at the top")
-    _named(root, "robot")
-    links = _names(root.all("link"), "link")
-    if not links:
-        raise root.error("URDF", got=Words("no link"), expected="at least one")
-    joints = _names(root.all("joint"), "joint")
-    for name, joint in joints.items():
-        kind = joint.attributes.get("type")
-        if kind not in _TYPES:
-            raise joint.error(
-                f"type of joint {name!r}",
-                got=kind,
-                expected=f"one of {', '.join(_TYPES)}",
-                hint=did_you_mean(kind, _TYPES) if kind else None,
-            )
-        for tag in ("parent", "child"):
-            _check_reference(joint, tag, links)
-        for tag, sizes in _NUMBERS.items():
-            element = joint.one(tag)
-            if element is not None:
-                _check_numbers(element, sizes, f"{tag} of joint {name!r}")
-
-
-def kinematics_alone(root: XmlElement) -> bytes:
-    """The same URDF with nothing but links and joints, and nothing in the links."""
-    robot = ElementTree.Element("robot", name=root.attributes["name"])
-    for link in root.all("link"):
-        ElementTree.SubElement(robot, "link", name=link.attributes["name"])
-    for joint in root.all("joint"):
-        copy = ElementTree.SubElement(robot, "joint", joint.attributes)
-        for tag in ("parent", "child", *_NUMBERS):
-            element = joint.one(tag)
-            if element is not None:
-                # What is not used, such as an effort, must not stop the reader.
-                read = {"link", "joint", *_NUMBERS.get(tag, ())}
-                kept = {key: text for key, text in element.attributes.items() if key in read}
-                ElementTree.SubElement(copy, tag, kept)
-    return ElementTree.tostring(robot, encoding="utf-8")
 
 
 def _named(element: XmlElement, what: str) -> str:
@@ -109,7 +46,8 @@ def _names(elements: list[XmlElement], what: str) -> dict[str, XmlElement]:
     return names
 
 
-def _check_reference(joint: XmlElement, tag: str, links: dict[str, XmlElement]) -> None:
+def _linked(joint: XmlElement, tag: str, links: dict[str, XmlElement]) -> str:
+    """The link that a joint has as its parent or child."""
     what = f"{tag} of joint {joint.attributes['name']!r}"
     element = joint.one(tag)
     name = None if element is None else element.attributes.get("link")
@@ -126,27 +64,7 @@ def _check_reference(joint: XmlElement, tag: str, links: dict[str, XmlElement]) 
             expected=f"one of the links {listing(list(links), 30)}",
             hint=did_you_mean(name, links),
         )
-
-
-def _check_numbers(element: XmlElement, sizes: dict[str, int], what: str) -> None:
-    for attribute, size in sizes.items():
-        text = element.attributes.get(attribute)
-        if text is None:
-            continue
-        try:
-            numbers = [float(word) for word in text.split()]
-        except ValueError:
-            numbers = []
-        if len(numbers) != size or not all(abs(n) <= _LARGEST for n in numbers):
-            raise element.error(
-                f"{attribute} in the {what}",
-                got=text,
-                expected=f"{size} finite number{'s' * (size > 1)} up to {_LARGEST:g}",
-            )
-        dimension = _ASKED.get((element.tag, attribute))
-        if dimension is not None:
-            worst = max(numbers, key=abs)
-            question(worst, dimension, lambda _, place=element.location: place, in_si=True)
+    return name
 
 
 def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
@@ -166,96 +84,86 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     ------
     FileError
         When it cannot be read or is no URDF that makes sense.
-    InputError
-        When yourdfpy is not installed.
     """
-    file = str(source)
     root = read_xml(source, content=content)
-    check_structure(root)
-    robot = _parsed(root)
-    places = {joint.attributes["name"]: joint.location for joint in root.all("joint")}
+    if root.tag != "robot":
+        raise root.error("URDF", got=Words(f"<{root.tag}>"), expected="<robot> at the top")
+    name = _named(root, "robot")
+    links = _names(root.all("link"), "link")
+    if not links:
+        raise root.error("URDF", got=Words("no link"), expected="at least one")
     rotors = rotor_inertias(root)
     tree = RigidTree(
-        name=robot.name,
-        file=file,
-        links=tuple(link.name for link in robot.links),
+        name=name,
+        file=str(source),
+        links=tuple(links),
         joints=tuple(
-            replace(_joint(own, places[own.name]), inertia=rotors.get(own.name, 0.0))
-            for own in robot.joints
+            replace(_joint(own, links), inertia=rotors.get(joint, 0.0))
+            for joint, own in _names(root.all("joint"), "joint").items()
         ),
-        masses={
-            link.attributes["name"]: mass
-            for link in root.all("link")
-            if (mass := _mass(link)) is not None
-        },
+        masses={own: mass for own, link in links.items() if (mass := _mass(link)) is not None},
     )
     return with_extensions(tree, root)
 
 
-def _parsed(root: XmlElement) -> Any:
-    """The robot as yourdfpy reads it, from links and joints alone."""
-    with needs_extra("URDF files", "urdf"):
-        from yourdfpy import URDF
-    text = io.BytesIO(kinematics_alone(root))
-    return URDF.load(text, build_scene_graph=False, load_meshes=False).robot
-
-
-def _joint(joint: Any, place: Location) -> TreeJoint:
-    kind = _TYPES[joint.type]
-    origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
-    axis = np.asarray(joint.axis, dtype=float)
-    moves = kind in (JointType.REVOLUTE, JointType.PRISMATIC, JointType.PLANAR)
-    if moves and not np.any(axis):
-        raise FileError(
-            place, f"axis of joint {joint.name!r}", got=axis, expected="a direction, not zero"
+def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
+    name, word = joint.attributes["name"], joint.attributes.get("type")
+    if word not in _TYPES:
+        raise joint.error(
+            f"type of joint {name!r}",
+            got=word,
+            expected=f"one of {', '.join(_TYPES)}",
+            hint=did_you_mean(word, _TYPES) if word else None,
         )
-    mimic = None
-    if joint.mimic is not None:
-        mimic = Mimic(joint.mimic.joint, float(joint.mimic.multiplier), float(joint.mimic.offset))
+    kind, of = _TYPES[word], f"of joint {name!r}"
+    parent, child = (_linked(joint, tag, links) for tag in ("parent", "child"))
+    before = joint.frame_at("origin", of)
+    axis = joint.numbers_at("axis", "xyz", (1.0, 0.0, 0.0), of)
+    if kind in (JointType.REVOLUTE, JointType.PRISMATIC, JointType.PLANAR) and not np.any(axis):
+        raise joint.error(f"axis of joint {name!r}", got=axis, expected="a direction, not zero")
+    low, high = (joint.numbers_at("limit", key, (0.0,), of).item() for key in ("lower", "upper"))
+    limit = joint.one("limit")
+    bounded = limit is not None and {"lower", "upper"} <= set(limit.attributes) and low < high
+    limits = (low, high) if bounded and word != "continuous" else None
+    mimic, follows = joint.one("mimic"), None
+    if mimic is not None:
+        factor = joint.numbers_at("mimic", "multiplier", (1.0,), of).item()
+        offset = joint.numbers_at("mimic", "offset", (0.0,), of).item()
+        follows = Mimic(mimic.attributes.get("joint", ""), factor, offset)
+    origin = joint.one("origin")
+    if origin is not None:
+        turn = joint.numbers_at("origin", "rpy", (0.0, 0.0, 0.0), of)
+        for numbers, dimension in ((before.p, Dimension.LENGTH), (turn, Dimension.ANGLE)):
+            worst = max(numbers.tolist(), key=abs)
+            question(worst, dimension, lambda _: origin.location, in_si=True)
     return TreeJoint(
-        name=joint.name,
+        name=name,
         type=kind,
-        parent=joint.parent,
-        child=joint.child,
-        before=Frame(origin[:3, :3], origin[:3, 3]),
+        parent=parent,
+        child=child,
+        before=before,
         axis=axis,
-        role=Passive() if kind is JointType.PLANAR else Actuated(limits=_limits(joint)),
-        mimic=mimic,
+        role=Passive() if kind is JointType.PLANAR else Actuated(limits=limits),
+        mimic=follows,
     )
 
 
 def _mass(link: XmlElement) -> Mass | None:
     """Mass, centre and moments of inertia of a link in its frame; None where it has none."""
-    inertial, what = link.one("inertial"), f"inertial of link {link.attributes['name']!r}"
+    name, inertial = link.attributes["name"], link.one("inertial")
     if inertial is None:
         return None
-    for tag, sizes in _NUMBERS_OF_MASSES.items():
-        element = inertial.one(tag)
-        if element is not None:
-            _check_numbers(element, sizes, f"{tag} in the {what}")
-
-    def numbers(tag: str, keys: Sequence[str], otherwise: str) -> list[float]:
-        own = inertial.one(tag)
-        texts = [otherwise if own is None else own.attributes.get(key, otherwise) for key in keys]
-        return [float(word) for text in texts for word in text.split()]
-
-    (value,), centre = numbers("mass", ["value"], "0"), numbers("origin", ["xyz"], "0 0 0")
-    turn = Rotation.from_euler("xyz", numbers("origin", ["rpy"], "0 0 0")).as_matrix()
-    xx, xy, xz, yy, yz, zz = numbers("inertia", _OF_INERTIA, "0")
-    if value < 0:
-        raise inertial.error(f"mass in the {what}", got=value, expected="zero or more [kg]")
-    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return mass_of_body(
-        link.attributes["name"], value, np.array(centre), turn @ inertia @ turn.T, inertial.location
+    of = f"in the inertial of link {name!r}"
+    centre = inertial.frame_at("origin", of)
+    value = inertial.numbers_at("mass", "value", (0.0,), of).item()
+    xx, xy, xz, yy, yz, zz = (
+        inertial.numbers_at("inertia", key, (0.0,), of).item() for key in _OF_INERTIA
     )
-
-
-def _limits(joint: Any) -> tuple[float, float] | None:
-    limit = joint.limit
-    if joint.type == "continuous" or limit is None or None in (limit.lower, limit.upper):
-        return None
-    low, high = float(limit.lower), float(limit.upper)
-    return (low, high) if low < high else None
+    if value < 0:
+        raise inertial.error(f"mass {of}", got=value, expected="zero or more [kg]")
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    about_centre = centre.R @ inertia @ centre.R.T
+    return mass_of_body(name, value, centre.p, about_centre, inertial.location)
 
 
 def expand_xacro(source: Path | str) -> bytes:

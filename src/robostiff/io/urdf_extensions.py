@@ -20,7 +20,6 @@ from robostiff.io.rigid_tree.xml_text import XmlElement
 from robostiff.model import Actuated, Joint, Passive, prismatic, revolute, spherical
 from robostiff.spatial import Frame
 
-_LARGEST = 1e30
 _HARMLESS = frozenset(
     (
         *("link", "joint", "material", "gazebo", "transmission", "ros2_control", "sensor"),
@@ -76,6 +75,9 @@ def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     return replace(tree, joints=joints, loops=tuple(loops))
 
 
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
 def rotor_inertias(root: XmlElement) -> dict[str, float]:
     """Inertia of the rotor of each joint that has one, at the joint [kg m^2 or kg].
 
@@ -107,7 +109,7 @@ def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: f
         texts = [child.attributes.get("value") for child in own.all(of_drake)]
         texts += [child.text for child in own.all(tag)]
         for text in texts:
-            return float(_numbers(own, tag, text, 1, np.array([otherwise]))[0])
+            return float(own.numbers(f"{tag} of <{own.tag}>", text, (otherwise,))[0])
     return otherwise
 
 
@@ -142,7 +144,7 @@ def _attribute_or_text(element: XmlElement, key: str, of_gazebo: str) -> float:
     if dynamics is not None:
         texts += [dynamics.attributes.get(key), *(own.text for own in dynamics.all(key))]
     text = next((text for text in texts if text), None)
-    return float(_numbers(element, key, text, 1, np.zeros(1))[0])
+    return float(element.numbers(f"{key} of <{element.tag}>", text, (0.0,))[0])
 
 
 def _free_name(name: str, taken: set[str]) -> str:
@@ -197,11 +199,12 @@ def _ends_of_gazebo(element: XmlElement, drawn: Mapping[str, Frame]) -> _Ends | 
     in_model = axis is not None and _text(axis, "use_parent_model_frame") in ("true", "1")
     if not set(links) <= set(drawn) or any(elsewhere) or in_model:
         return None
-    numbers = _numbers(element, "pose", None if pose is None else pose.text, 6, np.zeros(6))
+    text = None if pose is None else pose.text
+    numbers = element.numbers("pose of <joint>", text, (0.0,) * 6)
     seen = _frame(numbers[:3], numbers[3:])
     in_parent = drawn[links[0]].inverse @ drawn[links[1]] @ seen
     text = None if direction is None else direction.text
-    return links, (in_parent, seen), _numbers(element, "axis", text, 3, np.array([0.0, 0.0, 1.0]))
+    return links, (in_parent, seen), element.numbers("axis of <joint>", text, (0.0, 0.0, 1.0))
 
 
 def _ends(element: XmlElement) -> _Ends:
@@ -232,22 +235,7 @@ def _frame(at: np.ndarray, turn: np.ndarray) -> Frame:
 def _attribute(element: XmlElement | None, key: str, otherwise: np.ndarray) -> np.ndarray:
     if element is None:
         return otherwise
-    return _numbers(element, key, element.attributes.get(key), otherwise.size, otherwise)
-
-
-def _numbers(
-    element: XmlElement, what: str, text: str | None, size: int, otherwise: np.ndarray
-) -> np.ndarray:
-    if text is None:
-        return otherwise
-    try:
-        numbers = np.array(text.split(), dtype=float)
-    except ValueError:
-        numbers = np.zeros(0)
-    if numbers.shape != (size,) or not (np.abs(numbers) <= _LARGEST).all():
-        expected = f"{size} finite number{'s' * (size > 1)}"
-        raise element.error(f"{what} of <{element.tag}>", got=text, expected=expected)
-    return numbers
+    return element.numbers(f"{key} of <{element.tag}>", element.attributes.get(key), otherwise)
 
 
 def _text(element: XmlElement, tag: str) -> str:

@@ -47,10 +47,7 @@ def with_masses(posture: Posture) -> Snapshot:
     )
     R, p = turn_by_vector(posture.pose[:, 3:]), posture.pose[:, :3]
     on_platform = tuple(
-        PlacedMass(mass.name, np.asarray(value), p + R @ (own + arm))
-        for mass in robot.platform_masses
-        for own in (np.zeros(3) if mass.centre is None else mass.centre,)
-        for value, arm in mass.points
+        own for mass in robot.platform_masses for own in mass.placed(mass.name, R, p)
     )
     return replace(posture.snapshot, legs=legs, masses=on_platform, gravity=robot.gravity)
 
@@ -110,12 +107,8 @@ class _MassWalk(ChainWalk):
         start: np.ndarray | None = None,
     ) -> None:
         """A mass in one place, given in the frame at the start of its part."""
-        own = usual if mass.centre is None else mass.centre
-        centre = p + np.einsum("...ij,j->...i", R, own)
-        after, name = len(self.placed), self.prefix + name
-        for value, arm in mass.points:
-            place = centre if not np.any(arm) else centre + np.einsum("...ij,j->...i", R, arm)
-            self.masses.append(PlacedMass(name, np.asarray(value), place, after, start))
+        given = mass if mass.centre is not None else replace(mass, centre=usual, span=None)
+        self.masses += given.placed(self.prefix + name, R, p, len(self.placed), start)
 
     def spread(
         self, value: Any, start: np.ndarray, span: tuple[float, float], after: int | None = None

@@ -15,7 +15,6 @@ from robostiff.kinematics.closure import (
     LegsAlike,
     NewtonTask,
     attachment_frame,
-    each_alone,
     leg_solvers,
     legs_alike,
 )
@@ -257,7 +256,7 @@ class PostureFinder:
 
     @cached_property
     def _each(self) -> tuple[LegsAlike, ...]:
-        return each_alone(self.solvers)
+        return tuple(LegsAlike((i,), (own,)) for i, own in enumerate(self.solvers))
 
     @cached_property
     def open_stay_at_home(self) -> bool:

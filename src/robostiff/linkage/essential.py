@@ -238,11 +238,8 @@ def network_of(part: Linkage, found: Configuration) -> Network:
 def _masses(part: Linkage, body: str, found: Configuration) -> tuple[PlacedMass, ...]:
     """Those of a body in the world, those with an inertia as six."""
     frame = found.frames[body]
-    return tuple(
-        PlacedMass(mass.name, np.asarray(value), frame.p + frame.R @ (mass.centre + arm))
-        for mass in part.masses.get(body, ())
-        for value, arm in mass.points
-    )
+    several = part.masses.get(body, ())
+    return tuple(own for mass in several for own in mass.placed(mass.name, frame.R, frame.p))
 
 
 def _spring(c: Connection, found: Configuration) -> SpringElement:

@@ -111,6 +111,23 @@ class Mass:
         centre = frame.p if self.centre is None else frame.p + frame.R @ self.centre
         return replace(self, centre=centre, inertia=inertia)
 
+    def placed(
+        self,
+        name: str,
+        R: np.ndarray,
+        p: np.ndarray,
+        after: int = 0,
+        start: np.ndarray | None = None,
+    ) -> tuple[PlacedMass, ...]:
+        """In the world, where its frame has axes R and origin p: one mass, with an inertia six."""
+        own = np.zeros(3) if self.centre is None else self.centre
+        return tuple(
+            PlacedMass(
+                name, np.asarray(value), p + np.einsum("...ij,j->...i", R, own + arm), after, start
+            )
+            for value, arm in self.points
+        )
+
     @property
     def points(self) -> tuple[tuple[Any, np.ndarray], ...]:
         """Masses [kg] at places from its centre (3,) [m], which have its inertia together.

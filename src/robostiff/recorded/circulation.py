@@ -3,7 +3,7 @@
 The platform is loaded against the base, which closes one more loop. Wrenches in equilibrium
 circulate: every chain outside of a spanning tree has wrenches of its own, as the leg of a robot
 has, and chains of the tree carry sums of these, which their passive joints restrict. K follows from
-the energy of what is left.
+the energy of what is left. So do legs on a flexible platform, whose parts are chains, too.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.kinematics.formula import FormulaPose, PlacedFormula
 from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
-from robostiff.model import PlacedLeg
+from robostiff.model import FlexiblePlatform, PlacedLeg, PlacedSpring, PlatformPart, Robot
 from robostiff.record import Entry, most_size, usual_size
 from robostiff.recorded.elimination import (
     Carried,
@@ -206,3 +207,46 @@ def _without_rounding(way: Column, scale: Sequence[float], n: int) -> Column:
         0 if most_size(x) <= _ROUNDING * size * s else x
         for x, s in zip(way[:n], scale[:n], strict=True)
     ]
+
+
+_BASE = "base"
+
+
+def legs_on_platform(
+    robot: Robot,
+    platform: FlexiblePlatform,
+    recorder: LegRecorder,
+    pose: FormulaPose,
+    placed: Sequence[PlacedFormula],
+) -> RecordedLeg:
+    """All ways to hold the tool, as those of one leg, K = H (diag(c) + p)^-1 H^T.
+
+    Every leg has its wrenches, and each part of the platform carries the sum of those that come in
+    beyond it; parts that close loops have wrenches of their own. The energy of the parts is written
+    down in platform axes, in which they are the same at all poses.
+
+    Raises InputError when a transmitted wrench meets no compliance.
+    """
+    parts = (
+        BodyChain(f"part {part.name}", _node(part.a), _node(part.b), _local(part, recorder))
+        for part in platform.parts
+    )
+    legs = (
+        BodyChain(f"leg {leg.name}", _BASE, _node(name), own.leg)
+        for leg, name, own in zip(robot.legs, robot.holds, placed, strict=True)
+    )
+    frame = WorkingFrame(pose.R, pose.p)
+    tool = _node(platform.tool)
+    return Circulation(robot.name, (*parts, *legs), _BASE, tool, recorder, frame).leg
+
+
+def _local(part: PlatformPart, recorder: LegRecorder) -> LocalLeg:
+    """A part in platform axes, about the platform's origin."""
+    origin = WorkingFrame(np.eye(3, dtype=int).astype(object), np.zeros(3, dtype=int))
+    spring = PlacedSpring(part.name, part.point, part.axes, part.elasticity)
+    leg = PlacedLeg(part.name, (spring,), part.point)
+    return local_leg(leg, origin, recorder.record, recorder.length)
+
+
+def _node(name: str) -> str:
+    return f"node {name}"

@@ -21,9 +21,9 @@ from robostiff.kinematics.formula import (
 )
 from robostiff.model import ALL_COORDINATES, Actuated, Leg, Robot
 from robostiff.record import Entry, Operation, Record, least, usual_size
+from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
-from robostiff.recorded.flexible_platform import legs_on_platform
 from robostiff.recorded.guess import Same, axes_behind_balls, following_balls, pose_on_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (

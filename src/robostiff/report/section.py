@@ -51,6 +51,7 @@ class Level:
             svg = Matplotlib().svg(self.picture, letters=True)
             for name in _IN_STYLE:
                 svg = svg.replace(getattr(Theme.LIGHT.palette, name), f"var(--{name})")
+            svg = svg.replace("#000000", "var(--ink)")  # a colour of parts, dark on dark
             return {"chart": svg[svg.index("<svg") :]}
         own: dict[str, Any] = {"drawn": plotly_figure(self.picture, palette).to_dict()}
         if self.other is not None:

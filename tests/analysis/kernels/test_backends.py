@@ -13,7 +13,10 @@ from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.compiled import ArrayCode, MachineCode
 from tests.analysis.kernels.cases import around_home, model
 
-BACKENDS = [rs.Backend.ARRAYS, rs.Backend.MACHINE]
+BACKENDS = [
+    rs.Backend.ARRAYS,
+    pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("heyoka")),
+]
 
 
 @pytest.fixture
@@ -24,12 +27,13 @@ def no_heyoka(monkeypatch):
     )
 
 
+@pytest.mark.needs("heyoka")
 @pytest.mark.parametrize("name", ["hexapod", "3-rrr", "six-joint-arm"])
 def test_both_backends_say_the_same(name):
     robot = model(name)
     outputs = [rs.StiffnessMatrix(), rs.PrincipalStiffness()]
     pose = around_home(robot, 50)
-    one, two = (rs.compile(robot, outputs, backend=b).evaluate(pose) for b in BACKENDS)
+    one, two = (rs.compile(robot, outputs, backend=b).evaluate(pose) for b in rs.Backend)
     np.testing.assert_array_equal(one.status_codes, two.status_codes)
     np.testing.assert_array_equal(one.rank, two.rank)
     for key, values in one.values.items():
@@ -104,6 +108,7 @@ def test_who_wants_machine_code_reads_what_to_install(no_heyoka):
         rs.compile(model("3-rpr"), backend=rs.Backend.MACHINE)
 
 
+@pytest.mark.needs("heyoka")
 def test_the_best_backend_is_machine_code_where_it_is_there():
     assert isinstance(rs.compile(model("3-rpr")).kernel.code, MachineCode)
 

@@ -8,7 +8,10 @@ from robostiff.analysis.careful_form import careful_stiffness
 from tests.analysis.kernels.cases import around_home, model
 
 FULL_RANK = ["hexapod", "3-puu", "3-rpr-beams", "3-rrr", "two-link-arm"]
-BACKENDS = [rs.Backend.ARRAYS, rs.Backend.MACHINE]
+BACKENDS = [
+    rs.Backend.ARRAYS,
+    pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("heyoka")),
+]
 
 
 def wrench_of(robot):

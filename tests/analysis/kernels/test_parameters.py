@@ -161,7 +161,13 @@ legs:
 """
 
 
-@pytest.mark.parametrize("backend", list(rs.Backend))
+@pytest.mark.parametrize(
+    "backend",
+    [
+        rs.Backend.ARRAYS,
+        pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("heyoka")),
+    ],
+)
 def test_a_structure_has_one_pose_and_as_many_values_as_wanted(backend, tmp_path):
     file = tmp_path / "frame.yaml"
     file.write_text(STRUCTURE)

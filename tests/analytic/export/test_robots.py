@@ -151,7 +151,7 @@ def test_latex_and_typst_show_names_of_legs_as_subscripts():
 
 def test_c_code_is_written_for_steps_and_closed_forms(derivation):
     source = c_function(derivation)
-    assert source.count("{") == source.count("}") == 1
+    assert source.count("{") == source.count("}") == 2
 
 
 def test_names_with_blanks_become_identifiers(tmp_path):

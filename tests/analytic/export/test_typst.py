@@ -120,7 +120,7 @@ def test_missing_package_says_what_to_install(monkeypatch, tmp_path):
 
     def without_typst(name, *others):
         if name == "typst":
-            raise ImportError(name)
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
         return find(name, *others)
 
     monkeypatch.setattr(builtins, "__import__", without_typst)

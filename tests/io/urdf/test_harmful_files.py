@@ -151,7 +151,6 @@ def test_an_xml_file_may_be_a_urdf(tmp_path):
 @pytest.mark.parametrize(
     ("module", "name", "extra"),
     [
-        ("yourdfpy", "arm.urdf", "urdf"),
         ("xacrodoc", "arm.xacro", "urdf"),
         ("mujoco", "m.xml", "mjcf"),
     ],
@@ -198,3 +197,9 @@ def test_a_urdf_is_read_without_its_shapes(tmp_path):
 def test_numbers_that_nobody_reads_may_be_anything(tmp_path):
     text = ARM.replace('effort="1" velocity="1"', 'effort="28 N m" velocity="fast"')
     assert len(rs.load(_file(tmp_path, text), side=with_side(tmp_path, SIDE)).legs) == 1
+
+
+def test_a_urdf_needs_no_extra(tmp_path, monkeypatch):
+    for module in ("yourdfpy", "xacrodoc", "xacro", "lxml"):
+        monkeypatch.setitem(sys.modules, module, None)
+    assert rs.load(_file(tmp_path, ARM, "arm.urdf"), side=with_side(tmp_path, SIDE)).name == "arm"

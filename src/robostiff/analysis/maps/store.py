@@ -163,24 +163,19 @@ def already_there(path: Path) -> InputError:
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Keep other processes from filling the same store; the lock ends with the process."""
+    import fcntl  # of POSIX, as syncing folders is
+
     try:
         file = (path / _MARKS / _LOCK).open("w")
-    except FileNotFoundError:
-        raise damaged(path, f"no folder {_MARKS!r}") from None
+    except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
+        raise damaged(path, f"no folder {_MARKS!r} of its own") from None
     with file:
         try:
-            if os.name == "nt":
-                import msvcrt
-
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            else:
-                import fcntl
-
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
             raise InputError(
                 f"map in {str(path)!r}",
-                got=f"a store that another process is filling ({error.strerror})",
+                got="a store that another process is filling",
                 expected="one process at a time",
                 hint="wait until it has ended, or use another path",
             ) from None

@@ -39,8 +39,8 @@ class Variable:
 
     @property
     def has_range(self) -> bool:
-        """Whether least and greatest entry mean something: of one unit, and no components."""
-        return self.is_float and isinstance(self.units, str) and not self.is_vector
+        """Whether least and greatest entry mean something: of one unit, no mixed components."""
+        return self.is_float and isinstance(self.units, str) and self.magnitude is None
 
     @property
     def magnitude(self) -> Variable | None:

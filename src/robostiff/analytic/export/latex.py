@@ -10,7 +10,7 @@ from typing import Any
 import sympy as sp
 from sympy.printing.latex import LatexPrinter
 
-from robostiff.analytic.derivation import Derivation, Formula
+from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
@@ -238,7 +238,7 @@ def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> s
     return "\n".join(["\\begin{itemize}\\itemsep=0pt\\parsep=0pt", *items, "\\end{itemize}"])
 
 
-def latex_snippet(derivation: Formula) -> str:
+def latex_snippet(derivation: Any) -> str:
     r"""The matrix and the names in it in LaTeX with nothing around it, to be put into an equation.
 
     Where K is a sum over a generic leg, the equations of this leg and the sum; of one leg its
@@ -252,7 +252,7 @@ def latex_snippet(derivation: Formula) -> str:
     >>> print(latex_snippet(Derivation("K_C", K, (), K)).splitlines()[0])
     \mathbf{K}_{C} = \frac{k_{\tau}}{3} \begin{bmatrix}
     """
-    sections: list[list[Block]] = [[]]
+    sections: list[list[Any]] = [[]]
     for block in outline_of(derivation):
         if isinstance(block, OutlineHeading):
             sections.append([])

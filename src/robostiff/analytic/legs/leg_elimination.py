@@ -211,7 +211,7 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     axes = sp.ImmutableMatrix(3, 3, [read(x) for x in geometry.frame.R.flat])
     arm = sp.ImmutableMatrix([read(x) for x in geometry.arm])
     C, before = sp.ImmutableMatrix(found), tuple(read.definitions)
-    if any(entry.is_Add for entry in C):  # a single beam needs no names
+    if any(entry.is_Add for entry in C.flat()):  # a single beam needs no names
         C, before = matrix_by_entries(C, before, "C_", _SHORT)
     K0, inverted = _inverse(C)
     chain = derive_chain(K0, joints, form)
@@ -219,7 +219,7 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
         (*before, *inverted),
         [sp.sympify(x) for part in (C, K0, axes, arm, *joints.values()) for x in part],
     )
-    R, v = (np.array(list(x), dtype=object) for x in (axes, arm))
+    R, v = (np.array(x.flat(), dtype=object) for x in (axes, arm))
     T = sp.Matrix(transport(R.reshape(3, 3), v, placed.entries.space))
     return LegElimination(
         name="K_C",

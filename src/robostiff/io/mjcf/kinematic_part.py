@@ -42,6 +42,7 @@ _LEFT_OUT = {
     "default": _IN_DEFAULTS,
     "composite": frozenset(("skin", "plugin")),
     "compiler": frozenset(("lengthrange",)),
+    "geom": frozenset(("plugin",)),
 }
 _ATTRIBUTES_LEFT_OUT = {
     "compiler": (

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
+import numpy as np
+from scipy.spatial.transform import Rotation
+
 from robostiff.errors import FileError, Location
 from robostiff.io.suggest import Words
 from robostiff.io.whole_file import bounded_bytes
+from robostiff.spatial import Frame
+
+Numbers = Sequence[float] | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -43,8 +50,38 @@ class XmlElement:
         """Its first child of that name."""
         return next(iter(self.all(tag)), None)
 
+    def numbers(self, what: str, text: str | None, otherwise: Numbers) -> np.ndarray:
+        """Numbers of a text in this element, as many as there are otherwise.
+
+        Raises FileError where they are no finite numbers, or others in number.
+        """
+        if text is None:
+            return np.array(otherwise, dtype=float)
+        try:
+            numbers = np.array(text.split(), dtype=float)
+        except ValueError:
+            numbers = np.zeros(0)
+        size = len(otherwise)
+        if numbers.shape != (size,) or not (np.abs(numbers) <= _LARGEST).all():
+            expected = f"{size} finite number{'s' * (size > 1)} up to {_LARGEST:g}"
+            raise self.error(what, got=text, expected=expected)
+        return numbers
+
+    def numbers_at(self, tag: str, key: str, otherwise: Numbers, of: str) -> np.ndarray:
+        """Numbers of an attribute of its first child of that name."""
+        child = self.one(tag)
+        if child is None:
+            return np.array(otherwise, dtype=float)
+        return child.numbers(f"{key} in the {tag} {of}", child.attributes.get(key), otherwise)
+
+    def frame_at(self, tag: str, of: str) -> Frame:
+        """Frame of a child with xyz and rpy: a place, and turns about fixed axes."""
+        at, turn = (self.numbers_at(tag, key, (0.0, 0.0, 0.0), of) for key in ("xyz", "rpy"))
+        return Frame(Rotation.from_euler("xyz", turn).as_matrix(), at)
+
 
 _LIMITS = XmlLimits()
+_LARGEST = 1e9  # metres and radians; far beyond any robot
 _LONGEST_TEXT = 1000  # beyond which no number or name is read
 
 

@@ -159,9 +159,7 @@ def placed_masses(
     if data.start is None:
         with place.complaints():
             mass = Mass(data.mass, inertia=data.inertia, name=data.name or carrier)
-        for value, arm in mass.points:
-            centre = (usual if at is None else at) + arm
-            yield PlacedMass(mass.name, np.asarray(value), centre, after)
+        yield from mass.placed(mass.name, np.eye(3), usual if at is None else at, after)
         return
     start, span = np.array(data.start, dtype=float), None
     if at is None:

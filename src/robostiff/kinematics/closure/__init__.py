@@ -17,7 +17,6 @@ from robostiff.kinematics.closure.leg_equations import (
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.legs_alike import (
     LegsAlike,
-    each_alone,
     leg_solvers,
     legs_alike,
 )
@@ -32,7 +31,6 @@ __all__ = [
     "NewtonTask",
     "attachment_frame",
     "closing_rates",
-    "each_alone",
     "gaps",
     "leg_solvers",
     "legs_alike",

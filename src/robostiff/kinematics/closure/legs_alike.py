@@ -158,11 +158,6 @@ class LegsAlike:
         return np.stack([frame.R for frame in own]), np.stack([frame.p for frame in own])
 
 
-def each_alone(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
-    """Every leg for itself."""
-    return tuple(LegsAlike((i,), (one,)) for i, one in enumerate(solvers))
-
-
 def legs_alike(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
     """Legs of a robot in groups of equal chains, closed in the same assembly mode or by steps."""
     groups = in_groups(solvers, _close_alike)

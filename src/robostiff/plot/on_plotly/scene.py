@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 
-from robostiff.plot.on_plotly.layout import colour_bar, colour_scale, figure
 from robostiff.plot.picture import (
     Arrow,
     ColourScale,
@@ -33,7 +33,8 @@ _SYMBOLS = {
 }
 _HEAD = 0.05  # of the picture
 _WIDER = 1.8  # pixels of a line to a point of its width
-_SCENE, _BELOW = 500, 16  # pixels; nothing is written below a scene but its legend
+# pixels: of the scene, a line of the legend, above it, below a scene and below flat axes
+_SCENE, _LINE, _ABOVE_PLOT, _BELOW, _BELOW_CHART = 500, 20, 64, 16, 56
 _MARGIN = 0.04  # of the longest side of the box
 _NUMBERS = 7  # on an axis of a cube; two at least
 _TOWARDS_EYE = np.array([0.58, -0.735, 0.354])
@@ -54,7 +55,7 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
     x, y, z = picture.axes
     if picture.is_flat:
         across, up = {"title": x}, {"title": y, "scaleanchor": "x"}
-        return figure(palette, picture.title, traces, picture.notes, _SCENE, xaxis=across, yaxis=up)
+        return _figure(palette, picture, traces, _BELOW_CHART, 64, xaxis=across, yaxis=up)
     ratio, ranges = _filled(picture)
     eye = _distance(ratio) * _TOWARDS_EYE
     scene = {
@@ -74,7 +75,7 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
             for axis, title, limits, part in zip("xyz", (x, y, z), ranges, ratio, strict=True)
         },
     }
-    return figure(palette, picture.title, traces, picture.notes, _SCENE, _BELOW, 16, scene=scene)
+    return _figure(palette, picture, traces, _BELOW, 16, scene=scene)
 
 
 def _filled(picture: Scene) -> tuple[list[float], list[list[float]]]:
@@ -214,8 +215,8 @@ def _scale_alone(scale: ColourScale, palette: Palette, is_flat: bool) -> Any:
         "color": [scale.low],
         "cmin": scale.low,
         "cmax": scale.high if scale.high > scale.low else scale.low + 1,
-        "colorscale": colour_scale(scale, palette),
-        "colorbar": {**colour_bar(scale), "len": 0.7},
+        "colorscale": _colour_scale(scale, palette),
+        "colorbar": {**_colour_bar(scale), "len": 0.7},
         "showscale": True,
         "size": 0.1,
     }
@@ -223,3 +224,93 @@ def _scale_alone(scale: ColourScale, palette: Palette, is_flat: bool) -> Any:
     if is_flat:
         return {"type": "scatter", "x": [None], "y": [None], **look}
     return {"type": "scatter3d", "x": [None], "y": [None], "z": [None], **look}
+
+
+def _template(palette: Palette) -> dict[str, Any]:
+    """A template in the colours of a theme; it is not registered anywhere."""
+    axis = {
+        "gridcolor": palette.faint,
+        "linecolor": palette.muted,
+        "zeroline": False,
+        "ticks": "outside",
+        "tickcolor": palette.muted,
+        "showline": True,
+        "automargin": True,
+    }
+    space = {
+        "gridcolor": palette.faint,
+        "linecolor": palette.muted,
+        "showbackground": False,
+        "zeroline": False,
+    }
+    return {
+        "layout": {
+            "paper_bgcolor": palette.ground,
+            "plot_bgcolor": palette.ground,
+            "font": {"color": palette.ink, "size": 12, "family": "Open Sans, Arial, sans-serif"},
+            "title": {"font": {"size": 15}, "x": 0.02, "xanchor": "left"},
+            "colorway": list(palette.categories),
+            "xaxis": axis,
+            "yaxis": axis,
+            "scene": {"xaxis": space, "yaxis": space, "zaxis": space},
+            "legend": {"bgcolor": "rgba(0,0,0,0)"},
+            "hoverlabel": {"bgcolor": palette.ground, "font": {"color": palette.ink}},
+        }
+    }
+
+
+def _figure(
+    palette: Palette, picture: Scene, traces: Sequence[Any], below: int, left: int, **layout: Any
+) -> go.Figure:
+    """A figure with title, notes, and a legend below with room for all its lines.
+
+    Traces are plain mappings. All is given at once: Plotly checks whatever it is given anew.
+    """
+    named = sum(1 for trace in traces if trace["showlegend"] and trace["name"])
+    below += _LINE * named
+    heading = picture.title
+    if picture.notes:
+        notes = "; ".join(picture.notes)
+        heading += f"<br><span style='font-size:12px;color:{palette.muted}'>{notes}</span>"
+    title_place = {"y": 1, "yref": "container", "yanchor": "top", "pad": {"t": 14}}
+    common = {
+        "template": _template(palette),
+        "title": {"text": heading, **title_place},
+        "height": _ABOVE_PLOT + _SCENE + below,
+        "margin": {"l": left, "r": 16, "t": _ABOVE_PLOT, "b": below},
+        "legend": {
+            "orientation": "v",
+            "yref": "container",
+            "y": 0.0,
+            "yanchor": "bottom",
+            "x": 0,
+            "xanchor": "left",
+            "itemsizing": "constant",
+            "tracegroupgap": 0,
+            "font": {"size": 11},
+        },
+        "showlegend": named > 0,
+    }
+    return go.Figure(list(traces), {**common, **layout})
+
+
+def _colour_scale(scale: ColourScale, palette: Palette) -> list[list[Any]]:
+    """Colours of a scale."""
+    stops = scale.ramp.stops(palette)
+    return [[i / (len(stops) - 1), colour] for i, colour in enumerate(stops)]
+
+
+def _colour_bar(scale: ColourScale) -> dict[str, Any]:
+    """The scale beside the plot."""
+    ticks: dict[str, Any] = {}
+    if scale.ticks:
+        ticks = {
+            "tickvals": [place for place, _ in scale.ticks],
+            "ticktext": [text for _, text in scale.ticks],
+        }
+    return {
+        "title": {"text": scale.label, "side": "right"},
+        "thickness": 14,
+        "outlinewidth": 0,
+        **ticks,
+    }

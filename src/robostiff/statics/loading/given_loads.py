@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -247,7 +247,6 @@ def given_masses(
             centre, frame = _place(name, own, frame_of), frame_of(name)
             centre = places.get(name, np.zeros(3)) if centre is None else centre
             R = np.eye(3) if frame is None or own.point is not None else frame[0]
-            found.setdefault(name, []).extend(
-                PlacedMass(name, np.asarray(m), centre + R @ arm) for m, arm in own.points
-            )
+            there = replace(own, centre=None, point=None, span=None)
+            found.setdefault(name, []).extend(there.placed(name, R, centre))
     return found
