@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -295,3 +296,11 @@ def test_a_snippet_is_the_formula_alone():
     refused = run("planar-link", "--snippet", "--format", "c")
     assert refused.exit_code == 2
     assert "the formula alone, in LaTeX" in refused.stderr
+
+
+def test_a_long_locus_is_said_by_its_size():
+    """It took 10,000 letters."""
+    found = run("gough-stewart-b", "--pose", "symbolic", "--symbols", "k", "--rank")
+    assert found.exit_code == 0, found.stderr
+    assert re.search(r"a sum of \d+ terms in alpha, beta, gamma, x, y, z", found.stdout)
+    assert len(found.stdout) < 500

@@ -139,10 +139,18 @@ def _rank(derivation: RobotDerivation, budget: float) -> list[str]:
     found = rank_formula(derivation, budget)
     line = f"rank {found.rank} of {derivation.K.rows}"
     if found.exceptions:
-        line += f"; lower where one of these is zero: {_listed(found.exceptions)}"
+        line += f"; lower where one of these is zero: {', '.join(map(_or_size, found.exceptions))}"
     if found.remark:
         line += f"; {found.remark}"
     return [line]
+
+
+def _or_size(factor: Any) -> str:
+    """A factor, or what it is a sum of where it is long."""
+    written = sp.sstr(factor)
+    names = ", ".join(sorted(map(str, factor.free_symbols)))
+    is_long = len(written) > _LONGEST_FACTOR
+    return f"a sum of {len(factor.args)} terms in {names}" if is_long else written
 
 
 def _free_motions(derivation: RobotDerivation) -> list[str]:
@@ -175,6 +183,7 @@ def _listed(expressions: Iterable[Any]) -> str:
     return ", ".join(map(sp.sstr, expressions))
 
 
+_LONGEST_FACTOR = 1000  # letters
 _Found = Derivation | FormulaDerivative | StiffnessUnderLoad
 _PROGRAMS = ("json", "python", "c", "julia", "matlab")
 _WRITERS: dict[str, Callable[[Any], str]] = {

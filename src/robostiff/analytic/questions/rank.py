@@ -24,7 +24,7 @@ from robostiff.errors import InputError
 
 #: Seconds for an answer in steps.
 SHORT = 5.0
-_LONGEST = 500  # operations of a factor that is listed
+_LONGEST = 3000  # operations of a factor that is listed
 
 
 @dataclass(frozen=True)
