@@ -223,20 +223,19 @@ def _any_branch(patch: Patch) -> None:
 
 
 def _coupling_sign(patch: Patch) -> None:
-    from robostiff.model import coupled_joints as own
+    from robostiff.kinematics import frames
+    from robostiff.model import CoupledFreedom
+
+    def turned(e: Any) -> Any:
+        if not isinstance(e, CoupledFreedom):
+            return e
+        moves = tuple((n, f if n == e.joint else -f, screw) for n, f, screw in e.moves)
+        return replace(e, moves=moves)
 
     def changed(of: Any) -> Any:
-        def wrong(*given: Any) -> Any:
-            found = of(*given)
-            T = found.T.copy()
-            for place in found.sums:
-                others = [k for k in range(len(T)) if k != place]
-                T[place, others] = -T[place, others]
-            return replace(found, T=T)
+        return lambda *given, **how: [turned(e) for e in of(*given, **how)]
 
-        return wrong
-
-    patch.function(own, "transmission", changed)
+    patch.function(frames, "coupled", changed)
 
 
 def _gravity_sign(patch: Patch) -> None:
@@ -345,7 +344,7 @@ def _bowing(patch: Patch) -> None:
 
 
 def _chunk_offset(patch: Patch) -> None:
-    from robostiff.analysis.maps.evaluator import BatchedEvaluator
+    from robostiff.analysis.maps.evaluator import MapEvaluator
 
     def changed(of: Any) -> Any:
         def wrong(self: Any, poses: np.ndarray) -> Any:
@@ -356,7 +355,7 @@ def _chunk_offset(patch: Patch) -> None:
 
         return wrong
 
-    patch.method(BatchedEvaluator, "_chunk", changed)
+    patch.method(MapEvaluator, "_chunk", changed)
 
 
 def _unit(patch: Patch) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.campaign import coupled_joints, placed, under_load, ways
+from tests.campaign import coupled_joints, loads, placed, under_load, ways
 from tests.campaign.__main__ import PARTS, main
 from tests.campaign.reference import reference
 from tests.campaign.robots import kind_of, run_part
@@ -69,6 +69,21 @@ def test_linkages_that_one_search_from_home_closes_in_another_assembly_mode(numb
 def test_sums_of_joints_that_turn_and_slide(seed, number):
     """Files keep which of the joints follow, whatever rigid joints they leave out."""
     assert not coupled_joints.judged_robot(np.random.default_rng([seed, number]))
+
+
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [("robots", 3), ("networks", 4), ("loads on beams", 20), ("cables", 20), ("descriptions", 6)],
+)
+@pytest.mark.filterwarnings("ignore::robostiff.PlausibilityWarning")
+def test_machines_under_loads(kind, count):
+    for number in range(count):
+        assert not loads.SHARES[kind][1](np.random.default_rng([SEED, number])), number
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_columns(number):
+    assert not loads.SHARES["columns"][1](np.random.default_rng([SEED, number]))
 
 
 @pytest.mark.parametrize("number", [3, 8, 9, 14])
