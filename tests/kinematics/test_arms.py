@@ -33,7 +33,7 @@ HOME = np.array([0.3, -0.5, 0.9, 0.4, 0.8, -0.6])
 def random_arm(seed: int, *, ball: bool = False, home: Any = HOME) -> Robot:
     """Links and axes at random, but the second axis parallel to the third; perhaps a ball wrist."""
     random = np.random.default_rng(seed)
-    turn = Rotation.random(random_state=seed).as_matrix()
+    turn = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
     axes = random.uniform(-1, 1, (6, 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     if seed % 2:  # as drawn in catalogues
@@ -53,7 +53,10 @@ def random_arm(seed: int, *, ball: bool = False, home: Any = HOME) -> Robot:
                 beam_link(0.1 * axes[i], STEEL, ROD) if i == 5 else Rigid(Frame.identity())
             )
     base = Frame(turn, random.uniform(-1, 1, 3))
-    tool = Frame(Rotation.random(random_state=seed + 9).as_matrix(), random.uniform(-0.2, 0.2, 3))
+    tool = Frame(
+        Rotation.random(rng=np.random.default_rng(seed + 9)).as_matrix(),
+        random.uniform(-0.2, 0.2, 3),
+    )
     return Robot("arm", (Leg("arm", base, Chain(tuple(elements)), tool),))
 
 

@@ -128,7 +128,9 @@ def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCo
     """Commands that build a network and load its platform, see `opensees_script`."""
     network.check_has_no_couplings("OpenSees script")
     equations = equations_of(network, DEFAULT_TOLERANCE)
-    k = stiff * _of_stiffest_part(equations)
+    soft = [c.S[np.ix_(~c.rigid, ~c.rigid)] for c in equations.connections if not c.rigid.all()]
+    stiffest = equations.stiffness / min((np.linalg.eigvalsh(S)[0] for S in soft), default=1.0)
+    k = stiff * stiffest  # [N/m]
     model = _Model(network, (k, k * equations.length**2), equations.points)
     model.add("model", "basic", "-ndm", 3, "-ndf", 6)
     for node in network.nodes:
@@ -142,12 +144,6 @@ def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCo
         _add_joint(model, joint)
     _load_platform(model)
     return model.commands
-
-
-def _of_stiffest_part(equations: Equations) -> float:
-    """Largest stiffness of beams and springs in a direction that is not rigid [N/m]."""
-    soft = [c.S[np.ix_(~c.rigid, ~c.rigid)] for c in equations.connections if not c.rigid.all()]
-    return equations.stiffness / min((np.linalg.eigvalsh(S)[0] for S in soft), default=1.0)
 
 
 @dataclass

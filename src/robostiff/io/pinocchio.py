@@ -34,9 +34,13 @@ def tree_of_pinocchio(model: Any) -> RigidTree:
     file = f"model of Pinocchio {model.name!r}"
     bodies = [frame for frame in model.frames if "BODY" in str(frame.type)]
     links = [_own_link(model, bodies, joint) for joint in range(model.njoints)]
-    subspaces = _subspaces(model)
+    pinocchio: Any = import_module("pinocchio")
+    data = model.createData()
+    pinocchio.forwardKinematics(model, data, pinocchio.neutral(model))
+    # Columns (6, n) of each joint at the neutral configuration: translation, rotation.
+    columns = [np.array(own.S).reshape(6, -1) for own in data.joints]
     joints = [
-        _joint(model, joint, links, subspaces[joint], file) for joint in range(1, model.njoints)
+        _joint(model, joint, links, columns[joint], file) for joint in range(1, model.njoints)
     ]
     for body in bodies:
         if body.name not in links:
@@ -57,14 +61,6 @@ def _own_link(model: Any, bodies: list[Any], joint: int) -> str:
         if body.parentJoint == joint and body.placement.isIdentity(1e-12):
             return body.name
     return f"link of {model.names[joint]}" if joint else "universe"
-
-
-def _subspaces(model: Any) -> list[np.ndarray]:
-    """Columns (6, n) of each joint at the neutral configuration: translation, rotation."""
-    pinocchio: Any = import_module("pinocchio")
-    data = model.createData()
-    pinocchio.forwardKinematics(model, data, pinocchio.neutral(model))
-    return [np.zeros((6, 0)), *(np.array(own.S).reshape(6, -1) for own in list(data.joints)[1:])]
 
 
 def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: str) -> TreeJoint:

@@ -44,7 +44,10 @@ def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
             unread.setdefault("loops", []).append(element)
         else:
             taken = {joint.name for joint in tree.joints} | {own.name for own in loops}
-            loops.append(replace(loop, name=_free_name(loop.name, taken)))
+            name = loop.name
+            while name in taken:
+                name = f"loop {name}"
+            loops.append(replace(loop, name=name))
     springs = _springs(root, unread)
     for joint in tree.joints:
         moves = joint.type in (JointType.REVOLUTE, JointType.PRISMATIC)
@@ -145,12 +148,6 @@ def _attribute_or_text(element: XmlElement, key: str, of_gazebo: str) -> float:
         texts += [dynamics.attributes.get(key), *(own.text for own in dynamics.all(key))]
     text = next((text for text in texts if text), None)
     return float(element.numbers(f"{key} of <{element.tag}>", text, (0.0,))[0])
-
-
-def _free_name(name: str, taken: set[str]) -> str:
-    while name in taken:
-        name = f"loop {name}"
-    return name
 
 
 def _loop_elements(root: XmlElement) -> list[XmlElement]:

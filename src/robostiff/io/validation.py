@@ -77,7 +77,9 @@ def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[A
     while True:
         if get_origin(annotation) is Annotated:
             annotation, *more = get_args(annotation)
-            metadata = (*_spread(more), *metadata)
+            # Every Field(...) is replaced by its contents.
+            more = [x for y in more for x in (y.metadata if isinstance(y, FieldInfo) else (y,))]
+            metadata = (*more, *metadata)
         elif hasattr(annotation, "__value__"):  # a type alias
             annotation = annotation.__value__
         elif isinstance(annotation, type) and issubclass(annotation, RootModel):
@@ -88,12 +90,6 @@ def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[A
             if _waits_to_be_built(annotation):
                 annotation.model_rebuild()  # of elements that hold elements, written before these
             return annotation, metadata
-
-
-def _spread(metadata: Sequence[Any]) -> Iterator[Any]:
-    """The metadata, with every ``Field(...)`` replaced by its contents."""
-    for item in metadata:
-        yield from item.metadata if isinstance(item, FieldInfo) else (item,)
 
 
 def _is_union(annotation: Any) -> bool:
@@ -107,12 +103,6 @@ def _is_model(annotation: Any) -> bool:
 def members(annotation: Any) -> tuple[Any, ...]:
     """The members of a union, None aside."""
     return tuple(member for member in get_args(annotation) if member is not NoneType)
-
-
-def _keys(model: type[BaseModel]) -> list[str]:
-    """The keys that a model allows, as a file writes them; the required ones first."""
-    fields = sorted(model.model_fields.items(), key=lambda item: not item[1].is_required())
-    return [field.alias or name for name, field in fields]
 
 
 def tags(annotation: Any, discriminator: str | None = None) -> Iterator[str]:
@@ -195,15 +185,12 @@ class Problem:
     cause: InputError | None = None  # what a validator of the model said; it keeps its words
 
 
-def _problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> Problem:
-    found = _trace(model, data, details["loc"])
-    return _KINDS.get(details["type"], _wrong_value)(found, details, data)
-
-
 def _unknown_key(found: Trace, _: Mapping[str, Any], data: Any) -> Problem:
     *parent, key = found.path
     present = reduce(getitem, parent, data)
-    allowed = _keys(found.model) if found.model else []
+    fields = found.model.model_fields.items() if found.model else ()
+    required_first = sorted(fields, key=lambda item: not item[1].is_required())
+    allowed = [field.alias or name for name, field in required_first]
     meant = nearest(str(key), [word for word in allowed if word not in present])
     return Problem(
         Rank.UNKNOWN_KEY,
@@ -326,7 +313,12 @@ def validate(model: type[Model], document: Document) -> Model:
 def _file_error(error: ValidationError, model: type[BaseModel], document: Document) -> FileError:
     """The most specific mistake; further ones follow in the order of the file."""
     entries = error.errors(include_url=False)
-    problems = [_problem(dict(details), model, document.data) for details in _some(entries)]
+    problems = [
+        _KINDS.get(own["type"], _wrong_value)(
+            _trace(model, document.data, own["loc"]), dict(own), document.data
+        )
+        for own in _some(entries)
+    ]
     by_path: dict[tuple[str | int, ...], list[Problem]] = {}
     for found in sorted(problems, key=lambda found: (found.rank, -len(found.path))):
         own = by_path.setdefault(found.path, [])

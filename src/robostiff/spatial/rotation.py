@@ -170,7 +170,9 @@ class Frame:
     def __post_init__(self) -> None:
         object.__setattr__(self, "R", _checked("axes of the frame", self.R, (3, 3)))
         object.__setattr__(self, "p", _checked("origin of the frame", self.p, (3,), "m"))
-        if self.R.dtype != object and not _is_rotation(self.R):
+        if self.R.dtype != object and not (
+            np.abs(self.R.T @ self.R - np.eye(3)).max() <= 1e-6 and np.linalg.det(self.R) > 0
+        ):
             raise InputError(
                 "axes of the frame",
                 got=self.R,
@@ -255,7 +257,3 @@ def _checked(
     if array.shape != shape or (array.dtype == object and not all(map(is_possible, array.flat))):
         raise InputError(subject, got=value, expected=f"finite numbers of shape {shape}")
     return array
-
-
-def _is_rotation(R: np.ndarray) -> bool:
-    return bool(np.abs(R.T @ R - np.eye(3)).max() <= 1e-6 and np.linalg.det(R) > 0)

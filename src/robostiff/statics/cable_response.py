@@ -148,7 +148,7 @@ class _GrowingLoad:
         here, step = start, min(1.0, last - start.factor)
         while here.factor < last:
             found = self.at(min(here.factor + step, last), here.state)
-            if found is not None and self._is_stable(found) and self._is_near(here, found):
+            if found is not None and self._goes_on(here, found):
                 here = found
                 yield here
                 step *= 2.0
@@ -225,17 +225,14 @@ class _GrowingLoad:
             here = found
         return None
 
-    def _is_stable(self, found: FoundEquilibrium) -> bool:
-        """Whether the platform returns after a small push."""
-        scale, K = self.problem.scale, found.known.K_total
+    def _goes_on(self, before: FoundEquilibrium, after: FoundEquilibrium) -> bool:
+        """Whether an equilibrium is a neighbour on the path, and the platform returns to it."""
+        scale, K = self.problem.scale, after.known.K_total
         values = np.linalg.eigvalsh(0.5 * (K + K.T) / np.outer(scale, scale))
-        return bool(values[0] > LOST * values[-1])
-
-    def _is_near(self, before: FoundEquilibrium, after: FoundEquilibrium) -> bool:
-        """Whether two equilibria are neighbours on a path, not separate ones."""
         turn = np.linalg.norm(vector_of_rotation(after.state.R @ before.state.R.T))
         shift = np.linalg.norm(after.state.p - before.state.p)
-        return bool(turn < 0.3 and shift < 0.1 * self.problem.length)
+        is_near = turn < 0.3 and shift < 0.1 * self.problem.length
+        return bool(is_near and values[0] > LOST * values[-1])
 
 
 def _after(before: CableStiffness, state: Hanging, F: np.ndarray) -> CableStiffness:

@@ -159,7 +159,11 @@ def solved(
     unloaded = problem.at_rest
     if unloaded.rigid:
         status |= Status.RIGID_DIRECTION
-    target = FREE if displacement is None else _target(problem, displacement)
+    target = FREE
+    if displacement is not None:
+        full = np.zeros(6)
+        full[list(problem.rows)] = displacement
+        target = Target(turn_by_vector(full[3:]), problem.point + full[:3])
     first = None
     if problem.loads_platform_alone and not unloaded.rigid:
         first = problem.under_load(unloaded, loading, 1.0)
@@ -253,9 +257,3 @@ def _answer(
     if isinstance(loaded.posed, CableRobot):
         status |= status_of_cables(loaded.posed, np.array([own.tension for own in answer.springs]))
     return replace(answer, status=status if answer.stable else status | Status.UNSTABLE)
-
-
-def _target(problem: EquilibriumProblem, displacement: np.ndarray) -> Target:
-    full = np.zeros(6)
-    full[list(problem.rows)] = displacement
-    return Target(turn_by_vector(full[3:]), problem.point + full[:3])

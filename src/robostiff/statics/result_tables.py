@@ -64,17 +64,14 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
     """K under load; the compliance where a direction is rigid, none beside a free motion."""
     F, t = result.space.wrench_order, result.space.twist_order
     if result.status.has_stiffness:
-        return LabelledMatrix("K under load", _without_cancelled(result), F, t, STIFFNESS_UNITS)
+        # zero where terms of the size of the largest entry cancel up to rounding
+        K, scale = result.K, cast("EquilibriumProblem", result.problem).scale
+        sizes = np.abs(K) / np.outer(scale, scale)
+        K = np.where(sizes > _CANCELLED * sizes.max(initial=0.0), K, 0.0)
+        return LabelledMatrix("K under load", K, F, t, STIFFNESS_UNITS)
     if result.status & Status.FREE_MOTIONS:
         return None
     return LabelledMatrix("C under load", result.compliance, t, F, COMPLIANCE_UNITS)
-
-
-def _without_cancelled(result: Equilibrium) -> np.ndarray:
-    """K under load; zero where terms of the size of its largest entry cancel up to rounding."""
-    K, scale = result.K, cast("EquilibriumProblem", result.problem).scale
-    sizes = np.abs(K) / np.outer(scale, scale)
-    return np.where(sizes > _CANCELLED * sizes.max(initial=0.0), K, 0.0)
 
 
 def modes_html(found: Modes) -> str:

@@ -1,18 +1,10 @@
-from robostiff.analysis.maps.map import stiffness_map
-from robostiff.analysis.maps.pose_source import Axis, Grid, PoseList, RandomPoses
-from robostiff.analysis.maps.request import Batched, Compiled
-from robostiff.analysis.maps.run import Progress, Threads
-from robostiff.analysis.maps.variables import Quantity
-
-__all__ = [
-    "Axis",
-    "Batched",
-    "Compiled",
-    "Grid",
-    "PoseList",
-    "Progress",
-    "Quantity",
-    "RandomPoses",
-    "Threads",
-    "stiffness_map",
-]
+from robostiff.analysis.maps.map import stiffness_map as stiffness_map
+from robostiff.analysis.maps.pose_source import Axis as Axis
+from robostiff.analysis.maps.pose_source import Grid as Grid
+from robostiff.analysis.maps.pose_source import PoseList as PoseList
+from robostiff.analysis.maps.pose_source import RandomPoses as RandomPoses
+from robostiff.analysis.maps.request import Batched as Batched
+from robostiff.analysis.maps.request import Compiled as Compiled
+from robostiff.analysis.maps.run import Progress as Progress
+from robostiff.analysis.maps.run import Threads as Threads
+from robostiff.analysis.maps.variables import Quantity as Quantity

@@ -95,7 +95,8 @@ def summarize(
     codes = np.bincount(status)
     ranges: dict[str, tuple[float, float]] = {}
     for variable in variables:
-        if variable.has_range:
+        # Of one unit, and no mixed components: least and greatest entry mean something.
+        if variable.is_float and isinstance(variable.units, str) and variable.magnitude is None:
             values = arrays[variable.name]
             low, high = np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None)
             if np.isfinite(low):

@@ -38,11 +38,6 @@ class Variable:
     is_vector: bool = False  # whether its entries are components of a vector
 
     @property
-    def has_range(self) -> bool:
-        """Whether least and greatest entry mean something: of one unit, no mixed components."""
-        return self.is_float and isinstance(self.units, str) and self.magnitude is None
-
-    @property
     def magnitude(self) -> Variable | None:
         """Length of a vector as a variable; None of others, and of a single component."""
         if not self.is_vector or self.shape == (1,):

@@ -74,10 +74,12 @@ def answer_of(
     try:
         answer = json.loads(done.stdout)
     except ValueError:
+        said = done.stderr.decode(errors="replace").strip().splitlines()
+        last = said[-1] if said else f"exit status {done.returncode}"
         raise FileError(
             location,
             subject,
-            got=Words(f"a file at which {reader} fails: {_last_words(done)}"),
+            got=Words(f"a file at which {reader} fails: {last}"),
             expected=f"one that {reader} can read",
         ) from None
     if "refusal" in answer:
@@ -105,8 +107,3 @@ def _over_time(location: Location, subject: str, reader: str, limits: ProcessLim
         got=Words(f"a file for which {reader} takes more than {limits.seconds} s"),
         expected="a description of bodies and joints, which takes less than one",
     )
-
-
-def _last_words(done: subprocess.CompletedProcess[bytes]) -> str:
-    lines = done.stderr.decode(errors="replace").strip().splitlines()
-    return lines[-1] if lines else f"exit status {done.returncode}"

@@ -105,7 +105,10 @@ def _pose_columns(
     robot: Mapped, file: str, number: int, header: str, separator: str
 ) -> list[_Column]:
     columns: list[_Column] = []
-    dimensions = _dimensions(robot)
+    units = {**dict(zip(SIX, "mmmrrr", strict=True)), **coordinate_units(robot)}
+    dimensions = {
+        name: Dimension.LENGTH if unit == "m" else Dimension.ANGLE for name, unit in units.items()
+    }
     start = 0
     for heading in header.split(separator):
         place = Location(file, number, start + 1 + len(heading) - len(heading.lstrip()))
@@ -121,14 +124,6 @@ def _pose_columns(
             raise FileError(place, "name of a column", got=name, expected="each name once")
         columns.append(_Column(name, _factor(place, name, unit, dimensions), place))
     return columns
-
-
-def _dimensions(robot: Mapped) -> dict[str, Dimension]:
-    """Dimension of each column of poses."""
-    found = {name: Dimension.LENGTH if k < 3 else Dimension.ANGLE for k, name in enumerate(SIX)}
-    for name, unit in coordinate_units(robot).items():
-        found[name] = Dimension.LENGTH if unit == "m" else Dimension.ANGLE
-    return found
 
 
 def _factor(place: Location, name: str, unit: str, dimensions: dict[str, Dimension]) -> float:

@@ -107,11 +107,6 @@ def read_equalities(
     return tuple(loops), mimics
 
 
-def _links(model: CompiledModel, names: ElementNames, i: int) -> tuple[str, str]:
-    known = names.sites if int(model.eq_objtype[i]) == _SITE else names.bodies
-    return known[int(model.eq_obj1id[i])], known[int(model.eq_obj2id[i])]
-
-
 def _at(point: np.ndarray) -> Frame:
     return Frame(np.eye(3), np.array(point, dtype=float))
 
@@ -125,7 +120,9 @@ def _loop(model: CompiledModel, names: ElementNames, i: int, name: str, kind: in
     elif of_bodies:  # the pose of the second body in the first
         frames = (frame_of(data[3:6], data[6:10]), Frame.identity())
     element = spherical(Passive(), name=name) if kind == _CONNECT else None
-    return TreeLoop(name, _links(model, names, i), frames, element)
+    known = names.bodies if of_bodies else names.sites
+    links = known[int(model.eq_obj1id[i])], known[int(model.eq_obj2id[i])]
+    return TreeLoop(name, links, frames, element)
 
 
 def _joint(model: CompiledModel, names: ElementNames, i: int, file: str) -> tuple[str, Mimic]:

@@ -38,7 +38,7 @@ from robostiff.io.model_file.written_parts import (
     WrittenRepeat,
     WrittenSum,
 )
-from robostiff.io.model_file.written_robot import WrittenLeg, WrittenLegBody, WrittenPattern
+from robostiff.io.model_file.written_robot import WrittenLeg, WrittenPattern
 from robostiff.io.suggest import Words, did_you_mean, numbered
 from robostiff.io.units import Dimension
 from robostiff.model import (
@@ -334,18 +334,13 @@ def build_legs(
             raise here.error(
                 "legs", got=Words(f"more than {MOST_LEGS}"), expected=f"at most {MOST_LEGS}"
             )
-        built.append((here, build_leg(here, part, name, stock)))
+        chain = build_chain(here, part, stock)
+        base = transform(here / "base", part.base)
+        attachment, node = build_attachment(here / "platform", part.platform)
+        with (here / "chain").complaints():
+            built.append((here, Leg(name, base, chain, attachment, Elbow(part.elbow), node)))
     if built and not any(leg.chain.has_compliance for _, leg in built):
         here, leg = built[0]
         with (here / "chain").complaints():
             leg.check_has_compliance()
     return built
-
-
-def build_leg(place: Place, written: WrittenLegBody, name: str, stock: Stock) -> Leg:
-    """The leg that is written at a place."""
-    chain = build_chain(place, written, stock)
-    base = transform(place / "base", written.base)
-    attachment, node = build_attachment(place / "platform", written.platform)
-    with (place / "chain").complaints():
-        return Leg(name, base, chain, attachment, Elbow(written.elbow), node)

@@ -152,7 +152,9 @@ def _part(
         with place.complaints(hint="write y_axis: z or y_axis: [0, 0, 1] or the like"):
             return platform_beam(a, b, material, section, y_axis=y_axis, theory=theory, name=name)
     if isinstance(written, WrittenPlatformSpring):
-        if written.at is None and not _same(a.at, b.at):
+        gap = a.at - b.at
+        same = vanishes(gap) if gap.dtype == object else not np.any(gap)
+        if written.at is None and not same:
             raise place.error(
                 "spring between nodes at different places",
                 got=Words("no at"),
@@ -162,11 +164,6 @@ def _part(
         axes = axes_of(place, written)
         return PlatformPart(name, a.name, b.name, at, axes, build_elasticity(place, written))
     return rigid_member(a, b, name)
-
-
-def _same(one: np.ndarray, other: np.ndarray) -> bool:
-    gap = one - other
-    return vanishes(gap) if gap.dtype == object else not np.any(gap)
 
 
 def build_body_springs(

@@ -55,7 +55,8 @@ class WrittenDrive(WrittenMapping):
     stiffness: Value | None = None
     limits: Pair | None = None
     inertia: Value | None = Field(
-        None, description="of the rotor at the joint, times gear^2: kg m^2, or kg of a slide"
+        default=None,
+        description="of the rotor at the joint, times gear^2: kg m^2, or kg of a slide",
     )
 
 

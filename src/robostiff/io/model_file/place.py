@@ -203,7 +203,9 @@ def direction(place: Place, written: str | list) -> np.ndarray:
     if isinstance(written, str):
         sign = -1.0 if written.startswith("-") else 1.0
         return sign * np.array(_AXES[written[-1]]) + 0.0
-    numbers = vector(place, written, _dimension_of_direction(place, written))
+    # Lengths, when any of them is one: the direction from one point to another.
+    lengths = any((place / i).is_length(value) for i, value in enumerate(written))
+    numbers = vector(place, written, Dimension.LENGTH if lengths else Dimension.NUMBER)
     with place.complaints():
         return unit_vector("direction", numbers.tolist())
 
@@ -293,9 +295,3 @@ def _axes(place: Place, written: WrittenAxes) -> np.ndarray:
     given[missing] = np.cross(one, two)
     columns = np.stack([given[axis] for axis in _AXES], axis=-1)
     return rotation_matrix("axes of the frame", columns)
-
-
-def _dimension_of_direction(place: Place, written: list) -> Dimension:
-    """Lengths when any of the three is one: the direction from one point to another."""
-    lengths = ((place / i).is_length(value) for i, value in enumerate(written))
-    return Dimension.LENGTH if any(lengths) else Dimension.NUMBER

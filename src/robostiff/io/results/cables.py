@@ -87,7 +87,9 @@ def cable_response_text(result: CableResponse) -> str:
     lines = _head(before, str(result.status))
     lines.append(f"load:       {named(space.wrench_order, result.load, 'N', 'N m')}")
     if result.after is not None and result.displacement is not None:
-        shown = _shown(result.displacement, before)
+        lengths = result.displacement * scaling(before.placed.characteristic_length, before.space)
+        kept = np.abs(lengths) > 1e-9 * np.abs(lengths).max()  # less is rounding
+        shown = 1e6 * np.where(kept, result.displacement, 0.0)
         lines.append(f"moved by:   {named(space.twist_order, shown, 'um', 'urad')}")
         lines += _tension_lines(before, result.after)
         lines += ["", f"slack: {', '.join(result.slack) or 'none'}"]
@@ -128,13 +130,6 @@ def _tension_lines(before: CableStiffness, after: CableStiffness | None = None) 
         lines.append(f"{name:<{width}}{cells}")
     lines.append(f"tensions: {before.rule}")
     return lines
-
-
-def _shown(displacement: np.ndarray, result: CableStiffness) -> np.ndarray:
-    """In micrometres and microradians; rounding beside the whole displacement as zero."""
-    lengths = displacement * scaling(result.placed.characteristic_length, result.space)
-    kept = np.abs(lengths) > 1e-9 * np.abs(lengths).max()
-    return 1e6 * np.where(kept, displacement, 0.0)
 
 
 def _rank_and_motions(result: CableStiffness) -> list[str]:

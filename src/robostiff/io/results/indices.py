@@ -13,7 +13,6 @@ from robostiff.analysis.free_motion import FreeMotion, direction_in_words
 from robostiff.analysis.indices import (
     Centre,
     CollinearStiffness,
-    DirectionalStiffness,
     Eigenwrench,
     PrincipalStiffnesses,
     StiffnessIndices,
@@ -48,7 +47,10 @@ def indices_text(found: StiffnessIndices) -> str:
     worst, ratio = found.worst_deflection, found.anisotropy
     lines = [f"{result.name}, {about(result)}", f"status: {result.status}"]
     lines += ["", "stiffness along world axes [N/m]     free        held"]
-    lines += [_along_axis(along) for along in found.along_axes]
+    for along in found.along_axes:
+        moves = "  moves freely" if Status.UNBALANCED in along.status else ""
+        values = f"{number(along.free):>14}{number(along.held):>12}{moves}"
+        lines.append(f"  {direction_in_words(along.direction):<25}{values}")
     lines += ["", f"principal stiffness: {found.principal.about}"]
     lines += _loads(found.principal)
     lines += ["", f"collinear stiffness: {found.collinear.about}"]
@@ -91,12 +93,6 @@ def indices_text(found: StiffnessIndices) -> str:
     )
     lines += [f"advice: {advice}" for advice in result.advice]
     return text_of(lines)
-
-
-def _along_axis(along: DirectionalStiffness) -> str:
-    held = number(along.held)
-    moves = "  moves freely" if Status.UNBALANCED in along.status else ""
-    return f"  {direction_in_words(along.direction):<25}{number(along.free):>14}{held:>12}{moves}"
 
 
 def _loads(found: PrincipalStiffnesses | CollinearStiffness) -> Iterator[str]:

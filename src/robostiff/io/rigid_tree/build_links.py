@@ -27,7 +27,7 @@ from robostiff.io.rigid_tree.written_side import (
 from robostiff.io.suggest import Words, listing
 from robostiff.kinematics import place_chain
 from robostiff.linkage import Connection
-from robostiff.model import Chain, Joint, JointKind, Link, Mass, Passive, spherical
+from robostiff.model import Chain, Joint, JointKind, Link, Passive, spherical
 from robostiff.spatial import Frame
 
 TOOL = "tool"
@@ -69,20 +69,15 @@ def build_links(
         joint = tree.joint_into(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
         link = _link(place, name, entry, end.point - start, stock)
-        link = _with_mass(link, tree.masses.get(name), start)
+        described = tree.masses.get(name)
+        if described is not None:  # in place of the mass of the elastic part
+            link = replace(link, masses=(described.seen_from(_at(-start)),))
         own = f"link {name}" if name in taken else name
         connection = Connection(
             own, name, far_body(name), _at(start), link, _at(-start - np.asarray(link.to))
         )
         links[name] = ElasticLink(connection, end.name)
     return links
-
-
-def _with_mass(link: Link, described: Mass | None, start: np.ndarray) -> Link:
-    """An elastic part with the mass of its description, if any, in place of its own."""
-    if described is None:
-        return link
-    return replace(link, masses=(described.seen_from(_at(-start)),))
 
 
 def far_body(link: str) -> str:

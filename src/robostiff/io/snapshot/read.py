@@ -45,16 +45,11 @@ from robostiff.spatial import Space
 _ROUNDED = 1e-3
 
 
-def check_planar(snapshot: Snapshot, legs: DocumentPlace) -> None:
-    """Raise a FileError unless all legs, written at `legs`, fit the plane.
-
-    Their joints turn about z or slide across it, and loads in the plane bend none out of it.
-    """
-    for i, leg in enumerate(snapshot.legs):
-        _check_leg(leg, snapshot.reference_point, legs.at(i, "chain"))
-
-
 def _check_leg(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentPlace) -> None:
+    """Raise a FileError unless a leg or branch, whose elements are written at a place, is planar.
+
+    Its joints turn about z or slide across it, and loads in the plane bend no part out of it.
+    """
     for i, element in enumerate(leg.elements):
         if isinstance(element, PlacedFreedom):
             with chain.at(i, "axis").complaints():
@@ -151,7 +146,8 @@ def snapshot_from_document(document: Document) -> Snapshot:
         gravity=None if file.gravity is None else np.array(file.gravity, dtype=float),
     )
     if file.planar:
-        check_planar(snapshot, place.at("legs"))
+        for i, leg in enumerate(legs):
+            _check_leg(leg, reference, place.at("legs", i, "chain"))
     _question_alignment(snapshot, place)
     return snapshot
 

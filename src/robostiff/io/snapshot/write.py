@@ -296,7 +296,15 @@ def network_to_data(network: Network) -> dict[str, Any]:
             f"network {network.name} without compliance",
             expected="at least one beam, spring or joint with a stiffness",
         )
-    joints = _named([_joint(joint) for joint in network.joints])
+    joints = _named(
+        [
+            {
+                **{"name": joint.name, "a": joint.a, "b": joint.b},
+                "dofs": [{**_screw(own), **_drive(own)} for own in joint.moving],
+            }
+            for joint in network.joints
+        ]
+    )
     data = _head(network, "network")
     data["graph"] = {
         "nodes": {node.name: _one_pose(node.point, 1) for node in network.nodes},
@@ -323,11 +331,6 @@ def _elastic(element: BeamElement | SpringElement) -> tuple[np.ndarray, np.ndarr
 def _spring(own: BeamElement | SpringElement) -> dict[str, Any]:
     data = {"name": own.name, "a": own.a, "b": own.b, **_spring6(own.name, *_elastic(own))}
     return {**data, "masses": [_mass(mass) for mass in own.masses]} if own.masses else data
-
-
-def _joint(joint: JointElement) -> dict[str, Any]:
-    freedoms = [{**_screw(freedom), **_drive(freedom)} for freedom in joint.moving]
-    return {"name": joint.name, "a": joint.a, "b": joint.b, "dofs": freedoms}
 
 
 def _coupling(own: CouplingElement, names: dict[int, str]) -> dict[str, Any]:

@@ -85,13 +85,34 @@ class UniformBeam:
     shear_y: float
     shear_z: float
 
-    def compliance(self, parts: int) -> np.ndarray:
-        """Of one of so many equal parts (6, 6), about its far end."""
-        L = self.length / parts
+    @property
+    def compliance(self) -> np.ndarray:
+        """About its far end (6, 6)."""
+        L = self.length
         C = cantilever_compliance(L, 1.0, 1.0, self.EA, self.EIy, self.EIz, self.GJ)
         C[1, 1] += self.shear_y * L
         C[2, 2] += self.shear_z * L
         return C
+
+
+def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
+    """Compliance (6, 6) of one of so many equal parts of a uniform beam, about its far end.
+
+    From that of the whole beam, a third of whose length cubed over EI is due to bending, the rest
+    to shear; of numbers or of entries, as its length [m].
+    """
+    if parts == 1:
+        return C
+    L = length * (1 / parts)
+    found: np.ndarray = np.zeros((6, 6), dtype=int).astype(C.dtype)
+    for i in (0, 3, 4, 5):
+        found[i, i] = C[i, i] * (1 / parts)
+    for d, r, sign in ((1, 5, 1), (2, 4, -1)):
+        bending = found[r, r] * L
+        shear = C[d, d] - C[r, r] * length * length * (1 / 3)
+        found[d, d] = bending * L * (1 / 3) + shear * (1 / parts)
+        found[d, r] = found[r, d] = bending * (sign * 0.5)
+    return found
 
 
 _INNER = 3  # modes a plane
@@ -182,6 +203,39 @@ def bowing(
     return S, stiffness
 
 
+def bowing_energy(
+    y: np.ndarray, k: Any, along: np.ndarray, S: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Energy ``k ((u + b)^2 - u^2) / 2`` of a beam, ``u = along . y`` and ``b = y S y / 2``.
+
+    Parameters
+    ----------
+    y : (..., m) array
+        Coordinates, of numbers or of entries.
+    k : (..., 1) array, number or entry
+        EA/L [N/m].
+    along : (..., m) array
+        Stretch of the ends by the coordinates.
+    S : (..., m, m) array
+        See `bowing`.
+
+    Returns
+    -------
+    (...), (..., m) and (..., m, m) arrays
+        The energy [J], without the difference of large numbers; its gradient and its curvature.
+    """
+    Sy = (S @ y[..., None])[..., 0]
+    u = (along * y).sum(axis=-1, keepdims=True)
+    b = (y * Sy).sum(axis=-1, keepdims=True) * 0.5
+    stretched, both = u + b, along + Sy
+    outer = both[..., :, None] * Sy[..., None, :] + Sy[..., :, None] * along[..., None, :]
+    return (
+        (k * b * (u * 2 + b) * 0.5)[..., 0],
+        (Sy * stretched + along * b) * k,
+        (outer + S * stretched[..., None]) * np.asarray(k)[..., None],
+    )
+
+
 def uniform_beam(C: np.ndarray) -> UniformBeam | None:
     """The uniform beam that has a compliance (6, 6) about its far end; None where none has.
 
@@ -204,7 +258,7 @@ def uniform_beam(C: np.ndarray) -> UniformBeam | None:
     shear_z = shear_z if shear_z > _ALIKE * size_z else 0.0
     beam = UniformBeam(float(L), L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z)
     scale = np.sqrt(np.outer(diagonal, diagonal))
-    return beam if np.all(np.abs(C - beam.compliance(1)) <= _ALIKE * scale) else None
+    return beam if np.all(np.abs(C - beam.compliance) <= _ALIKE * scale) else None
 
 
 def elements_of(beams: Beams, beam: PlacedSpring, sides: Iterable[Sequence[PlacedElement]]) -> int:

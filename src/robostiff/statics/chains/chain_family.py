@@ -68,11 +68,21 @@ class ChainFamily:
         counts = [group.count for group in groups for _ in group.chains]
         stops = np.cumsum([0, *counts]).tolist()
         rows = tuple(itertools.starmap(slice, itertools.pairwise(stops)))
-        kinds = [tuple(map(_kind, chain.elements)) for chain in chains]
+        kinds = [
+            tuple(
+                ("turn" if e.turns else "slide") if isinstance(e, FiniteJoint) else "spring"
+                for e in chain.elements
+            )
+            for chain in chains
+        ]
         common: tuple[str, ...] = ()
         for own in sorted(dict.fromkeys(kinds), key=len, reverse=True):
             common = _merged(common, own)
-        slots = tuple(np.array(_places(own, common), dtype=int) for own in kinds)
+        slots = []  # of the elements of each chain: the first that fit
+        for own in kinds:
+            left = itertools.count()
+            first = [next(k for k in left if common[k] == kind) for kind in own]
+            slots.append(np.array(first, dtype=int))
         sizes = np.ones(len(common), dtype=int)
         for chain, own in zip(chains, slots, strict=True):
             sizes[own] = np.maximum(sizes[own], [e.size for e in chain.elements])
@@ -112,7 +122,7 @@ class ChainFamily:
             tuple(groups),
             MovingChains(common, sizes, chains, slots, stacked, rows, body_rows, starts > 0),
             rows,
-            slots,
+            tuple(slots),
             columns,
             taken,
             starts,
@@ -146,7 +156,11 @@ class ChainFamily:
             for group, state in zip(self.groups, states, strict=True)
         ]
         if not self.rows:
-            return [_springs_alone(own) for own in springs if own is not None]
+            # springs alone hold the platform: there are no unknowns beside its pose
+            r = len(rows)
+            none = np.zeros((1, 0, 0)), np.zeros((1, 0)), np.zeros((1, 0, r)), np.zeros((1, 0))
+            held = (own for own in springs if own is not None)
+            return [LegEquations(*none, own.carried[None], own.beside) for own in held]
         W = np.zeros((len(self.taken), 6))
         W[:, rows] = np.concatenate([own for state in states for own in state.W])
         terms = self.arrays.terms(
@@ -258,13 +272,6 @@ def _bodies(groups: Sequence[LegGroup]) -> tuple[np.ndarray, np.ndarray, np.ndar
     return np.concatenate(starts), np.concatenate(ends), points
 
 
-def _springs_alone(own: SpringTerms) -> LegEquations:
-    """Of a platform that springs alone hold: there are no unknowns beside its pose."""
-    r, nothing = len(own.carried), np.zeros((1, 0))
-    none = np.zeros((1, 0, 0)), nothing, np.zeros((1, 0, r)), nothing
-    return LegEquations(*none, own.carried[None], own.beside)
-
-
 @dataclass(frozen=True)
 class Places:
     """Where the equations of the legs of a group have what their chains contribute."""
@@ -319,12 +326,6 @@ class Places:
         return np.bincount(places, flat, size + 1)[:size].reshape(shape)
 
 
-def _kind(element: object) -> str:
-    if isinstance(element, FiniteJoint):
-        return "turn" if element.turns else "slide"
-    return "spring"
-
-
 def _merged(one: tuple[str, ...], other: tuple[str, ...]) -> tuple[str, ...]:
     """Kinds that contain both in order."""
     found: list[str] = []
@@ -337,12 +338,6 @@ def _merged(one: tuple[str, ...], other: tuple[str, ...]) -> tuple[str, ...]:
         else:
             found.append(kind)
     return (*found, *one[at:])
-
-
-def _places(own: Sequence[str], common: Sequence[str]) -> list[int]:
-    """Slots of the elements of a chain: the first that fit."""
-    slots = itertools.count()
-    return [next(k for k in slots if common[k] == kind) for kind in own]
 
 
 def _in_slots(loads: Sequence[BodyLoad], slots: np.ndarray) -> tuple[BodyLoad, ...]:

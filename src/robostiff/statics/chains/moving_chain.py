@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from robostiff.statics.chains.beam_bowing import bowing_energy
 from robostiff.statics.chains.chain import BodyLoad, ChainTerms, FiniteChain, Moved
 from robostiff.statics.chains.element import BodyPlace, Element, FiniteJoint, Law
 from robostiff.statics.chains.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
@@ -291,19 +292,8 @@ class MovingChains:
         curvature = self._elastic
         if not self.has_bowing:
             return value, gradient, curvature
-        k, S, along = self.axial, self.bowing, self.modes[:, :, 0]
-        Sy = (S @ y[..., None])[..., 0]
-        u = np.sum(along * y, axis=-1, keepdims=True)
-        half = 0.5 * np.sum(y * Sy, axis=-1, keepdims=True)
-        stretched = u + half
-        # k/2 ((u + half)^2 - u^2), without the difference of large numbers
-        both = along + Sy
-        outer = both[..., :, None] * Sy[..., None, :] + Sy[..., :, None] * along[..., None, :]
-        return (
-            value + 0.5 * (k * half * (2 * u + half))[..., 0],
-            gradient + k * (stretched * Sy + half * along),
-            curvature + k[..., None] * (outer + stretched[..., None] * S),
-        )
+        more = bowing_energy(y, self.axial, self.modes[:, :, 0], self.bowing)
+        return value + more[0], gradient + more[1], curvature + more[2]
 
     @cached_property
     def _elastic(self) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.model import PlacedSpring
 from robostiff.model.snapshot import PlacedElement
-from robostiff.spatial import Space, block_rotation, compliance_modes
+from robostiff.spatial import Space, compliance_modes
 from robostiff.statics.chains.beam_bowing import (
     Beams,
     Bowing,
@@ -17,6 +17,7 @@ from robostiff.statics.chains.beam_bowing import (
     bending_planes,
     bowing,
     elements_of,
+    part_of_beam,
     uniform_beam,
 )
 from robostiff.statics.chains.element import Element, FiniteSpring
@@ -78,8 +79,7 @@ class SpringElements:
     ) -> FiniteSpring:
         """The element of a part, or of one of so many parts of a beam, in no place."""
         nowhere = np.zeros((1, 3)), np.zeros((1, 3, 3))
-        if beam is not None and parts > 1:
-            C = beam.compliance(parts)
+        C = C if beam is None else part_of_beam(C, beam.length, parts)
         V, k = self._modes(spring, C, free)
         if beam is None:
             none = np.zeros((1, V.shape[1], V.shape[1]))
@@ -93,13 +93,7 @@ class SpringElements:
     def _modes(
         self, spring: PlacedSpring, C: np.ndarray, free: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        own = np.eye(6)
-        if self.space is not Space.SPATIAL:
-            rows = list(self.space.rows)
-            world = block_rotation(spring.rotation)
-            own = world.T[:, rows]
-            C = (world @ C @ world.T)[np.ix_(rows, rows)]
-            free = (world @ free)[rows]
+        own, C, free = among_motions(self.space, spring.rotation, C, free)
         # those of a part that is alike at all poses are kept with it
         modes = (
             spring.elasticity.modes if C is spring.elasticity.compliance else compliance_modes(C)
@@ -108,3 +102,19 @@ class SpringElements:
         free = free[:, np.any(free != 0, axis=0)]
         stiffness = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
         return own @ np.concatenate([modes, free], axis=1), stiffness
+
+
+def among_motions(
+    space: Space, rotation: np.ndarray, C: np.ndarray, free: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Motions of a space in the axes of an elastic part (6, r); compliance and freedoms in them.
+
+    Of a planar robot in world axes; of numbers or of entries.
+    """
+    if space is Space.SPATIAL:
+        return np.eye(6, dtype=int).astype(C.dtype), C, free
+    rows = list(space.rows)
+    world = np.zeros((6, 6), dtype=int).astype(C.dtype)
+    world[:3, :3] = world[3:, 3:] = rotation
+    inside = (world @ free)[rows] if free.size else np.zeros((len(rows), 0), dtype=C.dtype)
+    return world.T[:, rows], (world @ C @ world.T)[np.ix_(rows, rows)], inside

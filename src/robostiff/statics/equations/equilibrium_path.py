@@ -153,25 +153,16 @@ def path(
         direction, here, is_stable = following, found, remains
         margin, slope, before = ahead_margin, (ahead_margin - margin) / h, h
         if found.steps <= _EASILY:
-            h = min(_longest(problem, found, direction, unit, largest), _growth(found.steps) * h)
+            h = _next(problem, PathStep(here, found, direction, h, unit), largest)
 
 
-def _longest(
-    problem: EquilibriumProblem,
-    here: FoundEquilibrium,
-    direction: np.ndarray,
-    unit: float,
-    largest: float,
-) -> float:
-    """Arc along which neither load nor platform move too far."""
-    of_load = largest * (1.0 + abs(here.factor)) / max(abs(float(direction[-1])), 1e-12)
-    shift = max(unit * float(np.linalg.norm(direction[:-1])), 1e-12 * problem.length)
-    return min(of_load, _FURTHEST * problem.length / shift)
-
-
-def _growth(steps: int) -> float:
-    """How many times as long as an arc of so many Newton steps the next may be."""
-    return 2.5 if steps <= _STRAIGHT else 1.6 if steps < _EASILY - 1 else 1.2
+def _next(problem: EquilibriumProblem, before: PathStep, largest: float) -> float:
+    """Arc of the next step: longer after few Newton steps, unless load or platform move far."""
+    steps, ahead = before.found.steps, before.direction
+    of_load = largest * (1.0 + abs(before.found.factor)) / max(abs(float(ahead[-1])), 1e-12)
+    shift = max(before.unit * float(np.linalg.norm(ahead[:-1])), 1e-12 * problem.length)
+    more = 2.5 if steps <= _STRAIGHT else 1.6 if steps < _EASILY - 1 else 1.2
+    return min(of_load, _FURTHEST * problem.length / shift, more * before.arc)
 
 
 def _is_lost_between(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring, PlatformPart
+from robostiff.model import PlacedPlatform, PlacedSpring, PlatformPart
 from robostiff.spatial import skew
 from robostiff.statics.chains.chain import FiniteChain
 from robostiff.statics.chains.legs import LegGroup
@@ -28,7 +28,9 @@ def on_flexible_platform(
     group of all legs of the robot.
     """
     platform = placed.platform
-    body = _bodies(platform)
+    # nodes that rigid members hold together are one body
+    rigid = [(part.a, part.b) for part in platform.parts if part.elasticity.is_rigid]
+    body = held_together({n.name: n.name for n in platform.nodes}, rigid, (platform.tool,))
     names = [name for name in dict.fromkeys(body.values()) if name != platform.tool]
     first = len(legs.points)
     numbers: dict[str, int | None] = {name: first + i for i, name in enumerate(names)}
@@ -66,13 +68,6 @@ def spring_of(part: PlatformPart, placed: PlacedPlatform) -> PlacedSpring:
     """A part of a flexible platform in the world, at one pose."""
     place = placed.in_world(part.point), placed.rotation @ part.axes
     return PlacedSpring(part.name, *place, part.elasticity)
-
-
-def _bodies(platform: FlexiblePlatform) -> Mapping[str, str]:
-    """For each node one of the nodes that rigid members hold together with it, the tool if any."""
-    rigid = [(part.a, part.b) for part in platform.parts if part.elasticity.is_rigid]
-    own = {node.name: node.name for node in platform.nodes}
-    return held_together(own, rigid, (platform.tool,))
 
 
 def held_together(

@@ -94,7 +94,10 @@ def equilibrium_at(
         state, size, part = problem.stepped(state, known, twist, 0.0, CAP)
         if not np.isfinite(size):
             break
-        now = _sizes(problem, known, part * twist)
+        # stiffness, load and step are the same where a robot has only turned
+        scale = problem.scale
+        scaled = known.K_total / np.outer(scale, scale), known.missing / scale, part * twist * scale
+        now = np.array([np.linalg.norm(own) for own in scaled])
         alike = alike + 1 if np.all(np.abs(now - before) <= _REPEATS * now) else 0
         before = now
         # It slides or spins on for ever, unless a law of a joint has still to stop it.
@@ -108,13 +111,6 @@ def equilibrium_at(
             return _ended(problem, loading, factor, state, done, direct)
         last = size
     return replace(_ended(problem, loading, factor, start, done), converged=False)
-
-
-def _sizes(problem: EquilibriumProblem, known: Linearised, step: np.ndarray) -> np.ndarray:
-    """Of stiffness, load and step of the platform (3,): the same where a robot has only turned."""
-    K, scale = known.K_total, problem.scale
-    scaled = K / np.outer(scale, scale), known.missing / scale, step * scale
-    return np.array([np.sqrt(np.sum(own * own)) for own in scaled])
 
 
 def _ended(

@@ -48,22 +48,16 @@ class Margin:
         return replace(self, basis=motions @ self.basis)
 
 
-def margin(Q: np.ndarray, Q0: np.ndarray) -> Margin:
-    """Least ratio of two quadratic forms (n, n), the second positive semidefinite.
-
-    Examples
-    --------
-    >>> round(margin(np.diag([1.0, 6.0]), np.diag([2.0, 8.0])).value, 12)
-    0.5
-    """
-    return margins(Q[None], Q0[None])[0]
-
-
 def margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
-    """Of pairs of forms (N, n, n).
+    """Least ratios of pairs of quadratic forms (N, n, n), the second positive semidefinite.
 
     With ``Q0 = L L^T`` the ratios are the eigenvalues of ``L^-1 Q L^-T``, where the second forms of
     all pairs are clearly positive definite.
+
+    Examples
+    --------
+    >>> round(margins(np.diag([1.0, 6.0])[None], np.diag([2.0, 8.0])[None])[0].value, 12)
+    0.5
     """
     if Q.shape[-1] == 0:
         return [Margin(1.0, q, q) for q in Q]
@@ -128,7 +122,7 @@ def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Li
     scale = np.outer(problem.scale, problem.scale)
     free = np.eye(problem.size) if known.held is None else known.held.free
     now, before = (free.T @ (own.K_total / scale) @ free for own in (known, unloaded))
-    found = margin(now, before)
+    (found,) = margins(now[None], before[None])
     return found.among(free / problem.scale[:, None])
 
 

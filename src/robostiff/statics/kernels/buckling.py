@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.spatial import move_wrench
 from robostiff.statics.chains.chain import FiniteChain
-from robostiff.statics.chains.element import FiniteSpring
+from robostiff.statics.chains.element import FiniteJoint, FiniteSpring
 from robostiff.statics.chains.leg_state import LegState, Share
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.stability import margins_of
@@ -62,7 +62,10 @@ def buckling_of(
             if not set(group.indices) & set(struts):
                 continue
             start = group.unloaded()
-            ends = _ends(problem, group)
+            # about which the struts turn
+            free = [e for e in group.chains[0].elements if not np.any(e.stiffness)]
+            turning = [e.point for e in free if isinstance(e, FiniteJoint) and e.turns]
+            ends = np.stack([turning[0], turning[-1]], axis=1)
             d = ends[:, 1] - ends[:, 0]
             lengths = np.linalg.norm(d, axis=1)
             along = d / lengths[:, None]
@@ -76,7 +79,9 @@ def buckling_of(
                 state = LegState((sign * force * x,), (sign * force * W,), start.bodies, start.held)
                 (eq,) = group.family.equations([state], np.eye(3), problem.point, Share(0.0, 0.0))
                 found = margins_of(group, eq.A, problem.length)
-                rates.append([_rate(own) / force for own in found])
+                # nothing is lost where the platform holds all, or something spins
+                lost = [1.0 - own.value if own and own.value else 0.0 for own in found]
+                rates.append([max(0.0, own) / force for own in lost])
             for i, index in enumerate(group.indices):
                 if index in seen:
                     seen[index].append((lengths[i], rates[0][i], rates[1][i]))
@@ -95,18 +100,6 @@ def _stretched(chain: FiniteChain, along: np.ndarray) -> np.ndarray:
             force = element.slide * np.einsum("ni,ni->n", element.axis, along)
             x[:, place.start] = force / element.stiffness
     return x
-
-
-def _rate(own: Any) -> float:
-    """Loss of margin; none where the platform holds all, or something spins."""
-    return 0.0 if own is None or own.value == 0.0 else max(0.0, 1.0 - own.value)
-
-
-def _ends(problem: EquilibriumProblem, group: Any) -> np.ndarray:
-    """Points about which the struts of a group turn (N, 2, 3) [m]."""
-    elements = group.chains[0].elements
-    turning = [e for e in elements if getattr(e, "turns", False) and not np.any(e.stiffness)]
-    return np.stack([turning[0].point, turning[-1].point], axis=1)
 
 
 def _bounds(rows: np.ndarray) -> Buckling:

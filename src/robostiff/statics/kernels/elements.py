@@ -10,8 +10,9 @@ import numpy as np
 from robostiff.model import PlacedFreedom, PlacedSpring
 from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
-from robostiff.statics.chains.beam_bowing import bending_planes, bowing
+from robostiff.statics.chains.beam_bowing import bending_planes, bowing, part_of_beam
 from robostiff.statics.chains.element import FiniteSpring
+from robostiff.statics.chains.spring_elements import among_motions
 
 # Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
 _LOST = 1e-20
@@ -100,7 +101,7 @@ def recorded_springs(
     bows, shifts = bool(np.any(like.axial)), [None]
     beam, axial = (2 * C[1, 5] / C[5, 5], parts / C[0, 0]) if bows else (0, 0)
     if bows:
-        C = _part(C, beam, parts)
+        C = part_of_beam(C, beam, parts)
         x = rotation[:, 0] * beam
         shifts = [x * ((i + 1) / parts - 1) if i + 1 < parts else None for i in range(parts)]
     V, stiffness = _coordinates(C, free, rotation, space, length)
@@ -120,14 +121,7 @@ def _coordinates(
     C: np.ndarray, free: np.ndarray, rotation: np.ndarray, space: Space, length: float
 ) -> tuple[np.ndarray, list[Any]]:
     """V (6, m) of an elastic part of a compliance and freedoms; stiffness of its columns."""
-    own: np.ndarray = np.eye(6, dtype=int).astype(object)
-    if space is not Space.SPATIAL:
-        world = np.zeros((6, 6), dtype=int).astype(object)
-        world[:3, :3] = world[3:, 3:] = rotation
-        rows = list(space.rows)
-        own = world.T[:, rows]
-        C = (world @ C @ world.T)[np.ix_(rows, rows)]
-        free = (world @ free)[rows] if free.size else np.zeros((len(rows), 0), dtype=object)
+    own, C, free = among_motions(space, rotation, C, free)
     modes = _modes(C)
     columns = [own @ column for column in modes] + [own @ column for column in free.T]
     V, stiffness = [], []
@@ -137,23 +131,6 @@ def _coordinates(
         V.append(column * (1 / size))
         stiffness.append(1 / size**2 if i < len(modes) else 0)
     return np.array(V, dtype=object).T.reshape(6, len(V)), stiffness
-
-
-def _part(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
-    """Compliance of one of so many equal parts of a uniform beam; see `UniformBeam`."""
-    if parts == 1:
-        return C
-    L = length * (1 / parts)
-    found = np.zeros((6, 6), dtype=int).astype(object)
-    for i in (0, 3, 4, 5):
-        found[i, i] = C[i, i] * (1 / parts)
-    for d, r, sign in ((1, 5, 1), (2, 4, -1)):
-        bending = found[r, r] * L
-        # a beam has bending / 3 of its length in each direction, and shear besides
-        shear = C[d, d] - C[r, r] * length * length * (1 / 3)
-        found[d, d] = bending * L * (1 / 3) + shear * (1 / parts)
-        found[d, r] = found[r, d] = bending * (sign * 0.5)
-    return found
 
 
 def _modes(C: np.ndarray) -> list[np.ndarray]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg
 from robostiff.record import is_zero, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
@@ -333,7 +333,8 @@ def recorded_leg(
     Forces act on its bodies by chain, preloads in ``leg/part``.
     """
     space, length = robot.space, robot.length
-    parts = {part.name: part for part in map(_alone, placed.parts)}
+    alone = (p.alone if isinstance(p, CoupledFreedom) else p for p in placed.parts)
+    parts = {part.name: part for part in alone}
     chains, origins = [], {}
     coordinates: dict[str, str] = {}
     for c, (start, end, like) in enumerate(walk.chains):
@@ -360,11 +361,6 @@ def recorded_leg(
             return strut
     bodies = tuple(MovedBody(f"{placed.name}.b{b}", origins[b]) for b in range(len(walk.points)))
     return RecordedLoadedLeg(tuple(chains), bodies, space, length, tuple(springs), couplings)
-
-
-def _alone(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
-    """A joint without what couples it."""
-    return part.alone if isinstance(part, CoupledFreedom) else part
 
 
 def _gap(terms: ChainEquations, end: Body) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from robostiff.record import cosine, is_zero, sine
 from robostiff.spatial import cross
+from robostiff.statics.chains.beam_bowing import bowing_energy
 from robostiff.statics.chains.chain import BodyLoad
 from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
 
@@ -241,16 +242,11 @@ def _stored(spring: RecordedSpring, y: np.ndarray) -> tuple[list[Any], dict[tupl
     curvature: dict[tuple[int, int], Any] = {(i, i): own for i, own in enumerate(k)}
     if is_zero(spring.axial):
         return gradient, curvature
-    along, Sy = spring.modes[0], spring.bowing @ y
-    half = (y @ Sy) * 0.5
-    stretched = along @ y + half
-    more = (Sy * stretched + along * half) * spring.axial
-    gradient = [a + b for a, b in zip(gradient, more, strict=True)]
-    both = along + Sy
+    _, force, bent = bowing_energy(y, spring.axial, spring.modes[0], spring.bowing)
     for b in range(spring.size):
+        gradient[b] = gradient[b] + force[b]
         for a in range(b + 1):
-            bent = both[a] * Sy[b] + Sy[a] * along[b] + spring.bowing[a, b] * stretched
-            curvature[a, b] = curvature.get((a, b), 0) + bent * spring.axial
+            curvature[a, b] = curvature.get((a, b), 0) + bent[a, b]
     return gradient, curvature
 
 

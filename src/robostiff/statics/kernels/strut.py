@@ -174,17 +174,12 @@ def recorded_strut(
         return None
     if len(unloaded.wrenches) != 1:
         return None
-    along_line = _along(unloaded)
+    (wrench,), (mu,) = unloaded.wrenches, unloaded.mu
+    along_line = mu * reciprocal(_square_of_force(wrench))
     same = (reduce(add, compliances) - along_line) * (1 / usual_size(along_line))
     if not _zero(np.array([same])):
         return None
     return RecordedStrut(A, B, reciprocal(along_line), unloaded)
-
-
-def _along(unloaded: RecordedLeg) -> Any:
-    """Compliance under a unit force along the line of the one wrench that a leg transmits."""
-    (wrench,), (mu,) = unloaded.wrenches, unloaded.mu
-    return mu * reciprocal(_square_of_force(wrench))
 
 
 def _square_of_force(wrench: Sequence[Any]) -> Any:

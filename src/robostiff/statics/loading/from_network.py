@@ -83,7 +83,10 @@ def group_of(
             else:
                 sides = (bodies.outwards(element, node) for node in (element.a, element.b))
                 own += elements.of(part, sides)
-        of_chain = [_carried(m, element, len(chains), len(own), parts) for m in along]
+        end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
+        part = parts[0] if isinstance(parts[0], PlacedSpring) else None
+        place = len(chains), len(own), len(own), part, end
+        of_chain = [CarriedMass(m, *place) for m in along]
         weights = [load for one in of_chain if np.any(gravity) for load in one.weights(gravity)]
         carried += of_chain
         start, end = bodies.start(a), bodies.end(b)
@@ -265,19 +268,6 @@ def _coupled(
             np.array([[factor for _, (_, _, factor) in moving]], dtype=float),
         )
     ]
-
-
-def _carried(
-    mass: PlacedMass,
-    element: NetworkElement,
-    chain: int,
-    count: int,
-    parts: Sequence[PlacedSpring | PlacedFreedom],
-) -> CarriedMass:
-    """A mass along an elastic part, which is a chain of its own of so many elements."""
-    end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
-    part = parts[0] if isinstance(parts[0], PlacedSpring) else None
-    return CarriedMass(mass, chain, count, count, part, end)
 
 
 def _with_bodies(

@@ -170,7 +170,11 @@ class Postures:
         frame_of = partial(self._frame_of, i if self.batch else 0, posed, frame)
         forces = given_forces(loads, pull, posed.space, frame_of)
         forces_given = [load_vector("force", n, f.force) for n, own in forces.items() for f in own]
-        on_platform, pushes = list(forces.pop("platform", ())), _pushes(preload)
+        on_platform = list(forces.pop("platform", ()))
+        pushes = {
+            name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
+            for name, value in (preload or {}).items()
+        }
         places = {"platform": point, **places_of(posed)} if masses else {}
         moving = given_masses(masses or {}, places, frame_of)
         on_it = moving.pop("platform", [])
@@ -325,13 +329,6 @@ def point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:
     if at is None:
         return np.asarray(reference, dtype=float)
     return as_floats("at", at, "three numbers [m]: one point", "m", (3,))
-
-
-def _pushes(preload: Mapping[str, Any] | None) -> dict[str, float]:
-    return {
-        name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
-        for name, value in (preload or {}).items()
-    }
 
 
 def wrenches_of(what: str, value: ArrayLike | None, space: Space) -> np.ndarray:
