@@ -53,7 +53,7 @@ class Assembly:
     beams: int = 0
     behind: dict[str, tuple[int, np.ndarray]] = field(default_factory=dict)
     drives: dict[str, int] = field(default_factory=dict)
-    spread: list[tuple[int, int, np.ndarray, np.ndarray, float]] = field(default_factory=list)
+    spread: list[Any] = field(default_factory=list)
 
     # -- parts ------------------------------------------------------------------------------
 
@@ -66,7 +66,8 @@ class Assembly:
             K, rigid = _stiffness(np.asarray(C, float), freedoms, self.bodies.length)
             self.bodies.elastic.append(ElasticPart(a, b, end, axes, K, rigid=rigid))
             if density_area:
-                self.spread.append((a, b, start, end, density_area * np.linalg.norm(end - start)))
+                length = float(np.linalg.norm(end - start))
+                self.spread.append((a, b, start, end, density_area * length))
             return b
         n, step = self.beams, (end - start) / self.beams
         L = float(np.linalg.norm(step))

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.linalg import LinAlgWarning, eigh, lu_factor, lu_solve, null_space
@@ -131,7 +132,8 @@ class Bodies:
         def renamed(i: int) -> int:
             return low if i == high else i - (i > high)
 
-        for own in (self.elastic, self.joints, self.springs):
+        connections: tuple[Any, ...] = (self.elastic, self.joints, self.springs)
+        for own in connections:
             for i, part in enumerate(own):
                 own[i] = type(part)(**{**part.__dict__, "a": renamed(part.a), "b": renamed(part.b)})
         self.pulls = [DeadPull(renamed(p.body), p.point, p.force) for p in self.pulls]
@@ -263,7 +265,7 @@ class _Group:
         values = np.array([getattr(p, name) for p in self.parts], dtype=float)
         return values.reshape(len(values), 1, 1, *values.shape[1:])
 
-    def values(self, bodies, Ra, ua, Rb, ub):
+    def values(self, bodies: Bodies, Ra: Any, ua: Any, Rb: Any, ub: Any) -> tuple[Any, Any, Any]:
         """Energy (M, S, 12), gaps (M, S, 12, k), and motion of joints."""
         centres = np.array(bodies.centres)
         ca, cb = centres[self.a][:, None, None], centres[self.b][:, None, None]
@@ -419,7 +421,7 @@ def minimum(
         if not np.isfinite(size):
             break
         part = min(1.0, _LONGEST / max(size, 1e-300))
-        multipliers = (1 - part) * state.multipliers + part * more
+        multipliers = (1 - part) * np.asarray(state.multipliers) + part * more
         state = _stepped(bodies, state, part * step, multipliers)
         if size < 1e-12 or (known is None and size < 1e-9 and size > 0.5 * before):
             if np.max(np.abs(own.constraints), initial=0.0) > _OPEN:
@@ -430,7 +432,7 @@ def minimum(
     raise NoMinimumError
 
 
-def _solved(bodies, own, g, c, wrench, columns=None):
+def _solved(bodies: Bodies, own: System, g: Any, c: Any, wrench: Any, columns: Any = None) -> Any:
     """Steps and new multipliers: ``H x - J^T m = g``, ``J x = c``, a moment turning along."""
     n, m, r = len(own.gradient), len(own.constraints), len(bodies.rows)
     S = np.zeros((n + m, n + m))
