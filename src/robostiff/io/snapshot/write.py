@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.elasticity import Elasticity, elasticity_from_stiffness
 from robostiff.elastostatics import chain_stiffness
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.io.snapshot.format import ScrewData
+from robostiff.io.snapshot.elements import ScrewData
 from robostiff.model import (
     CoupledFreedom,
     Locked,
