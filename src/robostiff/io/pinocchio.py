@@ -82,7 +82,10 @@ def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: 
                 file,
             )
     else:
-        kind = _kind(model, joint, file)
+        own = model.joints[joint].shortname().removeprefix("JointModel")
+        kind = next((kind for pattern, kind in _TYPES if re.fullmatch(pattern, own)), None)
+        if kind is None:
+            raise _refused(model, joint, own, file)
     axis = np.zeros(3)
     if kind is JointType.REVOLUTE:
         axis = columns[3:, 0]
@@ -102,14 +105,6 @@ def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: 
         inertia=float(model.armature[model.joints[joint].idx_v]) if driven else 0.0,
         mimic=mimic,
     )
-
-
-def _kind(model: Any, joint: int, file: str) -> JointType:
-    own = model.joints[joint].shortname().removeprefix("JointModel")
-    for pattern, kind in _TYPES:
-        if re.fullmatch(pattern, own):
-            return kind
-    raise _refused(model, joint, own, file)
 
 
 def _refused(model: Any, joint: int, words: str, file: str) -> FileError:

@@ -26,7 +26,6 @@ _TYPES = {
     "planar": JointType.PLANAR,
     "floating": JointType.FLOATING,
 }
-_OF_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def _named(element: XmlElement, what: str) -> str:
@@ -157,7 +156,8 @@ def _mass(link: XmlElement) -> Mass | None:
     centre = inertial.frame_at("origin", of)
     value = inertial.numbers_at("mass", "value", (0.0,), of).item()
     xx, xy, xz, yy, yz, zz = (
-        inertial.numbers_at("inertia", key, (0.0,), of).item() for key in _OF_INERTIA
+        inertial.numbers_at("inertia", key, (0.0,), of).item()
+        for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     )
     if value < 0:
         raise inertial.error(f"mass {of}", got=value, expected="zero or more [kg]")

@@ -78,9 +78,6 @@ def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     return replace(tree, joints=joints, loops=tuple(loops))
 
 
-_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-
-
 def rotor_inertias(root: XmlElement) -> dict[str, float]:
     """Inertia of the rotor of each joint that has one, at the joint [kg m^2 or kg].
 

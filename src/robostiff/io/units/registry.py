@@ -299,17 +299,12 @@ def read_quantity(text: str, start: int, subject: str) -> tuple[SIQuantity, int]
         ) from None
     word = _WORD.match(text, after_space(text, end))
     if word and word[0].lower() not in _NO_NUMBERS:  # those are the next value, and wrong there
-        raise unknown_unit(word[0], subject)
+        expected, hint = f"one of {listing(UNIT_WORDS)}", did_you_mean(word[0], UNIT_WORDS)
+        raise InputError(f"{subject}: unknown unit", got=word[0], expected=expected, hint=hint)
     quantity = make_quantity(float(text[start : found.end()]), unit)
     if not math.isfinite(quantity.magnitude):
         raise InputError(subject, got=text[start:end], expected="a finite number")
     return quantity, end
-
-
-def unknown_unit(word: str, subject: str) -> InputError:
-    """The error for a word that is no unit: the nearest unit, and all units."""
-    expected, hint = f"one of {listing(UNIT_WORDS)}", did_you_mean(word, UNIT_WORDS)
-    return InputError(f"{subject}: unknown unit", got=word, expected=expected, hint=hint)
 
 
 def bounded(text: str) -> str:
