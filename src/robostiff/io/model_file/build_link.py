@@ -1,12 +1,14 @@
-"""From written parts that are rigid or elastic, and their masses, to those of the model."""
+"""Rigid and elastic parts in a model file, and their masses: keys, and what is built of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from annotated_types import MaxLen, MinLen
+from pydantic import Field
 
 from robostiff.elasticity import (
     BeamSegment,
@@ -19,19 +21,19 @@ from robostiff.elasticity import (
     tapered_compliance,
 )
 from robostiff.elasticity.bounds import Bounds
-from robostiff.io.model_file.joints import build_role
+from robostiff.io.model_file.joints import WrittenDrive, build_role
 from robostiff.io.model_file.place import Place, axes_of, direction, point, rotation, vector
-from robostiff.io.model_file.stock import Stock, read_theory
-from robostiff.io.model_file.written_elements import (
-    WrittenBeam,
-    WrittenLink,
-    WrittenMatrices,
-    WrittenRigid,
-    WrittenSpring,
-    WrittenTelescope,
+from robostiff.io.model_file.stock import MaterialChoice, SectionChoice, Stock, Theory, read_theory
+from robostiff.io.model_file.written_parts import (
+    Direction,
+    Name,
+    Text,
+    Value,
+    Vector,
+    WrittenMapping,
+    WrittenMass,
+    WrittenRotation,
 )
-from robostiff.io.model_file.written_parts import Value, WrittenMass
-from robostiff.io.model_file.written_robot import WrittenPlatformMass
 from robostiff.io.suggest import Words, shown, values
 from robostiff.io.units import Dimension
 from robostiff.model import (
@@ -47,6 +49,93 @@ from robostiff.model import (
 from robostiff.model.link import beam_mass, section_is_isotropic
 from robostiff.spatial import Frame
 from robostiff.spatial.formula import is_above, length_of
+
+_Six = Annotated[list[Any], MinLen(6), MaxLen(6)]
+
+_MATERIAL = "a name, such as steel, or {E: 70 GPa, poisson_ratio: 0.33}"
+
+_SECTION = "a name, or a shape such as {circle: {diameter: 20 mm}}"
+
+
+class WrittenRigid(WrittenRotation, WrittenMass):
+    """Rigid part."""
+
+    type: Literal["rigid"]
+    name: Name | None = None
+    to: Vector | None = None
+
+
+class WrittenSegment(WrittenMapping):
+    """A uniform piece of a beam."""
+
+    share: Value = Field(description="the part of the beam's length that this segment has")
+    material: MaterialChoice | None = None
+    section: SectionChoice = Field(description=_SECTION)
+
+
+class WrittenBeam(WrittenMass):
+    """Straight beam."""
+
+    type: Literal["beam"]
+    name: Name | None = None
+    to: Vector = Field(description="the end of the beam, [x, y, z] in the present frame")
+    y_axis: Direction | None = None
+    material: MaterialChoice = Field(description=_MATERIAL)
+    section: SectionChoice | None = None
+    theory: Theory = "euler-bernoulli"
+    taper: Annotated[list[WrittenSegment], Field(min_length=1)] | None = None
+
+
+class WrittenMatrices(WrittenRotation):
+    """A 6x6 stiffness or compliance: six lists of six numbers, or the six of the diagonal."""
+
+    stiffness: _Six | None = None
+    compliance: _Six | None = None
+
+
+class WrittenSpring(WrittenMatrices, WrittenMass):
+    """Spring at one place of the chain."""
+
+    type: Literal["spring"]
+    name: Name | None = None
+    at: Vector | None = None
+
+
+class WrittenLink(WrittenMatrices, WrittenMass):
+    """Elastic part given by its 6x6 matrix."""
+
+    type: Literal["link"]
+    name: Name | None = None
+    to: Vector = Field(description="the far end, [x, y, z] in the present frame")
+
+
+class WrittenTelescopicBeam(WrittenMapping):
+    """A beam that a telescope lengthens."""
+
+    share: Value | None = None
+    fixed: Value = 0.0
+    material: MaterialChoice = Field(description=_MATERIAL)
+    section: SectionChoice = Field(description=_SECTION)
+    theory: Theory = "euler-bernoulli"
+    mass: Value | None = None
+
+
+class WrittenTelescope(WrittenDrive):
+    """Leg of variable length."""
+
+    type: Literal["telescope"]
+    direction: Direction = Field(description="the direction of the slide, such as z")
+    y_axis: Direction | None = None
+    home: Value | None = None
+    beams: list[WrittenTelescopicBeam] = Field(default_factory=list)
+
+
+class WrittenPlatformMass(WrittenMapping):
+    """The mass of the platform, or of something that it carries."""
+
+    name: Text | None = None
+    mass: Value = Field(description="the mass, such as 25 kg")
+    centre: Vector | None = None
 
 
 def read_mass(place: Place, written: Value | None) -> Any:

@@ -10,11 +10,17 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robostiff.errors import warn_of_slip
-from robostiff.io.model_file.build_link import build_beam, build_link, build_spring
+from robostiff.io.model_file.build_link import (
+    WrittenBeam,
+    WrittenLink,
+    WrittenSpring,
+    build_beam,
+    build_link,
+    build_spring,
+)
 from robostiff.io.model_file.joints import build_joint
 from robostiff.io.model_file.place import Place, transform
 from robostiff.io.model_file.stock import Stock
-from robostiff.io.model_file.written_elements import WrittenBeam, WrittenLink, WrittenSpring
 from robostiff.io.rigid_tree.tree import RigidTree, TreeLoop
 from robostiff.io.rigid_tree.written_side import (
     LinkFrameChoice,

@@ -10,22 +10,24 @@ from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import InputError
+from robostiff.io.model_file.build_link import WrittenMatrices, WrittenSegment, WrittenSpring
 from robostiff.io.model_file.joints import WrittenJoint
 from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_elements import WrittenMatrices, WrittenSegment, WrittenSpring
+from robostiff.io.model_file.stock import (
+    MaterialChoice,
+    SectionChoice,
+    Theory,
+    WrittenMaterial,
+    WrittenSection,
+)
 from robostiff.io.model_file.written_parts import (
     Direction,
-    MaterialChoice,
     Pair,
-    SectionChoice,
     Text,
-    Theory,
     Value,
     Vector,
     WrittenFrame,
     WrittenMapping,
-    WrittenMaterial,
-    WrittenSection,
     either,
 )
 from robostiff.io.suggest import listing
