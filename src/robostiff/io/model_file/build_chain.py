@@ -28,7 +28,6 @@ from robostiff.io.model_file.joints import WrittenDrive, WrittenJoint, build_joi
 from robostiff.io.model_file.place import Place, point, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_parts import (
-    REPEATED,
     Name,
     OneOrSeveral,
     Pair,
@@ -40,7 +39,6 @@ from robostiff.io.model_file.written_parts import (
     WrittenFrame,
     WrittenMapping,
     WrittenRepeat,
-    either,
     with_key,
 )
 from robostiff.io.suggest import Words, did_you_mean, numbered
@@ -147,21 +145,14 @@ class WrittenBranchPattern(WrittenRepeat, WrittenBranchBody):
     """A branch, and what differs from copy to copy."""
 
 
-BranchOrPattern = Annotated[
-    Annotated[WrittenBranch, Tag("one")] | Annotated[WrittenBranchPattern, Tag("pattern")], REPEATED
-]
-
-
 class WrittenParallel(WrittenMapping):
     """Branches side by side between two bodies of a chain."""
 
     type: Literal["parallel"]
     name: Name | None = None
-    branches: Annotated[
-        Annotated[list[BranchOrPattern], Tag("list"), MinLen(1)]
-        | Annotated[WrittenBranchPattern, Tag("mapping")],
-        either(list, "list", "mapping"),
-    ] = Field(description="a list of branches, or one branch with repeat:")
+    branches: OneOrSeveral[WrittenBranch, WrittenBranchPattern] = Field(
+        description="a list of branches, or one branch with repeat:"
+    )
 
 
 WrittenElement = Annotated[

@@ -50,11 +50,19 @@ Value = Annotated[Any, PlainValidator(_value), WithJsonSchema({"type": ["number"
 """A number in SI units, or an expression."""
 
 Name = Annotated[str, Field(min_length=1)]
+Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 Vector = Annotated[list[Value], MinLen(3), MaxLen(3)]
 Pair = Annotated[list[Value], MinLen(2), MaxLen(2)]
 
 AxisWord = Literal["x", "y", "z", "-x", "-y", "-z"]
 
+
+Mapped = TypeVar("Mapped", bound=WrittenMapping)
+WordOr = Annotated[
+    Annotated[Text, Tag("word")] | Annotated[Mapped, Tag("mapping")],
+    either(str, "word", "mapping"),
+]
+"""A name, or what it would stand for."""
 
 Direction = Annotated[
     Annotated[AxisWord, Tag("word")] | Annotated[Vector, Tag("vector")],
@@ -99,9 +107,6 @@ class WrittenMass(WrittenMapping):
 
     mass: Value | None = None
     centre: Vector | None = None
-
-
-Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
 class WrittenCount(WrittenMapping):

@@ -67,9 +67,9 @@ def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
 
     def body(link: str, end: str) -> str:
         """The part of a link that holds something."""
-        return far_body(link) if link in elastic and elastic[link].end == end else link
+        return far_body(link) if link in elastic and elastic[link][1] == end else link
 
-    connections = [link.connection for link in elastic.values()]
+    connections = [connection for connection, _ in elastic.values()]
     for joint in tree.joints:
         if joint.name in joints:
             parent = body(joint.parent, joint.name)

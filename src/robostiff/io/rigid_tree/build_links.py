@@ -33,7 +33,7 @@ from robostiff.io.rigid_tree.written_side import (
 from robostiff.io.suggest import Words, listing
 from robostiff.kinematics import place_chain
 from robostiff.linkage import Connection
-from robostiff.model import Chain, Joint, JointKind, Link, Passive, spherical
+from robostiff.model import Chain, Joint, JointKind, Passive, spherical
 from robostiff.spatial import Frame
 
 TOOL = "tool"
@@ -49,23 +49,17 @@ class LinkEnd:
     leads_on: bool  # whether it leads to the base, the platform, the tool or a loop
 
 
-@dataclass(frozen=True)
-class ElasticLink:
-    """A link of two bodies with elasticity between them."""
-
-    # from the body at its joint to the body at its far end; both have the frame of the link
-    connection: Connection
-    end: str  # what the far end holds
-
-
 def build_links(
     top: Place,
     written: Mapping[str, WrittenElasticLink],
     tree: RigidTree,
     ends: Mapping[str, list[LinkEnd]],
     stock: Stock,
-) -> dict[str, ElasticLink]:
-    """The elastic links by name, where `ends` has what each link of the tree holds."""
+) -> dict[str, tuple[Connection, str]]:
+    """For each elastic link its two bodies and what is between them, and what the far one holds.
+
+    Both bodies have the frame of the link. `ends` has what each link of the tree holds.
+    """
     links = {}
     taken = {joint.name for joint in tree.joints} | {loop.name for loop in tree.loops}
     for name, entry in written.items():
@@ -74,7 +68,22 @@ def build_links(
         end = _far_end(place, name, entry, ends.get(name, []))
         joint = tree.joint_into(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
-        link = _link(place, name, entry, end.point - start, stock)
+        to = end.point - start
+        given: dict[str, Any] = {
+            key: getattr(entry, key) for key in type(entry).model_fields if key != "to"
+        }
+        given |= {"to": to.tolist(), "name": name}
+        if not isinstance(entry, WrittenLinkBeam):
+            link = build_link(place, WrittenLink.model_construct(**given), name)
+        elif np.any(np.abs(to) > 1e-12):
+            link = build_beam(place, WrittenBeam.model_construct(**given), name, stock)
+        else:
+            raise place.error(
+                f"beam {name!r}",
+                got=Words("a joint and a next one at the same point"),
+                expected="a link that has a length",
+                hint="write type: link with a stiffness for a short part",
+            )
         described = tree.masses.get(name)
         if described is not None:  # in place of the mass of the elastic part
             link = replace(link, masses=(described.seen_from(_at(-start)),))
@@ -82,7 +91,7 @@ def build_links(
         connection = Connection(
             own, name, far_body(name), _at(start), link, _at(-start - np.asarray(link.to))
         )
-        links[name] = ElasticLink(connection, end.name)
+        links[name] = connection, end.name
     return links
 
 
@@ -110,23 +119,6 @@ def _far_end(place: Place, name: str, entry: WrittenElasticLink, ends: list[Link
         got=Words(f"{len(leading)} places to which it leads: {listing([e.name for e in leading])}"),
         expected="to:, the name of one of them; what holds the others is its near end",
     )
-
-
-def _link(place: Place, name: str, entry: WrittenElasticLink, to: np.ndarray, stock: Stock) -> Link:
-    given: dict[str, Any] = {
-        key: getattr(entry, key) for key in type(entry).model_fields if key != "to"
-    }
-    run = to.tolist()
-    if not isinstance(entry, WrittenLinkBeam):
-        return build_link(place, WrittenLink.model_construct(**given, to=run, name=name), name)
-    if not np.any(np.abs(to) > 1e-12):
-        raise place.error(
-            f"beam {name!r}",
-            got=Words("a joint and a next one at the same point"),
-            expected="a link that has a length",
-            hint="write type: link with a stiffness for a short part",
-        )
-    return build_beam(place, WrittenBeam.model_construct(**given, to=run, name=name), name, stock)
 
 
 def _at(point: np.ndarray) -> Frame:
