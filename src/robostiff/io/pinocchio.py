@@ -33,7 +33,10 @@ def tree_of_pinocchio(model: Any) -> RigidTree:
     """
     file = f"model of Pinocchio {model.name!r}"
     bodies = [frame for frame in model.frames if "BODY" in str(frame.type)]
-    links = [_own_link(model, bodies, joint) for joint in range(model.njoints)]
+    links = ["universe", *(f"link of {name}" for name in list(model.names)[1 : model.njoints])]
+    for body in reversed(bodies):  # the first at a joint's own frame gives its link the name
+        if body.placement.isIdentity(1e-12):
+            links[body.parentJoint] = body.name
     pinocchio: Any = import_module("pinocchio")
     data = model.createData()
     pinocchio.forwardKinematics(model, data, pinocchio.neutral(model))
@@ -54,13 +57,6 @@ def tree_of_pinocchio(model: Any) -> RigidTree:
         mass = mass_of_body(link, float(own.mass), np.array(own.lever), inertia, place)
         masses |= {} if mass is None else {link: mass}
     return RigidTree(model.name, file, names, tuple(joints), masses=masses)
-
-
-def _own_link(model: Any, bodies: list[Any], joint: int) -> str:
-    for body in bodies:
-        if body.parentJoint == joint and body.placement.isIdentity(1e-12):
-            return body.name
-    return f"link of {model.names[joint]}" if joint else "universe"
 
 
 def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: str) -> TreeJoint:

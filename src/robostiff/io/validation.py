@@ -37,12 +37,6 @@ class Trace:
         return self.container if _is_model(self.container) else None
 
 
-def _waits_to_be_built(annotation: Any) -> bool:
-    if not _is_model(annotation) or annotation.__pydantic_fields_complete__:
-        return False
-    return bool(annotation.model_config.get("defer_build"))
-
-
 def _trace(model: type[BaseModel], data: Any, steps: Sequence[Step]) -> Trace:
     """Follow the ``loc`` of an error through the model, and through the data where it says nothing.
 
@@ -87,7 +81,11 @@ def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[A
         elif _is_union(annotation) and len(members(annotation)) == 1:
             (annotation,) = members(annotation)
         else:
-            if _waits_to_be_built(annotation):
+            if (
+                _is_model(annotation)
+                and not annotation.__pydantic_fields_complete__
+                and annotation.model_config.get("defer_build")
+            ):
                 annotation.model_rebuild()  # of elements that hold elements, written before these
             return annotation, metadata
 

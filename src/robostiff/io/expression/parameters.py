@@ -189,15 +189,13 @@ def _in_order(expressions: Mapping[str, Expression | SIQuantity]) -> tuple[str, 
         return tuple(graphlib.TopologicalSorter(uses).static_order())
     except graphlib.CycleError as error:
         circle = list(reversed(error.args[1]))
+        words = " -> ".join(circle)
+        words = words if len(words) <= _LONGEST_SHOWN else words[: _LONGEST_SHOWN - 1] + "…"
         raise ParameterError(
             circle[0],
-            got=Words(_short(" -> ".join(circle))),
+            got=Words(words),
             expected="parameters that do not depend on themselves",
         ) from None
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 1] + "…"
 
 
 def _like(original: SIQuantity, value: SIQuantity, name: str, written: object) -> SIQuantity:

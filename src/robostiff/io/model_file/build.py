@@ -378,44 +378,6 @@ def _robot_of_file(place: Place, written: WrittenModule, files: ModuleFiles) -> 
     return replace(robot, nominal=files.nominal)
 
 
-def read_model(
-    source: Path | str,
-    parameters: Mapping[str, str | float] | None = None,
-    *,
-    symbols: Symbols = (),
-) -> Robot:
-    """Read a robot from a model file.
-
-    Parameters
-    ----------
-    source : path or str
-        YAML file; ``-`` for standard input.
-    parameters : mapping of str to (str or float), optional
-        Other values for some of the file's parameters: quantities, expressions, or bare numbers in
-        the SI unit of what they replace.
-    symbols : iterable of str, or ALL_PARAMETERS
-        Parameters that stay SymPy symbols of the same name; `parameters` gives their nominal
-        values then.
-
-    Returns
-    -------
-    Robot
-        Closed at its home pose.
-
-    Raises
-    ------
-    FileError
-        At the place in the file that is to blame.
-    InputError
-        When a parameter is given that the file does not have, or of another dimension.
-
-    See Also
-    --------
-    robostiff.robots.load : takes shipped robots by name, and snapshots too.
-    """
-    return model_from_document(read_document(source), parameters, symbols=symbols)
-
-
 def model_from_document(
     document: Document,
     parameters: Mapping[str, str | float] | None = None,
@@ -429,9 +391,11 @@ def model_from_document(
     ----------
     document : Document
     parameters : mapping of str to (str or float), optional
-        Other values for some of its parameters.
+        Other values for some of its parameters: quantities, expressions, or bare numbers in the SI
+        unit of what they replace.
     symbols : iterable of str, or ALL_PARAMETERS
-        Parameters that stay SymPy symbols of the same name.
+        Parameters that stay SymPy symbols of the same name; `parameters` gives their nominal
+        values then.
     shipped : callable
         The file of a shipped robot that a module names; None for any other name.
 

@@ -214,7 +214,13 @@ def build_rigid(place: Place, written: WrittenRigid, name: str) -> Rigid:
 
 def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> Link:
     """The beam that is written at a place, perhaps of several segments."""
-    to = _run(place / "to", written.to)
+    to = point(place / "to", written.to)
+    if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < SHORTEST):
+        raise (place / "to").error(
+            "end of the beam",
+            got=written.to,
+            expected=f"a point away from the beam's start, by {SHORTEST:g} m or more",
+        )
     theory = read_theory(written.theory)
     y_axis = None if written.y_axis is None else direction(place / "y_axis", written.y_axis)
     own = build_masses(place, written)
@@ -300,17 +306,6 @@ def _telescopic_beam(place: Place, written: Any, stock: Stock, *, alone: bool) -
 
 def _length(to: np.ndarray) -> Any:
     return length_of(to) if to.dtype == object else float(np.linalg.norm(to))
-
-
-def _run(place: Place, written: list) -> np.ndarray:
-    to = point(place, written)
-    if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < SHORTEST):
-        raise place.error(
-            "end of the beam",
-            got=written,
-            expected=f"a point away from the beam's start, by {SHORTEST:g} m or more",
-        )
-    return to
 
 
 def _check_y_axis(

@@ -176,7 +176,8 @@ def robot_of_tree(
     FileError
         At the place in the side file or in the description that is to blame.
     """
-    written, top = _read(side, parameters)
+    written = validate(WrittenSide, side)
+    top = top_place(side, written.parameters, parameters or {})
     tree = with_springs(top, written, tree)
     _, linkage = _linkages(written, top, tree)
     undecided = undecided_mimics(written, tree, top)
@@ -200,7 +201,15 @@ def robot_of_tree(
     if robot is None:
         _refuse_followers(undecided & felt, top)
         return network_of(linkage, found)
-    return _with_coordinates(robot, written, top)
+    chosen = written.coordinates is not None
+    if written.coordinates is not None:
+        coordinates = distinct_coordinates(top / "coordinates", written.coordinates)
+        if robot.is_serial:
+            raise (top / "coordinates").error(
+                "coordinates of a serial arm", expected="none: its joints pose it", key=True
+            )
+        robot = replace(robot, coordinates=coordinates)
+    return verified(robot, top, [top] * len(robot.legs), chosen=chosen)
 
 
 def linkage_of_tree(
@@ -218,7 +227,8 @@ def linkage_of_tree(
     FileError
         At the place in the side file or in the description that is to blame.
     """
-    written, top = _read(side, parameters)
+    written = validate(WrittenSide, side)
+    top = top_place(side, written.parameters, parameters or {})
     tree = with_springs(top, written, tree)
     linkage, part = _linkages(written, top, tree)
     _check_is_elastic(part, top)
@@ -232,13 +242,6 @@ def linkage_of_tree(
     overrides = {**(parameters or {}), **quantities}
     exact = top_place(side, written.parameters, overrides, exact_mathematics())
     return with_symbols(linkage, lambda: build_linkage(exact, written, tree), nominal)
-
-
-def _read(
-    side: Document, parameters: Mapping[str, str | float] | None
-) -> tuple[WrittenSide, Place]:
-    written = validate(WrittenSide, side)
-    return written, top_place(side, written.parameters, parameters or {})
 
 
 def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkage, Linkage]:
@@ -279,18 +282,6 @@ def _hint(part: Linkage) -> str:
         f"write joints: {{{names[0]}: {{stiffness: 1e4 N m/rad}}}} or the like; its joints are "
         f"{listing(names, 12)}"
     )
-
-
-def _with_coordinates(robot: Robot, written: WrittenSide, top: Place) -> Robot:
-    chosen = written.coordinates is not None
-    if written.coordinates is not None:
-        coordinates = distinct_coordinates(top / "coordinates", written.coordinates)
-        if robot.is_serial:
-            raise (top / "coordinates").error(
-                "coordinates of a serial arm", expected="none: its joints pose it", key=True
-            )
-        robot = replace(robot, coordinates=coordinates)
-    return verified(robot, top, [top] * len(robot.legs), chosen=chosen)
 
 
 _ENDINGS = (".xacro", ".urdf", ".xml", ".mjcf")

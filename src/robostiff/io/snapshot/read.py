@@ -219,7 +219,16 @@ def snapshot_from_document(document: Document) -> Snapshot:
     file = validate(SnapshotFile, document)
     place = DocumentPlace(document)
     refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
-    legs = tuple(_leg(leg, place.at("legs", i)) for i, leg in enumerate(file.legs))
+    legs = []
+    for i, leg in enumerate(file.legs):
+        here = place.at("legs", i)
+        if not (_is_elastic(leg.chain) or any(own.k is not None for own in leg.couplings)):
+            raise here.at("chain").error(
+                f"leg {leg.name} without compliance",
+                expected="at least one beam, spring or spring6",
+                hint="a leg of rigid parts and passive joints alone has no stiffness matrix",
+            )
+        legs.append(_placed_leg(leg, here, leg.name))
     space = Space.PLANAR if file.planar else Space.SPATIAL
     reference = np.array(file.reference_point, dtype=float)
     masses = [
@@ -229,7 +238,7 @@ def snapshot_from_document(document: Document) -> Snapshot:
     ]
     snapshot = Snapshot(
         file.name,
-        legs,
+        tuple(legs),
         reference,
         space,
         file.description,
@@ -295,16 +304,6 @@ def is_graph(document: Document) -> bool:
     return isinstance(data, dict) and "graph" in data and "legs" not in data
 
 
-def _leg(part: LegPart, place: DocumentPlace) -> PlacedLeg:
-    if not (_is_elastic(part.chain) or any(own.k is not None for own in part.couplings)):
-        raise place.at("chain").error(
-            f"leg {part.name} without compliance",
-            expected="at least one beam, spring or spring6",
-            hint="a leg of rigid parts and passive joints alone has no stiffness matrix",
-        )
-    return _placed_leg(part, place, part.name)
-
-
 def _is_elastic(chain: Sequence[ElementPart]) -> bool:
     return any(
         any(_is_elastic(branch.chain) for branch in element.branches)
@@ -327,7 +326,12 @@ def _placed_leg(
     names = numbered(given, [element.type for element in part.chain])
     for i, (element, own) in enumerate(zip(part.chain, names, strict=True)):
         if isinstance(element, ParallelPart):
-            elements.append(_block(element, prefix + own, chain.at(i)))
+            branches, legs = chain.at(i, "branches"), []
+            refuse_twins([branch.name for branch in element.branches], branches, "branch")
+            for j, branch in enumerate(element.branches):
+                branch_name = f"{prefix}{own}/{branch.name}"
+                legs.append(_placed_leg(branch, branches.at(j), branch_name, f"{branch_name}/"))
+            elements.append(PlacedBlock(prefix + own, tuple(legs)))
             continue
         elements.append(element.placed(prefix + own, chain.at(i)))
         if isinstance(element, BeamPart):
@@ -385,16 +389,6 @@ def _transmission(
         raise
 
 
-def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:
-    branches = place.at("branches")
-    refuse_twins([branch.name for branch in part.branches], branches, "branch")
-    legs = []
-    for i, branch in enumerate(part.branches):
-        own = f"{name}/{branch.name}"
-        legs.append(_placed_leg(branch, branches.at(i), own, f"{own}/"))
-    return PlacedBlock(name, tuple(legs))
-
-
 def refuse_twins(names: Sequence[str | None], place: DocumentPlace, what: str) -> None:
     """Raise a FileError at the second of two elements of one name, in their list at a place."""
     for i, name in enumerate(names):
@@ -412,19 +406,17 @@ def question_joints(chain: Sequence[ElementPart], place: DocumentPlace) -> None:
     """Warn of joints in a chain whose axis passes far from the beam beside them."""
     for i, (one, other) in enumerate(pairwise(chain)):
         for beam, joint, j in ((one, other, i + 1), (other, one, i)):
-            if isinstance(beam, BeamPart) and isinstance(joint, PassivePart | SpringPart):
-                _question_joint(beam, joint, place.at(j))
-
-
-def _question_joint(beam: BeamPart, joint: PassivePart | SpringPart, place: DocumentPlace) -> None:
-    if joint.kind == "P":
-        return
-    ends, axis = np.array([beam.start, beam.end]), np.array(joint.axis)
-    axis = axis / np.linalg.norm(axis)
-    gap = float(np.min(np.linalg.norm(np.cross(ends - joint.point, axis), axis=1)))
-    length = float(np.linalg.norm(ends[1] - ends[0]))
-    if gap > _FAR * length:
-        warn_of_slip(
-            f"{place.document.location(place.at('point').path)}: the axis of this joint passes "
-            f"{gap:g} m from the beam beside it, which is {length:g} m long; are both in metres?"
-        )
+            if not isinstance(beam, BeamPart) or not isinstance(joint, PassivePart | SpringPart):
+                continue
+            if joint.kind == "P":
+                continue
+            ends, axis = np.array([beam.start, beam.end]), np.array(joint.axis)
+            axis = axis / np.linalg.norm(axis)
+            gap = float(np.min(np.linalg.norm(np.cross(ends - joint.point, axis), axis=1)))
+            length = float(np.linalg.norm(ends[1] - ends[0]))
+            if gap > _FAR * length:
+                where = place.document.location(place.at(j, "point").path)
+                warn_of_slip(
+                    f"{where}: the axis of this joint passes {gap:g} m from the beam beside it, "
+                    f"which is {length:g} m long; are both in metres?"
+                )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -145,9 +145,17 @@ def network_from_document(document: Document) -> Network:
             expected="at least one beam, spring or joint motion with a stiffness k",
             hint="rigid parts and passive joints alone have no stiffness matrix",
         )
+    nodes = []
+    for name, given in graph.nodes.items():
+        point = np.array(given, dtype=float)
+        masses: list[PlacedMass] = []
+        for i, own in enumerate(graph.masses):
+            if own.on == name:
+                masses += own.placed(place.at("masses", i), name, point)
+        nodes.append(Node(name, point, tuple(masses)))
     return Network(
         file.name,
-        tuple(_nodes(graph, place)),
+        tuple(nodes),
         tuple(graph.fixed),
         graph.platform,
         np.array(file.reference_point, dtype=float),
@@ -184,17 +192,6 @@ def _couplings(
         terms = tuple((*known[name][0], float(factor)) for name, factor in own.sum.items())
         found.append(CouplingElement(own.name or f"coupling{i + 1}", terms, own.k))
     return tuple(found)
-
-
-def _nodes(graph: GraphPart, place: DocumentPlace) -> Iterator[Node]:
-    """The bodies with their masses."""
-    for name, given in graph.nodes.items():
-        point = np.array(given, dtype=float)
-        masses: list[PlacedMass] = []
-        for i, own in enumerate(graph.masses):
-            if own.on == name:
-                masses += own.placed(place.at("masses", i), name, point)
-        yield Node(name, point, tuple(masses))
 
 
 def _check_nodes(graph: GraphPart, place: DocumentPlace) -> None:
