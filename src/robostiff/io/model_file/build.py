@@ -251,11 +251,6 @@ ShippedFile = Callable[[str], Path | None]
 _KINDS = ("robot", "chain", "legs")
 
 
-def no_shipped_file(name: str) -> None:
-    """No file: for readers that know no shipped robots."""
-    del name
-
-
 @dataclass(frozen=True)
 class ModuleFiles:
     """Where the robots of modules come from."""
@@ -383,7 +378,7 @@ def model_from_document(
     parameters: Mapping[str, str | float] | None = None,
     *,
     symbols: Symbols = (),
-    shipped: ShippedFile = no_shipped_file,
+    shipped: ShippedFile = lambda _: None,
 ) -> Robot:
     r"""The robot that a document describes.
 

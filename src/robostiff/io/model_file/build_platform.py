@@ -168,10 +168,17 @@ def attached(
         if node not in written.nodes:
             raise here.unknown("node that holds the leg", node, written.nodes)
     named = known or [written.legs.get(name) for name in names]
-    return [
-        (place, _held(place / "platform", leg, platform, node))
-        for (place, leg), node in zip(legs, named, strict=True)
-    ]
+    held = []
+    for (place, leg), given in zip(legs, named, strict=True):
+        hint = f"write {leg.name}: {platform.nodes[0].name} or the like under legs: of the platform"
+        with (place / "platform").complaints(hint=hint):
+            node = given or platform.node_of(leg.node, leg.attachment.p)
+        if leg.node is None:
+            held.append((place, replace(leg, node=node)))
+        else:
+            attachment = Frame(leg.attachment.R, platform.point_of(node))
+            held.append((place, replace(leg, attachment=attachment)))
+    return held
 
 
 def check_platform(place: Place, robot: Robot) -> None:
@@ -181,15 +188,6 @@ def check_platform(place: Place, robot: Robot) -> None:
 
         with place.complaints():
             platform_flexibility(robot.platform, list(dict.fromkeys(robot.holds)), robot.space)
-
-
-def _held(place: Place, leg: Leg, platform: FlexiblePlatform, given: str | None) -> Leg:
-    hint = f"write {leg.name}: {platform.nodes[0].name} or the like under legs: of the platform"
-    with place.complaints(hint=hint):
-        node = given or platform.node_of(leg.node, leg.attachment.p)
-    if leg.node is None:
-        return replace(leg, node=node)
-    return replace(leg, attachment=Frame(leg.attachment.R, platform.point_of(node)))
 
 
 def _part(
@@ -229,7 +227,23 @@ def build_body_springs(
     place: Place, written: Sequence[WrittenBodySpring]
 ) -> tuple[BodySpring, ...]:
     """The springs that are written, in any order."""
-    return tuple(_body_spring(place / i, own) for i, own in enumerate(written))
+    springs = []
+    for i, own in enumerate(written):
+        here = place / i
+        ends = [
+            BodyPoint(end.body, point(here / "between" / j / "at", end.at))
+            for j, end in enumerate(own.between)
+        ]
+        k = (here / "stiffness").number(own.stiffness, Dimension.TRANSLATIONAL_STIFFNESS)
+        if is_above(0, k):
+            raise (here / "stiffness").error(
+                "stiffness", got=own.stiffness, expected="zero or more, such as 2 kN/m"
+            )
+        length = here.number_at(own, "free_length", Dimension.LENGTH)
+        preload = here.number_at(own, "preload", Dimension.FORCE)
+        with here.complaints():
+            springs.append(BodySpring(own.name, (ends[0], ends[1]), k, length, preload))
+    return tuple(springs)
 
 
 def check_body_springs(place: Place, robot: Robot) -> None:
@@ -239,19 +253,3 @@ def check_body_springs(place: Place, robot: Robot) -> None:
             alone = robot.with_springs((spring,))
             with (place / i / "between").complaints():
                 with_body_springs(find_posture(alone, None))
-
-
-def _body_spring(place: Place, written: WrittenBodySpring) -> BodySpring:
-    ends = [
-        BodyPoint(own.body, point(place / "between" / i / "at", own.at))
-        for i, own in enumerate(written.between)
-    ]
-    stiffness = (place / "stiffness").number(written.stiffness, Dimension.TRANSLATIONAL_STIFFNESS)
-    if is_above(0, stiffness):
-        raise (place / "stiffness").error(
-            "stiffness", got=written.stiffness, expected="zero or more, such as 2 kN/m"
-        )
-    length = place.number_at(written, "free_length", Dimension.LENGTH)
-    preload = place.number_at(written, "preload", Dimension.FORCE)
-    with place.complaints():
-        return BodySpring(written.name, (ends[0], ends[1]), stiffness, length, preload)
