@@ -363,7 +363,16 @@ def read_poses(robot: Mapped | Snapshot, path: str | os.PathLike[str]) -> PoseLi
         if not all(abs(value) <= _LARGEST for value in row):
             raise _bad_field(name, number, fields, columns)
         values.extend(row)
-    return _pose_list(name, columns, np.array(values).reshape(-1, len(columns)))
+    rows = np.array(values).reshape(-1, len(columns))
+    si = {column.name: column.factor * rows[:, k] for k, column in enumerate(columns)}
+    time, path_length = si.pop("time", None), si.pop("s", None)
+    place = columns[0].place
+    if time is not None and path_length is not None:
+        raise FileError(place, "columns time and s", expected="one of them")
+    if not si:
+        raise FileError(place, "columns", got="no coordinate", expected="at least one, such as x")
+    poses = np.stack(list(si.values()), axis=-1)
+    return PoseList(list(si), poses, time=time, path_length=path_length)
 
 
 class _Column(NamedTuple):
@@ -432,17 +441,3 @@ def _number(field: str) -> float:
         return float(field)
     except ValueError:
         return math.nan
-
-
-def _pose_list(file: str, columns: list[_Column], rows: np.ndarray) -> PoseList:
-    si = {column.name: column.factor * rows[:, k] for k, column in enumerate(columns)}
-    time, path_length = si.pop("time", None), si.pop("s", None)
-    if time is not None and path_length is not None:
-        raise FileError(columns[0].place, "columns time and s", expected="one of them")
-    if not si:
-        raise FileError(
-            columns[0].place, "columns", got="no coordinate", expected="at least one, such as x"
-        )
-    return PoseList(
-        list(si), np.stack(list(si.values()), axis=-1), time=time, path_length=path_length
-    )

@@ -229,7 +229,13 @@ def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     unread: dict[str, list[XmlElement]] = {}
     drawn = drawn_links(tree, {})
     loops = []
-    for element in _loop_elements(root):
+    of_gazebo = [
+        joint
+        for own in root.all("gazebo")
+        if "reference" not in own.attributes
+        for joint in own.all("joint")
+    ]
+    for element in (*of_gazebo, *root.all("loop_joint"), *root.all("constraint")):
         loop = _loop(element, drawn)
         if loop is None:
             unread.setdefault("loops", []).append(element)
@@ -336,16 +342,6 @@ def _attribute_or_text(element: XmlElement, key: str, of_gazebo: str) -> float:
         texts += [dynamics.attributes.get(key), *(own.text for own in dynamics.all(key))]
     text = next((text for text in texts if text), None)
     return float(element.numbers(f"{key} of <{element.tag}>", text, (0.0,))[0])
-
-
-def _loop_elements(root: XmlElement) -> list[XmlElement]:
-    of_gazebo = [
-        joint
-        for own in root.all("gazebo")
-        if "reference" not in own.attributes
-        for joint in own.all("joint")
-    ]
-    return [*of_gazebo, *root.all("loop_joint"), *root.all("constraint")]
 
 
 def _loop(element: XmlElement, drawn: Mapping[str, Frame]) -> TreeLoop | None:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:
-    from robostiff.io.document import Document
     from robostiff.io.model_file.symbols import Symbols
     from robostiff.model import Robot
 
@@ -200,7 +199,12 @@ def load(
     document = read_document(robot_file(name) if shipped else name_or_path)
     if descriptions.names_description(document):
         return _of_description(name, document, parameters, symbols, allow_xacro=allow_xacro)
-    if not _is_snapshot(document):
+    is_model = isinstance(document.data, dict) and "robostiff" in document.data
+    if not is_model:  # for a model, what reads snapshots need not be imported
+        from robostiff.io.snapshot import is_snapshot
+
+        is_model = not is_snapshot(document)
+    if is_model:
         if isinstance(document.data, dict) and "cables" in document.data:
             from robostiff.io.model_file.build_cables import cable_robot_from_document
 
@@ -256,14 +260,6 @@ def _names_in(folder: str) -> tuple[str, ...]:
 
 def _all_names() -> tuple[str, ...]:
     return tuple(name for folder in _FOLDERS for name in _names_in(folder))
-
-
-def _is_snapshot(document: Document) -> bool:
-    if isinstance(document.data, dict) and "robostiff" in document.data:
-        return False  # a model: no need to import what reads snapshots
-    from robostiff.io.snapshot import is_snapshot
-
-    return is_snapshot(document)
 
 
 def _unknown(name: str, expected: str) -> InputError:

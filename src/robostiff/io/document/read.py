@@ -259,7 +259,18 @@ class _DuplicateKey(Exception):
 
 def parse_json(text: str, file: str, limits: Limits) -> Any:
     """The data of a JSON text."""
-    _check_structure(text, file, limits)
+    depth, nodes = 0, 1  # bounded before the decoder, which recurses, sees the text
+    for piece in _STRUCTURE.finditer(text):
+        character = piece[0]
+        if character in ("[", "{"):
+            depth, nodes = depth + 1, nodes + 1
+        elif character == ",":
+            nodes += 1
+        else:
+            depth -= character in ("]", "}")
+        if depth > limits.depth or nodes > limits.nodes:
+            bound = "depth" if depth > limits.depth else "nodes"
+            raise limits.exceeded(bound, Location(file, *line_and_column(text, piece.start())))
     try:
         unique = partial(_unique, most=limits.keys)
         data = json.loads(text, object_pairs_hook=unique, parse_int=integer)
@@ -299,22 +310,6 @@ def json_marks(text: str, file: str, limits: Limits) -> Mark:
             else:
                 builder.scalar(None, line, column)
     return builder.mark or Mark(1, 1)
-
-
-def _check_structure(text: str, file: str, limits: Limits) -> None:
-    """Bound nesting and size before the decoder, which recurses, sees the text."""
-    depth, nodes = 0, 1
-    for piece in _STRUCTURE.finditer(text):
-        character = piece[0]
-        if character in ("[", "{"):
-            depth, nodes = depth + 1, nodes + 1
-        elif character == ",":
-            nodes += 1
-        else:
-            depth -= character in ("]", "}")
-        if depth > limits.depth or nodes > limits.nodes:
-            bound = "depth" if depth > limits.depth else "nodes"
-            raise limits.exceeded(bound, Location(file, *line_and_column(text, piece.start())))
 
 
 def _unique(pairs: list[tuple[str, Any]], most: int) -> dict[str, Any]:

@@ -8,7 +8,7 @@ other files. Tendons, plugins and flexible bodies, which may hold a robot, are n
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
@@ -349,7 +349,12 @@ def compiled_model(source: Path | str) -> CompiledModel:
     try:
         return _compiled("\n".join(tag for tag, _ in lines), str(source))
     except FileError as error:
-        raise _in_its_line(error, [place for _, place in lines]) from None
+        found = _LINE.search(str(error.got))
+        if error.location.line is not None or not found or not 0 < int(found[1]) <= len(lines):
+            raise
+        # At the location of the file to which MuJoCo's line number belongs.
+        place, words = lines[int(found[1]) - 1][1], Words(_LINE.sub("", str(error.got)).strip())
+        raise FileError(place, error.subject, got=words, expected=error.expected) from None
 
 
 @lru_cache(maxsize=64)
@@ -413,12 +418,3 @@ def _array(key: str, values: Any, place: Location) -> np.ndarray:
         )
     array.setflags(write=False)
     return array
-
-
-def _in_its_line(error: FileError, places: Sequence[Location]) -> FileError:
-    """The error at the location of the file to which MuJoCo's line number belongs."""
-    found = _LINE.search(str(error.got))
-    if error.location.line is not None or not found or not 0 < int(found[1]) <= len(places):
-        return error
-    words = Words(_LINE.sub("", str(error.got)).strip())
-    return FileError(places[int(found[1]) - 1], error.subject, got=words, expected=error.expected)

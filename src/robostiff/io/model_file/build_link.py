@@ -243,13 +243,15 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
         compliance = tapered_compliance(segments, theory)
         bounds = [x for s in segments for x in (*s.material.bounds, *s.section.bounds)]
         bounds += (Bounds("length of a segment", s.length) for s in segments)
-        return Link(
-            to,
-            Elasticity(compliance, bounds=tuple(bounds)),
-            beam_axes(to, y_axis),
-            name,
-            own or _of_segments(segments, _length(to)),
-        )
+        elasticity = Elasticity(compliance, bounds=tuple(bounds))
+        masses: list[Mass] = []  # of the segments, as far as their densities are known
+        start: Any = 0
+        for segment in segments:
+            value, end = beam_mass(*segment), start + segment.length / _length(to)
+            if value is not None:
+                masses.append(Mass(value, span=(start, end)))
+            start = end
+        return Link(to, elasticity, beam_axes(to, y_axis), name, own or tuple(masses))
 
 
 def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
@@ -339,18 +341,6 @@ def _segments(
             "shares of the segments", got=Words(f"{float(total):.9g} in all"), expected="1 in all"
         )
     return segments
-
-
-def _of_segments(segments: list[BeamSegment], length: Any) -> tuple[Mass, ...]:
-    """Masses of the segments of a beam, as far as their densities are known."""
-    found: list[Mass] = []
-    start: Any = 0
-    for segment in segments:
-        value, end = beam_mass(*segment), start + segment.length / length
-        if value is not None:
-            found.append(Mass(value, span=(start, end)))
-        start = end
-    return tuple(found)
 
 
 def build_elasticity(place: Place, written: WrittenMatrices) -> Elasticity:

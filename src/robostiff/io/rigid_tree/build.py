@@ -291,20 +291,6 @@ _EXAMPLE = (
 )
 
 
-def side_file_of(description: Path) -> Path:
-    """Default path of the side file of a robot description.
-
-    Examples
-    --------
-    >>> side_file_of(Path("cell/arm.urdf.xacro")).name
-    'arm.stiffness.yaml'
-    """
-    name = description.name
-    for ending in _ENDINGS:
-        name = name[: -len(ending)] if name.lower().endswith(ending) else name
-    return description.with_name(f"{name}.stiffness.yaml")
-
-
 def read_side(description: Path | str, side: Path | str | None = None) -> Document:
     """The side file of a robot description.
 
@@ -312,8 +298,8 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
     ----------
     description : path or str
     side : path or str, optional
-        The side file; the one beside the description when left out, which is called like it with
-        the ending ``.stiffness.yaml``.
+        The side file; the one beside the description when left out: ``arm.stiffness.yaml`` beside
+        ``arm.urdf.xacro``.
 
     Raises
     ------
@@ -321,7 +307,10 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
         When there is none; a `FileError` when it cannot be read or is no side file.
     """
     if side is None:
-        found = side_file_of(Path(description))
+        name = Path(description).name
+        for ending in _ENDINGS:
+            name = name[: -len(ending)] if name.lower().endswith(ending) else name
+        found = Path(description).with_name(f"{name}.stiffness.yaml")
         if not found.exists():
             raise InputError(
                 f"stiffness of {str(description)!r}",

@@ -26,7 +26,6 @@ from robostiff.io.rigid_tree.written_side import (
     LinkFrameChoice,
     WrittenElasticLink,
     WrittenLinkBeam,
-    WrittenLoop,
     WrittenSide,
     check_known,
 )
@@ -137,7 +136,21 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
                 "name of the loop", got=name, expected="a name no joint or loop has"
             )
         taken.add(name)
-        loop = _loop(place, entry, name, tree)
+        (link_a, frame_a), (link_b, frame_b) = (
+            _frame(place / "between" / j, choice, tree) for j, choice in enumerate(entry.between)
+        )
+        if link_a == link_b:
+            raise (place / "between").error(
+                "links of the loop", got=link_a, expected="two different links"
+            )
+        closing, here = entry.joint, place / "joint"
+        if isinstance(closing, str):
+            element = None if closing == "fixed" else spherical(Passive(), name=name)
+        elif isinstance(closing, WrittenSpring):
+            element = build_spring(here, closing, name)
+        else:
+            element = build_joint(here, closing, name)
+        loop = TreeLoop(name, (link_a, link_b), (frame_a, frame_b), element)
         described = [own.name for own in tree.loops if set(own.links) == set(loop.links)]
         if described:
             words = (
@@ -146,24 +159,6 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
             warn_of_slip(f"{place.document.location(place.path)}: {words}")
         loops.append(loop)
     return loops
-
-
-def _loop(place: Place, entry: WrittenLoop, name: str, tree: RigidTree) -> TreeLoop:
-    (link_a, frame_a), (link_b, frame_b) = (
-        _frame(place / "between" / i, choice, tree) for i, choice in enumerate(entry.between)
-    )
-    if link_a == link_b:
-        raise (place / "between").error(
-            "links of the loop", got=link_a, expected="two different links"
-        )
-    written, here = entry.joint, place / "joint"
-    if isinstance(written, str):
-        element = None if written == "fixed" else spherical(Passive(), name=name)
-    elif isinstance(written, WrittenSpring):
-        element = build_spring(here, written, name)
-    else:
-        element = build_joint(here, written, name)
-    return TreeLoop(name, (link_a, link_b), (frame_a, frame_b), element)
 
 
 def _frame(place: Place, choice: LinkFrameChoice, tree: RigidTree) -> tuple[str, Frame]:

@@ -372,20 +372,15 @@ def _read_factor(
     if not word or not is_unit_word(word[0]):
         return None
     name = OTHER_SPELLINGS.get(word[0], word[0])
-    power, end = _read_power(text, word.end())
-    powers[name] = powers.get(name, 0) + sign * power
-    return end
-
-
-def _read_power(text: str, start: int) -> tuple[int, int]:
-    power, end = 1, start
-    if found := _POWER.match(text, start) or _SUPERSCRIPT.match(text, start):
+    power, end = 1, word.end()
+    if found := _POWER.match(text, end) or _SUPERSCRIPT.match(text, end):
         power, end = int(found[1].translate(_PLAIN_DIGITS)), found.end()
     if again := _POWER_SIGN.match(text, end):
         raise InputError(
             "power of a unit",
-            got=text[start : again.end() + 8].strip(),
+            got=text[word.end() : again.end() + 8].strip(),
             expected="one whole number, as in mm^2",
             hint="for the power of a quantity write (300 mm)^2",
         )
-    return power, end
+    powers[name] = powers.get(name, 0) + sign * power
+    return end
