@@ -134,10 +134,11 @@ def _evaluate_all(
     values: dict[str, SIQuantity] = {}
     for name in _in_order(expressions):
         expression = expressions[name]
-        value = expression
         if isinstance(expression, Expression):
             with _within(name):
                 value = expression.evaluate(values, mathematics)
+        else:
+            value = expression
         if original is not None and overrides is not None and name in overrides:
             value = _like(original[name], value, name, overrides[name])
         values[name] = value
