@@ -30,8 +30,15 @@ from robostiff.elastostatics import (
     WrenchBasis,
 )
 from robostiff.errors import InputError
-from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
-from robostiff.io.results.stiffness import about, picked, plain
+from robostiff.io.results.stiffness import (
+    about,
+    deflection_data,
+    deflection_text,
+    picked,
+    plain,
+    stiffness_data,
+    stiffness_text,
+)
 from robostiff.markup import text_of
 from robostiff.model import Robot, Snapshot
 from robostiff.version import __version__

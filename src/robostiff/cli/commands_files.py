@@ -243,7 +243,7 @@ def _warn_of_laws(robot: Any, form: str) -> None:
 
 def _text_of_frozen(frozen: Any, path: Path | None) -> str:
     """A snapshot or a graph as YAML for a file with its ending, otherwise as JSON."""
-    from robostiff.io.document.yaml_text import yaml_of
+    from robostiff.io.document.read import yaml_of
     from robostiff.io.snapshot import network_to_data, snapshot_to_data
     from robostiff.network import Network
 

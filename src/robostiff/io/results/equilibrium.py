@@ -40,7 +40,12 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
         space = result.space
         lines[0] += f", about ({row(result.point)}) m, world axes"
         lines.append(f"wrench:       {named(space.wrench_order, result.wrench, 'N', 'N m')}")
-        moved, least, is_strained = result.displacement, *_rounding(result)
+        moved, least, is_strained = result.displacement, 0.0, True
+        if result.problem is not None and result.status.has_stiffness:  # beyond rounding
+            length, d = result.problem.length, space.translations
+            least = _COORDINATES * min(length, 1.0)
+            of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
+            is_strained = bool(result.energy > of_rounding)
         least = max(_SHOWN * np.abs(moved).max(initial=0.0), least)
         moved = np.where(np.abs(moved) < least, 0.0, 1e6 * moved)
         lines.append(f"displacement: {named(space.twist_order, moved, 'um', 'urad')}")
@@ -71,15 +76,6 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
         lines += ["", *_critical_lines(critical)]
     lines += [f"advice: {advice}" for advice in result.advice]
     return text_of(lines)
-
-
-def _rounding(result: Equilibrium) -> tuple[float, bool]:
-    """The least displacement [m, rad] that is no rounding, and whether anything is strained."""
-    if result.problem is None or not result.status.has_stiffness:
-        return 0.0, True
-    length, d = result.problem.length, result.space.translations
-    of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
-    return _COORDINATES * min(length, 1.0), bool(result.energy > of_rounding)
 
 
 def _critical_lines(critical: CriticalLoad) -> list[str]:
