@@ -236,7 +236,7 @@ def make_map(
         elif (writer := _WRITERS[output.suffix]) is not None:
             writer(found, output)
         if picture is not None:
-            from robostiff.plot.maps.slice import overview_picture
+            from robostiff.plot.maps.pictures import overview_picture
 
             draw(overview_picture(found), picture)
     except KeyboardInterrupt:

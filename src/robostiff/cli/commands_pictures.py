@@ -26,15 +26,17 @@ from robostiff.errors import InputError
 from robostiff.linkage import Linkage
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
-from robostiff.plot.ellipsoids import ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
-from robostiff.plot.free_motion_screws import free_motions_picture
 from robostiff.plot.geometry.ellipsoid import Quality
 from robostiff.plot.loaded_robot import mode_picture
-from robostiff.plot.maps.slice import overview_picture
-from robostiff.plot.matrix_cells import matrix_picture
+from robostiff.plot.maps.pictures import overview_picture
 from robostiff.plot.posed_robot import Colouring, picture_of_robot
 from robostiff.plot.posture import surroundings
+from robostiff.plot.stiffness_pictures import (
+    ellipsoid_picture,
+    free_motions_picture,
+    matrix_picture,
+)
 from robostiff.statics import cable_response, deflection, modes
 
 if TYPE_CHECKING:

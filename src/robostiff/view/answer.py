@@ -11,11 +11,10 @@ from robostiff.analysis import Deflection
 from robostiff.analysis.result_tables import displacement_table, energy_table, stiffness_html
 from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Tone, block_html, element, escaped
-from robostiff.plot.ellipsoids import ellipsoid_items
 from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, Stiffness, principal_axes
-from robostiff.plot.picture import Item, Paint
-from robostiff.plot.picture.scene import colour_of
+from robostiff.plot.picture import Item, Paint, colour_of
 from robostiff.plot.prefix import prefixed, short
+from robostiff.plot.stiffness_pictures import ellipsoid_items
 from robostiff.plot.theme import Theme
 
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis at home

@@ -21,11 +21,10 @@ from robostiff.analysis.result_tables import (
 )
 from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Paragraph, Tone
-from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
-from robostiff.plot.free_motion_screws import free_motions_picture
 from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.posture import surroundings
+from robostiff.plot.stiffness_pictures import Quality, ellipsoid_picture, free_motions_picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Figure, Folded, Part, Section, SideBySide, one_figure, section
 
