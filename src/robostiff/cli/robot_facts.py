@@ -46,7 +46,8 @@ def head_facts(
 def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
     """Facts for ``robostiff check``, the stiffness at home included."""
     if isinstance(robot, CableRobot):
-        return cable_robot_facts(robot)
+        home, cables = home_facts(cable_stiffness(robot)), robot.cable_names
+        return {**head_facts(robot, "cable robot", []), "cables": cables, "home": home}
     if isinstance(robot, Network):
         return network_facts(robot)
     return snapshot_facts(robot) if isinstance(robot, Snapshot) else robot_facts(robot)
@@ -173,12 +174,6 @@ def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
     masses = mass_facts(_masses_of(snapshot), snapshot.gravity)
     home = home_facts(stiffness(snapshot))
     return {**head_facts(snapshot, "snapshot", legs), **masses, "home": home}
-
-
-def cable_robot_facts(robot: CableRobot) -> dict[str, Any]:
-    """Facts about a cable robot, its stiffness at home included."""
-    home = home_facts(cable_stiffness(robot))
-    return {**head_facts(robot, "cable robot", []), "cables": robot.cable_names, "home": home}
 
 
 def home_facts(home: RobotStiffness | CableStiffness) -> dict[str, Any]:
