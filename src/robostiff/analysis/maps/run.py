@@ -50,7 +50,9 @@ class Threads:
     @property
     def number(self) -> int:
         """How many."""
-        return self.count or _processors()
+        if self.count or not hasattr(os, "sched_getaffinity"):
+            return self.count or os.cpu_count() or 1
+        return len(os.sched_getaffinity(0))
 
 
 def run_in_threads(
@@ -177,12 +179,6 @@ def _received(store: MapStore) -> MapStore:
 
 def _compute_and_write(store: MapStore, index: int) -> tuple[int, dict[str, Any]]:
     return index, store.compute(index).as_data()
-
-
-def _processors() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
