@@ -239,27 +239,21 @@ def _without_rounding(rows: dict[str, np.ndarray], split: int) -> dict[str, np.n
     return {n: np.where(np.abs(own) > _SHOWN * largest, own, 0.0) for n, own in rows.items()}
 
 
-def _displacement(network: Network, result: NetworkResponse, node: str) -> list[Any] | None:
-    """Of a node, null for rotations that are free, or for all of them."""
-    if node in result.twists or node not in result.shifts:
-        return plain(result.twists.get(node))
-    space = network.space
-    return [*plain(result.shifts[node]), *[None] * (space.size - space.translations)]
-
-
 def response_data(network: Network, result: NetworkResponse) -> dict[str, Any]:
     """The result of `network_response` of a network, as plain data.
 
     JSON-ready; null where a displacement or reaction has no value.
     """
-    names = [node.name for node in network.nodes]
+    free: Any = [None] * (network.space.size - network.space.translations)
+    shifts = {node.name: result.shifts.get(node.name) for node in network.nodes}
+    moved = {n: None if own is None else [*plain(own), *free] for n, own in shifts.items()}
     return {
         "robostiff": __version__,
         "network": network.name,
         "status": str(result.status),
         "order": order(network.space),
         "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},
-        "displacements": {n: _displacement(network, result, n) for n in names},
+        "displacements": moved | {n: plain(twist) for n, twist in result.twists.items()},
         "reactions": {n: plain(result.reactions.get(n)) for n in network.fixed},
         "beams": {
             n: {end: dict(zip(_SECTION, getattr(own, end).tolist(), strict=True)) for end in _ENDS}
