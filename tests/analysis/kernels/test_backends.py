@@ -33,7 +33,8 @@ def test_both_backends_say_the_same(name):
     robot = model(name)
     outputs = [rs.StiffnessMatrix(), rs.PrincipalStiffness()]
     pose = around_home(robot, 50)
-    one, two = (rs.compile(robot, outputs, backend=b).evaluate(pose) for b in rs.Backend)
+    backends = (rs.Backend.ARRAYS, rs.Backend.MACHINE)
+    one, two = (rs.compile(robot, outputs, backend=b).evaluate(pose) for b in backends)
     np.testing.assert_array_equal(one.status_codes, two.status_codes)
     np.testing.assert_array_equal(one.rank, two.rank)
     for key, values in one.values.items():
