@@ -42,15 +42,11 @@ def _motion_and_rule(entries: list[Any]) -> tuple[str, str]:
     axes = [name[-1] for name in space.twist_order]
     moves = [p for p in range(t) if entries[p] != 0]
     turns = [p for p in range(t, space.size) if entries[p] != 0]
-    if not turns and len(moves) == 1:
-        p = moves[0]
-        vanish = f"row and column {p + 1} vanish"
-        return f"translation along {axes[p]}", f"trivial joint (19), {vanish}"
-    if len(turns) == 1 and not moves:
-        p = turns[0]
-        vanish = f"row and column {p + 1} vanish"
-        motion = f"rotation about {axes[p]} at the reference point"
-        return motion, f"trivial joint (19), {vanish}"
+    if len(moves) + len(turns) == 1:
+        (p,) = (*moves, *turns)
+        about = f"rotation about {axes[p]} at the reference point"
+        motion = about if turns else f"translation along {axes[p]}"
+        return motion, f"trivial joint (19), row and column {p + 1} vanish"
     both = [p for p in moves if p + t in turns]
     slides = space.size == 6 and sp.expand(sum(entries[p] * entries[p + t] for p in both)) != 0
     if len(turns) == 1:

@@ -109,10 +109,6 @@ class VectorLevel:
         own._form = form
         return own
 
-    def at(self, values: Mapping[sp.Symbol, Any]) -> _Form | None:
-        """The form at values of some of the symbols; names of numbers stay names."""
-        return None if self.form is None else _at(self.form, values)
-
     @property
     def form(self) -> _Form | None:
         """The form."""
@@ -122,6 +118,9 @@ class VectorLevel:
 
 
 def _at(form: Any, values: Mapping[sp.Symbol, Any]) -> Any:
+    """A form at values of some of the symbols; names of numbers stay names."""
+    if form is None:
+        return None
     put_in = Substitution(values)
     names = "definitions" if isinstance(form, InSeries) else "names"
 
@@ -269,6 +268,6 @@ class RobotDerivation(Derivation):
             "coordinates": tuple(name for name in self.coordinates if name in left),
             "following": tuple(name for name in self.following if name in left),
             "named": None if self.named is None else self.named.at(put_in.values),
-            "at_vector_level": VectorLevel(lambda: self.at_vector_level.at(put_in.values)),
+            "at_vector_level": VectorLevel(lambda: _at(self.at_vector_level.form, put_in.values)),
             "general_rank": None,
         }

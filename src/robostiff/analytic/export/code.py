@@ -14,7 +14,6 @@ from robostiff.analytic.export.code_printer import (
     Code,
     about_argument,
     convention,
-    margins_of,
     plain_text,
     unquoted,
     where_it_holds,
@@ -158,11 +157,11 @@ def source_of_values(compute: FormulaProgram, order: Sequence[int]) -> str:
     """Source of ``formula`` in Python, which refuses nothing.
 
     It returns K (and dK), where their entries and its arguments are finite, and a tuple of the
-    margins of `margins_of`. Its arguments, arrays, are those of the program in the given `order`.
+    `margins` of the code. Its arguments, arrays, are those of the program in the given `order`.
     """
     code = _Python(compute, "formula")
     arguments = ", ".join(code.arguments[place] for place in order)
-    margins = ", ".join(margins_of(compute, code.write, "np.abs"))
+    margins = ", ".join(code.margins())
     lines = [*code.steps(), *code.finite(), f"    margins = ({margins}{',' * bool(margins)})"]
     returned = ", ".join((*code.results, code.holds, "margins"))
     head = ["import numpy as np", "", *code.head("formula", arguments)]

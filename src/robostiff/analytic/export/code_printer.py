@@ -6,13 +6,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
+import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import wrapped_formula
 from robostiff.analytic.export.products import joined_terms, printed_product
-from robostiff.analytic.export.program import LARGE, FormulaProgram, Guard, program
+from robostiff.analytic.export.program import LARGE, FormulaProgram, program
 from robostiff.analytic.export.vocabulary import (
     Identifiers,
     ascii_identifier,
@@ -172,48 +173,6 @@ def unquoted(name: str) -> str:
     return " ".join(kept.split())
 
 
-def filled(
-    matrix: sp.ImmutableMatrix, place: Callable[[int, int], str], write: Callable[[sp.Expr], str]
-) -> Iterator[tuple[str, str]]:
-    """Targets and right-hand sides for the entries of a matrix of zeros that are not zero.
-
-    `place` writes the entry in row i and column j, from 0; `write` writes an expression.
-    """
-    K_rows = matrix.tolist()
-    for i, row in enumerate(K_rows):
-        for j, entry in enumerate(row):
-            if entry == 0:
-                continue
-            copied = j < i and entry == K_rows[j][i]
-            yield place(i, j), place(j, i) if copied else write(entry)
-
-
-def margins_of(
-    compute: FormulaProgram, write: Callable[[sp.Expr], str], size: str = "abs"
-) -> list[str]:
-    """What is positive where the formula holds, or not negative, in the order of `checks_of`."""
-    margins = [
-        f"{size}({write(guard.value)}) - {guard.part}*({_sizes(guard, write, size)})"
-        for guard in compute.guards
-    ]
-    return [*margins, *(write(x) for _, x, _ in compute.conditions)]
-
-
-def checks_of(
-    compute: FormulaProgram, write: Callable[[sp.Expr], str], size: str, zero: str
-) -> list[str]:
-    """Tests that sums do not cancel and conditions hold; `size` writes absolute values."""
-    tests = [
-        f"{size}({write(guard.value)}) > {guard.part}*({_sizes(guard, write, size)})"
-        for guard in compute.guards
-    ]
-    return [*tests, *(f"{write(x)} {sign} {zero}" for _, x, sign in compute.conditions)]
-
-
-def _sizes(guard: Guard, write: Callable[[sp.Expr], str], size: str) -> str:
-    return " + ".join(f"{size}({write(term)})" for term in guard.terms)
-
-
 class Code(CodePrinter):
     """A program in a language: its expressions, and the lines of a function."""
 
@@ -266,9 +225,22 @@ class Code(CodePrinter):
 
     def source(self) -> str:
         """All of it."""
-        tests = checks_of(self.compute, self.write, self.size, self.zero)
+        conditions = self.compute.conditions
+        tests = [f"{size} > {least}" for size, least in self._guarded()]
+        tests += [f"{self.write(x)} {sign} {self.zero}" for _, x, sign in conditions]
         both = [x for test in tests for x in self.assigned(self.holds, self.both(test))]
         return "\n".join([*self.beginning(), *self.steps(), *self.finite(), *both, *self.end(), ""])
+
+    def margins(self) -> list[str]:
+        """What is positive where the formula holds, or not negative, in the order of its tests."""
+        margins = [f"{size} - {least}" for size, least in self._guarded()]
+        return [*margins, *(self.write(x) for _, x, _ in self.compute.conditions)]
+
+    def _guarded(self) -> Iterator[tuple[str, str]]:
+        """Sizes of sums that must not cancel, and the least that they may be."""
+        for guard in self.compute.guards:
+            whole, *terms = (f"{self.size}({self.write(x)})" for x in (guard.value, *guard.terms))
+            yield whole, f"{guard.part}*({' + '.join(terms)})"
 
     def steps(self) -> list[str]:
         """Lines that compute intermediates and matrices."""
@@ -276,11 +248,12 @@ class Code(CodePrinter):
         for a in self.compute.assignments:
             lines += self.assigned(self.declared(self._names[a.symbol]), self.write(a.expression))
         for K, matrix in zip(self.results, self.compute.results, strict=True):
-            n = matrix.rows
+            n, rows = matrix.rows, matrix.tolist()
             lines += self.zeros(K, n)
-            place: Callable[[int, int], str] = lambda i, j, K=K, n=n: self.place(K, i, j, n)  # noqa: E731
-            for target, expression in filled(matrix, place, self.write):
-                lines += self.assigned(target, expression)
+            for i, j in (place for place in np.ndindex(n, n) if rows[place[0]][place[1]] != 0):
+                is_copy = j < i and rows[i][j] == rows[j][i]
+                written = self.place(K, j, i, n) if is_copy else self.write(rows[i][j])
+                lines += self.assigned(self.place(K, i, j, n), written)
         return lines
 
     def assigned(self, target: str, expression: str) -> list[str]:

@@ -15,7 +15,6 @@ from robostiff.analytic.export.outline import (
     Displayable,
     EqualMatrices,
     FormulaTable,
-    Inverse,
     LegSum,
     MatrixEquation,
     OutlineText,
@@ -256,10 +255,8 @@ def displays(
         case LegSum() | SpringSum():
             is_legs = isinstance(block, LegSum)
             return [_sum_of_legs(block, language) if is_legs else _sum_of_springs(block, language)]
-        case Inverse(left, right):
-            written = f"{named(right)}{language.inverse}"
-        case EqualMatrices(left, right):
-            written = named(right)
+        case EqualMatrices(left, right, inverted):
+            written = named(right) + (language.inverse if inverted else "")
     return [(Row(named(left), (written,)),)]
 
 

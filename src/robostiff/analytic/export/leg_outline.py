@@ -18,7 +18,6 @@ from robostiff.analytic.export.outline import (
     LONGEST_STAGE,
     Block,
     EqualMatrices,
-    Inverse,
     MatrixEquation,
     Nomenclature,
     OutlineHeading,
@@ -71,7 +70,7 @@ without passive joints', 'Joint 1: platform joint[0]']
         OutlineHeading("Compliance without passive joints"),
         OutlineText(f"Springs: {', '.join(derivation.elastic)}; all joints are held."),
         _matrix(derivation.C, _C),
-        Inverse(first, _C),
+        EqualMatrices(first, _C, inverted=True),
         _stiffness(derivation.K0, first, names),
     ]
     previous = derivation.K0

@@ -87,14 +87,6 @@ class Recursion:
 
 
 @dataclass(frozen=True)
-class Inverse:
-    """``left = right^-1`` of two matrices."""
-
-    left: MatrixName
-    right: MatrixName
-
-
-@dataclass(frozen=True)
 class Transport:
     """``after = T before T^T``: from axes with an arm to the reference point, eq. (11)-(13)."""
 
@@ -115,10 +107,11 @@ class SpringSum:
 
 @dataclass(frozen=True)
 class EqualMatrices:
-    """``left = right`` of two matrices."""
+    """``left = right`` of two matrices, or ``left = right^-1``."""
 
     left: MatrixName
     right: MatrixName
+    inverted: bool = False
 
 
 @dataclass(frozen=True)
@@ -174,7 +167,6 @@ Displayable = (
     | VectorEquations
     | MatrixEquation
     | Recursion
-    | Inverse
     | Transport
     | EqualMatrices
     | WrenchSum

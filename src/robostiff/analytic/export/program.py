@@ -112,17 +112,12 @@ def guards_of(expressions: Iterable[Any], assigned: Mapping[Any, Any]) -> tuple[
             positive.add(symbol)
     found: dict[Any, Guard] = {}
     for expression in (*assigned.values(), *expressions):
-        for below in _denominators(expression):
-            for guard in _sums(below, below, assigned, positive, SAFE):
-                found.setdefault(guard.value, guard)
+        part: Any
+        for part in sp.preorder_traversal(expression):
+            if part.is_Pow and part.exp.could_extract_minus_sign():
+                for guard in _sums(part.base, part.base, assigned, positive, SAFE):
+                    found.setdefault(guard.value, guard)
     return tuple(found.values())
-
-
-def _denominators(expression: Any) -> Iterator[Any]:
-    part: Any
-    for part in sp.preorder_traversal(expression):
-        if part.is_Pow and part.exp.could_extract_minus_sign():
-            yield part.base
 
 
 def _sums(

@@ -17,8 +17,8 @@ from robostiff.analytic.export.entries import (
 )
 from robostiff.analytic.export.outline import (
     Block,
+    EqualMatrices,
     FormulaTable,
-    Inverse,
     LegSum,
     OutlineHeading,
     OutlineText,
@@ -196,10 +196,9 @@ def _of_kind(
     if found.columns:
         columns = [in_names(c) for c in found.columns.values()]
         rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
-        of_vectors = [isinstance(c[0], Coordinates) for c in columns]
-        pairs = zip(found.columns, of_vectors, strict=True)
-        head = tuple(MatrixName(name) if is_vector else name for name, is_vector in pairs)
-        blocks.append(FormulaTable(head, tuple(rows)))
+        pairs = zip(found.columns, columns, strict=True)
+        head = (MatrixName(x) if isinstance(c[0], Coordinates) else x for x, c in pairs)
+        blocks.append(FormulaTable(tuple(head), tuple(rows)))
     if found.turned:
         same = "; ".join(", ".join(group) for group in found.turned)
         blocks.append(OutlineText(f"Legs that are turns of one another about z: {same}."))
@@ -245,7 +244,7 @@ def series_blocks(
             arm, readable_matrix(found.arm.xreplace(renamed)).T, lambda _, j: f"v_0_{j + 1}"
         ),
         matrix_equation(C, found.C.xreplace(renamed).applyfunc(in_decimals), names.entries_of(C)),
-        Inverse(in_axes, C),
+        EqualMatrices(in_axes, C, inverted=True),
         Transport(names.result, in_axes, axes, arm),
     ]
 
@@ -276,7 +275,8 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
         )
         own = sp.ImmutableMatrix(sp.diag(*D))
         blocks.append(matrix_equation(MatrixName("D"), own, lambda i, _: f"D_{i + 1}"))
-    return [*blocks, SpringSum(C, bool(drives), bool(beams)), Inverse(result, C)]
+    blocks.append(SpringSum(C, bool(drives), bool(beams)))
+    return [*blocks, EqualMatrices(result, C, inverted=True)]
 
 
 def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...], str]]:

@@ -49,13 +49,6 @@ def constant_name(expression: sp.Basic) -> str | None:
     return _CONSTANT_NAMES.get(expression)
 
 
-def is_exponent(number: sp.Basic) -> bool:
-    """Whether it is a rational number of a size that occurs in formulas."""
-    return isinstance(number, sp.Rational) and (
-        abs(int(number.p)) <= LARGEST_EXPONENT and int(number.q) <= LARGEST_EXPONENT
-    )
-
-
 def check_vocabulary(expressions: Iterable[sp.Basic]) -> None:
     """Refuse expressions that cannot be written in another language.
 
@@ -87,7 +80,9 @@ def unknown(part: sp.Basic) -> InputError:
 
 def _is_known(part: sp.Basic) -> bool:
     if isinstance(part, sp.Pow):
-        return is_exponent(part.exp)
+        power = part.exp
+        is_ratio = isinstance(power, sp.Rational)
+        return is_ratio and max(abs(int(power.p)), int(power.q)) <= LARGEST_EXPONENT
     if isinstance(part, sp.Float):
         return bool(part.is_finite)
     if isinstance(part, sp.Add | sp.Mul | sp.Rational):

@@ -81,12 +81,7 @@ class LegGeometry:
         return [*found, *self.frame.R.flat, *self.arm]
 
     def check_elastic(self) -> None:
-        """Raise where the leg is rigid in a direction.
-
-        Raises
-        ------
-        InputError
-        """
+        """Raise `InputError` where the leg is rigid in a direction."""
         _, C = _sampled_leg(self.local, self.placed)
         n = C.shape[1]
         rank = int(np.min(np.linalg.matrix_rank(C, tol=_RANK * np.max(np.abs(C)), hermitian=True)))
@@ -128,7 +123,6 @@ class LegGeometry:
                     )
                 ]
                 for twist, stiffness in self.local.drives:
-                    rows = self.placed.entries.space.rows
                     found.append(
                         reader.of_drive("drive", (twist[rows[i]], twist[rows[j]]), stiffness)
                     )

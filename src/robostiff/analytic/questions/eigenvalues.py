@@ -207,7 +207,11 @@ def _eigenvalues(M: sp.ImmutableMatrix, part: StiffnessPart, length: Any) -> Eig
     for factor, multiplicity in powers.values():
         degree = factor.degrees()[place]
         if degree > 2:
-            unsolved.append(Unsolved(_collected(field, factor, symbol), degree, multiplicity))
+            # By powers of the unknown, the highest with a plus sign where it can be.
+            written: Any = sp.collect(field.polynomial_expression(factor), symbol)
+            if sp.Poly(written, symbol).LC().could_extract_minus_sign():
+                written = sp.collect(sp.expand(-written), symbol)
+            unsolved.append(Unsolved(written, degree, multiplicity))
             continue
         # A square of x - sqrt(a) is no power of a factor: its two zeros are one.
         for value in quadratic_roots(field, factor, symbol):
@@ -295,15 +299,6 @@ def _twist(vector: sp.ImmutableMatrix, length: Any) -> sp.ImmutableMatrix:
         return vector
     moved = [sp.factor_terms(entry * length) for entry in entries[:t]]
     return sp.ImmutableMatrix([*moved, *entries[t:]])
-
-
-def _collected(field: ExactField, factor: Any, symbol: Any) -> sp.Expr:
-    """A polynomial by powers of the unknown, the highest with a plus sign where it can be."""
-    written: Any = sp.collect(field.polynomial_expression(factor), symbol)
-    leading = sp.Poly(written, symbol).LC()
-    return (
-        sp.collect(sp.expand(-written), symbol) if leading.could_extract_minus_sign() else written
-    )
 
 
 def _free_name(M: sp.ImmutableMatrix) -> str:

@@ -104,12 +104,10 @@ class NamedReading:
             if self._operations > _ALL:
                 raise FormulaTooLargeError.beyond(_ALL)
             self._fractions[expression] = fraction
-        return self._in_lengths(self._fractions[expression])
-
-    def _in_lengths(self, fraction: Any) -> Any:
-        """The name of a length that is the same sum or difference."""
+        fraction = self._fractions[expression]
         number, rest = fraction.as_coeff_Mul()
         for d in self.definitions if rest.is_Add else ():
+            # A length that is the same sum or difference has a name.
             if d.symbol.is_positive and d.expression in (rest, -rest):
                 return number * (d.symbol if d.expression == rest else -d.symbol)
         return fraction
