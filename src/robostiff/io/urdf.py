@@ -107,7 +107,7 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     links = _names(root.all("link"), "link")
     if not links:
         raise root.error("URDF", got=Words("no link"), expected="at least one")
-    rotors = rotor_inertias(root)
+    rotors = _rotor_inertias(root)
     tree = RigidTree(
         name=name,
         file=str(source),
@@ -118,7 +118,7 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
         ),
         masses={own: mass for own, link in links.items() if (mass := _mass(link)) is not None},
     )
-    return with_extensions(tree, root)
+    return _with_extensions(tree, root)
 
 
 def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
@@ -221,7 +221,7 @@ _HARMLESS = frozenset(
 _TURNING, _BALL = ("revolute", "continuous", "hinge"), ("ball", "spherical")
 
 
-def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
+def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     """The tree with the loops and springs of its file; warns of what is not read.
 
     Raises FileError where their numbers are none.
@@ -275,7 +275,7 @@ def with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     return replace(tree, joints=joints, loops=tuple(loops))
 
 
-def rotor_inertias(root: XmlElement) -> dict[str, float]:
+def _rotor_inertias(root: XmlElement) -> dict[str, float]:
     """Inertia of the rotor of each joint that has one, at the joint [kg m^2 or kg].
 
     That of a ``<transmission>`` of one joint, ``drake:rotor_inertia`` as Drake has it or

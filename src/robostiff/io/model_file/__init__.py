@@ -5,7 +5,7 @@ robots of it. The entry point is ``build``; ``written_*`` have the whole file an
 Every error gives file, line, column and path.
 """
 
-from robostiff.io.model_file.build import model_from_document
+from robostiff.io.model_file.build import model_from_document, read_model
 from robostiff.io.model_file.symbols import ALL_PARAMETERS, ParameterChoice
 
-__all__ = ["ALL_PARAMETERS", "ParameterChoice", "model_from_document"]
+__all__ = ["ALL_PARAMETERS", "ParameterChoice", "model_from_document", "read_model"]

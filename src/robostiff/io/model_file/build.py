@@ -373,6 +373,19 @@ def _robot_of_file(place: Place, written: WrittenModule, files: ModuleFiles) -> 
     return replace(robot, nominal=files.nominal)
 
 
+def read_model(
+    source: Path | str,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    symbols: Symbols = (),
+) -> Robot:
+    """A robot from a model file, ``-`` for standard input, as `model_from_document` makes it.
+
+    `robostiff.load` takes shipped robots by name, and snapshots too.
+    """
+    return model_from_document(read_document(source), parameters, symbols=symbols)
+
+
 def model_from_document(
     document: Document,
     parameters: Mapping[str, str | float] | None = None,
