@@ -8,7 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.markup import Table
 from robostiff.report.contents import report_contents
-from robostiff.report.sections.finite_load import vibrations_section
+from robostiff.report.sections.results import vibrations_section
 
 pytest.importorskip("plotly")
 

@@ -84,7 +84,7 @@ def print_stiffness(model: Model, place: Posing, method: Method, answer: Answer)
     robot = loaded(model, place)
     result = stiffness(robot, method=form, **where_from(robot, place))
     if not isinstance(result, RobotStiffness):
-        from robostiff.io.results.cables import cable_stiffness_data, cable_stiffness_text
+        from robostiff.io.results.stiffness import cable_stiffness_data, cable_stiffness_text
 
         return answered(result, answer, cable_stiffness_data, cable_stiffness_text)
     return answered(result, answer, stiffness_data, stiffness_text)
@@ -194,7 +194,7 @@ _RULES = ("nearest", "closed-form")
 def print_cables(model: Model, place: Posing, written: WrittenTensions, answer: Answer) -> int:
     """Print tensions and stiffness at a pose, and the response to a load with locked winches."""
     from robostiff.analysis import cable_stiffness
-    from robostiff.io.results import cables as results
+    from robostiff.io.results import stiffness as results
     from robostiff.model.cable import CableRobot
     from robostiff.statics import cable_response
 

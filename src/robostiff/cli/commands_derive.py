@@ -197,18 +197,8 @@ _WRITERS: dict[str, Callable[[Any], str]] = {
     "julia": julia_function,
     "matlab": matlab_function,
 }
-_SUFFIXES = {
-    ".txt": "text",
-    ".tex": "latex",
-    ".pdf": "pdf",
-    ".md": "md",
-    ".html": "html",
-    ".json": "json",
-    ".py": "python",
-    ".c": "c",
-    ".jl": "julia",
-    ".m": "matlab",
-}
+_ENDINGS = (".txt", ".tex", ".pdf", ".md", ".html", ".json", ".py", ".c", ".jl", ".m")
+_SUFFIXES = dict(zip(_ENDINGS, FORMATS, strict=True))
 
 
 # What the library advises in Python, as options of this command or another.

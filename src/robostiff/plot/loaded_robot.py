@@ -13,7 +13,6 @@ from robostiff.errors import InputError
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.cable_robot import CableSketch
 from robostiff.plot.geometry.displacement import finite_motion, spatial
 from robostiff.plot.picture import (
     Category,
@@ -29,7 +28,7 @@ from robostiff.plot.posed_robot import Colouring, energy_colours
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.robot_parts import RobotSketch
 from robostiff.plot.sketch import Sketch, exaggeration_note
-from robostiff.plot.structures import NetworkSketch, energies_by_name, motions_of
+from robostiff.plot.structures import CableSketch, NetworkSketch, energies_by_name, motions_of
 from robostiff.statics import BodyPlaces, Equilibrium, Modes
 
 if TYPE_CHECKING:

@@ -55,6 +55,13 @@ class Face:
     opacity: float = 0.35
     label: str = ""
 
+    @property
+    def fan(self) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices and triangles around its middle: plates are star-shaped."""
+        n, around = len(self.corners), np.arange(len(self.corners))
+        vertices = np.concatenate([self.corners, self.corners.mean(axis=0)[None]])
+        return vertices, np.stack([around, (around + 1) % n, np.full(n, n)], axis=-1)
+
 
 @dataclass(frozen=True)
 class Marks:

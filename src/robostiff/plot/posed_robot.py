@@ -17,7 +17,6 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.cable_robot import CableSketch
 from robostiff.plot.geometry.displacement import (
     RobotMotion,
     at_rest,
@@ -30,7 +29,12 @@ from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import RobotSketch, part_names
 from robostiff.plot.sketch import colours_of_parts, exaggeration_note
-from robostiff.plot.structures import NetworkSketch, colours_of_network, energies_by_name
+from robostiff.plot.structures import (
+    CableSketch,
+    NetworkSketch,
+    colours_of_network,
+    energies_by_name,
+)
 
 _MISSED = 1e-4
 

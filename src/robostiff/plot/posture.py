@@ -14,13 +14,12 @@ from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.plot.cable_robot import CableSketch
 from robostiff.plot.geometry.displacement import at_rest
 from robostiff.plot.geometry.ellipsoid import Stiffness
 from robostiff.plot.picture import Item, PlainColour
 from robostiff.plot.robot_parts import RobotSketch, backdrop
 from robostiff.plot.sketch import Sketch, unit_of
-from robostiff.plot.structures import NetworkSketch
+from robostiff.plot.structures import CableSketch, NetworkSketch
 
 Around = Robot | Snapshot | Network | CableRobot | CableStiffness
 

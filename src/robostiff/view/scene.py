@@ -175,13 +175,8 @@ class LayeredScene:
         }
 
     def _surface(self, item: Face | Mesh) -> dict[str, Any]:
-        if isinstance(item, Face):
-            n = len(item.corners)
-            around = np.arange(n)
-            vertices = np.concatenate([item.corners, item.corners.mean(axis=0)[None]])
-            triangles = np.stack([around, (around + 1) % n, np.full(n, n)], axis=-1)
-        else:
-            vertices, triangles = item.vertices, item.triangles
+        is_face = isinstance(item, Face)
+        vertices, triangles = item.fan if is_face else (item.vertices, item.triangles)
         below = 0.0
         if self._is_flat:  # faces in one plane flicker
             below = (_DEEPEST - self._faces) * _APART * self._size

@@ -61,35 +61,21 @@ class Canvas:
     width: float
     palette: Palette
 
-    def axes(self, height: float) -> Axes:
-        """Plain axes; those of a new figure have a height [inches]."""
+    def axes(self, height: float, *, in_space: bool = False) -> Any:
+        """Plain axes, or those of a space; those of a new figure have a height [inches]."""
         if self.ax is None:
-            return self._figure(height).add_subplot()
-        if not isinstance(self.ax, Axes) or isinstance(self.ax, Axes3D):
+            figure = Figure(figsize=(self.width, height), layout="constrained")
+            FigureCanvasAgg(figure)
+            return figure.add_subplot(projection="3d" if in_space else None)
+        if not isinstance(self.ax, Axes) or isinstance(self.ax, Axes3D) != in_space:
+            own = 'projection="3d"' if in_space else ""
             raise InputError(
                 "ax of Matplotlib",
                 got=type(self.ax).__name__,
-                expected="plain axes of Matplotlib",
-                hint="write figure.add_subplot()",
+                expected="axes of a space" if in_space else "plain axes of Matplotlib",
+                hint=f"write figure.add_subplot({own})",
             )
         return self.ax
-
-    def axes_in_space(self, height: float) -> Axes3D:
-        """Axes of a space; those of a new figure have a height [inches]."""
-        ax = self.ax if self.ax is not None else self._figure(height).add_subplot(projection="3d")
-        if not isinstance(ax, Axes3D):
-            raise InputError(
-                "ax of Matplotlib",
-                got=type(self.ax).__name__,
-                expected="axes of a space",
-                hint='write figure.add_subplot(projection="3d")',
-            )
-        return ax
-
-    def _figure(self, height: float) -> Figure:
-        figure = Figure(figsize=(self.width, height), layout="constrained")
-        FigureCanvasAgg(figure)
-        return figure
 
     def finish(self, ax: Axes) -> Axes:
         """Fit the height of a new figure to its contents."""

@@ -52,10 +52,7 @@ _THINNEST = 0.3  # axis beside the longest
 def draw_scene(picture: Scene, canvas: Canvas) -> Axes:
     """Draw a scene."""
     height = canvas.width * (1.15 if canvas.is_narrow else 0.66)
-    if picture.is_flat:
-        ax: Any = canvas.axes(height)
-    else:
-        ax = canvas.axes_in_space(height)
+    ax = canvas.axes(height, in_space=not picture.is_flat)
     pencil = _MatplotlibPencil(ax, picture, canvas)
     for item in picture.items:
         pencil.draw(item)

@@ -171,14 +171,8 @@ class _PlotlyPencil:
                 hoverinfo="skip",
                 **_naming(item.label),
             )
-        if isinstance(item, Face):
-            # A fan around the middle: plates are star-shaped.
-            n = len(item.corners)
-            vertices = np.concatenate([item.corners, item.corners.mean(axis=0)[None]])
-            around = np.arange(n)
-            triangles = np.stack([around, (around + 1) % n, np.full(n, n)], axis=-1)
-        else:
-            vertices, triangles = item.vertices, item.triangles
+        is_face = isinstance(item, Face)
+        vertices, triangles = item.fan if is_face else (item.vertices, item.triangles)
         x, y, z = vertices.T
         i, j, k = triangles.T
         return dict(

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Section
-from robostiff.report.sections.finite_load import (
+from robostiff.report.sections.map_slices import map_section
+from robostiff.report.sections.results import (
+    bending_section,
     comparison_section,
     finite_load_section,
+    matrices_section,
     vibrations_section,
+    weakest_section,
 )
-from robostiff.report.sections.map_slices import map_section
-from robostiff.report.sections.results import bending_section, matrices_section, weakest_section
 from robostiff.report.sections.the_robot import (
     formula_section,
     inputs_section,
