@@ -24,7 +24,7 @@ import numpy as np
 
 import robostiff as rs
 from robostiff.compiled import Kernel, kernel_of, unpack
-from robostiff.compiled.arrays import POSES_A_CHUNK
+from robostiff.compiled.codes import POSES_A_CHUNK
 from robostiff.kinematics import PostureFinder
 from robostiff.model import Robot
 from robostiff.recorded import CLOSED, record_at_joints, record_robot

@@ -48,7 +48,7 @@ import robostiff as rs
 from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_robot import compile_robot
 from robostiff.compiled import Backend, Checks, StiffnessMatrix, kernel_of
-from robostiff.compiled.machine import machine_code_is_available
+from robostiff.compiled.codes import machine_code_is_available
 from robostiff.kinematics import PostureFinder
 from robostiff.recorded import record_at_pose
 

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robostiff.compiled.arrays import ArrayCode
-from robostiff.compiled.machine import MachineCode, machine_threads
+from robostiff.compiled.codes import ArrayCode, MachineCode, machine_threads
 from robostiff.record import (
     Program,
     Record,

@@ -10,8 +10,7 @@ import pytest
 import robostiff as rs
 from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
-from robostiff.compiled import Backend
-from robostiff.compiled.machine import machine_code_is_available
+from robostiff.compiled import Backend, machine_code_is_available
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture
 from robostiff.model import (

@@ -9,7 +9,7 @@ import xarray
 import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity
 from robostiff.errors import FileError, InputError
-from robostiff.io.map_files import maps as map_files
+from robostiff.io import map_files
 from robostiff.io.map_files import read_map, read_poses, write_map_csv, write_map_netcdf
 from tests.analysis.maps.robots import loaded
 from tests.campaign import stores

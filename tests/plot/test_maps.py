@@ -5,8 +5,12 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED, status_flags
-from robostiff.plot.maps.isosurfaces import isosurface_picture
-from robostiff.plot.maps.slice import bands_picture, overview_picture, slice_picture
+from robostiff.plot.maps.pictures import (
+    bands_picture,
+    isosurface_picture,
+    overview_picture,
+    slice_picture,
+)
 from robostiff.plot.picture import Bands, Cover, Field, Marks, Mesh
 from robostiff.plot.theme import Theme
 from tests.plot.machines import robot, tripod_map

@@ -17,10 +17,10 @@ from mpl_toolkits.mplot3d.art3d import Line3D
 import robostiff as rs
 from robostiff.plot import Matplotlib, Theme, Width
 from robostiff.plot.energy_bars import energy_picture
-from robostiff.plot.maps.slice import bands_picture, slice_picture
-from robostiff.plot.matrix_cells import matrix_picture
+from robostiff.plot.maps.pictures import bands_picture, slice_picture
 from robostiff.plot.picture import Path
 from robostiff.plot.posed_robot import robot_picture
+from robostiff.plot.stiffness_pictures import matrix_picture
 from tests.plot.machines import (
     POSE,
     all_plots,

@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.ellipsoids import ellipsoid_picture
 from robostiff.plot.energy_bars import Measure, comparison_picture, energy_picture
-from robostiff.plot.free_motion_screws import free_motions_picture
 from robostiff.plot.geometry.ellipsoid import Quality
-from robostiff.plot.matrix_cells import Kind, Shade, matrix_picture
 from robostiff.plot.picture import Arrow, Face, Marks, Mesh, Path, Scene
 from robostiff.plot.posed_robot import Colouring, robot_picture
 from robostiff.plot.posture import surroundings
+from robostiff.plot.stiffness_pictures import (
+    Kind,
+    Shade,
+    ellipsoid_picture,
+    free_motions_picture,
+    matrix_picture,
+)
 from tests.plot.machines import (
     HERE,
     LOAD,

@@ -10,7 +10,7 @@ import pytest
 import robostiff as rs
 from robostiff.plot import Plotly, Theme
 from robostiff.plot.backend import plotly_figure
-from robostiff.plot.maps.isosurfaces import isosurface_picture
+from robostiff.plot.maps.pictures import isosurface_picture
 from robostiff.plot.picture import Mesh, Path, PlainColour, Scene
 from robostiff.plot.posed_robot import robot_picture
 from robostiff.plot.theme import named_colours

@@ -21,7 +21,7 @@ from robostiff.cables import (
     weight_stiffness,
     weight_wrench,
 )
-from robostiff.cables.stability import Stability, stability
+from robostiff.cables.equilibrium import Stability, stability
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.elastostatics.result import scaled_inverse
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS

@@ -15,7 +15,7 @@ from robostiff.analysis.measures import values_of
 from robostiff.analysis.recorded_ranks import RecordedRanks
 from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import Derivative, Kernel, Output, rows_of, unpack, whole_threads
-from robostiff.compiled.arrays import POSES_A_CHUNK, chunks_of, in_shares
+from robostiff.compiled.codes import POSES_A_CHUNK, chunks_of, in_shares
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.recorded import CLOSED, SHORT

@@ -126,7 +126,9 @@ class _Walk:
             self.go(leg.base.p)
             self.turn(leg.base.R)
             self.along(leg.chain.elements, iter(own.leg.springs), own.coordinate)
-            self.go_back(leg.attachment.R, leg.attachment.p)
+            if _turns_of(leg.attachment.R):
+                return None
+            self.go(-np.array(leg.attachment.p, dtype=object))
             self.go(placed.entries.reference_point)
         except (_UnusualPartError, FormulaTooLargeError):
             return None
@@ -231,12 +233,6 @@ class _Walk:
     def go(self, to: Any) -> None:
         """Move to a point of the present frame."""
         self.offset = [a + self.read(b) for a, b in zip(self.offset, to, strict=True)]
-
-    def go_back(self, R: Any, p: Any) -> None:
-        """Move from a frame of the platform to its origin."""
-        if _turns_of(R):
-            raise _UnusualPartError
-        self.go(-np.array(p, dtype=object))
 
     def turn(self, R: Any) -> None:
         """Turn by a constant rotation."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.cli.command import BAD_STATUS, answered, slips
-from robostiff.cli.options import Answer, Length, Model, Posing, Replacing
+from robostiff.cli.options import Answer, Length, Model, Posing
 from robostiff.cli.options_of_answers import CheckDetails, Method, WrittenLoads, WrittenTensions
 from robostiff.cli.output import draw, picture_beside, show
 from robostiff.cli.written_arguments import (
@@ -30,8 +30,15 @@ from robostiff.elastostatics import (
     WrenchBasis,
 )
 from robostiff.errors import InputError
-from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
-from robostiff.io.results.stiffness import about, picked, plain
+from robostiff.io.results.stiffness import (
+    about,
+    deflection_data,
+    deflection_text,
+    picked,
+    plain,
+    stiffness_data,
+    stiffness_text,
+)
 from robostiff.markup import text_of
 from robostiff.model import Robot, Snapshot
 from robostiff.version import __version__
@@ -46,16 +53,20 @@ METHODS: dict[str, Form] = {
 }
 
 
-def check_robot(model: Model, details: CheckDetails, replacing: Replacing, answer: Answer) -> int:
+def check_robot(model: Model, details: CheckDetails, answer: Answer) -> int:
     """Print the parts of a robot; reading the file checks it."""
+    from robostiff.analysis.parts_at_home import mobility_at_home, parts_at_home
     from robostiff.cli.robot_facts import facts_of, facts_text
 
-    picture = picture_beside(details.plot, replacing)
+    picture = picture_beside(details.plot, answer)
     doubts: list[str] = []
     with slips(doubts.append):
         robot = model.load()
         facts = facts_of(robot)
-        _add_details(facts, robot, details)
+        if isinstance(robot, Robot) and robot.coordinates:
+            facts["mobility"] = mobility_at_home(robot)
+        if details.parts and str(Status.UNREACHABLE) not in facts["home"]["status"]:
+            facts["parts"] = parts_at_home(robot)
     if doubts:
         facts["warnings"] = doubts
     if picture is not None:
@@ -65,16 +76,6 @@ def check_robot(model: Model, details: CheckDetails, replacing: Replacing, answe
         facts["picture"] = str(picture)
     show(facts if answer.as_json else facts_text(facts))
     return 0
-
-
-def _add_details(facts: dict[str, Any], robot: Any, details: CheckDetails) -> None:
-    """Freedoms of the platform at home; parts at home, where they are wanted."""
-    from robostiff.analysis.parts_at_home import mobility_at_home, parts_at_home
-
-    if isinstance(robot, Robot) and robot.coordinates:
-        facts["mobility"] = mobility_at_home(robot)
-    if details.parts and str(Status.UNREACHABLE) not in facts["home"]["status"]:
-        facts["parts"] = parts_at_home(robot)
 
 
 def print_stiffness(model: Model, place: Posing, method: Method, answer: Answer) -> int:
@@ -102,21 +103,17 @@ def print_deflection(model: Model, written: WrittenLoads, place: Posing, answer:
     F: Any = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     where = where_from(robot, place)
     if on_bodies or (isinstance(robot, Robot | Snapshot) and robot.springs):
-        result = _deflection_by_bodies(robot, F, written, where)
+        # what legs alone do not decide takes twice as long to import
+        from robostiff.cli.commands_loads import body_loads
+        from robostiff.statics import deflection as deflection_by_bodies
+
+        g, loads = gravity_from(written.gravity), body_loads(written)
+        result = deflection_by_bodies(robot, wrench=F, loads=loads, gravity=g, **where)
     else:
         from robostiff.analysis import deflection
 
         result = deflection(robot, wrench=F, **where)
     return answered(result, answer, deflection_data, deflection_text)
-
-
-def _deflection_by_bodies(robot: Any, F: Any, written: WrittenLoads, where: dict[str, Any]) -> Any:
-    """With what legs alone do not decide, which takes twice as long to import."""
-    from robostiff.cli.commands_loads import body_loads
-    from robostiff.statics import deflection
-
-    g = None if written.gravity is None else gravity_from(written.gravity)
-    return deflection(robot, wrench=F, loads=body_loads(written), gravity=g, **where)
 
 
 def print_indices(model: Model, place: Posing, length: Length, answer: Answer) -> int:

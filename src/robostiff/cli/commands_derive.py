@@ -54,8 +54,8 @@ from robostiff.analytic.placement.robot_pose import (
     rotation_by_name,
 )
 from robostiff.cli.command import INTERRUPTED
-from robostiff.cli.options import Answer, Model, Replacing
-from robostiff.cli.options_of_files import FORMATS, FormulaRequest, Questions, Sheet
+from robostiff.cli.options import Answer, Model
+from robostiff.cli.options_of_files import FORMATS, FormulaRequest
 from robostiff.cli.output import new_file
 from robostiff.cli.watched import go_on_in_child
 from robostiff.cli.written_arguments import chosen, wrench_from
@@ -123,15 +123,15 @@ def _dimension(robot: Robot, name: str) -> Dimension:
     return Dimension.LENGTH if name in ("x", "y", "z") else Dimension.ANGLE
 
 
-def _answered(questions: Questions, derivation: RobotDerivation, budget: float) -> str:
+def _answered(asked: FormulaRequest, derivation: RobotDerivation) -> str:
     """The properties as text, one or more lines each."""
     lines = [f"{derivation.name}, {derivation.where}"]
-    if questions.rank:
-        lines += _rank(derivation, budget)
-    if questions.free_motions:
+    if asked.rank:
+        lines += _rank(derivation, asked.budget)
+    if asked.free_motions:
         lines += _free_motions(derivation)
-    if questions.eigenvalues:
-        lines += _eigenvalues(derivation, budget)
+    if asked.eigenvalues:
+        lines += _eigenvalues(derivation, asked.budget)
     return text_of(lines) + "\n"
 
 
@@ -228,18 +228,15 @@ _AS_OPTIONS = {
 def print_formula(
     model: Model,
     asked: FormulaRequest,
-    questions: Questions,
-    sheet: Sheet,
-    replacing: Replacing,
     answer: Answer,
 ) -> int:
     """Derive the stiffness of a robot and write it, or print its properties."""
-    language, output = _language(sheet, replacing, answer)
+    language, output = _language(asked, answer)
     form = _form(asked)
     checked_budget(asked.budget)
-    _check_questions(questions, asked, language)
-    if sheet.snippet and (questions.any or language not in ("text", "latex")):
-        got = "a question" if questions.any else f"--format {language}"
+    _check_questions(asked, language)
+    if asked.snippet and (asked.asks or language not in ("text", "latex")):
+        got = "a question" if asked.asks else f"--format {language}"
         raise InputError("--snippet", got=got, expected="the formula alone, in LaTeX")
     go_on_in_child(_progress(model.source, asked, form))
     try:
@@ -258,10 +255,10 @@ def print_formula(
                 derivation_pdf(cast("Any", found), begun)
             return 0
         written = (
-            _answered(questions, derivation, asked.budget)
-            if questions.any and isinstance(derivation, RobotDerivation)
+            _answered(asked, derivation)
+            if asked.asks and isinstance(derivation, RobotDerivation)
             else latex_snippet(found)
-            if sheet.snippet
+            if asked.snippet
             else _WRITERS[language](found)
         )
     except FormulaTooLargeError as error:
@@ -290,15 +287,15 @@ def print_formula(
     return 0
 
 
-def _check_questions(questions: Questions, asked: FormulaRequest, language: str) -> None:
+def _check_questions(asked: FormulaRequest, language: str) -> None:
     """Refuse what does not go together."""
-    if questions.any and (asked.derivative is not None or language != "text"):
+    if asked.asks and (asked.derivative is not None or language != "text"):
         raise InputError(
             "questions about a formula",
             got="--derivative" if asked.derivative is not None else f"--format {language}",
             expected="--rank, --free-motions and --eigenvalues alone, answered in text",
         )
-    if questions.any and asked.leg is not None:
+    if asked.asks and asked.leg is not None:
         raise InputError(
             "questions about a formula",
             got=f"--leg {asked.leg}",
@@ -307,7 +304,7 @@ def _check_questions(questions: Questions, asked: FormulaRequest, language: str)
     if asked.derivative is not None and language == "json":
         expected = "another format than json: text, a typeset one, or a program"
         raise InputError("--derivative", got=asked.derivative, expected=expected)
-    if asked.wrench is not None and (questions.any or asked.leg is not None):
+    if asked.wrench is not None and (asked.asks or asked.leg is not None):
         raise InputError(
             "--wrench", got=asked.wrench, expected="no --leg and no question beside it"
         )
@@ -317,7 +314,11 @@ def _derived(
     model: Model, asked: FormulaRequest, form: Closed | Steps | None
 ) -> RobotDerivation | LegElimination | StiffnessUnderLoad:
     """The formula of the robot, of one of its legs, or under a load."""
-    robot, pose = _robot_and_pose(model, asked)
+    names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
+    every = {"all": ParameterChoice.ALL, "none": ParameterChoice.NONE}
+    whole = model.load(symbols=every.get(asked.symbols.strip(), tuple(names)))
+    robot = robot_of_legs(whole, model.source)
+    pose = pose_from(asked.pose, robot, asked.angles)
     options: dict[str, Any] = {"pose": pose, "form": form, "budget": asked.budget}
     if asked.wrench is not None:
         from robostiff.robots.derivation import derive_under_load
@@ -340,14 +341,6 @@ def _progress(
     return line
 
 
-def _robot_and_pose(model: Model, asked: FormulaRequest) -> tuple[Robot, Any]:
-    names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
-    chosen = {"all": ParameterChoice.ALL, "none": ParameterChoice.NONE}
-    loaded = model.load(symbols=chosen.get(asked.symbols.strip(), tuple(names)))
-    robot = robot_of_legs(loaded, model.source)
-    return robot, pose_from(asked.pose, robot, asked.angles)
-
-
 def _form(asked: FormulaRequest) -> Closed | Steps | None:
     if asked.steps and (asked.closed or asked.limit is not None):
         other = "--closed" if asked.closed else "--limit"
@@ -359,30 +352,30 @@ def _form(asked: FormulaRequest) -> Closed | Steps | None:
     return Closed() if asked.closed else None
 
 
-def _language(sheet: Sheet, replacing: Replacing, answer: Answer) -> tuple[str, Path | None]:
+def _language(asked: FormulaRequest, answer: Answer) -> tuple[str, Path | None]:
     """The format, and the file to write; None for standard output."""
-    output = None if sheet.output in (None, "-") else Path(sheet.output)
-    name = sheet.format
+    output = None if asked.output in (None, "-") else Path(asked.output)
+    name = asked.format
     if answer.as_json:
         if name not in (None, "json"):
             raise InputError("--json and --format", got=name, expected="one of them")
         if output is not None and _SUFFIXES.get(output.suffix, "json") != "json":
             expected = "a name that ends in .json"
-            raise InputError("--output beside --json", got=sheet.output, expected=expected)
+            raise InputError("--output beside --json", got=asked.output, expected=expected)
         name = "json"
     if name is None:
         name = "text" if output is None else _SUFFIXES.get(output.suffix)
     if name is None:
         raise InputError(
             "--output",
-            got=sheet.output,
+            got=asked.output,
             expected=f"a name that ends in {', '.join(_SUFFIXES)}, or --format beside it",
         )
     chosen("--format", name, dict.fromkeys(FORMATS))
     if name == "pdf" and output is None:
         raise InputError("--format", got="pdf", expected="a file", hint="write -o FILE.pdf")
     if output is not None:
-        new_file("--output", output, replacing.overwrite)
+        new_file("--output", output, answer.overwrite)
     return name, output
 
 

@@ -11,7 +11,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from robostiff.cli.options import Answer, Model, Posing, Replacing
+from robostiff.cli.options import Answer, Model, Posing
 from robostiff.cli.options_of_files import Converted, NewFile, WantedSchema
 from robostiff.cli.output import new_file, show, shown
 from robostiff.errors import InputError, NoAnswerError, warn_of_slip
@@ -70,28 +70,24 @@ def _print_table(listed: Mapping[str, RobotInfo]) -> None:
     Console().print(table)
 
 
-def print_schema(wanted: WantedSchema, replacing: Replacing, answer: Answer) -> int:
+def print_schema(wanted: WantedSchema, answer: Answer) -> int:
     """Print or write the JSON schema of a file format."""
-    form = wanted.form
-    schema = _schemas(form)
-    text = json.dumps(schema, indent=2)
-    if wanted.output is None:
-        show({"form": form, "json_schema": schema} if answer.as_json else text)
-        return 0
-    path = new_file("--output", wanted.output, replacing.overwrite)
-    with whole_file(path) as begun:
-        begun.write_text(text + "\n", encoding="utf-8")
-    show({"files": [str(path)], "form": form} if answer.as_json else str(path))
-    return 0
-
-
-def _schemas(form: str) -> dict[str, Any]:
     from robostiff.cli.written_arguments import chosen
     from robostiff.io.model_file.schema import model_file_schema
     from robostiff.io.snapshot import network_schema, snapshot_schema
 
+    form = wanted.form
     schemas = {"model": model_file_schema, "snapshot": snapshot_schema, "graph": network_schema}
-    return chosen("schema", form, schemas)()
+    schema = chosen("schema", form, schemas)()
+    text = json.dumps(schema, indent=2)
+    if wanted.output is None:
+        show({"form": form, "json_schema": schema} if answer.as_json else text)
+        return 0
+    path = new_file("--output", wanted.output, answer.overwrite)
+    with whole_file(path) as begun:
+        begun.write_text(text + "\n", encoding="utf-8")
+    show({"files": [str(path)], "form": form} if answer.as_json else str(path))
+    return 0
 
 
 def templates() -> tuple[str, ...]:
@@ -131,9 +127,7 @@ def _text_of(template: str) -> str:
     raise InputError("--template", got=template, expected=expected, hint=hint)
 
 
-def convert(
-    model: Model, wanted: Converted, place: Posing, replacing: Replacing, answer: Answer
-) -> int:
+def convert(model: Model, wanted: Converted, place: Posing, answer: Answer) -> int:
     """Write a robot at a pose in another form, or its results there as a file for MATLAB."""
     from robostiff.cli.written_arguments import chosen
 
@@ -143,7 +137,7 @@ def convert(
     if output is None and (form == "matlab" or answer.as_json):
         option = "--to matlab" if form == "matlab" else "--json"
         raise InputError(option, expected="a file beside it", hint="write -o FILE")
-    path = None if output is None else new_file("--output", output, replacing.overwrite)
+    path = None if output is None else new_file("--output", output, answer.overwrite)
     if path is not None and path.suffix.lower() not in suffixes:
         others = [f"--to {x} for {' or '.join(y)}" for x, y in _SUFFIXES.items() if x != form]
         raise InputError(
@@ -205,8 +199,12 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
     pose = pose_from(robot, place)
     if isinstance(robot, Robot):
         robot.check_has_no_springs(form)
-        if form in ("snapshot", "graph"):
-            _warn_of_laws(robot, form)
+        if form in ("snapshot", "graph") and robot.drives_with_laws:
+            names = ", ".join(robot.drives_with_laws)
+            warn_of_slip(
+                f"{form} of {robot.name!r}: the file has the stiffness of {names} at this pose, "
+                "and no law: under finite loads it answers otherwise than the robot"
+            )
         found = find_posture(robot, pose, near=near_from(robot, place))
         if not found.reached.all():
             raise NoAnswerError(f"no {form} of {source!r}: {'; '.join(found.complaints)}")
@@ -231,19 +229,9 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
     )
 
 
-def _warn_of_laws(robot: Any, form: str) -> None:
-    """Warn of drives that answer finite loads by more than the stiffness that a file has."""
-    if robot.drives_with_laws:
-        names = ", ".join(robot.drives_with_laws)
-        warn_of_slip(
-            f"{form} of {robot.name!r}: the file has the stiffness of {names} at this pose, "
-            "and no law: under finite loads it answers otherwise than the robot"
-        )
-
-
 def _text_of_frozen(frozen: Any, path: Path | None) -> str:
     """A snapshot or a graph as YAML for a file with its ending, otherwise as JSON."""
-    from robostiff.io.document.yaml_text import yaml_of
+    from robostiff.io.document.read import yaml_of
     from robostiff.io.snapshot import network_to_data, snapshot_to_data
     from robostiff.network import Network
 

@@ -9,10 +9,16 @@ from typing import Any, cast
 import numpy as np
 
 from robostiff.cli.command import answered
-from robostiff.cli.options import Answer, Model, Posing, Replacing, named_once, named_values
+from robostiff.cli.options import Answer, Model, Posing, named_once, named_values
 from robostiff.cli.options_of_answers import Vibration, Wanted, WrittenLoads, WrittenNetworkLoads
 from robostiff.cli.output import draw, picture_beside
-from robostiff.cli.written_arguments import gravity_from, loaded, where_from, wrench_from
+from robostiff.cli.written_arguments import (
+    gravity_from,
+    load_dimensions,
+    loaded,
+    where_from,
+    wrench_from,
+)
 from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.suggest import Words
@@ -34,7 +40,6 @@ def print_equilibrium(
     place: Posing,
     written: WrittenLoads,
     wanted: Wanted,
-    replacing: Replacing,
     answer: Answer,
 ) -> int:
     """Print where a robot comes to rest under loads; 1 for a bad status."""
@@ -43,7 +48,7 @@ def print_equilibrium(
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
-    picture = picture_beside(wanted.plot, replacing, is_scene=wanted.factors is None)
+    picture = picture_beside(wanted.plot, answer, is_scene=wanted.factors is None)
     options = _options(robot, place, written)
     factors = None if wanted.factors is None else _factors(wanted.factors)
     result = cast("Equilibrium", equilibrium(robot, wrench=F, **options))  # of one pose
@@ -71,14 +76,13 @@ def print_modes(
     place: Posing,
     shown: Vibration,
     written: WrittenLoads,
-    replacing: Replacing,
     answer: Answer,
 ) -> int:
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
     from robostiff.cli.robot_facts import masses_at_home, masses_in_words
     from robostiff.io.results.equilibrium import modes_data, modes_text
 
-    picture = picture_beside(shown.plot, replacing)
+    picture = picture_beside(shown.plot, answer)
     robot = loaded(model, place)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
@@ -223,7 +227,8 @@ def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
         )
     loads = _network_loads(written, network.space)
     moved = named_once("--settle", written.settlements, _FOR_NETWORKS)
-    twist = _twist(network.space)
+    lengths = [Dimension.LENGTH if u == "m" else Dimension.ANGLE for u in network.space.twist_units]
+    twist = dict(zip(network.space.twist_order, lengths, strict=True))
     settlements = {name: _row("--settle", values, twist) for name, values in moved.items()}
     if not loads and not settlements:
         raise InputError(
@@ -254,23 +259,13 @@ def _network_loads(written: WrittenNetworkLoads, space: Space) -> dict[str, Any]
     return loads | on_beams
 
 
-def _wrench(space: Space) -> Row:
-    names, d = space.wrench_order, space.translations
-    return {n: Dimension.FORCE if i < d else Dimension.MOMENT for i, n in enumerate(names)}
-
-
-def _twist(space: Space) -> Row:
-    names, d = space.twist_order, space.translations
-    return {n: Dimension.LENGTH if i < d else Dimension.ANGLE for i, n in enumerate(names)}
-
-
 def _row(option: str, text: str, numbers: Row) -> list[float]:
     return parse_quantities(text, list(numbers.values()), list(numbers), option)
 
 
 def _force_or_wrench(text: str, space: Space) -> list[float]:
     """Three forces, or in space three forces and three moments."""
-    wrench = _wrench(space)
+    wrench = dict(zip(space.wrench_order, load_dimensions(space), strict=True))
     force = {name: wrench[name] for name in space.wrench_order[:3]}
     try:
         return _row("--load", text, force)

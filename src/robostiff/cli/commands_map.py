@@ -36,8 +36,8 @@ from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, PoseSource, coordinate_units
 from robostiff.analysis.maps.store import already_there
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
-from robostiff.cli.options import Answer, Length, Model, Posing, Replacing
-from robostiff.cli.options_of_pictures import NO_LOAD, MapLoad, MapPoses, MapQuantities, Run
+from robostiff.cli.options import Answer, Length, Model, Posing
+from robostiff.cli.options_of_pictures import Run, WrittenMap
 from robostiff.cli.output import draw, new_file, picture_beside, show
 from robostiff.cli.written_arguments import (
     chosen,
@@ -66,10 +66,10 @@ if TYPE_CHECKING:
     from robostiff.statics.loaded_map import UnderLoad
 
 
-def read_asked_poses(robot: Mapped, asked: MapPoses, load: MapLoad = NO_LOAD) -> PoseSource:
+def read_asked_poses(robot: Mapped, asked: WrittenMap) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
-        if asked.axes or asked.joints or asked.random is not None or load.factors:
+        if asked.axes or asked.joints or asked.random is not None or asked.factors:
             raise InputError(
                 "--poses",
                 got=asked.poses,
@@ -92,8 +92,8 @@ def read_asked_poses(robot: Mapped, asked: MapPoses, load: MapLoad = NO_LOAD) ->
             raise InputError(f"--{name}", got=text, expected=f"one range for {name}")
         dimension = Dimension.LENGTH if SIX.index(name) < 3 else Dimension.ANGLE
         found[name] = _numbers(text, dimension, words, f"--{name}")
-    if load.factors is not None:
-        found[FACTOR] = _numbers(load.factors, Dimension.NUMBER, words, "--factor")
+    if asked.factors is not None:
+        found[FACTOR] = _numbers(asked.factors, Dimension.NUMBER, words, "--factor")
     if not found:
         raise InputError(
             "poses of a map",
@@ -138,12 +138,12 @@ def _count(value: float, name: str) -> int:
     return int(value)
 
 
-class MapBar:
+class MapBar(Progress):
     """A progress bar with rate and remaining time on standard error, if that is a terminal."""
 
     def __init__(self) -> None:
         self.rate = 0.0
-        self._bar = Progress(
+        super().__init__(
             BarColumn(),
             TaskProgressColumn(),
             MofNCompleteColumn(),
@@ -153,21 +153,14 @@ class MapBar:
             disable=not sys.stderr.isatty(),
             transient=True,
         )
-        self._task = self._bar.add_task("map", total=None, rate="")
+        self._map = self.add_task("map", total=None, rate="")
 
     def show(self, done: Done) -> None:
         """Show the progress."""
         self.rate = done.rate
-        self._bar.update(
-            self._task, total=done.total, completed=done.done, rate=f"{done.rate:.3g} a second"
+        self.update(
+            self._map, total=done.total, completed=done.done, rate=f"{done.rate:.3g} a second"
         )
-
-    def __enter__(self) -> MapBar:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.stop()
 
 
 _WRITERS = {".zarr": None, ".nc": write_map_netcdf, ".csv": write_map_csv}
@@ -175,12 +168,12 @@ _SUFFIXES = ", ".join(_WRITERS)
 _QUANTITIES = {quantity.value: quantity for quantity in Quantity}
 
 
-def _under_load(load: MapLoad) -> UnderLoad | None:
-    if load.is_so:
+def _under_load(asked: WrittenMap) -> UnderLoad | None:
+    if asked.under_load:
         from robostiff.statics.loaded_map import UnderLoad
 
-        return UnderLoad(gravity=gravity_from(load.gravity))
-    for option, text in (("--factor", load.factors), ("--gravity", load.gravity)):
+        return UnderLoad(gravity=gravity_from(asked.gravity))
+    for option, text in (("--factor", asked.factors), ("--gravity", asked.gravity)):
         if text is not None:
             raise InputError(option, got=text, expected="--under-load beside it")
     return None
@@ -188,26 +181,23 @@ def _under_load(load: MapLoad) -> UnderLoad | None:
 
 def make_map(
     model: Model,
-    asked: MapPoses,
-    wanted: MapQuantities,
-    load: MapLoad,
+    asked: WrittenMap,
     length: Length,
     place: Posing,
     run: Run,
-    replacing: Replacing,
     answer: Answer,
 ) -> int:
     """Compute a map, write it, and print a summary."""
-    output = _checked_output(run, replacing, answer)
-    picture = picture_beside(run.plot, replacing, is_scene=False)
+    output = _checked_output(run, answer)
+    picture = picture_beside(run.plot, answer, is_scene=False)
     robot, source = loaded(model, by_joints=bool(asked.joints)), model.source
     if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"
         expected = "a model or a linkage, which has a pose for every point of a map"
         raise InputError("robot of a map", got=source, expected=expected, hint=hint)
-    poses = read_asked_poses(robot, asked, load)
+    poses = read_asked_poses(robot, asked)
     in_store = output is not None and output.suffix == ".zarr"
-    method: Any = _under_load(load)
+    method: Any = _under_load(asked)
     if run.batched:
         method = Batched() if method is None else replace(method, by=Batched())
     scheduler = Threads(run.threads) if run.threads is not None else run.scheduler
@@ -218,9 +208,9 @@ def make_map(
             found = stiffness_map(
                 robot,
                 poses,
-                [chosen("--quantity", name, _QUANTITIES) for name in wanted.quantities]
+                [chosen("--quantity", name, _QUANTITIES) for name in asked.quantities]
                 or [Quantity.PRINCIPAL_STIFFNESS],
-                wrench=None if wanted.wrench is None else wrench_from(wanted.wrench, robot.space),
+                wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
                 characteristic_length=length_from(length),
                 near=near_from(robot, place),
                 method=method,
@@ -236,7 +226,7 @@ def make_map(
         elif (writer := _WRITERS[output.suffix]) is not None:
             writer(found, output)
         if picture is not None:
-            from robostiff.plot.maps.slice import overview_picture
+            from robostiff.plot.maps.pictures import overview_picture
 
             draw(overview_picture(found), picture)
     except KeyboardInterrupt:
@@ -255,7 +245,7 @@ def make_map(
     return 0 if facts["poses_reachable"] else BAD_STATUS
 
 
-def _checked_output(run: Run, replacing: Replacing, answer: Answer) -> Path | None:
+def _checked_output(run: Run, answer: Answer) -> Path | None:
     """Where to write; None for standard output."""
     with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
@@ -283,7 +273,7 @@ def _checked_output(run: Run, replacing: Replacing, answer: Answer) -> Path | No
             expected="an output that ends in .zarr: no other can be resumed",
         )
     if output.suffix == ".zarr":
-        if replacing.overwrite:
+        if answer.overwrite:
             raise InputError(
                 "--overwrite",
                 got=run.output,
@@ -295,7 +285,7 @@ def _checked_output(run: Run, replacing: Replacing, answer: Answer) -> Path | No
         if output.exists() and not run.resume:
             raise already_there(output)
     else:
-        new_file("--output", output, replacing.overwrite)
+        new_file("--output", output, answer.overwrite)
     return output
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis import cable_stiffness, stiffness
 from robostiff.cli.command import BAD_STATUS
-from robostiff.cli.options import Answer, Model, Posing, Replacing, named_once
+from robostiff.cli.options import Answer, Model, Posing, named_once
 from robostiff.cli.options_of_pictures import WHAT, Page, Pages, PictureFile, Subject
 from robostiff.cli.output import draw, new_file, picture_file, show
 from robostiff.cli.written_arguments import (
@@ -26,20 +26,21 @@ from robostiff.errors import InputError
 from robostiff.linkage import Linkage
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
-from robostiff.plot.ellipsoids import ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
-from robostiff.plot.free_motion_screws import free_motions_picture
 from robostiff.plot.geometry.ellipsoid import Quality
 from robostiff.plot.loaded_robot import mode_picture
-from robostiff.plot.maps.slice import overview_picture
-from robostiff.plot.matrix_cells import matrix_picture
+from robostiff.plot.maps.pictures import overview_picture
 from robostiff.plot.posed_robot import Colouring, picture_of_robot
 from robostiff.plot.posture import surroundings
+from robostiff.plot.stiffness_pictures import (
+    ellipsoid_picture,
+    free_motions_picture,
+    matrix_picture,
+)
 from robostiff.statics import cable_response, deflection, modes
 
 if TYPE_CHECKING:
     from robostiff.plot.picture import Picture
-    from robostiff.report import TitleBlock
 
 _MAPS = (".zarr", ".nc")
 _OF_LOADS = ("deflection", "energy")
@@ -47,13 +48,11 @@ _CHARTS = ("energy", "matrix", "map")
 _QUALITIES = {quality.name.lower().replace("_", "-"): quality for quality in Quality}
 
 
-def make_plot(
-    model: Subject, asked: PictureFile, place: Posing, replacing: Replacing, answer: Answer
-) -> int:
+def make_plot(model: Subject, asked: PictureFile, place: Posing, answer: Answer) -> int:
     """Draw into a file and print its path; 0."""
     what = _what(model.source, asked)
     is_scene = what not in _CHARTS
-    path = picture_file("--output", asked.output, replacing.overwrite, is_scene=is_scene)
+    path = picture_file("--output", asked.output, answer.overwrite, is_scene=is_scene)
     if what == "map":
         pictures = (_of_map(model.source, asked),)
     else:
@@ -113,16 +112,12 @@ def _of_cables(
     what: str, robot: CableRobot, pose: Any, place: Posing, asked: PictureFile
 ) -> Picture:
     if what in {"energy", "modes"}:
-        raise _no_picture(what, robot, "a robot with legs")
+        raise InputError(f"--what {what}", got=robot, expected="a robot with legs")
     if what == "deflection":
         bent = cable_response(robot, pose, wrench_from(asked.wrench or "", robot.space))
         return picture_of_robot(robot, pose, bent)
     result, at = cable_stiffness(robot, pose), point_from(place)
     return _of_stiffness(what, robot, result.about(at), asked)
-
-
-def _no_picture(what: str, robot: Any, expected: str) -> InputError:
-    return InputError(f"--what {what}", got=robot, expected=expected)
 
 
 def _of_stiffness(what: str, robot: Any, result: Any, asked: PictureFile) -> Picture:
@@ -146,20 +141,19 @@ def _of_map(path: str, asked: PictureFile) -> Picture:
     return overview_picture(read_map(path), quantity, at)
 
 
-def make_report(
-    model: Model, pages: Pages, place: Posing, replacing: Replacing, answer: Answer
-) -> int:
+def make_report(model: Model, pages: Pages, place: Posing, answer: Answer) -> int:
     """Write a report and print its path; 1 when the pose has a bad status."""
     from robostiff.io.map_files import read_map
-    from robostiff.report import described_by, report_contents, report_path, save_report
+    from robostiff.report import TitleBlock, described_by, report_contents, report_path, save_report
     from robostiff.robots import load
 
     paths = [report_path(pages.output)]
     if pages.pdf and paths[0].suffix.lower() != ".pdf":
         paths.append(report_path(paths[0].with_suffix(".pdf")))
     for path in paths:
-        new_file("--output", path, replacing.overwrite)
+        new_file("--output", path, answer.overwrite)
     robot, source = loaded(model), model.source
+    date = day.today().isoformat() if pages.date == "today" else pages.date
     contents = report_contents(
         robot,
         pose_from(robot, place),
@@ -169,7 +163,7 @@ def make_report(
         found=None if pages.map_file is None else read_map(pages.map_file),
         symbolic=_with_symbols(model),
         finite=pages.finite,
-        title_block=_title_block(pages),
+        title_block=TitleBlock(pages.project, pages.author, date, pages.revision),
         described_by=None if source == "-" else described_by(source, model.parameters),
         other=None if pages.compare is None else load(pages.compare),
     )
@@ -180,13 +174,6 @@ def make_report(
         else "\n".join(map(str, paths))
     )
     return BAD_STATUS if contents.status.is_bad else 0
-
-
-def _title_block(pages: Pages) -> TitleBlock:
-    from robostiff.report import TitleBlock
-
-    given = day.today().isoformat() if pages.date == "today" else pages.date
-    return TitleBlock(pages.project, pages.author, given, pages.revision)
 
 
 def _with_symbols(model: Model) -> Robot | None:

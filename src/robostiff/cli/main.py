@@ -10,8 +10,9 @@ from typing import Any
 
 import click
 
-from robostiff.cli.command import BAD_INPUT, ready_streams
+from robostiff.cli.command import ended_by_status, ready_streams
 from robostiff.cli.output import show
+from robostiff.errors import InputError
 from robostiff.version import __version__
 
 _HOMES = {
@@ -52,7 +53,9 @@ class _Commands(click.Group):
 def _shell(install: bool) -> Any:
     def done(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
         if wanted:
-            ctx.exit(_install_completion() if install else _show_completion())
+            with ended_by_status() as ended:
+                show(_installed_completion() if install else _completion())
+            ctx.exit(ended.status)
 
     return done
 
@@ -93,23 +96,17 @@ _LINES = {
 }
 
 
-def _show_completion() -> int:
-    """Print the script of the shell."""
+def _completion() -> str:
+    """The script of the shell."""
     from click.shell_completion import get_completion_class
 
-    shell = _name_of_shell()
-    kind = None if shell is None else get_completion_class(shell)
-    if kind is None:
-        return _unknown_shell()
-    show(kind(app, {}, "robostiff", _VARIABLE).source())
-    return 0
+    kind: Any = get_completion_class(_shell_name())
+    return kind(app, {}, "robostiff", _VARIABLE).source()
 
 
-def _install_completion() -> int:
+def _installed_completion() -> str:
     """Add one line to the file that the shell reads when it starts, unless it is there."""
-    shell = _name_of_shell()
-    if shell is None:
-        return _unknown_shell()
+    shell = _shell_name()
     file, line = Path(_FILES[shell]).expanduser(), _LINES[shell]
     text = file.read_bytes() if file.exists() else b""
     if line.encode() not in text.splitlines():
@@ -117,23 +114,15 @@ def _install_completion() -> int:
         gap = "" if not text or text.endswith(b"\n") else "\n"
         with file.open("ab") as end:  # what is there stays, whatever its encoding
             end.write(f"{gap}{line}\n".encode())
-    show(f"{line}\nis in {file}; a new shell completes robostiff.")
-    return 0
+    return f"{line}\nis in {file}; a new shell completes robostiff."
 
 
-def _name_of_shell() -> str | None:
-    name = Path(os.environ.get("SHELL", "")).name
-    return name if name in _FILES else None
-
-
-def _unknown_shell() -> int:
-    got = os.environ.get("SHELL", "")
-    click.echo(
-        f"robostiff: error: $SHELL: got {got!r}, expected bash, zsh or fish; "
-        "write SHELL=bash before the command",
-        err=True,
-    )
-    return BAD_INPUT
+def _shell_name() -> str:
+    given = os.environ.get("SHELL", "")
+    if Path(given).name not in _FILES:
+        hint = "write SHELL=bash before the command"
+        raise InputError("$SHELL", got=given, expected="bash, zsh or fish", hint=hint)
+    return Path(given).name
 
 
 def start_quickly() -> None:

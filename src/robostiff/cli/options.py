@@ -211,16 +211,14 @@ class Posing:
 
 @dataclass(frozen=True)
 class Answer:
-    """How an answer is printed."""
+    """Whether an answer replaces files, and how it is printed."""
 
+    overwrite: bool = option("--overwrite", help="Replace a file that is there already.")
     as_json: bool = option("--json", help="Print one JSON object.")
 
 
-@dataclass(frozen=True)
-class Replacing:
-    """Whether files are replaced."""
-
-    overwrite: bool = option("--overwrite", help="Replace a file that is there already.")
+PRINTED = Part(Answer, "as_json")
+"""Of an answer that replaces no file."""
 
 
 @dataclass(frozen=True)

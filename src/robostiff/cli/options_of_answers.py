@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from robostiff.cli.command import Command
 from robostiff.cli.options import (
+    PRINTED,
     Answer,
     Length,
     Model,
     Part,
     Posing,
-    Replacing,
     argument,
     gravity_option,
     option,
@@ -148,25 +148,25 @@ _STATUS = "0 for an answer, 1 for an answer with a bad status, 2 for bad input."
 
 COMMANDS = {
     "robots": Command(
-        "commands_files:list_robots", (Answer,), "List the shipped robots with their sources."
+        "commands_files:list_robots", (PRINTED,), "List the shipped robots with their sources."
     ),
     "check": Command(
         "commands:check_robot",
-        (Model, CheckDetails, Replacing, Answer),
+        (Model, CheckDetails, Answer),
         "Check a model or snapshot file, and list the parts of the robot.",
         examples=("check hexapod --parts --plot hexapod.png",),
         status="0 when it can be used, 2 when it cannot.",
     ),
     "stiffness": Command(
         "commands:print_stiffness",
-        (Model, Posing, Method, Answer),
+        (Model, Posing, Method, PRINTED),
         "Print the Cartesian stiffness matrix of a robot at a pose, its rank and free motions.",
         examples=('stiffness gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"',),
         status=_STATUS,
     ),
     "deflection": Command(
         "commands:print_deflection",
-        (Model, Part(WrittenLoads, "wrench", "weights", "forces", "gravity"), Posing, Answer),
+        (Model, Part(WrittenLoads, "wrench", "weights", "forces", "gravity"), Posing, PRINTED),
         "Print deflection, elastic energy of parts and actuator loads of a robot under a load.",
         examples=(
             'deflection gough-stewart-b-beams --wrench "200 N 0 -500 0 0 0"',
@@ -176,7 +176,7 @@ COMMANDS = {
     ),
     "equilibrium": Command(
         "commands_loads:print_equilibrium",
-        (Model, Posing, WrittenLoads, Wanted, Replacing, Answer),
+        (Model, Posing, WrittenLoads, Wanted, Answer),
         "Print where a robot comes to rest under finite loads, its stiffness there, and its "
         "stability.",
         examples=(
@@ -188,7 +188,7 @@ COMMANDS = {
     ),
     "modes": Command(
         "commands_loads:print_modes",
-        (Model, Posing, Vibration, WrittenLoads, Replacing, Answer),
+        (Model, Posing, Vibration, WrittenLoads, Answer),
         "Print natural frequencies and modes about the equilibrium, without load or under one.",
         "Masses are those of the model, and those of --mass.",
         examples=(
@@ -199,28 +199,28 @@ COMMANDS = {
     ),
     "response": Command(
         "commands_loads:print_response",
-        (WrittenNetworkLoads, Answer),
+        (WrittenNetworkLoads, PRINTED),
         "Print displacements, reactions and beam forces of a network under loads, all together.",
         examples=('response portal.json --along "beam=0 0 -2 kN/m" --load "corner=100 N 0 0"',),
         status="0 for an answer, 1 for none, 2 for bad input.",
     ),
     "indices": Command(
         "commands:print_indices",
-        (Model, Posing, Length, Answer),
+        (Model, Posing, Length, PRINTED),
         "Print stiffness indices: principal stiffnesses, directions, centres and axes.",
         examples=('indices hexapod --pose "60 mm 0 0.9 0 10 deg 0" --length "100 mm"',),
         status=_STATUS,
     ),
     "verify": Command(
         "commands:print_verification",
-        (Model, Part(Posing, "pose", "joints", "near"), Answer),
+        (Model, Part(Posing, "pose", "joints", "near"), PRINTED),
         "Compute the stiffness matrix by all methods, and report whether they agree.",
         examples=('verify gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"',),
         status="0 when the methods agree, 1 when they do not, 2 for bad input.",
     ),
     "cables": Command(
         "commands:print_cables",
-        (Part(Model, "source", "settings"), Part(Posing, "pose"), WrittenTensions, Answer),
+        (Part(Model, "source", "settings"), Part(Posing, "pose"), WrittenTensions, PRINTED),
         "Print tensions and stiffness of a cable robot, and which cables become slack under a "
         "load.",
         examples=('cables cable-8 --pose "0.5 0.2 1 0 0 0" --wrench "0 0 -200 N 0 0 0"',),

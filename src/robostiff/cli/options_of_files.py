@@ -8,11 +8,11 @@ import click
 
 from robostiff.cli.command import Command
 from robostiff.cli.options import (
+    PRINTED,
     Answer,
     Model,
     Part,
     Posing,
-    Replacing,
     argument,
     option,
     output_option,
@@ -24,7 +24,7 @@ _OUTPUT = "The file to write; standard output when left out."
 
 @dataclass(frozen=True)
 class FormulaRequest:
-    """The formula to derive, as it is written."""
+    """The formula to derive, its properties, its format and its file, as they are written."""
 
     pose: str = option(
         "--pose",
@@ -79,28 +79,11 @@ class FormulaRequest:
     derivative: str | None = option(
         "--derivative", metavar="SYMBOL", help="dK by a symbol in place of K."
     )
-
-
-@dataclass(frozen=True)
-class Questions:
-    """Properties of a formula to be printed in place of it."""
-
     rank: bool = option("--rank", help="Print the rank of K and where it drops, in place of K.")
     free_motions: bool = option("--free-motions", help="Print the free motions, in place of K.")
     eigenvalues: bool = option(
         "--eigenvalues", help="Print the principal stiffnesses in translation and in rotation."
     )
-
-    @property
-    def any(self) -> bool:
-        """Whether a property is requested."""
-        return self.rank or self.free_motions or self.eigenvalues
-
-
-@dataclass(frozen=True)
-class Sheet:
-    """The format and the file of a formula."""
-
     format: str | None = option(
         "--format",
         metavar="NAME",
@@ -110,6 +93,11 @@ class Sheet:
     snippet: bool = option(
         "--snippet", help="LaTeX of the matrix, or of one leg, with nothing around it: for a paper."
     )
+
+    @property
+    def asks(self) -> bool:
+        """Whether properties of the formula are printed in place of it."""
+        return self.rank or self.free_motions or self.eigenvalues
 
 
 @dataclass(frozen=True)
@@ -151,7 +139,7 @@ class Converted:
 COMMANDS = {
     "derive": Command(
         "commands_derive:print_formula",
-        (Part(Model, "source", "settings"), FormulaRequest, Questions, Sheet, Replacing, Answer),
+        (Part(Model, "source", "settings"), FormulaRequest, Answer),
         "Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia or "
         "MATLAB.",
         examples=(
@@ -169,21 +157,21 @@ COMMANDS = {
     ),
     "schema": Command(
         "commands_files:print_schema",
-        (WantedSchema, Replacing, Answer),
+        (WantedSchema, Answer),
         "Print the JSON schema of a file format, by which editors complete and explain keys.",
         examples=("schema model -o robostiff.schema.json",),
         status="0 for a schema, 2 for bad input.",
     ),
     "new": Command(
         "commands_files:write_new",
-        (NewFile, Answer),
+        (NewFile, PRINTED),
         "Write a model file to begin with, which can be used as it is. Nothing is replaced.",
         examples=("new my-arm --template arm", "new my-delta --template delta"),
         status="0 for a new file, 2 for bad input.",
     ),
     "convert": Command(
         "commands_files:convert",
-        (Model, Converted, Part(Posing, "pose", "joints", "near"), Replacing, Answer),
+        (Model, Converted, Part(Posing, "pose", "joints", "near"), Answer),
         "Write a robot at a pose as a file: a snapshot, a finite element model, results for "
         "MATLAB.",
         examples=(

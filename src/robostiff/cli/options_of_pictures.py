@@ -9,12 +9,12 @@ import click
 
 from robostiff.cli.command import Command
 from robostiff.cli.options import (
+    PRINTED,
     Answer,
     Length,
     Model,
     Part,
     Posing,
-    Replacing,
     gravity_option,
     option,
     output_option,
@@ -30,8 +30,8 @@ def _axis(name: str, unit: str) -> Any:
 
 
 @dataclass(frozen=True)
-class MapPoses:
-    """The poses of a map, as they are written."""
+class WrittenMap:
+    """Poses, quantities and load of a map, as they are written."""
 
     x: str | None = _axis("x", "m")
     y: str | None = _axis("y", "m")
@@ -59,18 +59,6 @@ class MapPoses:
     seed: int = option(
         "--seed", metavar="NUMBER", type=int, default=0, help="Seed of random poses."
     )
-
-    @property
-    def axes(self) -> dict[str, str]:
-        """Ranges of coordinates of the platform, by their names."""
-        names = ("x", "y", "z", "rx", "ry", "rz")
-        return {name: text for name in names if (text := getattr(self, name)) is not None}
-
-
-@dataclass(frozen=True)
-class MapQuantities:
-    """What is computed at each pose."""
-
     quantities: tuple[str, ...] = repeatable(
         "--quantity",
         "NAME",
@@ -80,13 +68,7 @@ class MapQuantities:
     wrench: str | None = wrench_option(
         "Load about the reference point, for deflection and actuator-forces, and for --under-load"
     )
-
-
-@dataclass(frozen=True)
-class MapLoad:
-    """Whether a map is under load, as it is written."""
-
-    is_so: bool = option(
+    under_load: bool = option(
         "--under-load",
         help="Find the equilibrium under the wrench at every pose, and all quantities there: "
         "statuses say where the robot is unstable or beyond its critical load.",
@@ -98,8 +80,11 @@ class MapLoad:
     )
     gravity: str | None = gravity_option()
 
-
-NO_LOAD = MapLoad()
+    @property
+    def axes(self) -> dict[str, str]:
+        """Ranges of coordinates of the platform, by their names."""
+        names = ("x", "y", "z", "rx", "ry", "rz")
+        return {name: text for name in names if (text := getattr(self, name)) is not None}
 
 
 @dataclass(frozen=True)
@@ -233,7 +218,7 @@ class Page:
 COMMANDS = {
     "plot": Command(
         "commands_pictures:make_plot",
-        (Subject, PictureFile, Posing, Replacing, Answer),
+        (Subject, PictureFile, Posing, Answer),
         "Draw a robot, a snapshot, a network, a linkage, a cable robot, or a map.",
         examples=(
             'plot hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.png',
@@ -244,17 +229,14 @@ COMMANDS = {
     ),
     "report": Command(
         "commands_pictures:make_report",
-        (Model, Pages, Posing, Replacing, Answer),
+        (Model, Pages, Posing, Answer),
         "Write all results about a robot as one self-contained HTML page, or as a PDF.",
         examples=('report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html',),
         status="0 for an answer, 1 for an answer with a bad status, 2 for bad input.",
     ),
     "map": Command(
         "commands_map:make_map",
-        (
-            *(Model, MapPoses, MapQuantities, MapLoad, Length, Part(Posing, "near"), Run),
-            *(Replacing, Answer),
-        ),
+        (Model, WrittenMap, Length, Part(Posing, "near"), Run, Answer),
         "Compute stiffness at many poses: over a grid, along a trajectory, or at random.",
         "Coordinates left out stay at home.",
         examples=(
@@ -269,7 +251,7 @@ COMMANDS = {
     ),
     "view": Command(
         "commands_pictures:show_view",
-        (Model, Part(Posing, "pose", "joints"), Page, Answer),
+        (Model, Part(Posing, "pose", "joints"), Page, PRINTED),
         "Show a robot in the browser, with sliders for its pose, its parameters and a load.",
         "Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. "
         "Only this computer can open the page. Ctrl-C ends it.",

@@ -14,7 +14,7 @@ import click
 from robostiff.errors import InputError, printable
 
 if TYPE_CHECKING:
-    from robostiff.cli.options import Replacing
+    from robostiff.cli.options import Answer
     from robostiff.plot.picture import Picture
 
 JSON_VERSION = 1
@@ -102,11 +102,11 @@ def picture_file(option: str, name: str, overwrite: bool, *, is_scene: bool = Tr
     return path
 
 
-def picture_beside(plot: str | None, replacing: Replacing, *, is_scene: bool = True) -> Path | None:
+def picture_beside(plot: str | None, answer: Answer, *, is_scene: bool = True) -> Path | None:
     """The picture of ``--plot``, if it is wanted; see `picture_file`."""
     if plot is None:
         return None
-    return picture_file("--plot", plot, replacing.overwrite, is_scene=is_scene)
+    return picture_file("--plot", plot, answer.overwrite, is_scene=is_scene)
 
 
 def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:

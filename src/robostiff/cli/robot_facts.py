@@ -46,8 +46,8 @@ def head_facts(
 def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
     """Facts for ``robostiff check``, the stiffness at home included."""
     if isinstance(robot, CableRobot):
-        home = home_facts(cable_stiffness(robot))
-        return {**head_facts(robot, "cable robot", []), "cables": robot.cable_names, "home": home}
+        home, cables = home_facts(cable_stiffness(robot)), robot.cable_names
+        return {**head_facts(robot, "cable robot", []), "cables": cables, "home": home}
     if isinstance(robot, Network):
         return network_facts(robot)
     return snapshot_facts(robot) if isinstance(robot, Snapshot) else robot_facts(robot)

@@ -243,9 +243,12 @@ def point_from(place: Posing) -> list[float] | None:
 
 def wrench_from(text: str, space: Space, option: str = "--wrench") -> list[float]:
     """A load, from forces and moments with units."""
-    dimensions = [Dimension.FORCE] * space.translations
-    dimensions += [Dimension.MOMENT] * (space.size - space.translations)
-    return parse_quantities(text, dimensions, space.wrench_order, option)
+    return parse_quantities(text, load_dimensions(space), space.wrench_order, option)
+
+
+def load_dimensions(space: Space) -> list[Dimension]:
+    """What each component of a wrench measures."""
+    return [Dimension.FORCE if u == "N" else Dimension.MOMENT for u in space.wrench_units]
 
 
 def length_from(written: Length) -> float | None:

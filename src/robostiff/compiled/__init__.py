@@ -1,6 +1,6 @@
 """Records of robots turned into kernels: SIMD machine code, or NumPy in chunks."""
 
-from robostiff.compiled.arrays import ArrayCode
+from robostiff.compiled.codes import ArrayCode, MachineCode, machine_code_is_available
 from robostiff.compiled.kernel import (
     Backend,
     Checks,
@@ -9,7 +9,6 @@ from robostiff.compiled.kernel import (
     kernel_of,
     whole_threads,
 )
-from robostiff.compiled.machine import MachineCode, machine_code_is_available
 from robostiff.compiled.outputs import (
     ComplianceMatrix,
     DeflectionUnder,

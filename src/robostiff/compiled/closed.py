@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.compiled.arrays import ArrayCode, chunks_of, in_shares
-from robostiff.compiled.machine import MachineCode
+from robostiff.compiled.codes import ArrayCode, MachineCode, chunks_of, in_shares
 from robostiff.record import Program
 from robostiff.recorded import CLOSED, RecordedClosure
 from robostiff.recorded.closure import RecordedSteps

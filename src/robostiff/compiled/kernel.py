@@ -10,9 +10,8 @@ from functools import reduce
 
 import numpy as np
 
-from robostiff.compiled.arrays import ArrayCode
 from robostiff.compiled.closed import ClosedCode
-from robostiff.compiled.machine import MachineCode, machine_code_is_available
+from robostiff.compiled.codes import ArrayCode, MachineCode, machine_code_is_available
 from robostiff.compiled.outputs import Derivative, Output
 from robostiff.errors import InputError
 from robostiff.record import Entry, Program, least

@@ -59,12 +59,20 @@ def calculix_input(network: Network) -> str:
     model.add_rigid()
     for connection in equations.connections:
         model.add_springs(connection)
+    steps = [
+        line
+        for row in network.space.rows
+        for line in (
+            *("*STEP", "*STATIC", "*CLOAD, OP=NEW", f"{1 + row // 3}, {row % 3 + 1}, 1."),
+            *("*NODE PRINT, NSET=BODIES", "U", "*END STEP"),
+        )
+    ]
     lines = [
         "** A column of the compliance matrix a step, displacement (node 1) and rotation (node 2)",
         "** of the platform at the reference point, for unit loads there. m, rad, N, N m",
         f"** Network {in_one_ascii_line(network.name)}.",
         *model.lines(),
-        *_steps(network),
+        *steps,
     ]
     return "\n".join(lines) + "\n"
 
@@ -183,13 +191,6 @@ def _solved(A: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:
         row[order[i]] = 1.0
         row[order[m:]] = rest[i]
         yield row, int(order[i])
-
-
-def _steps(network: Network) -> Iterator[str]:
-    for row in network.space.rows:
-        yield from ("*STEP", "*STATIC", "*CLOAD, OP=NEW")
-        yield f"{1 + row // 3}, {row % 3 + 1}, 1."
-        yield from ("*NODE PRINT, NSET=BODIES", "U", "*END STEP")
 
 
 def _row(*values: float) -> str:

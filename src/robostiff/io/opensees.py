@@ -20,7 +20,7 @@ from robostiff.errors import InputError
 from robostiff.io.suggest import in_one_ascii_line
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import section_compliance
-from robostiff.network.equations import Equations, equations_of
+from robostiff.network.equations import equations_of
 from robostiff.network.mobility import held_coordinates
 
 #: Stiffness of springs in place of rigid joints, in units of that of the stiffest part.
@@ -105,23 +105,19 @@ def opensees_script(network: Network, *, in_python: bool = False, stiff: float =
     wipe
     """
     commands = opensees_commands(network, stiff)
-    lines = _heading(network, stiff)
+    # Python takes a coding from the first two lines, and would run what a name holds.
+    lines = [
+        "# A column of the compliance matrix a line, at the reference point (m, rad for N, N m).",
+        "# Written by robostiff.",
+        f"# Network {in_one_ascii_line(network.name)}.",
+        f"# Rigid joints are springs, {stiff:g} times as stiff as the stiffest part.",
+    ]
     if in_python:
         lines += ["import openseespy.opensees as ops", ""]
         lines += [command.in_python for command in commands]
     else:
         lines += ["wipe", *(command.in_tcl for command in commands)]
     return "\n".join(lines) + "\n"
-
-
-def _heading(network: Network, stiff: float) -> list[str]:
-    # Python takes a coding from the first two lines, and would run what a name holds.
-    return [
-        "# A column of the compliance matrix a line, at the reference point (m, rad for N, N m).",
-        "# Written by robostiff.",
-        f"# Network {in_one_ascii_line(network.name)}.",
-        f"# Rigid joints are springs, {stiff:g} times as stiff as the stiffest part.",
-    ]
 
 
 def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCommand]:
@@ -135,7 +131,11 @@ def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCo
     model.add("model", "basic", "-ndm", 3, "-ndf", 6)
     for node in network.nodes:
         model.bodies[node.name] = model.node(equations.points[node.name])
-    _fix(model, equations)
+    held = held_coordinates(equations)
+    for name, tag in model.bodies.items():
+        flags = [int((name, row) in held) for row in range(6)]
+        if any(flags):
+            model.add("fix", tag, *flags)
     for beam in network.beams:
         _add_beam(model, beam, beam.tip_compliance, beam.end, beam.rotation)
     for spring in network.springs:
@@ -194,14 +194,6 @@ class _Model:
             orient = (*axes[:, 0], *axes[:, 1])
             springs = ("-mat", *materials, "-dir", *directions, "-orient", *orient)
             self.add("element", "zeroLength", next(self.tags), *ends, *springs)
-
-
-def _fix(model: _Model, equations: Equations) -> None:
-    held = held_coordinates(equations)
-    for name, tag in model.bodies.items():
-        flags = [int((name, row) in held) for row in range(6)]
-        if any(flags):
-            model.add("fix", tag, *flags)
 
 
 def _add_beam(

@@ -33,7 +33,10 @@ def tree_of_pinocchio(model: Any) -> RigidTree:
     """
     file = f"model of Pinocchio {model.name!r}"
     bodies = [frame for frame in model.frames if "BODY" in str(frame.type)]
-    links = [_own_link(model, bodies, joint) for joint in range(model.njoints)]
+    links = ["universe", *(f"link of {name}" for name in list(model.names)[1 : model.njoints])]
+    for body in reversed(bodies):  # the first at a joint's own frame gives its link the name
+        if body.placement.isIdentity(1e-12):
+            links[body.parentJoint] = body.name
     pinocchio: Any = import_module("pinocchio")
     data = model.createData()
     pinocchio.forwardKinematics(model, data, pinocchio.neutral(model))
@@ -56,13 +59,6 @@ def tree_of_pinocchio(model: Any) -> RigidTree:
     return RigidTree(model.name, file, names, tuple(joints), masses=masses)
 
 
-def _own_link(model: Any, bodies: list[Any], joint: int) -> str:
-    for body in bodies:
-        if body.parentJoint == joint and body.placement.isIdentity(1e-12):
-            return body.name
-    return f"link of {model.names[joint]}" if joint else "universe"
-
-
 def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: str) -> TreeJoint:
     name, mimic = model.names[joint], None
     follows = model.joints[joint].shortname() == "JointModelMimic"
@@ -82,7 +78,10 @@ def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: 
                 file,
             )
     else:
-        kind = _kind(model, joint, file)
+        own = model.joints[joint].shortname().removeprefix("JointModel")
+        kind = next((kind for pattern, kind in _TYPES if re.fullmatch(pattern, own)), None)
+        if kind is None:
+            raise _refused(model, joint, own, file)
     axis = np.zeros(3)
     if kind is JointType.REVOLUTE:
         axis = columns[3:, 0]
@@ -102,14 +101,6 @@ def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: 
         inertia=float(model.armature[model.joints[joint].idx_v]) if driven else 0.0,
         mimic=mimic,
     )
-
-
-def _kind(model: Any, joint: int, file: str) -> JointType:
-    own = model.joints[joint].shortname().removeprefix("JointModel")
-    for pattern, kind in _TYPES:
-        if re.fullmatch(pattern, own):
-            return kind
-    raise _refused(model, joint, own, file)
 
 
 def _refused(model: Any, joint: int, words: str, file: str) -> FileError:

@@ -34,7 +34,7 @@ def question(
         return
     words, unit = found
     if unit:
-        words += f"; in {_NAMES.get(unit, unit)}?"
+        words += f"; in {'degrees' if unit == 'deg' else unit}?"
         if not has_unit:
             words += " numbers here are in SI units" if in_si else f" write {number:g} {unit}"
     warn_of_slip(f"{location(path)}: {words}")
@@ -63,9 +63,6 @@ def _doubt(number: float, dimension: Dimension, has_unit: bool) -> tuple[str, st
     return words, "GPa" if number < _SOFTEST else "MPa"
 
 
-_NAMES = {"deg": "degrees"}
-
-
 def warn_of_parts_not_read(
     parts: Mapping[str, Sequence[tuple[str, Location]]],
     instead: str = "nothing stands in their place",
@@ -76,9 +73,6 @@ def warn_of_parts_not_read(
     """
     for kind, found in parts.items():
         if found:
-            names = listing([name or "without a name" for name, _ in found], _MOST_NAMES)
+            names = listing([name or "without a name" for name, _ in found], 12)
             words = f"not read: {kind} {names}; {instead}"
             warn_of_slip(f"{found[0][1]}: {words}")
-
-
-_MOST_NAMES = 12

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import islice
 from types import MappingProxyType
 from typing import Any
@@ -80,8 +81,11 @@ def phrase(
         expected = "a positive number"
     if expected.endswith("character") and not expected.endswith(" 1 character"):
         expected += "s"
-    unquoted = "number" in expected and isinstance(value, str) and _is_number(value)
-    hint = "write it without quotes" if unquoted else None
+    hint = None
+    if "number" in expected and isinstance(value, str):
+        with suppress(ValueError):
+            float(value)
+            hint = "write it without quotes"
     return "wrong value", shown(value), expected, hint
 
 
@@ -99,14 +103,6 @@ def in_one_ascii_line(name: str) -> str:
 def values(number: int) -> str:
     """A number of values as text."""
     return f"{number} value{'s' * (number != 1)}"
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 _LONGEST_WORD = 60

@@ -37,12 +37,6 @@ class Trace:
         return self.container if _is_model(self.container) else None
 
 
-def _waits_to_be_built(annotation: Any) -> bool:
-    if not _is_model(annotation) or annotation.__pydantic_fields_complete__:
-        return False
-    return bool(annotation.model_config.get("defer_build"))
-
-
 def _trace(model: type[BaseModel], data: Any, steps: Sequence[Step]) -> Trace:
     """Follow the ``loc`` of an error through the model, and through the data where it says nothing.
 
@@ -87,7 +81,11 @@ def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[A
         elif _is_union(annotation) and len(members(annotation)) == 1:
             (annotation,) = members(annotation)
         else:
-            if _waits_to_be_built(annotation):
+            if (
+                _is_model(annotation)
+                and not annotation.__pydantic_fields_complete__
+                and annotation.model_config.get("defer_build")
+            ):
                 annotation.model_rebuild()  # of elements that hold elements, written before these
             return annotation, metadata
 
@@ -313,11 +311,17 @@ def validate(model: type[Model], document: Document) -> Model:
 def _file_error(error: ValidationError, model: type[BaseModel], document: Document) -> FileError:
     """The most specific mistake; further ones follow in the order of the file."""
     entries = error.errors(include_url=False)
+    seen: Counter[str] = Counter()
+    some = []  # of very many the first ones of each kind
+    for details in entries:
+        seen[details["type"]] += 1
+        if seen[details["type"]] <= _MOST_OF_A_KIND:
+            some.append(details)
     problems = [
         _KINDS.get(own["type"], _wrong_value)(
             _trace(model, document.data, own["loc"]), dict(own), document.data
         )
-        for own in _some(entries)
+        for own in some
     ]
     by_path: dict[tuple[str | int, ...], list[Problem]] = {}
     for found in sorted(problems, key=lambda found: (found.rank, -len(found.path))):
@@ -333,17 +337,6 @@ def _file_error(error: ValidationError, model: type[BaseModel], document: Docume
     others.sort(key=lambda other: (other.location.line or 0, other.location.column or 0))
     uncounted = len(entries) - len(problems) + len(others[_MOST_SHOWN:])
     return _complaint(by_path[chief], document, others[:_MOST_SHOWN], uncounted)
-
-
-def _some(entries: Sequence[Any]) -> list[Any]:
-    """Of very many errors the first ones of each kind."""
-    seen: Counter[str] = Counter()
-    found = []
-    for details in entries:
-        seen[details["type"]] += 1
-        if seen[details["type"]] <= _MOST_OF_A_KIND:
-            found.append(details)
-    return found
 
 
 def _complaint(

@@ -15,8 +15,7 @@ from robostiff.kinematics.jacobians import (
     spring_jacobian,
 )
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose, actuator_names
-from robostiff.kinematics.placed_body_springs import with_body_springs
-from robostiff.kinematics.placed_masses import with_masses
+from robostiff.kinematics.masses_and_springs import with_body_springs, with_masses
 from robostiff.kinematics.pose import JointCoordinates, Near, Pose
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.posture_finder import (

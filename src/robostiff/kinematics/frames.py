@@ -20,6 +20,7 @@ from robostiff.model import (
     ParallelBlock,
     Passive,
     PlacedBlock,
+    PlacedElement,
     PlacedFreedom,
     PlacedLeg,
     PlacedSpring,
@@ -88,7 +89,7 @@ class PlacedChain:
         Of its parallel blocks.
     """
 
-    elements: tuple[PlacedFreedom | PlacedSpring | PlacedBlock, ...]
+    elements: tuple[PlacedElement, ...]
     R: np.ndarray
     p: np.ndarray
     loops: tuple[Loop, ...] = ()
@@ -168,7 +169,7 @@ class ChainWalk:
 
     def __init__(self, R: np.ndarray, p: np.ndarray, way: Way, prefix: str = "") -> None:
         self.R, self.p, self.way, self.prefix = R, p, way, prefix
-        self.placed: list[PlacedFreedom | PlacedSpring | PlacedBlock] = []
+        self.placed: list[PlacedElement] = []
         self.led_by: list[int] = []
 
     def along(self, chain: Chain) -> None:
@@ -293,15 +294,12 @@ class ChainWalk:
             self.R = product(turn, self.R)
 
 
-_Placed = PlacedFreedom | PlacedSpring | PlacedBlock
-
-
 def coupled(
-    placed: Sequence[_Placed],
+    placed: Sequence[PlacedElement],
     own: Transmission,
     given: np.ndarray | None = None,
     prefix: str = "",
-) -> list[_Placed]:
+) -> list[PlacedElement]:
     """Elements of a chain, its joints with the motions of the coordinates that move them.
 
     They are placed as if each joint moved alone. Coordinates (..., n) are needed for drives whose

@@ -190,7 +190,9 @@ class PostureFinder:
 
     def _groups(self, count: int) -> tuple[LegsAlike, ...]:
         """Legs that are computed together at so many poses; each for itself at many."""
-        return self._alike if 0 < count <= FEW else self._each
+        if 0 < count <= FEW:
+            return self._alike
+        return tuple(LegsAlike((i,), (own,)) for i, own in enumerate(self.solvers))
 
     def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
         """Posture at poses some coordinates of which the legs decide together."""
@@ -253,10 +255,6 @@ class PostureFinder:
     @cached_property
     def _alike(self) -> tuple[LegsAlike, ...]:
         return legs_alike(self.solvers)
-
-    @cached_property
-    def _each(self) -> tuple[LegsAlike, ...]:
-        return tuple(LegsAlike((i,), (own,)) for i, own in enumerate(self.solvers))
 
     @cached_property
     def open_stay_at_home(self) -> bool:

@@ -193,7 +193,10 @@ def tool_request(finder: PostureFinder, pose: ToolPose) -> PoseRequest:
     else:
         spin, batch = np.zeros(()), rows.shape[:-1]
     rows = np.broadcast_to(rows, (*batch, 6)).reshape(math.prod(batch), 6)
-    if pose.spin is None and not _has_six_freedoms(finder):
+    freedoms = len(robot.coordinates)
+    if robot.is_posed_by_joints:
+        freedoms = np.count_nonzero(robot.legs[0].chain.free)
+    if pose.spin is None and freedoms < len(_ALL_OPEN):
         return ToolRequest(batch, rows, _ALL_OPEN, tool_axis=own)
     spin = np.broadcast_to(spin, batch).reshape(-1)
     R = np.einsum("nij,njk->nik", _shortest_turn(finder, rows[:, 3:], own), turn_about(own, spin))
@@ -202,13 +205,6 @@ def tool_request(finder: PostureFinder, pose: ToolPose) -> PoseRequest:
     return PoseRequest(
         batch, poses_side_by_side(coordinates, 1), (), turned=poses_side_by_side(R, 2)
     )
-
-
-def _has_six_freedoms(finder: PostureFinder) -> bool:
-    robot = finder.robot
-    if robot.is_posed_by_joints:
-        return int(np.count_nonzero(robot.legs[0].chain.free)) >= len(_ALL_OPEN)
-    return len(robot.coordinates) == len(_ALL_OPEN)
 
 
 def _shortest_turn(finder: PostureFinder, axis: np.ndarray, tool_axis: np.ndarray) -> np.ndarray:

@@ -1,7 +1,6 @@
 from robostiff.linkage.closure import Configuration, close
 from robostiff.linkage.driven import DrivenLinkage
-from robostiff.linkage.essential import essential, welded_places
-from robostiff.linkage.legs import robot_of, with_roles
+from robostiff.linkage.essential import essential, robot_of, welded_places, with_roles
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 
 __all__ = [

@@ -431,8 +431,10 @@ class _Loops:
         """Rates at which the unknown coordinates close the gaps (N, 6 m, n)."""
         return self.gaps_and_rates(x)[1]
 
-    def _rates_of(self, count: int, bodies: Bodies) -> np.ndarray:
-        tree = self.tree
+    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Both, of bodies that are placed once."""
+        count, tree = len(x), self.tree
+        bodies = Bodies.of(tree, self._by_name(x))
         starts = np.cumsum([0, *(c.size for c in self.unknowns)])
         column = {c.name: start for c, start in zip(self.unknowns, starts, strict=False)}
         J = np.zeros((count, 6 * len(tree.cuts), int(starts[-1])))
@@ -446,12 +448,7 @@ class _Loops:
                     twists = freedom_twists(own.freedoms, at)
                     J[:, rows, start : start + connection.size] += sign * twists
             J[:, 6 * i : 6 * i + 3] /= self.length
-        return J * self._units
-
-    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Both, of bodies that are placed once."""
-        bodies = Bodies.of(self.tree, self._by_name(x))
-        return self._gaps_of(len(x), bodies), self._rates_of(len(x), bodies)
+        return self._gaps_of(count, bodies), J * self._units
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Postures after steps; coordinates of a spherical joint turn it about axes of body a."""

@@ -29,9 +29,6 @@ DriveValues = ArrayLike | Mapping[str, ArrayLike]
 """Coordinates of driven joints: all of them in the last axis, or numbers for each by name."""
 
 
-# Under this name a linkage keeps its closed home, by the joints that are given.
-
-
 @dataclass(frozen=True)
 class Connection:
     """A connection of two bodies: a joint, an elastic part, or a weld.

@@ -6,7 +6,7 @@ Bodies that more than two connections meet are joined by chains, in whose loops 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -22,7 +22,7 @@ from robostiff.linkage.driven import (
 )
 from robostiff.linkage.essential import network_of
 from robostiff.linkage.linkage import Connection, Linkage
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import PlacedFreedom, PlacedLeg
 from robostiff.record import Entry, Record, usual_size
 from robostiff.recorded.circulation import BodyChain, Circulation
 from robostiff.recorded.factor import factors_of
@@ -70,9 +70,11 @@ def record_linkage(
         network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
     )
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
-    chains = _Chains(part, bodies, recorder).placed
+    chains = [(a, b, _placed(own, bodies, recorder)) for a, b, own in _branches(part)]
+    chains.sort(key=lambda chain: sum(f.is_passive for f in chain[2].freedoms))
+    named = [BodyChain(leg.name, a, b, leg) for a, b, leg in chains]
     world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)
-    leg = Circulation(part.name, chains, part.base, part.platform, recorder, world).leg
+    leg = Circulation(part.name, named, part.base, part.platform, recorder, world).leg
     K = stiffness_entries([leg], 6)
     recorded = RecordedRobot(
         name=part.name,
@@ -110,59 +112,42 @@ def _near_softness(K: dict[tuple[int, int], Any], length: float, count: int) -> 
     return [_SOFT / ratio * usual_size(d) / d for d in factors.d if isinstance(d, Entry)]
 
 
-@dataclass(frozen=True)
-class _Chains:
-    """The connections of a linkage, joined where bodies do not branch, and placed."""
+def _branches(part: Linkage) -> Iterator[tuple[str, str, list[Connection]]]:
+    """Connections joined to chains, from and to bodies at which the linkage branches."""
+    at: dict[str, list[Connection]] = {}
+    for c in part.connections:
+        at.setdefault(c.a, []).append(c)
+        at.setdefault(c.b, []).append(c)
+    branching = {body for body, own in at.items() if len(own) != 2} | {part.base, part.platform}
+    seen: set[str] = set()
+    for start in (body for body in at if body in branching):
+        for first in at[start]:
+            if first.name in seen:
+                continue
+            chain, body, step = [first], start, first
+            while True:
+                body = step.b if step.a == body else step.a
+                if body in branching:
+                    break
+                (step,) = (c for c in at[body] if c is not step)
+                chain.append(step)
+            seen |= {c.name for c in chain}
+            yield start, body, chain
 
-    part: Linkage
-    bodies: Bodies
-    recorder: LegRecorder
 
-    @property
-    def placed(self) -> list[BodyChain]:
-        """Those with few passive freedoms first."""
-        chains = [(a, b, self._placed(own)) for a, b, own in self._branches()]
-        chains.sort(key=lambda chain: sum(f.is_passive for f in chain[2].freedoms))
-        return [BodyChain(leg.name, a, b, leg) for a, b, leg in chains]
+def _placed(chain: Sequence[Connection], bodies: Bodies, recorder: LegRecorder) -> PlacedLeg:
+    """A chain in the world, its entries as simple as they are at the samples."""
+    record, length = recorder.record, recorder.length
 
-    def _branches(self) -> Iterator[tuple[str, str, list[Connection]]]:
-        """From and to bodies at which the linkage branches."""
-        at: dict[str, list[Connection]] = {}
-        for c in self.part.connections:
-            at.setdefault(c.a, []).append(c)
-            at.setdefault(c.b, []).append(c)
-        ends = {self.part.base, self.part.platform}
-        branching = {body for body, own in at.items() if len(own) != 2} | ends
-        seen: set[str] = set()
-        for start in (body for body in at if body in branching):
-            for first in at[start]:
-                if first.name in seen:
-                    continue
-                chain, body, step = [first], start, first
-                while True:
-                    body = step.b if step.a == body else step.a
-                    if body in branching:
-                        break
-                    (step,) = (c for c in at[body] if c is not step)
-                    chain.append(step)
-                seen |= {c.name for c in chain}
-                yield start, body, chain
+    def plain(x: np.ndarray, size: float = 1.0) -> np.ndarray:
+        flat = [record.simplified(one, size) for one in x.ravel()]
+        return np.array(flat, dtype=object).reshape(x.shape)
 
-    def _placed(self, chain: Sequence[Connection]) -> PlacedLeg:
-        elements: list[PlacedFreedom | PlacedSpring] = []
-        for c in chain:
-            elements += self.bodies.placed(c).parts
-        record = self.recorder.record
-
-        def plain(x: np.ndarray, size: float = 1.0) -> np.ndarray:
-            flat = [record.simplified(one, size) for one in x.ravel()]
-            return np.array(flat, dtype=object).reshape(x.shape)
-
-        length = self.recorder.length
-        simple = [
-            replace(e, axis=plain(e.axis), point=plain(e.point, length))
-            if isinstance(e, PlacedFreedom)
-            else replace(e, rotation=plain(e.rotation), point=plain(e.point, length))
-            for e in elements
-        ]
-        return PlacedLeg(chain[0].name, tuple(simple), self.recorder.reference)
+    simple = tuple(
+        replace(e, axis=plain(e.axis), point=plain(e.point, length))
+        if isinstance(e, PlacedFreedom)
+        else replace(e, rotation=plain(e.rotation), point=plain(e.point, length))
+        for c in chain
+        for e in bodies.placed(c).parts
+    )
+    return PlacedLeg(chain[0].name, simple, recorder.reference)

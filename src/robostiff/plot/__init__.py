@@ -7,15 +7,12 @@ lines of legs, bent or not, of screws, ellipsoids and isosurfaces.
 """
 
 from robostiff.plot.backend import Matplotlib, PlotBackend, Plotly, Width
-from robostiff.plot.ellipsoids import ellipsoid
 from robostiff.plot.energy_bars import Measure, comparison, energy_shares
-from robostiff.plot.free_motion_screws import free_motions
 from robostiff.plot.geometry.ellipsoid import Quality
 from robostiff.plot.loaded_robot import equilibrium, load_curve, mode
-from robostiff.plot.maps.isosurfaces import map_isosurface
-from robostiff.plot.maps.slice import map_bands, map_overview, map_slice
-from robostiff.plot.matrix_cells import Kind, Shade, matrix
+from robostiff.plot.maps.pictures import map_bands, map_isosurface, map_overview, map_slice
 from robostiff.plot.posed_robot import Colouring, robot
+from robostiff.plot.stiffness_pictures import Kind, Shade, ellipsoid, free_motions, matrix
 from robostiff.plot.theme import Theme
 
 __all__ = [

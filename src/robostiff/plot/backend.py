@@ -8,8 +8,7 @@ from io import StringIO
 from typing import TYPE_CHECKING, Any, Protocol
 
 from robostiff.errors import InputError, needs_extra
-from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Picture, Scene
-from robostiff.plot.picture.charts import with_words
+from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Picture, Scene, with_words
 from robostiff.plot.theme import Palette, Theme
 
 if TYPE_CHECKING:

@@ -62,7 +62,8 @@ def energy_picture(deflection: Deflection) -> Bars:
     _ = deflection.twist  # raises with the reason when there is none
     if len(deflection.leg_wrenches) < 2:
         return _part_by_part(deflection)
-    legs = list(dict.fromkeys(_legs_in_order(deflection)))
+    # in the order of the robot
+    legs = list(dict.fromkeys(own.leg for own in (*deflection.reactions, *deflection.parts)))
     totals: dict[str, float] = {}
     shares: dict[tuple[str, str], float] = {}
     for part in deflection.parts:
@@ -107,12 +108,6 @@ def _bars(deflection: Deflection, groups: tuple[Group, ...], series: tuple[Serie
         is_stacked=True,
         notes=(f"elastic energy {short(times * deflection.energy)} {unit}",),
     )
-
-
-def _legs_in_order(deflection: Deflection) -> list[str]:
-    """Names of the legs in the order of the robot."""
-    along = [reaction.leg for reaction in deflection.reactions]
-    return along + [part.leg for part in deflection.parts]
 
 
 class Measure(Enum):
@@ -187,17 +182,23 @@ def comparison_picture(
 ) -> Bars:
     """The picture of `comparison`, as data."""
     if isinstance(first, Deflection) and isinstance(second, Deflection):
-        answers = (first.stiffness, second.stiffness)
-        _check_space(*answers)
+        one, other = first.stiffness, second.stiffness
+    else:
+        one = single_stiffness(first, "a comparison")
+        other = single_stiffness(second, "a comparison")
+    if one.space is not other.space:
+        raise InputError(
+            "comparison of two designs",
+            got=f"matrices of {one.space.size} and {other.space.size} rows",
+            expected="two of one size",
+        )
+    if isinstance(first, Deflection) and isinstance(second, Deflection):
         title, found = "deflection", _of_twists(first, second)
     else:
-        answers = (
-            single_stiffness(first, "a comparison"),
-            single_stiffness(second, "a comparison"),
-        )
-        _check_space(*answers)
-        title, found = measure.value, _of_stiffness(*answers, measure)
-    called = names or _names(*answers)
+        title, found = measure.value, _of_stiffness(one, other, measure)
+    called = names or (one.name, other.name)
+    if names is None and called[0] == called[1]:
+        called = f"{called[0]}, first", f"{called[1]}, second"
     return Bars(title, tuple(_panel(quantities, called) for quantities in found))
 
 
@@ -250,18 +251,3 @@ def _panel(q: _Quantities, called: tuple[str, str]) -> Panel:
         for i, (name, own, written) in enumerate(zip(called, values, texts, strict=True))
     )
     return Panel(f"{q.label} [{unit}]", tuple(Group(name) for name in q.names), series)
-
-
-def _names(first: Stiffness, second: Stiffness) -> tuple[str, str]:
-    if first.name == second.name:
-        return f"{first.name}, first", f"{second.name}, second"
-    return first.name, second.name
-
-
-def _check_space(first: Stiffness, second: Stiffness) -> None:
-    if first.space is not second.space:
-        raise InputError(
-            "comparison of two designs",
-            got=f"matrices of {first.space.size} and {second.space.size} rows",
-            expected="two of one size",
-        )

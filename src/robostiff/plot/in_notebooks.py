@@ -14,11 +14,11 @@ from robostiff.errors import NoAnswerError
 from robostiff.markup import escaped
 from robostiff.model import Robot
 from robostiff.plot.backend import Matplotlib
-from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import Picture
 from robostiff.plot.posed_robot import picture_of_robot, robot_picture
 from robostiff.plot.posture import surroundings
+from robostiff.plot.stiffness_pictures import Quality, ellipsoid_picture
 from robostiff.statics import Equilibrium, Modes
 
 _DPI = 150  # twice that of most screens

@@ -40,24 +40,16 @@ _ONE_PLACE = 0.08  # of the robot: names nearer than that would overlap
 
 @dataclass(frozen=True, kw_only=True)
 class RobotSketch(Sketch):
-    """A robot of legs.
-
-    Attributes
-    ----------
-    shares : mapping of (str, str) to float
-        Shares of the elastic energy [%], by leg and part, or by leg and an empty name.
-    colours, of_joints : mapping of str to Paint
-        Of elastic parts and of joints without a share, by their names.
-    plain : PlainColour
-        Of parts without either.
-    """
+    """A robot of legs."""
 
     snapshot: Snapshot
     motion: RobotMotion
+    # shares of the elastic energy [%], by leg and part, or by leg and an empty name
     shares: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    # of elastic parts and of joints without a share, by their names
     colours: Mapping[str, Paint] = field(default_factory=dict)
     of_joints: Mapping[str, Paint] = field(default_factory=dict)
-    plain: PlainColour = PlainColour.INK
+    plain: PlainColour = PlainColour.INK  # of parts without either
 
     @property
     def size(self) -> float:

@@ -35,18 +35,10 @@ _Own = TypeVar("_Own", bound="Sketch")
 
 @dataclass(frozen=True, kw_only=True)
 class Sketch(ABC):
-    """What is drawn of a machine; each kind says what its parts are, and how far they move.
+    """What is drawn of a machine; each kind says what its parts are, and how far they move."""
 
-    Attributes
-    ----------
-    factor : float
-        From metres to the unit of the axes.
-    scale : float
-        Of the displacements; 0 at rest.
-    """
-
-    factor: float = 1.0
-    scale: float = 0.0
+    factor: float = 1.0  # from metres to the unit of the axes
+    scale: float = 0.0  # of the displacements; 0 at rest
 
     @property
     @abstractmethod
@@ -132,7 +124,8 @@ class Sketch(ABC):
         items += drawn.parts()
         items += drawn.names() if is_named else []
         items += [] if load is None else drawn.load(*load, is_flat)
-        scale = energy_scale(drawn.values)
+        top = max(drawn.values, default=0.0)
+        scale = ColourScale("share of elastic energy [%]", 0, top) if top else None
         unit = unit_of(self.size)[1]
         return robot_scene(title, [*items, *more], unit, is_flat, scale, notes)
 
@@ -177,12 +170,6 @@ def finite_factor(factor: float) -> float:
 def exaggeration_note(scale: float) -> tuple[str, ...]:
     """A note about the factor of displacements, where they are drawn larger."""
     return (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
-
-
-def energy_scale(shares: Iterable[float]) -> ColourScale | None:
-    """The scale of shares in the elastic energy [%]; None where there are none."""
-    top = max(shares, default=0.0)
-    return ColourScale("share of elastic energy [%]", 0, top) if top else None
 
 
 def robot_scene(

@@ -38,23 +38,14 @@ _NAMED = 24  # joints: more names would cover the picture
 
 @dataclass(frozen=True, kw_only=True)
 class NetworkSketch(Sketch):
-    """Bodies, beams, springs and joints in any arrangement.
-
-    Attributes
-    ----------
-    colours : mapping of str to Paint
-        Of beams and elastic parts by name; a number is a share of the elastic energy [%].
-    plain, ink : PlainColour
-        Of beams without a colour, and of all else.
-    motions : mapping of str to BodyMotion
-        Of the bodies; empty at rest.
-    """
+    """Bodies, beams, springs and joints in any arrangement."""
 
     network: Network
+    # of beams and elastic parts by name; a number is a share of the elastic energy [%]
     colours: Mapping[str, Paint] = field(default_factory=dict)
-    plain: PlainColour = PlainColour.INK
-    ink: PlainColour = PlainColour.INK
-    motions: Mapping[str, BodyMotion] = field(default_factory=dict)
+    plain: PlainColour = PlainColour.INK  # of beams without a colour
+    ink: PlainColour = PlainColour.INK  # of all else
+    motions: Mapping[str, BodyMotion] = field(default_factory=dict)  # of bodies; empty at rest
 
     @property
     def size(self) -> float:

@@ -170,7 +170,11 @@ def _exact_root(x: Any) -> Any:
     if x.is_Rational and _bits(x) > 3 * _BITS:
         # Its root is no shorter than a third; to find that out, SymPy would look for factors.
         return sp.Rational(repr(float(sp.sqrt(x.n(30)))))
-    return _short_number(sp.sqrt(x))
+    root = sp.sqrt(x)
+    # Roots of long fractions under further roots grow beyond what can be computed with.
+    if root.is_number and (_bits(root) > 3 * _BITS or len(str(root)) > _LONGEST):
+        return sp.Rational(repr(float(root)))
+    return root
 
 
 @_entry_by_entry
@@ -193,18 +197,6 @@ def _bits(number: Any) -> int:
     import sympy as sp
 
     return sum(q.p.bit_length() + q.q.bit_length() for q in number.atoms(sp.Rational))
-
-
-def _short_number(number: Any) -> Any:
-    """An exact number, or the decimal of its float where a person would write that.
-
-    Roots of long fractions under further roots grow beyond what can be computed with.
-    """
-    if not number.is_number or (_bits(number) <= 3 * _BITS and len(str(number)) <= _LONGEST):
-        return number
-    import sympy as sp
-
-    return sp.Rational(repr(float(number)))
 
 
 def _exact(name: str, x: Any) -> Any:
@@ -249,11 +241,6 @@ def _rate(record: Record, step: int, rates: dict[int, Any]) -> Any:
     return _OF_TWO[operation](a, da, b, db)
 
 
-def _of_least(a: Any, da: Any, b: Any, db: Any) -> Any:
-    first_is_less = greater(b, a)
-    return first_is_less * da + (1 - first_is_less) * db
-
-
 #: Slope of a function of a, whose value is y.
 _OF_ONE: dict[Operation, Callable[[Any, Entry], Any]] = {
     Operation.NEGATE: lambda a, y: -1,
@@ -271,5 +258,5 @@ _OF_TWO: dict[Operation, Callable[[Any, Any, Any, Any], Any]] = {
     Operation.SUBTRACT: lambda a, da, b, db: da - db,
     Operation.MULTIPLY: lambda a, da, b, db: da * b + a * db,
     Operation.ARC_TANGENT: lambda a, da, b, db: (da * b - a * db) / (a * a + b * b),
-    Operation.LEAST: _of_least,
+    Operation.LEAST: lambda a, da, b, db: greater(b, a) * da + (1 - greater(b, a)) * db,
 }

@@ -10,26 +10,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula
-from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
+from robostiff.kinematics.spanning_tree import spanning_tree
 from robostiff.model import FlexiblePlatform, PlacedLeg, PlacedSpring, PlatformPart, Robot
-from robostiff.record import Entry, most_size, usual_size
+from robostiff.record import Entry, most_size
 from robostiff.recorded.elimination import (
     Carried,
     Column,
+    add_energy_in_shares,
     carried_by,
     dot,
     made_conjugate,
-    times,
     transmitted_by,
     wrench_size,
 )
-from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound
+from robostiff.recorded.leg import LegRecorder, RecordedLeg
 from robostiff.recorded.working_frame import (
     LocalLeg,
     WorkingFrame,
@@ -40,8 +39,6 @@ from robostiff.recorded.working_frame import (
 )
 
 _LOAD = "the load of the platform"  # closes one more loop, as a chain of base and platform
-# Part of its usual size that a compliance must never fall below for it not to be watched.
-_ENOUGH = 1e-4
 _ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
 
 
@@ -82,11 +79,12 @@ class Circulation:
 
         A transmitted wrench that meets no compliance is an `InputError`.
         """
-        tree = self._tree
         # A load leads from the base to the platform, along the first edge of the tree.
+        load = BodyChain(_LOAD, self.base, self.platform, LocalLeg([], [], []))
+        tree = spanning_tree(self.base, (load, *self.chains))
         flows = [self._flow(cut) for cut in tree.cuts]
         signs = [{c.name: sign for c, sign in tree.around(cut)[1:]} for cut in tree.cuts]
-        starts = np.cumsum([0, *(len(flow.wrenches) for flow in flows)]).tolist()
+        count = sum(len(flow.wrenches) for flow in flows)
         rows, record, length = self.recorder.space.rows, self.recorder.record, self.recorder.length
         n = len(rows)
         scale = [1.0 if row < 3 else length for row in rows]
@@ -94,8 +92,8 @@ class Circulation:
         for flow, sign in zip(flows, signs, strict=True):
             for w in flow.wrenches:
                 # What the loop carries over the load's edge is the opposite of the load.
-                load = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * n
-                columns.append([*load, *(int(len(columns) == i) for i in range(starts[-1]))])
+                held = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * n
+                columns.append([*held, *(int(len(columns) == i) for i in range(count))])
         inner = {
             chain.name: chain.parts
             if isinstance(chain.parts, LocalLeg)
@@ -118,7 +116,13 @@ class Circulation:
         ]
         scale += [1.0 / wrench_size(w, scale) for flow in flows for w in flow.wrenches]
         found = transmitted_by(conditions, columns, scale)
-        energy = self._energy(flows, starts, inner, over, found.wrenches)
+        shares = [way[n:] for way in found.wrenches]
+        energy: list[list[Any]] = [[0] * len(shares) for _ in shares]
+        add_energy_in_shares(energy, shares, [flow.carried for flow in flows])
+        for name, local in inner.items():
+            sums = [[dot(own, row) for row in zip(*over[name], strict=True)] for own in shares]
+            each = zip(energy, energy_of(local, sums, rows), strict=True)
+            energy = [[x + y for x, y in zip(*pair, strict=True)] for pair in each]
         ways = [_without_rounding(way, scale, n) for way in found.wrenches]
         conjugate = made_conjugate(ways, energy, self.name)
         return RecordedLeg(
@@ -129,7 +133,7 @@ class Circulation:
                 *(loss for flow in flows for loss in flow.carried.losses),
                 *found.losses,
                 *conjugate.losses,
-                *self._near_rigid(conjugate.mu),
+                *self.recorder.near_rigid(conjugate.mu),
             ],
             redundant=(*(r for flow in flows for r in flow.carried.redundant), *found.redundant),
             alone=(*(x for flow in flows for x in flow.carried.alone), *found.alone),
@@ -137,11 +141,6 @@ class Circulation:
             basis=ways,
             energy=energy,
         )
-
-    @property
-    def _tree(self) -> SpanningTree[BodyChain]:
-        load = BodyChain(_LOAD, self.base, self.platform, LocalLeg([], [], []))
-        return spanning_tree(self.base, (load, *self.chains))
 
     def _flow(self, chain: BodyChain) -> _Flow:
         """A chain of its own wrenches, in the frame in which these are shortest."""
@@ -151,7 +150,7 @@ class Circulation:
             carried = carried_by(chain.parts, rows, recorder.length)
             wrenches = [to_world(w, self.frame, about, rows) for w in carried.wrenches]
             return _Flow(wrenches, carried.wrenches, carried)
-        for frame, local in recorder.promising(chain.parts):
+        for _, frame, local in recorder.promising(chain.parts):
             carried = carried_by(local, rows, recorder.length)
             wrenches = [to_world(w, frame, about, rows) for w in carried.wrenches]
             entries = [x for row in (*wrenches, *carried.energy) for x in row]
@@ -159,42 +158,6 @@ class Circulation:
             tried.append((cost, len(tried), wrenches, carried))
         _, _, wrenches, carried = min(tried)
         return _Flow(wrenches, [from_world(w, self.frame, about, rows) for w in wrenches], carried)
-
-    def _energy(
-        self,
-        flows: Sequence[_Flow],
-        starts: Sequence[int],
-        inner: dict[str, LocalLeg],
-        over: dict[str, list[Column]],
-        ways: Sequence[Column],
-    ) -> list[list[Any]]:
-        """Of the ways: chains of their own in their own share, those of the tree in the sums."""
-        m, rows = len(ways), self.recorder.space.rows
-        n = len(rows)
-        energy: list[list[Any]] = [[0] * m for _ in range(m)]
-        upper = list(combinations_with_replacement(range(m), 2))
-        for flow, start in zip(flows, starts, strict=False):
-            shares = [way[n + start : n + start + len(flow.wrenches)] for way in ways]
-            given = [times(flow.carried.energy, share) for share in shares]
-            for i, j in upper:
-                energy[i][j] = energy[i][j] + dot(given[i], shares[j])
-        for name, local in inner.items():
-            sums = [[dot(way[n:], row) for row in zip(*over[name], strict=True)] for way in ways]
-            own = energy_of(local, sums, rows)
-            for i, j in upper:
-                energy[i][j] = energy[i][j] + own[i][j]
-        for i, j in upper:
-            energy[j][i] = energy[i][j]
-        return energy
-
-    def _near_rigid(self, mu: Sequence[Any]) -> list[Any]:
-        """By how much wrenches are nearer to rigid than at the samples."""
-        record = self.recorder.record
-        return [
-            usual_size(x) / x
-            for x in mu
-            if isinstance(x, Entry) and lower_bound(record, x.step) < _ENOUGH * usual_size(x)
-        ]
 
 
 def _without_rounding(way: Column, scale: Sequence[float], n: int) -> Column:

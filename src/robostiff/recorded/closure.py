@@ -255,7 +255,9 @@ def record_closure(
     guess = RobotAtGuess.of(robot, finder, joints, most)
     if guess is None:
         return None
-    step = newton_step(guess.without_constraints, guess.pose, guess.r, guess.open, finder.length)
+    # Each of the coordinates is an unknown of its own.
+    unbound = [replace(leg, same={}) for leg in guess.legs]
+    step = newton_step(unbound, guess.pose, guess.r, guess.open, finder.length)
     roles = [role for leg in robot.legs for role in leg.chain.roles]
     passive = {name for name, role in zip(joints, roles, strict=True) if isinstance(role, Passive)}
     if not passive.issuperset(step.undetermined):
@@ -350,15 +352,11 @@ def _turns(guess: RobotAtGuess) -> Iterator[Any]:
     for own in guess.legs:
         freedoms, roles = own.leg.chain.freedoms, own.leg.chain.roles
         for i, (freedom, role) in enumerate(zip(freedoms, roles, strict=True)):
-            if not freedom.is_rotation or not isinstance(role, Actuated):
+            limits = role.limits if isinstance(role, Actuated) else None
+            if not freedom.is_rotation or limits is None:
                 continue
-            if role.limits is None:
-                continue
-            low, high = role.limits
-            centre = middle_of_turn(nominal(own.leg.chain.home[i]), role.limits)
-            q = own.q[i]
-            yield math.pi - (q - centre)
-            yield math.pi + (q - centre)
+            (low, high), q = limits, own.q[i]
+            centre = middle_of_turn(nominal(own.leg.chain.home[i]), limits)
+            yield from (math.pi - (q - centre), math.pi + (q - centre))
             if high >= centre + math.pi or low <= centre - math.pi:
-                yield q - low
-                yield high - q
+                yield from (q - low, high - q)

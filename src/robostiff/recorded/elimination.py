@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -85,7 +86,10 @@ def transmitted_by(
             own = float(np.hypot(sizes[pivot], sizes[other]))
             losses.append(_loss(both, float(np.sqrt(least_size(both))) / own))
             alone[-1] = both
-            combined = _combination(drive, wrenches[other], drives[other], taken)
+            combined = [
+                (0 if is_zero(x) else drive * x) - (0 if is_zero(y) else drives[other] * y)
+                for x, y in zip(wrenches[other], taken, strict=True)
+            ]
             wrenches = [combined if i == other else w for i, w in enumerate(wrenches) if i != pivot]
             continue
         if isinstance(drive, Entry):
@@ -121,7 +125,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
         part = {i: least_size(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
         pivot = min(open_, key=lambda i: _coupling(M[i], left[i], i, part[i]))
         if part[pivot] <= _RIGID:
-            if all(_idle(left[i]) for i in open_):
+            if all(most_size(x) <= _RIGID for i in open_ for x in left[i]):
                 break  # internal stress between rigid branches
             raise InputError(
                 f"leg {leg!r}",
@@ -147,11 +151,6 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     return Conjugate(done, mu, losses)
 
 
-def _idle(wrench: Column) -> bool:
-    """Whether a wrench is zero up to rounding."""
-    return all(most_size(x) <= _RIGID for x in wrench)
-
-
 def _norm(column: Sequence[Any]) -> float:
     """Norm of a column, the mean over the samples."""
     squares = sum(np.mean(x.sample**2) if isinstance(x, Entry) else float(x) ** 2 for x in column)
@@ -173,14 +172,6 @@ def _coupling(
     holds = not all(map(is_zero, wrench))
     coupled = sum(not is_zero(x) for j, x in enumerate(row) if j != i)
     return part < 1e-4, holds, coupled, -part
-
-
-def _combination(a: Any, v: Column, b: Any, w: Column) -> Column:
-    """A v - b w; zeros leave no trace."""
-    return [
-        (0 if is_zero(x) else a * x) - (0 if is_zero(y) else b * y)
-        for x, y in zip(v, w, strict=True)
-    ]
 
 
 def _loss(square: Any, safety: float) -> Any:
@@ -227,17 +218,20 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
     for number, own in enumerate(ways):
         first = len(columns)
         for k, w in enumerate(own):
-            held = w if number == 0 else [0] * n
-            columns.append([*held, *(int(j == first + k) for j in range(inner))])
+            end = w if number == 0 else [0] * n
+            columns.append([*end, *(int(j == first + k) for j in range(inner))])
         if number:
             conditions += _alike(own, first, n, inner)
     scale += [1.0 / wrench_size(w, scale) for own in ways for w in own]
     idle = [0] * inner
     found = transmitted_by([*conditions, *([*t, *idle] for t in twists)], columns, scale)
     branches = [branch for block in blocks for branch in block]
+    held = [way[:n] for way in found.wrenches]
+    energy = energy_of(leg, held, rows)
+    add_energy_in_shares(energy, [way[n:] for way in found.wrenches], branches)
     return Carried(
-        wrenches=[way[:n] for way in found.wrenches],
-        energy=_energy(leg, found.wrenches, rows, branches),
+        wrenches=held,
+        energy=energy,
         losses=[*found.losses, *(loss for branch in branches for loss in branch.losses)],
         redundant=(
             *found.redundant[len(conditions) :],
@@ -263,28 +257,18 @@ def _alike(ways: list[Column], first: int, n: int, inner: int) -> list[Column]:
     return conditions
 
 
-def _energy(
-    leg: LocalLeg, ways: Sequence[Column], rows: Sequence[int], branches: Sequence[Carried]
-) -> list[list[Any]]:
-    """Energy of the leg's own springs, and of every branch in its own share."""
-    n, m = len(rows), len(ways)
-    energy = energy_of(leg, [way[:n] for way in ways], rows)
-    start = n
-    for branch in branches:
-        stop = start + len(branch.wrenches)
+def add_energy_in_shares(
+    energy: list[list[Any]], ways: Sequence[Column], parts: Sequence[Carried]
+) -> None:
+    """Add the energy of parts (m, m) in place; every way has a share of the wrenches of each."""
+    start = 0
+    for part in parts:
+        stop = start + len(part.wrenches)
         shares = [way[start:stop] for way in ways]
-        given = [times(branch.energy, share) for share in shares]
-        for i in range(m):
-            for j in range(i, m):
-                energy[i][j] = energy[i][j] + dot(given[i], shares[j])
-                energy[j][i] = energy[i][j]
+        given = [[dot(row, share) for row in part.energy] for share in shares]
+        for i, j in combinations_with_replacement(range(len(ways)), 2):
+            energy[i][j] = energy[j][i] = energy[i][j] + dot(given[i], shares[j])
         start = stop
-    return energy
-
-
-def times(matrix: list[list[Any]], column: Column) -> Column:
-    """A matrix times a column; zeros leave no trace."""
-    return [dot(row, column) for row in matrix]
 
 
 def wrench_size(wrench: Column, scale: Sequence[float]) -> float:

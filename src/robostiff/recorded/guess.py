@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -54,11 +54,6 @@ class RobotAtGuess:
     # Coordinates of the legs that are no unknowns, as in a parallelogram: they equal another one or
     # a pose coordinate but for its sign, or a number, wherever the legs close
     same: dict[str, Same]
-
-    @property
-    def without_constraints(self) -> tuple[LegAtGuess, ...]:
-        """The legs at the same guess, each of their coordinates an unknown of its own."""
-        return tuple(replace(leg, same={}) for leg in self.legs)
 
     @classmethod
     def of(

@@ -135,38 +135,31 @@ class LegRecorder:
         InputError
             When a transmitted wrench meets no compliance.
         """
-        frames = self._frames(leg)
-        if frame is not None and frame < len(frames):
+        if frame is not None and frame < len(frames := self._frames(leg)):
             local = local_leg(leg, frames[frame], self.record, self.length)
-            return self._in_frame(leg, local, frames[frame], frame)
-        tried = [
-            self._in_frame(leg, local, frames[i], i) for i, local in self._promising(frames, leg)
-        ]
-        return min(tried, key=self._cost)
+            return self._in_frame(leg, frame, frames[frame], local)
+        return min((self._in_frame(leg, *own) for own in self.promising(leg)), key=self._cost)
 
-    def promising(self, leg: PlacedLeg) -> list[tuple[WorkingFrame, LocalLeg]]:
-        """The working frames from which a leg looks simplest."""
+    def promising(self, leg: PlacedLeg) -> list[tuple[int, WorkingFrame, LocalLeg]]:
+        """The working frames from which a leg looks simplest, with their numbers."""
         frames = self._frames(leg)
-        return [(frames[i], local) for i, local in self._promising(frames, leg)]
-
-    def _promising(
-        self, frames: Sequence[WorkingFrame], leg: PlacedLeg
-    ) -> list[tuple[int, LocalLeg]]:
         seen = [local_leg(leg, own, self.record, self.length) for own in frames]
         best = sorted(range(len(frames)), key=lambda i: seen[i].entries)[:_PROMISING]
-        return [(i, seen[i]) for i in best]
+        return [(i, frames[i], seen[i]) for i in best]
 
     def _in_frame(
-        self, leg: PlacedLeg, local: LocalLeg, frame: WorkingFrame, number: int
+        self, leg: PlacedLeg, number: int, frame: WorkingFrame, local: LocalLeg
     ) -> RecordedLeg:
         rows = self.space.rows
         carried = carried_by(local, rows, self.length)
         conjugate = made_conjugate(carried.wrenches, carried.energy, leg.name)
+        ratio = compliance_ratio(local, conjugate, rows, self.length, self.record.count)
+        doubt = max(1.0, _NEARLY_RIGID / ratio)
         return RecordedLeg(
             name=leg.name,
             wrenches=[to_world(w, frame, self.reference, rows) for w in conjugate.wrenches],
             mu=conjugate.mu,
-            losses=[*carried.losses, *conjugate.losses, *self._near_rigid(local, conjugate)],
+            losses=[*carried.losses, *conjugate.losses, *self.near_rigid(conjugate.mu, doubt)],
             redundant=carried.redundant,
             alone=carried.alone,
             frame=number,
@@ -174,15 +167,13 @@ class LegRecorder:
             energy=carried.energy,
         )
 
-    def _near_rigid(self, local: LocalLeg, conjugate: Conjugate) -> list[Any]:
-        """By how much the wrenches are nearer to rigid than at the samples."""
-        ratio = compliance_ratio(local, conjugate, self.space.rows, self.length, self.record.count)
-        doubt = max(1.0, _NEARLY_RIGID / ratio)
-        entries = [mu for mu in conjugate.mu if isinstance(mu, Entry)]
+    def near_rigid(self, mu: Sequence[Any], doubt: float = 1.0) -> list[Any]:
+        """By how much wrenches of compliances mu are nearer to rigid than at the samples."""
         return [
-            doubt * usual_size(mu) / mu
-            for mu in entries
-            if lower_bound(self.record, mu.step) < _ENOUGH * doubt * usual_size(mu)
+            doubt * usual_size(x) / x
+            for x in mu
+            if isinstance(x, Entry)
+            and lower_bound(self.record, x.step) < _ENOUGH * doubt * usual_size(x)
         ]
 
     def _frames(self, leg: PlacedLeg) -> list[WorkingFrame]:

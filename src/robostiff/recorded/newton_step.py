@@ -21,7 +21,7 @@ from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
 from robostiff.model import Joint, JointKind, Leg, Telescope
-from robostiff.record import Entry, cosine, is_number, is_zero, sine, square_root
+from robostiff.record import Entry, cosine, is_number, is_zero, most_size, sine, square_root
 from robostiff.spatial import Screw, cross, skew
 
 _LOST = 1e-8  # of an entry at all samples: what is left of it is rounding
@@ -80,7 +80,12 @@ class SparseElimination:
             self._solved_for.append((name, own))
             for equation in left:
                 if name in equation.rates:
-                    self._subtract(equation, equation.rates.pop(name), own)
+                    factor = equation.rates.pop(name)
+                    for other, rate in own.rates.items():
+                        value = equation.rates.pop(other, 0) - factor * rate
+                        if self._size(value)[1] > _LOST:
+                            equation.rates[other] = value
+                    equation.right = equation.right - factor * own.right
         self.pivots.append(pivots)
         self.undetermined += open_
         return left
@@ -99,13 +104,6 @@ class SparseElimination:
     def determinants(self) -> list[Any]:
         """Of each group of which pivots were taken, but for a constant sign."""
         return [reduce(mul, own) for own in self.pivots if own]
-
-    def _subtract(self, equation: LinearEquation, factor: Any, taken: LinearEquation) -> None:
-        for name, rate in taken.rates.items():
-            value = equation.rates.pop(name, 0) - factor * rate
-            if self._size(value)[1] > _LOST:
-                equation.rates[name] = value
-        equation.right = equation.right - factor * taken.right
 
     def _next(
         self, equations: list[LinearEquation], unknowns: list[str]
@@ -356,7 +354,9 @@ def _equations(opening: Opening) -> list[LinearEquation]:
     """What closes a loop, shifts before turns; rows in which nothing moves are left out."""
     found = []
     for row, missing in enumerate((*opening.shift, *opening.turn)):
-        own = {name: rate[row] for name, rate in opening.rates.items() if _moves(rate[row])}
+        rates = {name: rate[row] for name, rate in opening.rates.items()}
+        least = {n: _STILL if isinstance(x, Entry) else _NO_NUMBER for n, x in rates.items()}
+        own = {name: x for name, x in rates.items() if most_size(x) > least[name]}
         if own:
             found.append(LinearEquation(own, missing))
     return found
@@ -404,12 +404,6 @@ def _rates_of_pose(
 def per_turn(twist: np.ndarray, length: float) -> np.ndarray:
     """A twist per radian, its shift as a part of the length."""
     return np.concatenate([twist[:3] * (1 / length), twist[3:]])
-
-
-def _moves(rate: Any) -> bool:
-    if isinstance(rate, Entry):
-        return bool(np.max(np.abs(rate.sample)) > _STILL)
-    return abs(rate) > _NO_NUMBER
 
 
 def _in_coordinates(

@@ -124,7 +124,10 @@ def sample_postures(finder: PostureFinder, seed: int | None = None, nearer: int 
         posture = _drawn(finder, random, spread)
         reached = np.flatnonzero(posture.reached)
         if reached.size >= COUNT:
-            return posture_rows(finder, posture, reached[:COUNT])
+            rows = reached[:COUNT]
+            if finder.robot.is_posed_by_joints:
+                return finder.at_joints(posture.coordinates[0][rows])
+            return finder.find(posture.pose[rows])
         spread *= 0.2
     raise InputError(
         f"home pose of {finder.robot.name!r}",
@@ -132,13 +135,6 @@ def sample_postures(finder: PostureFinder, seed: int | None = None, nearer: int 
         expected="a home pose with room around it",
         hint="free coordinates that the legs fix belong out of `coordinates`",
     )
-
-
-def posture_rows(finder: PostureFinder, posture: Posture, rows: np.ndarray) -> Posture:
-    """Some rows of a posture."""
-    if finder.robot.is_posed_by_joints:
-        return finder.at_joints(posture.coordinates[0][rows])
-    return finder.find(posture.pose[rows])
 
 
 def _drawn(finder: PostureFinder, random: np.random.Generator, spread: float) -> Posture:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from operator import add
@@ -24,7 +24,7 @@ from robostiff.record import Entry, Operation, Record, least, usual_size
 from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
-from robostiff.recorded.guess import Same, axes_behind_balls, following_balls, pose_on_entries
+from robostiff.recorded.guess import axes_behind_balls, following_balls, pose_on_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
     closed_samples,
@@ -153,7 +153,12 @@ class RobotOnEntries:
         Raises InputError when a leg has no closed form, or home has no room around it, and
         NoAnswerError when the record would be longer.
         """
-        given = _pose_samples(robot, finder) if by_pose else _joint_samples(robot, finder)
+        if by_pose:
+            samples = sample_postures(finder).pose
+            pairs = zip(robot.coordinates, robot.coordinate_places, strict=True)
+            given = {coordinate.value: samples[:, k] for coordinate, k in pairs}
+        else:
+            given = _joint_samples(robot, finder)
         same = {} if closure is None else closure.same
         inputs = {name: samples for name, samples in given.items() if name not in same}
         inputs |= parameter_samples(robot)
@@ -169,9 +174,12 @@ class RobotOnEntries:
             pairs = zip(legs, finder.solvers, strict=True)
             placed = tuple(place_leg(leg, pose, solver) for leg, solver in pairs)
         else:
-            waiting = iter(given)
-            q = [[_at(next(waiting), record, same) for _ in range(leg.chain.size)] for leg in legs]
-            each = [np.array(x, dtype=object) for x in q]
+            q: list[Any] = []
+            for joint in given:
+                other, factor = same.get(joint, (joint, 1.0))
+                q.append(factor if other is None else record.input(other) * factor)
+            ends = np.cumsum([leg.chain.size for leg in legs])[:-1]
+            each = np.split(np.array(q, dtype=object), ends)
             if closure is None:
                 pairs = zip(legs, each, strict=True)
                 placed = tuple(place_leg_at_joints(leg, x) for leg, x in pairs)
@@ -179,10 +187,13 @@ class RobotOnEntries:
             else:
                 six = pose_on_entries(robot, finder, record, (*closure.inputs, *closure.start))
                 pose = FormulaPose.of_coordinates(six)
-                placed = tuple(
-                    _placed_below(leg, x, following_balls(twin), pose)
-                    for leg, twin, x in zip(legs, finder.robot.legs, each, strict=True)
-                )
+                below = []  # but for the bodies that the platform holds by ball joints
+                for leg, twin, x in zip(legs, finder.robot.legs, each, strict=True):
+                    frames = tidied(leg.base.R), pose.R @ tidied(leg.attachment.R)
+                    turned = axes_behind_balls(leg, x, following_balls(twin), *frames)
+                    turned = {ball: tidied(R) for ball, R in turned.items()}
+                    below.append(place_leg_at_joints(leg, x, turned))
+                placed = tuple(below)
         return cls(robot, record, tuple(given), pose, placed, finder.length)
 
     @property
@@ -194,27 +205,6 @@ class RobotOnEntries:
     def recorded(self) -> RecordedRobot:
         """Its stiffness, as one of these coordinates."""
         return assembled(self.robot, self.record, self.pose, self.placed, self.length)
-
-
-def _placed_below(
-    leg: Leg, q: np.ndarray, balls: Sequence[int], pose: FormulaPose
-) -> PlacedFormula:
-    """A leg at its coordinates, but for the bodies that the platform holds by ball joints."""
-    R_end = pose.R @ tidied(leg.attachment.R)
-    turned = axes_behind_balls(leg, q, balls, tidied(leg.base.R), R_end)
-    return place_leg_at_joints(leg, q, {ball: tidied(R) for ball, R in turned.items()})
-
-
-def _at(joint: str, record: Record, same: Mapping[str, Same]) -> Any:
-    """A joint coordinate on entries."""
-    other, factor = same.get(joint, (joint, 1.0))
-    return factor if other is None else record.input(other) * factor
-
-
-def _pose_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
-    samples = sample_postures(finder).pose
-    pairs = zip(robot.coordinates, robot.coordinate_places, strict=True)
-    return {coordinate.value: samples[:, k] for coordinate, k in pairs}
 
 
 def _joint_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
@@ -261,10 +251,16 @@ def assembled(
     """The stiffness of placed legs; those on a flexible platform are recorded as one."""
     reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)
     recorder = LegRecorder(record, reference, robot.space, length)
-    if robot.platform is None:
-        legs = _each_leg(robot, recorder, placed)
-    else:
+    if robot.platform is not None:
         legs = [legs_on_platform(robot, robot.platform, recorder, pose, placed)]
+    else:  # equal legs are recorded in the same working frame
+        frames: dict[Any, int] = {}
+        legs = []
+        for model, own in zip(robot.legs, placed, strict=True):
+            shape = _shape(model)
+            leg = recorder.leg(own.leg, frames.get(shape))
+            frames[shape] = leg.frame
+            legs.append(leg)
     gaps = [_CLOSED - gap for own in placed for gap in own.gap]
     softest = [e.stiffness for own in placed for e in own.leg.freedoms if e.coordinate is not None]
     positive = (*softest, *(x for own in placed for x in own.lengths))
@@ -281,20 +277,6 @@ def assembled(
         closure_losses=(*_choices(record, K), *(loss for own in placed for loss in own.losses)),
         limits=tuple(_limits(robot, placed)),
     )
-
-
-def _each_leg(
-    robot: Robot, recorder: LegRecorder, placed: Sequence[PlacedFormula]
-) -> list[RecordedLeg]:
-    """Legs on a rigid platform, equal ones in the same working frame."""
-    frames: dict[Any, int] = {}
-    legs = []
-    for model, own in zip(robot.legs, placed, strict=True):
-        shape = _shape(model)
-        leg = recorder.leg(own.leg, frames.get(shape))
-        frames[shape] = leg.frame
-        legs.append(leg)
-    return legs
 
 
 def _limits(robot: Robot, placed: Sequence[PlacedFormula]) -> list[Any]:

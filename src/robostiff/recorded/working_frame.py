@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, PlacedSpring
-from robostiff.record import Entry, Record, is_zero
+from robostiff.record import Entry, Record, is_zero, most_size
 from robostiff.spatial import Screw
 
 #: A wrench or twist: six entries or numbers, or three in the plane.
@@ -88,7 +88,10 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
         )
         spring = LocalSpring(R, np.array(p, dtype=object), element.elasticity.compliance)
         springs.append(spring)
-        twists.extend(_spring_freedom(spring, f) for f in element.elasticity.freedoms.T)
+        for freedom in element.elasticity.freedoms.T:
+            move, turn = ([dot(row, part) for row in R] for part in (freedom[:3], freedom[3:]))
+            lever = cross(spring.p, turn)
+            twists.append([*(a + b for a, b in zip(move, lever, strict=True)), *turn])
     return LocalLeg(twists, springs, drives, blocks)
 
 
@@ -119,15 +122,9 @@ def _frames_of_joints(leg: PlacedLeg) -> Iterator[np.ndarray]:
     """Axes of joints that are square to the one before, with their cross product (columns)."""
     freedoms = list(leg.freedoms)
     for first, second in pairwise(freedoms):
-        if _vanishes(dot(first.axis, second.axis)):
+        if most_size(dot(first.axis, second.axis)) < _SQUARE:
             columns = [first.axis, second.axis, cross(first.axis, second.axis)]
             yield np.array(columns, dtype=object).T
-
-
-def _vanishes(value: Any) -> bool:
-    if isinstance(value, Entry):
-        return bool(np.all(np.abs(value.sample) < _SQUARE))
-    return abs(float(value)) < _SQUARE
 
 
 def energy_of(leg: LocalLeg, wrenches: Sequence[Column], rows: Sequence[int]) -> list[list[Any]]:
@@ -191,25 +188,14 @@ def cross(a: Any, b: Any) -> Column:
 
 
 def _twist(freedom: Screw, frame: WorkingFrame, record: Record, length: float) -> Column:
-    """Column (17) about the frame's origin, zeros left out of its sums: [p x e + h e; e]."""
+    """Column (17) about the frame's origin."""
     if isinstance(freedom, CoupledFreedom):
         moves = [(t, _twist(own, frame, record, length)) for _, t, own in freedom.moves]
         return [dot([t for t, _ in moves], [own[row] for _, own in moves]) for row in range(6)]
     p = [record.simplified(x, length) for x in turned_back(frame.R, freedom.point - frame.p)]
     axis = [record.simplified(x) for x in turned_back(frame.R, freedom.axis)]
-    if not freedom.turns:
-        return [*axis, 0, 0, 0]
-    moved = cross(p, axis)
-    if freedom.slides:
-        moved = [m + freedom.pitch * e for m, e in zip(moved, axis, strict=True)]
-    return [*moved, *axis]
-
-
-def _spring_freedom(spring: LocalSpring, twist: np.ndarray) -> Column:
-    move = [dot(row, twist[:3]) for row in spring.R]
-    turn = [dot(row, twist[3:]) for row in spring.R]
-    lever = cross(spring.p, turn)
-    return [*(a + b for a, b in zip(move, lever, strict=True)), *turn]
+    here = Screw(np.array(axis, dtype=object), np.array(p, dtype=object), freedom.pitch)
+    return here.twist(np.zeros(3, dtype=int)).tolist()
 
 
 def _whole(w: Column, rows: Sequence[int]) -> Column:

@@ -55,37 +55,20 @@ _FACTORS = np.linspace(0.0, 2.0, 9)
 
 @dataclass(frozen=True)
 class AnswersUnderLoad:
-    """What finite loads do to the robot.
-
-    Attributes
-    ----------
-    equilibrium : Equilibrium
-    critical : CriticalLoad
-        Of the wrench.
-    curve : xarray.Dataset
-        Up to twice the wrench.
-    """
+    """What finite loads do to the robot."""
 
     equilibrium: Equilibrium
-    critical: CriticalLoad
-    curve: xarray.Dataset
+    critical: CriticalLoad  # of the wrench
+    curve: xarray.Dataset  # up to twice the wrench
 
 
 @dataclass(frozen=True)
 class OtherDesign:
-    """A design that is compared.
-
-    Attributes
-    ----------
-    name : str
-    stiffness : RobotStiffness
-    deflection : Deflection or None
-        Under the same load.
-    """
+    """A design that is compared."""
 
     name: str
     stiffness: RobotStiffness
-    deflection: Deflection | None
+    deflection: Deflection | None  # under the same load
 
     @property
     def status(self) -> Status:
@@ -181,26 +164,10 @@ def report_contents(
     ----------
     robot : Robot, Snapshot, Network, Linkage or CableRobot
         Symbols have their nominal values in all but the derivation.
-    pose : RigidTransform, array, JointCoordinates, mapping or None
-        One pose, as for `robostiff.stiffness`; of a linkage coordinates of joints by name.
-    wrench : (6,) array, or (3,) for a planar robot, optional
-        A load [N, N m], about `at`.
-    at : (3,) array, optional
-        Point about which stiffness and load are given, in the world [m].
-    near : joint coordinates, optional
-        Those that choose the posture, as for `robostiff.stiffness`.
-    found : xarray.Dataset, optional
-        What ``rs.stiffness_map`` returned for this robot, over a grid.
+    pose, wrench, at, near, found, finite, title_block, described_by, other
+        As of `write_report`.
     symbolic : Robot, optional
         The same robot with symbols, for its formula; `robot` itself when left out.
-    finite : bool
-        Whether to answer for finite loads too: equilibrium, critical load, force-deflection curve.
-    title_block : TitleBlock, optional
-        Project, author, date and revision.
-    described_by : DescribedBy, optional
-        The file of the robot, which is printed with its parameters.
-    other : Robot or Snapshot, optional
-        A design that is compared, at the same pose and under the same load.
 
     Raises
     ------

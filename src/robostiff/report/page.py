@@ -31,7 +31,6 @@ from robostiff.report.section import (
     Section,
     SideBySide,
     Verbatim,
-    Verdict,
     figures_json,
     in_halves,
     report_title,
@@ -60,7 +59,7 @@ def report_html(contents: ReportContents) -> str:
     )
     return Template(_resource("page.html")).substitute(
         title=escaped(report_title(contents)),
-        lead=_title_block(contents) + _lead(verdict_of(contents)),
+        lead=_lead(contents),
         version=__version__,
         links="\n".join(links),
         sections="\n".join(map(_section_html, sections)),
@@ -73,17 +72,13 @@ def report_html(contents: ReportContents) -> str:
     )
 
 
-def _title_block(contents: ReportContents) -> str:
-    """Project, author, date and revision, where they are given."""
-    lines = contents.title_block.lines
-    return element("div", block_html(Facts(lines)), class_="title-block") if lines else ""
-
-
-def _lead(verdict: Verdict) -> str:
-    """The first paragraph: status and advice."""
+def _lead(contents: ReportContents) -> str:
+    """The title block where it is given, then status and advice."""
+    lines, verdict = contents.title_block.lines, verdict_of(contents)
+    block = element("div", block_html(Facts(lines)), class_="title-block") if lines else ""
     word = element("span", escaped(verdict.status), class_=f"status-{verdict.kind}")
     lead = element("p", f"{escaped(verdict.place)}: status {word}{verdict.rank}.", class_="lead")
-    return lead + block_html(Bullets(verdict.advice, Tone.WARNING))
+    return block + lead + block_html(Bullets(verdict.advice, Tone.WARNING))
 
 
 def _section_html(section: Section) -> str:

@@ -21,7 +21,6 @@ from robostiff.report.section import (
     Folded,
     FormulaBlock,
     Part,
-    Section,
     SideBySide,
     Verbatim,
     in_halves,
@@ -89,12 +88,9 @@ def report_typst(contents: ReportContents) -> str:
     ]
     if lead.advice:
         written.append(block_typst(Bullets(lead.advice, Tone.WARNING)))
-    written += [_section(section) for section in report_sections(contents)]
+    for section in report_sections(contents):
+        written += [f"= {typst_text(section.title)}", *_parts(section.parts)]
     return "\n\n".join(written) + "\n"
-
-
-def _section(section: Section) -> str:
-    return "\n\n".join([f"= {typst_text(section.title)}", *_parts(section.parts)])
 
 
 def _parts(parts: Iterable[Part]) -> Iterator[str]:

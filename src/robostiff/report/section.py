@@ -31,18 +31,11 @@ _IN_STYLE = ("ground", "ink", "muted", "faint")
 
 @dataclass(frozen=True)
 class Level:
-    """One position of a slider.
+    """One position of a slider."""
 
-    Attributes
-    ----------
-    label : str
-        Such as ``z = 0.4 m``.
-    other : Picture or None
-        The other end of a vibration, between which and `picture` the page moves the lines.
-    """
-
-    label: str
+    label: str  # such as ``z = 0.4 m``
     picture: Picture
+    # the other end of a vibration, between which and `picture` the page moves the lines
     other: Picture | None = None
 
     def drawn(self, palette: Palette) -> dict[str, Any]:
@@ -61,24 +54,12 @@ class Level:
 
 @dataclass(frozen=True)
 class Figure:
-    """One picture, or several behind a slider.
+    """One picture, or several behind a slider."""
 
-    Attributes
-    ----------
-    name : str
-        Of its place in the page.
-    caption : str
-        What it shows, in a sentence.
-    levels : tuple of Level
-        One for a figure without a slider.
-    start : int
-        Which level is shown first.
-    """
-
-    name: str
-    caption: str
-    levels: tuple[Level, ...]
-    start: int = 0
+    name: str  # of its place in the page
+    caption: str  # what it shows, in a sentence
+    levels: tuple[Level, ...]  # one for a figure without a slider
+    start: int = 0  # which level is shown first
 
     @property
     def is_scene(self) -> bool:
@@ -169,15 +150,9 @@ Part = Block | Figure | Folded | FormulaBlock | SideBySide | Verbatim
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the report.
+    """A part of the report."""
 
-    Attributes
-    ----------
-    anchor : str
-        Name in links.
-    """
-
-    anchor: str
+    anchor: str  # name in links
     title: str
     parts: tuple[Part, ...]
 
@@ -194,22 +169,12 @@ def section(anchor: str, title: str, parts: Iterable[Part | None]) -> Section:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Place, status and advice of a report.
+    """Place, status and advice of a report."""
 
-    Attributes
-    ----------
-    place : str
-        The pose, or that there is none.
-    kind : str
-        ok, note or bad.
-    rank : str
-        In words; empty where there is none.
-    """
-
-    place: str
+    place: str  # the pose, or that there is none
     status: Status
-    kind: str
-    rank: str
+    kind: str  # ok, note or bad
+    rank: str  # in words; empty where there is none
     advice: tuple[str, ...]
 
 

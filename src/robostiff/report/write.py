@@ -103,8 +103,12 @@ def save_report(contents: ReportContents, *paths: str | Path) -> None:
     InputError
         As `write_report`.
     """
-    written = [(path, _written(contents, path)) for path in map(report_path, paths)]
-    for path, data in written:
+    checked = list(map(report_path, paths))
+    written = [
+        report_pdf(contents) if path.suffix.lower() == _PAPER else report_html(contents).encode()
+        for path in checked
+    ]
+    for path, data in zip(checked, written, strict=True):
         with whole_file(path) as begun:
             begun.write_bytes(data)
 
@@ -138,9 +142,3 @@ def report_path(path: str | Path) -> Path:
             hint=f"create it with mkdir -p {path.parent}",
         )
     return path
-
-
-def _written(contents: ReportContents, path: Path) -> bytes:
-    if path.suffix.lower() == _PAPER:
-        return report_pdf(contents)
-    return report_html(contents).encode()

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:
-    from robostiff.io.document import Document
     from robostiff.io.model_file.symbols import Symbols
     from robostiff.model import Robot
 
@@ -28,7 +27,6 @@ __all__ = [
 _HERE = Path(__file__).parent
 _FOLDERS = ("", "cables", "linkages")
 _ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".xml", ".mjcf")
-_OF_CABLES = "a cable robot is computed with numbers, not formulas"
 _HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
 
 
@@ -187,7 +185,9 @@ def load(
     name = str(name_or_path)
     shipped = isinstance(name_or_path, str) and name in _all_names()
     if not shipped and name != "-" and not os.path.exists(name):  # False where it is too long
-        raise _not_there(name, isinstance(name_or_path, os.PathLike))
+        if isinstance(name_or_path, os.PathLike) or Path(name).suffix.lower() in _ENDINGS:
+            raise InputError("robot", got=name, expected="a file that exists")
+        raise _unknown(name, "a file, or the name of a shipped robot")
     if not shipped and descriptions.is_description(name):
         return _of_description(name, name, parameters, symbols, side)
     if side is not None:
@@ -199,15 +199,24 @@ def load(
     document = read_document(robot_file(name) if shipped else name_or_path)
     if descriptions.names_description(document):
         return _of_description(name, document, parameters, symbols, allow_xacro=allow_xacro)
-    if not _is_snapshot(document):
+    is_model = isinstance(document.data, dict) and "robostiff" in document.data
+    if not is_model:  # for a model, what reads snapshots need not be imported
+        from robostiff.io.snapshot import is_snapshot
+
+        is_model = not is_snapshot(document)
+    if is_model:
         if isinstance(document.data, dict) and "cables" in document.data:
             from robostiff.io.model_file.build_cables import cable_robot_from_document
 
-            descriptions.refuse_symbols(name, symbols, _OF_CABLES)
+            numeric = "a cable robot is computed with numbers, not formulas"
+            descriptions.refuse_symbols(name, symbols, numeric)
             return cable_robot_from_document(document, parameters)
         from robostiff.io.model_file import model_from_document
 
-        return model_from_document(document, parameters, symbols=symbols, shipped=_shipped_model)
+        def shipped_model(own: str) -> Path | None:
+            return robot_file(own) if own in shipped_robots() else None
+
+        return model_from_document(document, parameters, symbols=symbols, shipped=shipped_model)
     frozen = "this is a snapshot, frozen at one pose, and not a model"
     descriptions.refuse_symbols(name, symbols, frozen)
     if parameters:
@@ -227,12 +236,8 @@ def _of_description(
     from robostiff.io.rigid_tree import robot_of_tree
     from robostiff.robots import descriptions
 
-    descriptions.refuse_symbols(name, symbols, descriptions.DECIMALS)
+    descriptions.refuse_symbols(name, symbols, "the dimensions of a robot description are decimals")
     return robot_of_tree(*descriptions.described(value, side, **options), parameters)
-
-
-def _shipped_model(name: str) -> Path | None:
-    return robot_file(name) if name in shipped_robots() else None
 
 
 def robot_of_legs(loaded: Any, name: str) -> Robot:
@@ -255,20 +260,6 @@ def _names_in(folder: str) -> tuple[str, ...]:
 
 def _all_names() -> tuple[str, ...]:
     return tuple(name for folder in _FOLDERS for name in _names_in(folder))
-
-
-def _is_snapshot(document: Document) -> bool:
-    if isinstance(document.data, dict) and "robostiff" in document.data:
-        return False  # a model: no need to import what reads snapshots
-    from robostiff.io.snapshot import is_snapshot
-
-    return is_snapshot(document)
-
-
-def _not_there(name: str, is_path: bool) -> InputError:
-    if is_path or Path(name).suffix.lower() in _ENDINGS:
-        return InputError("robot", got=name, expected="a file that exists")
-    return _unknown(name, "a file, or the name of a shipped robot")
 
 
 def _unknown(name: str, expected: str) -> InputError:

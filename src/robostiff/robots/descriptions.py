@@ -196,9 +196,6 @@ def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:
         )
 
 
-DECIMALS = "the dimensions of a robot description are decimals"
-
-
 _KINDS = {
     ("yourdfpy", "URDF"): "a URDF of yourdfpy",
     ("mujoco", "MjModel"): "a model of MuJoCo",

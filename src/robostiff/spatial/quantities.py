@@ -117,7 +117,8 @@ def _converted(subject: str, value: Any, expected: str, units: Any) -> Any:
     if not isinstance(value, list | tuple | np.ndarray):
         return value
     entries = list(value)
-    if all(_is_scalar(entry) for entry in entries):
+    plain = [entry.magnitude if is_pint(entry) else entry for entry in entries]
+    if not any(isinstance(entry, list | tuple) or np.ndim(entry) for entry in plain):
         own = _of_entries(subject, len(entries), expected, units)
         return [
             _number(f"{subject}, entry [{k}]", entry, unit) if is_pint(entry) else entry
@@ -180,12 +181,6 @@ def _wrong(subject: str, quantity: Any, unit: str, hint: str | None = None) -> I
     what = _WORDS.get(unit, "a quantity")
     expected = f"{what}, in {unit} or a unit like it" if unit else what
     return InputError(subject, got=str(quantity), expected=expected, hint=hint)
-
-
-def _is_scalar(value: Any) -> bool:
-    if is_pint(value):
-        return np.ndim(value.magnitude) == 0
-    return not isinstance(value, list | tuple) and np.ndim(value) == 0
 
 
 def is_pint(value: Any) -> bool:

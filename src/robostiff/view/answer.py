@@ -11,11 +11,10 @@ from robostiff.analysis import Deflection
 from robostiff.analysis.result_tables import displacement_table, energy_table, stiffness_html
 from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Tone, block_html, element, escaped
-from robostiff.plot.ellipsoids import ellipsoid_items
 from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, Stiffness, principal_axes
-from robostiff.plot.picture import Item, Paint
-from robostiff.plot.picture.scene import colour_of
+from robostiff.plot.picture import Item, Paint, colour_of
 from robostiff.plot.prefix import prefixed, short
+from robostiff.plot.stiffness_pictures import ellipsoid_items
 from robostiff.plot.theme import Theme
 
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis at home
@@ -37,48 +36,27 @@ LAYERS = {
 
 @dataclass(frozen=True)
 class Look:
-    """How a robot is to be shown.
+    """How a robot is to be shown."""
 
-    Attributes
-    ----------
-    exaggeration : float or None
-        Of displacements; None for a round number that makes them visible.
-    seen : frozenset of str
-        Layers that are wanted.
-    """
-
+    # of displacements; None for a round number that makes them visible
     exaggeration: float | None = None
+    # layers that are wanted
     seen: frozenset[str] = frozenset(name for name, seen in LAYERS.items() if seen)
 
 
 @dataclass(frozen=True)
 class ShownAnswer:
-    """What is shown of a robot at a pose, under a load.
+    """What is shown of a robot at a pose, under a load."""
 
-    Attributes
-    ----------
-    status : str
-        In a word or two.
-    kind : str
-        ok, note or bad.
-    layers : mapping of str to sequence of Item
-        In metres.
-    stiffness, load : str
-        HTML of the tables; empty where there is nothing to say.
-    notes : tuple of str
-        What the picture shows, a sentence each.
-    key : str
-        HTML of the meaning of its colours.
-    """
-
-    status: str
-    kind: str
+    status: str  # in a word or two
+    kind: str  # ok, note or bad
     advice: tuple[str, ...] = ()
-    layers: Mapping[str, Sequence[Item]] = field(default_factory=dict)
+    layers: Mapping[str, Sequence[Item]] = field(default_factory=dict)  # in metres
+    # HTML of the tables; empty where there is nothing to say
     stiffness: str = ""
     load: str = ""
-    notes: tuple[str, ...] = ()
-    key: str = ""
+    notes: tuple[str, ...] = ()  # what the picture shows, a sentence each
+    key: str = ""  # HTML of the meaning of its colours
 
     @property
     def head(self) -> str:

@@ -25,7 +25,6 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.cable_robot import CableSketch
-from robostiff.plot.free_motion_screws import free_motion_items
 from robostiff.plot.geometry.displacement import at_rest, network_motion, spatial
 from robostiff.plot.geometry.ellipsoid import Quality, Stiffness
 from robostiff.plot.geometry.legs import points_of
@@ -34,6 +33,7 @@ from robostiff.plot.posed_robot import motion_of
 from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import RobotSketch, part_names
 from robostiff.plot.sketch import Sketch, colours_of_parts
+from robostiff.plot.stiffness_pictures import free_motion_items
 from robostiff.plot.structures import (
     NetworkSketch,
     colours_of_network,

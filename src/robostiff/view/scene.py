@@ -19,8 +19,8 @@ from robostiff.plot.picture import (
     Path,
     Shape,
     Text,
+    colour_of,
 )
-from robostiff.plot.picture.scene import colour_of
 from robostiff.plot.theme import Theme
 
 # Of the robot's size.

@@ -22,25 +22,15 @@ _LARGEST_FORCE, _LARGEST_MOMENT = 1000.0, 200.0  # [N], [N m]
 
 @dataclass(frozen=True)
 class Slider:
-    """A number that can be moved.
+    """A number that can be moved."""
 
-    Attributes
-    ----------
-    name : str
-        Of a coordinate, a parameter or a component of the load.
-    unit : str
-        In which it is shown; empty for a plain number.
-    low, high, start : float
-        In this unit.
-    factor : float
-        From this unit to SI; not used for parameters, which are given with their unit.
-    """
-
-    name: str
-    unit: str
+    name: str  # of a coordinate, a parameter or a component of the load
+    unit: str  # in which it is shown; empty for a plain number
+    # in this unit
     low: float
     high: float
     start: float
+    # from this unit to SI; not used for parameters, which are given with their unit
     factor: float = 1.0
 
     @property

@@ -50,9 +50,9 @@ class Threads:
     @property
     def number(self) -> int:
         """How many."""
-        if self.count == 0 and hasattr(os, "sched_getaffinity"):
-            return len(os.sched_getaffinity(0))
-        return self.count or os.cpu_count() or 1
+        if self.count or not hasattr(os, "sched_getaffinity"):
+            return self.count or os.cpu_count() or 1
+        return len(os.sched_getaffinity(0))
 
 
 def run_in_threads(

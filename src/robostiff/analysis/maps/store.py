@@ -36,6 +36,7 @@ from robostiff.errors import InputError
 _MARKS = "progress"
 _LOCK = "lock"
 _LONGEST = 2**20  # values in a chunk of a coordinate
+_NAMED = 3  # differences between two maps
 _SHRINKS = 20  # how much smaller a map may become on disk
 
 
@@ -136,17 +137,14 @@ def check_identity(path: Path, identity: Mapping[str, Any]) -> StoredMap:
     other = [part for part in identity if parts.get(part) != identity[part]]
     if other:
         changes = [own for p in other for own in differences(parts.get(p), identity[p], p)]
+        more = f", and {len(changes) - _NAMED} more" if len(changes) > _NAMED else ""
         raise InputError(
             f"map in {str(path)!r}: one with other {' and other '.join(other)}",
-            expected=f"the very map that was begun; different are {_some(changes)}",
+            expected=f"the very map that was begun; different are "
+            f"{', '.join(changes[:_NAMED])}{more}",
             hint="use another path, or remove that map",
         )
     return stored
-
-
-def _some(changes: list[str], most: int = 3) -> str:
-    rest = f", and {len(changes) - most} more" if len(changes) > most else ""
-    return ", ".join(changes[:most]) + rest
 
 
 def already_there(path: Path) -> InputError:

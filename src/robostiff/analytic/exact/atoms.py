@@ -89,7 +89,7 @@ def atoms_of(expressions: Iterable[Any]) -> Atoms:
                 pending.append(root)
         pending.extend(expression.args)
     return Atoms(
-        tuple(sorted(roots, key=_outer_first)),
+        tuple(sorted(roots, key=lambda x: (-count_of(x.base), -int(x.exp.q), str(x)))),
         tuple(sorted(angles, key=str)),
         tuple(sorted(symbols, key=lambda x: x.name if x.is_Symbol else str(x))),
     )
@@ -101,10 +101,6 @@ def is_root(expression: Any) -> bool:
         return False
     q = int(expression.exp.q)
     return q > 1 and q & (q - 1) == 0
-
-
-def _outer_first(root: Any) -> tuple[int, int, str]:
-    return -count_of(root.base), -int(root.exp.q), str(root)
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,9 @@ class PolynomialWriter:
 
     def _sum(self, terms: list[list[str]]) -> Any:
         ordered, ranks = self._ranked
-        if self._merging and any(self._merges(factor) for term in terms for factor in term):
+        if self._merging and any(
+            x.partition("^")[0] in self._merging for term in terms for x in term
+        ):
             return sp.Add(*(sp.Mul(*(ordered[ranks[x]] for x in term)) for term in terms))
         among_terms, make, written = ranks[_A_PRODUCT], sp.Mul._from_args, []
         for term in terms:
@@ -150,9 +152,6 @@ class PolynomialWriter:
         written.sort(key=_first)
         whole: Any = sp.Add._from_args(tuple([term for _, term in written]), True)
         return whole
-
-    def _merges(self, factor: str) -> bool:
-        return factor.partition("^")[0] in self._merging
 
     def _rank(self, factors: set[str]) -> None:
         """Write and rank factors that are new."""

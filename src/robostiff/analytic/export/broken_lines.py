@@ -233,7 +233,7 @@ def wrapped_formula(text: str, width: int, first: str = "", rest: str = "    ") 
 
 def _tokens(text: str, room: int) -> list[str]:
     """Pieces that stay together: sums are broken between brackets before they are broken inside."""
-    depths = _depths(text)
+    depths = [0, *accumulate((x == "(") - (x == ")") for x in text)]  # of brackets
     places = [m.start() for m in _BEFORE_SIGN_OR_AFTER_COMMA.finditer(text)]
     cuts = [0, len(text)]
     for depth in range(max(depths) + 1):
@@ -254,12 +254,6 @@ def _cut_where_long(cuts: list[int], places: list[int], room: int) -> list[int]:
         if start < place < stop
     ]
     return sorted({*cuts, *added})
-
-
-def _depths(text: str) -> list[int]:
-    """How many brackets are open before each character, and at the end."""
-    changes = ((character == "(") - (character == ")") for character in text)
-    return [0, *accumulate(changes)]
 
 
 def wrapped_words(text: str, width: int, rest: str = "") -> list[str]:

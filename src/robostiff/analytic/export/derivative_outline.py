@@ -81,9 +81,8 @@ def loaded_outline(loaded: StiffnessUnderLoad) -> tuple[Block, ...]:
         OutlineHeading(title_of(whole), level=1),
         OutlineText(words, (names.result, unloaded, added, added, load)),
         column_equation(load.name, loaded.wrench),
+        equations(definitions),
     ]
-    if definitions:
-        blocks.append(equations(definitions))
     for title, K, name in (("Without load", K0, unloaded), ("What the load adds", K1, added)):
         blocks += [OutlineHeading(title), stiffness_equation(K, name, names)]
     rows: list[tuple[tuple[MatrixName | str, ...], Any]] = [
@@ -120,14 +119,11 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     >>> wrench = sp.ImmutableMatrix([1, 0, 0])
     >>> leg = LegDerivation("rod", ("pin",), (), ("spring",), (wrench,), (1 / k,), K)
     >>> robot = RobotDerivation("robot", K, (), K, legs=(leg,), where="in the home configuration")
-    >>> [block.text for block in robot_outline(robot) if isinstance(block, OutlineHeading)]
+    >>> [block.text for block in outline_of(robot) if isinstance(block, OutlineHeading)]
     ['Cartesian stiffness matrix robot', 'Leg 1: rod', 'Sum of the legs']
     """
     names = EntryNames(derivation)
-    blocks: list[Block] = [
-        OutlineHeading(title_of(derivation), level=1),
-        _summary(derivation),
-    ]
+    blocks: list[Block] = [OutlineHeading(title_of(derivation), level=1), _summary(derivation)]
     if derivation.remark:
         blocks.append(OutlineText(derivation.remark))
     named = _named(derivation, names)
@@ -145,31 +141,23 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         blocks += section
         definitions = [d for d in definitions if d.symbol not in defined]
     if alone:
-        return (
-            *blocks,
-            *_in_words_of_all(derivation, kinds=True),
-            _nomenclature(derivation, names),
-        )
+        blocks += _in_words_of_all(derivation, kinds=True)
+        return (*blocks, _nomenclature(derivation, names))
     if derivation.in_series is not None:
         # K as the inverse of C is the whole formula: wrenches of an arm say no more.
         blocks += series_blocks(derivation.in_series, names, (), set(names.given))
         blocks.append(OutlineText(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
         return (*blocks, _nomenclature(derivation, names))
-    closing = [x for c in derivation.conditions for x in c.equations]
-    if closing:
-        blocks += [
-            OutlineHeading("Where the legs close"),
-            ScalarEquations(tuple(("0", x) for x in closing)),
-        ]
+    closing = tuple(("0", x) for c in derivation.conditions for x in c.equations)
+    blocks += [OutlineHeading("Where the legs close"), ScalarEquations(closing)]
     if form is not None and derivation.is_closed:
         # One leg and the table have said what all legs transmit, and how they add up.
         blocks += _in_words_of_all(derivation, kinds=True)
         used = used_definitions(definitions, named.K.flat())
-        blocks += [OutlineHeading("All legs together"), *([equations(used)] if used else [])]
+        blocks += [OutlineHeading("All legs together"), equations(used)]
         blocks.append(stiffness_equation(named.K, names.result, names))
         return (*blocks, _nomenclature(derivation, names))
-    if definitions:
-        blocks += [OutlineHeading("Names for recurring expressions"), equations(definitions)]
+    blocks += [OutlineHeading("Names for recurring expressions"), equations(definitions)]
     blocks += _in_words_of_all(derivation)
     alike = len(derivation.legs) > 1 and len({*map(_in_words, derivation.legs)}) == 1
     for number, leg in enumerate(named.legs, start=1):
@@ -180,11 +168,8 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     blocks += [OutlineHeading("Sum of the legs"), WrenchSum(names.result)]
     of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
     rest = [d for d in derivation.definitions if d.symbol not in of_legs]
-    if rest:
-        blocks.append(equations(rest))
-    blocks.append(stiffness_equation(named.K, names.result, names))
-    blocks.append(_nomenclature(derivation, names))
-    return tuple(blocks)
+    stiffness = stiffness_equation(named.K, names.result, names)
+    return (*blocks, equations(rest), stiffness, _nomenclature(derivation, names))
 
 
 def is_vectors_alone(derivation: RobotDerivation) -> bool:
@@ -280,7 +265,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def _leg(leg: LegDerivation, number: int) -> list[Block]:
     """Definitions, then each wrench with its compliance."""
-    blocks: list[Block] = [equations(leg.definitions)] if leg.definitions else []
+    blocks: list[Block] = [equations(leg.definitions)]
     if not leg.wrenches:
         return [*blocks, OutlineText("It transmits no wrench.")]
     several = len(leg.wrenches) > 1
@@ -376,7 +361,8 @@ def derivative_outline(derivative: FormulaDerivative) -> tuple[Block, ...]:
     >>> k, L = sp.symbols("k L")
     >>> K = sp.ImmutableMatrix(sp.diag(k / L, 0, 0))
     >>> [type(b).__name__ for b in derivative_outline(differentiate(Derivation("K", K, (), K), L))]
-    ['OutlineHeading', 'OutlineText', 'OutlineHeading', 'MatrixEquation', 'Nomenclature']
+    ['OutlineHeading', 'OutlineText', 'OutlineHeading', 'ScalarEquations', 'MatrixEquation', \
+'Nomenclature']
     """
     names, symbol = EntryNames(derivative.derivation), derivative.symbol
     result = MatrixName(derivative_name(names.result.name, symbol))
@@ -388,12 +374,13 @@ def derivative_outline(derivative: FormulaDerivative) -> tuple[Block, ...]:
     definitions = used_definitions(definitions, dK.flat())
     form = "in closed form" if derivative.is_closed else "in named steps, each with its derivative"
     title = f"Derivative of the stiffness matrix {names.result.name} by {symbol.name}"
-    blocks: list[Block] = [OutlineHeading(title, level=1), OutlineText(f"Derivative {form}.")]
-    blocks.append(OutlineHeading("Result"))
-    if definitions:
-        blocks.append(equations(definitions))
-    blocks.append(stiffness_equation(dK, result, names))
     meaning = f"derivative of {names.result.name} by {symbol.name}, all other given symbols held"
     given = meanings_of_given(names.given, derivative.derivation.meanings)
-    blocks.append(Nomenclature((((result,), meaning), *given)))
-    return tuple(blocks)
+    return (
+        OutlineHeading(title, level=1),
+        OutlineText(f"Derivative {form}."),
+        OutlineHeading("Result"),
+        equations(definitions),
+        stiffness_equation(dK, result, names),
+        Nomenclature((((result,), meaning), *given)),
+    )

@@ -180,7 +180,11 @@ def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]
     if not any(over_all) or not all(of_sums):
         for base in below:
             least[base] = min(0, max(own.get(base, 0) for own in powers))
-    number = _content([own.number for own in products.values()])
+    numbers = [own.number for own in products.values()]
+    number: Any = sp.Integer(1)
+    if all(x.is_Rational for x in numbers):  # the largest of which all are whole multiples
+        above, below = [int(x.p) for x in numbers], [int(x.q) for x in numbers]
+        number = sp.Rational(math.gcd(*above), math.lcm(*below))
     symbols = sp.Mul(*(base**power for base, power in least.items()))
     rest = whole.applyfunc(lambda x: products[x].divided(number, symbols) if x != 0 else x)
     factor = number * symbols
@@ -218,15 +222,6 @@ class _Product:
         """The entry divided by a number and a product of symbols; a sum is not multiplied out."""
         left, rest = self.number / number, self.product / symbols
         return sp.Mul(left, rest, evaluate=False) if rest.is_Add and left != 1 else left * rest
-
-
-def _content(numbers: list[Any]) -> Any:
-    """Largest number of which all are whole multiples; 1 of decimals."""
-    if not all(number.is_Rational for number in numbers):
-        return sp.Integer(1)
-    return sp.Rational(
-        math.gcd(*(int(x.p) for x in numbers)), math.lcm(*(int(x.q) for x in numbers))
-    )
 
 
 def _has_fractions(powers: dict[Any, Any]) -> bool:

@@ -232,17 +232,15 @@ def derivation_page(derivation: Derivation | FormulaDerivative) -> str:
     >>> page.startswith("<!DOCTYPE html>")
     True
     """
+    blocks = outline_of(derivation)
+    title = next(block.text for block in blocks if isinstance(block, OutlineHeading))
     head = (
         '<meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escaped(_title(derivation))}</title><style>{_PAGE_STYLE}</style>"
+        f"<title>{escaped(title)}</title><style>{_PAGE_STYLE}</style>"
     )
     body = element("body", derivation_html(derivation))
     return f'<!DOCTYPE html>\n<html lang="en">{element("head", head)}\n{body}\n</html>\n'
-
-
-def _title(derivation: Derivation | FormulaDerivative) -> str:
-    return next(block.text for block in outline_of(derivation) if isinstance(block, OutlineHeading))
 
 
 def _written(block: Block, first: int) -> list[str]:

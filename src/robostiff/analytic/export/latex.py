@@ -191,17 +191,15 @@ def _written(block: Block) -> list[str]:
             command = "subsection" if level == 1 else "paragraph"
             return [f"\\{command}*{{{latex_words(text)}}}"]
         case OutlineText():
-            return [sentences(block, LATEX, _breakable)]
+            return [
+                sentences(block, LATEX, lambda x: latex_words(x).replace("/", "/\\allowbreak{}"))
+            ]
         case Nomenclature(rows):
             return ["\\paragraph*{Nomenclature}", _nomenclature(rows)]
         case FormulaTable():
             return [_table(block)]
         case _:
             return [_display(formula) for formula in displays(block, LATEX, _ROOM)]
-
-
-def _breakable(text: str) -> str:
-    return latex_words(text).replace("/", "/\\allowbreak{}")
 
 
 def _table(table: FormulaTable) -> str:
@@ -215,17 +213,17 @@ def _table(table: FormulaTable) -> str:
 
 
 def _display(formula: Display) -> str:
+    written = _in_lines(formula, "align*")
+    return written if written.startswith("\\begin") else f"\\[\n{written}\n\\]"
+
+
+def _in_lines(formula: Display, environment: str = "aligned") -> str:
+    """A short equation, or equations one below the other, aligned at their equals signs."""
     if len(formula) == 1 and len(formula[0].lines) == 1:
-        return f"\\[\n{formula[0].left} = {formula[0].lines[0]}\n\\]"
-    return f"\\begin{{align*}}\n{aligned_rows(formula)}\n\\end{{align*}}"
-
-
-def aligned_rows(formula: Display) -> str:
-    """Equations one below the other, aligned at their equals signs."""
-    rows = [
-        f"{row.left} &= " + " \\\\\n&\\quad ".join(line for line in row.lines) for row in formula
-    ]
-    return " \\\\\n".join(rows)
+        return f"{formula[0].left} = {formula[0].lines[0]}"
+    rows = [f"{row.left} &= " + " \\\\\n&\\quad ".join(row.lines) for row in formula]
+    body = " \\\\\n".join(rows)
+    return f"\\begin{{{environment}}}\n{body}\n\\end{{{environment}}}"
 
 
 def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> str:
@@ -273,12 +271,7 @@ def latex_snippet(derivation: Any) -> str:
             wanted |= expression.free_symbols
     if names:
         blocks = [ScalarEquations(tuple(names)), *blocks]
-    written = []
-    for formula in (x for block in blocks for x in displays(block, LATEX, _ROOM)):
-        is_line = len(formula) == 1 and len(formula[0].lines) == 1
-        line = f"{formula[0].left} = {formula[0].lines[0]}"
-        aligned = f"\\begin{{aligned}}\n{aligned_rows(formula)}\n\\end{{aligned}}"
-        written.append(line if is_line else aligned)
+    written = [_in_lines(x) for block in blocks for x in displays(block, LATEX, _ROOM)]
     return "\n\n".join(written) + "\n"
 
 
@@ -321,14 +314,8 @@ def _in_markdown(block: Block) -> list[str]:
             cells.insert(1, ["---"] * len(cells[0]))
             return ["\n".join(f"| {' | '.join(row)} |" for row in cells)]
         case _:
-            return [_in_dollars(formula) for formula in displays(block, LATEX, _MARKDOWN_ROOM)]
+            return [f"$$\n{_in_lines(x)}\n$$" for x in displays(block, LATEX, _MARKDOWN_ROOM)]
 
 
 def _escaped(text: str) -> str:
     return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
-
-
-def _in_dollars(formula: Display) -> str:
-    if len(formula) == 1 and len(formula[0].lines) == 1:
-        return f"$$\n{formula[0].left} = {formula[0].lines[0]}\n$$"
-    return f"$$\n\\begin{{aligned}}\n{aligned_rows(formula)}\n\\end{{aligned}}\n$$"

@@ -58,18 +58,14 @@ without passive joints', 'Joint 1: platform joint[0]']
     blocks: list[Block] = [
         OutlineHeading(f"Stiffness of {derivation.leg}, joint by joint", level=1),
         OutlineText(_summary(derivation), (first, _C)),
-    ]
-    if before:
-        blocks += [OutlineHeading("Names"), equations(before)]
-    blocks += [
+        OutlineHeading("Names"),
+        equations(before),
         OutlineHeading("Axes"),
         OutlineText(
             "All matrices are in axes of the leg, in which its joints are simplest: columns of "
             "{}, in world axes. Their origin lies at {} from the reference point.",
             (_AXES, _ARM),
         ),
-    ]
-    blocks += [
         _matrix(derivation.axes, _AXES),
         column_equation(_ARM.name, derivation.arm),
         OutlineHeading("Compliance without passive joints"),
@@ -122,28 +118,23 @@ def _stage(stage: Stage, number: int, before: Any, names: EntryNames) -> list[Bl
     if stage.is_redundant:
         return [*blocks, EqualMatrices(after, earlier)]
     alone = [p for p, x in enumerate(stage.J.flat()) if x != 0]
-    definitions: list[Block] = [equations(stage.definitions)] if stage.definitions else []
     if len(alone) == 1:
         (p,) = alone
         if any(j != p and before[p, j] != 0 for j in range(before.rows)):
-            blocks.append(_index_rule(p, earlier.name, after.name))
+            K = earlier.name  # rule (19) in symbols, for any row j and column k
+            whole, across = sp.Symbol(f"{K}_jk"), sp.Symbol(f"{K}_{p + 1}{p + 1}")
+            sides = sp.Symbol(f"{K}_j{p + 1}") * sp.Symbol(f"{K}_k{p + 1}")
+            blocks.append(ScalarEquations(((f"{after.name}_jk", whole - sides / across),)))
         else:
             words = f"Row and column {p + 1} hold no other entry: they are struck, and all others "
             blocks.append(OutlineText(f"{words}stay."))
-        blocks += definitions
+        blocks.append(equations(stage.definitions))
     else:
-        blocks += [*definitions, column_equation(u.name, stage.u)]
+        blocks += [equations(stage.definitions), column_equation(u.name, stage.u)]
         if stage.mu != sp.Symbol(mu):
             blocks.append(ScalarEquations(((mu, readable(stage.mu)),)))
         blocks.append(Recursion(after, earlier, u, mu))
     return [*blocks, _stiffness(stage.K, after, names)]
-
-
-def _index_rule(p: int, before: str, after: str) -> ScalarEquations:
-    """Rule (19) in symbols, for any row j and column k."""
-    whole, across = sp.Symbol(f"{before}_jk"), sp.Symbol(f"{before}_{p + 1}{p + 1}")
-    sides = sp.Symbol(f"{before}_j{p + 1}") * sp.Symbol(f"{before}_k{p + 1}")
-    return ScalarEquations(((f"{after}_jk", whole - sides / across),))
 
 
 def _stiffness(K: Any, name: MatrixName, names: EntryNames) -> Block:

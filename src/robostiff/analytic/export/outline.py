@@ -188,12 +188,15 @@ Block = OutlineHeading | OutlineText | Displayable | FormulaTable | Nomenclature
 def outline(derivation: Derivation) -> tuple[Block, ...]:
     """The blocks of an exported derivation, from the start to the nomenclature.
 
+    Some may be empty; `nomenclature.with_springs` leaves these out, and headings above nothing.
+
     Examples
     --------
     >>> k = sp.Symbol("k")
     >>> K = sp.ImmutableMatrix(sp.diag(k, k, k))
-    >>> [type(block).__name__ for block in outline(Derivation("K_C", K, (), K))]
-    ['OutlineHeading', 'OutlineText', 'OutlineHeading', 'MatrixEquation', 'Nomenclature']
+    >>> blocks = outline(Derivation("K_C", K, (), K))
+    >>> [block.text for block in blocks if isinstance(block, OutlineHeading)]
+    ['Cartesian stiffness matrix K_C', 'Definitions', 'Result']
     """
     names = EntryNames(derivation)
     blocks: list[Block] = [
@@ -201,8 +204,7 @@ def outline(derivation: Derivation) -> tuple[Block, ...]:
         OutlineText(_summary(derivation)),
     ]
     first, last = _unstaged(derivation)
-    if first:
-        blocks += [OutlineHeading("Definitions"), equations(first)]
+    blocks += [OutlineHeading("Definitions"), equations(first)]
     if derivation.stages:
         blocks += [OutlineHeading("Start: stiffness without passive joints")]
         blocks += _stiffness(derivation.K0, names.stiffness(0), names)
@@ -210,9 +212,13 @@ def outline(derivation: Derivation) -> tuple[Block, ...]:
         is_result = number == len(derivation.stages) and stage.K == derivation.K
         blocks += _stage(stage, number, is_result, names)
     blocks.append(OutlineHeading("Result"))
-    if last:
-        blocks.append(equations(last))
-    blocks += _result(derivation, names)
+    blocks.append(equations(last))
+    K = derivation.K
+    if derivation.is_closed:
+        named = name_combinations(K, names.given)
+        K = named.matrix
+        blocks.append(equations(named.definitions))
+    blocks.append(stiffness_equation(K, names.result, names))
     blocks.append(_nomenclature(derivation, names))
     return tuple(blocks)
 
@@ -238,11 +244,10 @@ def _stage(stage: Stage, number: int, is_result: bool, names: EntryNames) -> lis
     blocks: list[Block] = [
         OutlineHeading(f"Joint {number}: {stage.joint}"),
         OutlineText(f"{stage.rule}."),
+        column_equation(J.name, stage.J),
+        equations(stage.definitions),
+        column_equation(u.name, stage.u),
     ]
-    blocks.append(_vector(stage.J, J, names))
-    if stage.definitions:
-        blocks.append(equations(stage.definitions))
-    blocks.append(_vector(stage.u, u, names))
     if stage.mu != sp.Symbol(mu):
         blocks.append(ScalarEquations(((mu, readable(stage.mu)),)))
     if stage.is_redundant:
@@ -263,15 +268,6 @@ def _stiffness(K: sp.ImmutableMatrix, name: MatrixName, names: EntryNames) -> li
     return [stiffness_equation(K, name, names)]
 
 
-def _result(derivation: Derivation, names: EntryNames) -> list[Block]:
-    """The matrix; of a closed form also names for recurring expressions, before it."""
-    if not derivation.is_closed:
-        return [stiffness_equation(derivation.K, names.result, names)]
-    named = name_combinations(derivation.K, names.given)
-    blocks: list[Block] = [equations(named.definitions)] if named.definitions else []
-    return [*blocks, stiffness_equation(named.matrix, names.result, names)]
-
-
 def stiffness_equation(
     K: sp.ImmutableMatrix, name: MatrixName, names: EntryNames
 ) -> MatrixEquation:
@@ -279,10 +275,6 @@ def stiffness_equation(
     K = without_lost_digits(K)
     factor, rest = factored_matrix(K)
     return MatrixEquation(name, factor, rest, readable_matrix(K), names.entries_of(name))
-
-
-def _vector(column: sp.ImmutableMatrix, name: MatrixName, names: EntryNames) -> MatrixEquation:
-    return matrix_equation(name, readable_matrix(column).T, names.entries_of(name))
 
 
 def matrix_equation(

@@ -24,15 +24,6 @@ from robostiff.errors import InputError
 LARGE = sp.Integer(10) ** 50
 
 
-def has_large_numbers(expressions: Iterable[Any]) -> bool:
-    """Whether some number in expressions has a numerator or denominator beyond `LARGE`."""
-    return any(
-        abs(number.p) > LARGE or number.q > LARGE
-        for expression in expressions
-        for number in expression.atoms(sp.Rational)
-    )
-
-
 def scaled(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
     """A factor and an expression of usual size, whose product is an expression.
 
@@ -301,7 +292,9 @@ def _in_range(
     assignments: tuple[Assignment, ...], results: list[Any]
 ) -> tuple[tuple[Assignment, ...], list[Any]]:
     """The program with numbers in the range of doubles: large sums are scaled."""
-    if not has_large_numbers([*(a.expression for a in assignments), *results]):
+    expressions = [*(a.expression for a in assignments), *results]
+    numbers = [x for e in expressions for x in e.atoms(sp.Rational)]
+    if all(abs(x.p) <= LARGE and x.q <= LARGE for x in numbers):
         return assignments, results
     scales: dict[Any, Any] = {}
     found = []

@@ -115,7 +115,10 @@ def _matrix(block: MatrixEquation, width: int) -> list[str]:
             f"({', '.join(map(plain_text, fitting.matrix.flat()))})", width, start
         )
     else:
-        rows = _aligned(fitting.matrix)
+        cells = [[plain_text(entry) for entry in row] for row in fitting.matrix.tolist()]
+        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+        padded = [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in cells]
+        rows = [f"[ {'  '.join(row)} ]" for row in padded]
         if len(start) + len(rows[0]) <= width:
             middle = (len(rows) - 1) // 2
             blank = " " * len(start)
@@ -123,15 +126,6 @@ def _matrix(block: MatrixEquation, width: int) -> list[str]:
         else:
             lines = [*wrapped_formula(start, width, rest=""), *("  " + row for row in rows)]
     return [*lines, "", *_written(fitting.named, width)] if fitting.named.rows else lines
-
-
-def _aligned(matrix: sp.ImmutableMatrix) -> list[str]:
-    cells = [[plain_text(entry) for entry in row] for row in matrix.tolist()]
-    widths = [max(len(row[j]) for row in cells) for j in range(matrix.cols)]
-    return [
-        f"[ {'  '.join(cell.ljust(w) for cell, w in zip(row, widths, strict=True))} ]"
-        for row in cells
-    ]
 
 
 def plain_text(expression: sp.Basic) -> str:

@@ -188,10 +188,11 @@ def _of_kind(
     first = [e for e in leg if not e.name.startswith(("w_", "c_", "o_"))]
     rest = [e for e in leg if e.name.startswith(("w_", "c_", "o_"))]
     of_rod = in_names(found.of_rod)
-    blocks: list[Block] = [VectorEquations((*pose, *first))]
-    if names:
-        blocks.append(equations(names))
-    blocks.append(VectorEquations(tuple(rest)))
+    blocks: list[Block] = [
+        VectorEquations((*pose, *first)),
+        equations(names),
+        VectorEquations(tuple(rest)),
+    ]
     if found.columns:
         columns = [in_names(c) for c in found.columns.values()]
         rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
@@ -227,11 +228,6 @@ def series_blocks(
     if isinstance(found, ArmOfSprings):
         return _arm_blocks(found, names.result, taken)
     renamed, new = _in_known_names(found.definitions, known, taken)
-    own = [d for d in new if d not in known]
-
-    def written(matrix: Any) -> Any:
-        return matrix.xreplace(renamed)
-
     C, axes, arm, in_axes = map(MatrixName, ("C", "R_0", "v_0", "K_0"))
     return [
         OutlineHeading("Compliance: a sum over the springs"),
@@ -241,10 +237,14 @@ def series_blocks(
             "reference point.",
             (axes, arm),
         ),
-        *([equations(own)] if own else []),
-        matrix_equation(axes, readable_matrix(written(found.axes)), names.entries_of(axes)),
-        matrix_equation(arm, readable_matrix(written(found.arm)).T, lambda _, j: f"v_0_{j + 1}"),
-        matrix_equation(C, written(found.C).applyfunc(in_decimals), names.entries_of(C)),
+        equations([d for d in new if d not in known]),
+        matrix_equation(
+            axes, readable_matrix(found.axes.xreplace(renamed)), names.entries_of(axes)
+        ),
+        matrix_equation(
+            arm, readable_matrix(found.arm.xreplace(renamed)).T, lambda _, j: f"v_0_{j + 1}"
+        ),
+        matrix_equation(C, found.C.xreplace(renamed).applyfunc(in_decimals), names.entries_of(C)),
         Inverse(in_axes, C),
         Transport(names.result, in_axes, axes, arm),
     ]
@@ -266,9 +266,8 @@ def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> lis
             tuple(map(MatrixName, "tpmpQ")),
         ),
         VectorEquations(found.equations),
+        equations(found.names),
     ]
-    if found.names:
-        blocks.append(equations(found.names))
     if drives:
         blocks.append(FormulaTable((MatrixName("t"), "c"), tuple(drives), "joint"))
     if beams:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -65,8 +65,17 @@ class RobotInNumbers:
             of a leg meet at home.
         """
         where = f"{placed.robot.name!r} {placed.where}"
-        solvers = enumerate(placed.solvers)
-        _refuse_meeting_postures(where, (own for i, own in solvers if i not in placed.turned))
+        for i, solver in enumerate(placed.solvers):
+            # Of two postures in one at the nominal values none can be chosen.
+            if i not in placed.turned and _has_meeting_postures(solver):
+                name = solver.leg.name
+                raise InputError(
+                    f"formula of {where}",
+                    got=f"two postures of leg {name!r} that meet at home, at the end of reach",
+                    expected="values of the model at which home coordinates choose one of them",
+                    hint="derive it with other values of the model, and put yours in: "
+                    'derivation.subs({"name": value})',
+                )
         places = tuple(closed_places(placed, placed.where))
         symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
         return cls(where, symbols, places, placed.length)
@@ -92,18 +101,6 @@ class RobotInNumbers:
             if matrix_distance(own, result.K, self.length) > limit:
                 given = {s: values[s.name] for s in self.symbols}
                 check_value(K, definitions, given, result.K, limit, self.where, self.length)
-
-
-def _refuse_meeting_postures(where: str, solvers: Iterable[LegSolver]) -> None:
-    """Raise where a leg has two postures in one at the nominal values: none can be chosen there."""
-    for solver in filter(_has_meeting_postures, solvers):
-        raise InputError(
-            f"formula of {where}",
-            got=f"two postures of leg {solver.leg.name!r} that meet at home, at the end of reach",
-            expected="values of the model at which home coordinates choose one of them",
-            hint="derive it with other values of the model, and put yours in: "
-            'derivation.subs({"name": value})',
-        )
 
 
 @kept
@@ -194,7 +191,9 @@ def sampled_robots(
     follows = placed.follows
     sample = follows.sample(random, spread)
     numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
-    if _have_other_roots(sample.finder.solvers, placed.solvers):
+    solvers = zip(sample.finder.solvers, placed.solvers, strict=False)
+    forms = ((x.closed_form, y.closed_form) for x, y in solvers)
+    if any(a and b and a.mode.root != b.mode.root for a, b in forms):
         raise InputError(
             f"working mode of {numeric.name!r}",
             got="another posture that is nearer to the home coordinates than that of the model",
@@ -208,12 +207,6 @@ def sampled_robots(
         return numeric, [(values, pose_at(placed.given, sample.finder, values, placed.rotation))]
     each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
     return numeric, [(one, _pose(placed, numeric, sample.finder, one)) for one in each]
-
-
-def _have_other_roots(some: Sequence[LegSolver], others: Sequence[LegSolver]) -> bool:
-    """Whether a slide or crank moves its rod in the other of its two ways."""
-    forms = ((a.closed_form, b.closed_form) for a, b in zip(some, others, strict=False))
-    return any(a and b and a.mode.root != b.mode.root for a, b in forms)
 
 
 def _batch(poses: list[Any]) -> Any:

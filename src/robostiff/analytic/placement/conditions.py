@@ -350,7 +350,7 @@ def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
                 found += [replace(x, equations=equations) for x in _closing(leg.name, gap, again)]
                 continue
         else:
-            gap = _gap_in_closed_form(leg, platform, placed, i)
+            gap = place_leg(leg, platform, placed.solvers[i]).gap if placed.follows.pose else ()
         found += _closing(leg.name, gap, again)
     return found
 
@@ -366,14 +366,6 @@ def _differences(a: FormulaPose, b: FormulaPose, read: ClosedReading) -> tuple[A
         if difference.free_symbols and not {difference, -difference} & set(found):
             found.append(difference)
     return tuple(found)
-
-
-def _gap_in_closed_form(
-    leg: Leg, platform: FormulaPose, placed: PlacedRobot, number: int
-) -> tuple[Any, ...]:
-    if not placed.follows.pose:
-        return ()
-    return place_leg(leg, platform, placed.solvers[number]).gap
 
 
 def _names(coordinate: Any, placed: PlacedRobot) -> bool:

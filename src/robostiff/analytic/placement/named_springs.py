@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import count
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -59,13 +60,14 @@ def named_springs(robot: Robot, taken: Iterable[str]) -> NamedSprings:
     >>> names[0].expression, names[3].expression, names[-1].expression
     (210000000000, E*b*h**3/12, 100000)
     """
-    springs = _Springs([], [])
-    _changed(robot, springs)
+    beams: list[Any] = []
+    drives: list[Any] = []
+    _changed(robot, lambda *own: beams.append(own), lambda *own: drives.append(own))
     table = NamedSprings({*taken})
-    table.name_moduli([own for _, own in springs.beams])
-    for name, own in springs.beams:
+    table.name_moduli([own for _, own in beams])
+    for name, own in beams:
         table.name_products(name, own)
-    for drive in springs.drives:
+    for drive in drives:
         table.name_stiffness(*drive)
     return table
 
@@ -103,50 +105,13 @@ def named_products(written: Mapping[str, Any], number: int) -> dict[str, Any]:
     return named
 
 
-class _Names(Protocol):
-    """Names for springs; None for one that stays as it is."""
-
-    def of_beam(self, name: str, beam: SlenderBeam) -> _Stiffnesses | None:
-        """Products of a beam."""
-        ...
-
-    def of_drive(self, name: str, stiffness: Any, unit: str) -> Any:
-        """Stiffness of a drive."""
-        ...
-
-
-@dataclass(frozen=True)
-class _Springs:
-    """Lists springs, and names none."""
-
-    beams: list[tuple[str, SlenderBeam]]
-    drives: list[tuple[str, Any, str]]
-
-    def of_beam(self, name: str, beam: SlenderBeam) -> None:
-        self.beams.append((name, beam))
-
-    def of_drive(self, name: str, stiffness: Any, unit: str) -> None:
-        self.drives.append((name, stiffness, unit))
-
-
-@dataclass(frozen=True)
-class _Stiffnesses:
+class _Stiffnesses(NamedTuple):
     """E A, E I_y, E I_z and G J of a beam, each a name, or a formula that needs none."""
 
     EA: Any
     EI_y: Any
     EI_z: Any
     GJ: Any
-
-    def elasticity(self, own: Elasticity, length: Any, read: Callable[[Any], Any]) -> Elasticity:
-        """That of a beam of some length, on what is read."""
-        L, *products = map(read, (exact_number(length), self.EA, self.EI_y, self.EI_z, self.GJ))
-        return replace(own, compliance=cantilever_compliance(L, 1, 1, *products), beam=None)
-
-    def telescopic(self, beam: TelescopicBeam) -> TelescopicBeam:
-        """A beam of a telescope that has them: products in place of a section, and moduli of 1."""
-        section = CrossSection(self.EA, self.EI_y, self.EI_z, self.GJ)
-        return replace(beam, material=Material(beam.material.name, 1, 1), section=section)
 
 
 _Material = tuple[Any, Any, str]  # E, G and its name
@@ -166,20 +131,15 @@ class NamedSprings:
 
     def put_into(self, robot: Robot, read: Callable[[Any], Any]) -> Robot:
         """The robot with names in place of its springs; compliances are those of what is read."""
-        return _changed(robot, self, read) if self._definitions else robot
+        if not self._definitions:
+            return robot
+        drives = self._drives
+        return _changed(robot, lambda _, x: self._beams[x], lambda _, *own: drives[own], read)
 
     @property
     def definitions(self) -> tuple[Definition, ...]:
         """What the names stand for, in the order in which it can be computed."""
         return tuple(self._definitions.values())
-
-    def of_beam(self, name: str, beam: SlenderBeam) -> _Stiffnesses:
-        """Products of a beam."""
-        return self._beams[beam]
-
-    def of_drive(self, name: str, stiffness: Any, unit: str) -> Any:
-        """Stiffness of a drive."""
-        return self._drives[stiffness, unit]
 
     def name_stiffness(self, name: str, stiffness: Any, unit: str) -> None:
         """A name for the stiffness of a drive."""
@@ -224,8 +184,7 @@ class NamedSprings:
         if key not in self._sets:
             self._sets[key] = self._named(written)
         self._beams[beam] = found = self._sets[key]
-        symbols: list[Any] = [found.EA, found.EI_y, found.EI_z, found.GJ]
-        for symbol in symbols:
+        for symbol in found:
             self._of_part(symbol, name)
 
     def _named(self, written: dict[str, Any]) -> _Stiffnesses:
@@ -274,8 +233,14 @@ def _with(part: Any, **new: Any) -> Any:
     return part if kept else replace(part, **new)
 
 
-def _changed(robot: Robot, names: _Names, read: Callable[[Any], Any] = lambda x: x) -> Robot:
-    """A robot with names in place of its springs, where they have names."""
+def _changed(
+    robot: Robot,
+    of_beam: Callable[[str, SlenderBeam], _Stiffnesses | None],
+    of_drive: Callable[[str, Any, str], Any],
+    read: Callable[[Any], Any] = lambda x: x,
+) -> Robot:
+    """A robot with names in place of its springs; None for one that stays as it is."""
+    naming = partial(_Naming, of_beam, of_drive, read)
     users: dict[int, list[str]] = {}
     for leg in robot.legs:
         users.setdefault(id(leg.chain), []).append(leg.name)
@@ -285,11 +250,11 @@ def _changed(robot: Robot, names: _Names, read: Callable[[Any], Any] = lambda x:
         own = id(leg.chain)
         if own not in chains:
             alone = len(users) > 1 and len(users[own]) == 1
-            chains[own] = _Naming(names, read, f"{leg.name}/" if alone else "").chain(leg.chain, "")
+            chains[own] = naming(f"{leg.name}/" if alone else "").chain(leg.chain, "")
         legs.append(_with(leg, chain=chains[own]))
     platform = robot.platform
     if platform is not None:
-        walk = _Naming(names, read, "")
+        walk = naming("")
         parts = (
             _with(x, elasticity=walk.elasticity(x.elasticity, f"platform/{x.name}"))
             for x in platform.parts
@@ -302,7 +267,8 @@ def _changed(robot: Robot, names: _Names, read: Callable[[Any], Any] = lambda x:
 class _Naming:
     """Goes along a chain."""
 
-    names: _Names
+    of_beam: Callable[[str, SlenderBeam], _Stiffnesses | None]
+    of_drive: Callable[[str, Any, str], Any]
     read: Callable[[Any], Any]
     leg: str  # before the names of drives, where that of another leg may be called alike
 
@@ -347,18 +313,23 @@ class _Naming:
             return role
         if exact_number(stiffness).free_symbols:
             return role
-        found = self.names.of_drive(self.leg + name, stiffness, *units)
+        found = self.of_drive(self.leg + name, stiffness, *units)
         return role if found is None else _with(role, stiffness=found)
 
     def elasticity(self, own: Elasticity, name: str) -> Elasticity:
         """The same with names for the products of a beam."""
-        found = None if own.beam is None else self.names.of_beam(name, own.beam)
+        found = None if own.beam is None else self.of_beam(name, own.beam)
         if found is None or own.beam is None:
             return own
-        return found.elasticity(own, own.beam.length, self.read)
+        L, *products = map(self.read, (exact_number(own.beam.length), *found))
+        return replace(own, compliance=cantilever_compliance(L, 1, 1, *products), beam=None)
 
     def telescopic(self, beam: TelescopicBeam, name: str) -> TelescopicBeam:
         """The same with names for its products."""
         own = SlenderBeam.of(1, beam.material, beam.section, beam.theory)
-        found = None if own is None else self.names.of_beam(name, own)
-        return beam if found is None else found.telescopic(beam)
+        found = None if own is None else self.of_beam(name, own)
+        if found is None:
+            return beam
+        # Products in place of a section, and moduli of 1.
+        material = Material(beam.material.name, 1, 1)
+        return replace(beam, material=material, section=CrossSection(*found))

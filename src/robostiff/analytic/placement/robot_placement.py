@@ -159,9 +159,6 @@ def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> 
     turned: dict[int, tuple[int, Image]] = {}
     posts: dict[int, PlacedFormula] = {}
 
-    def as_step(value: Any) -> Any:
-        return value if isinstance(value, Entry) else read(value)
-
     if robot.is_posed_by_joints:
         q = _joint_coordinates(entries.legs[0], coordinates, record)
         at_joints[0] = q
@@ -182,7 +179,9 @@ def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> 
             return place_leg_at_joints(leg, at_joints[i])
         return posts.get(i) or _closed_leg(leg, platform, finder.solvers[i])
 
-    place = cache(lambda i: with_entries(closing(i), as_step))
+    place = cache(
+        lambda i: with_entries(closing(i), lambda x: x if isinstance(x, Entry) else read(x))
+    )
     if given is None and not follows.any and not robot.is_posed_by_joints:
         turned = turned_legs(robot, entries, finder.solvers, platform, ExactPoints(record))
     for i in sorted({*range(len(entries.legs))} - {*turned}):

@@ -164,7 +164,8 @@ def eigenvalue_formulas(
     matrix = sp.ImmutableMatrix(K.K if in_steps else closed_matrix(K, "eigenvalues"))
     definitions: tuple[Definition, ...] = ()
     source = getattr(K, "named", None) or K
-    if in_steps or _has_compliances(source) or _is_long(_part_of(matrix, part, length)):
+    springs = any(d.symbol.name.startswith("c_") for d in getattr(source, "definitions", ()))
+    if in_steps or springs or _is_long(_part_of(matrix, part, length)):
         of_names = source.definitions if isinstance(K, Derivation) else ()
         matrix, definitions = matrix_by_entries(matrix if source is K else source.K, of_names)
     M = _part_of(sp.ImmutableMatrix(matrix), part, length)
@@ -172,12 +173,6 @@ def eigenvalue_formulas(
     results = [e.value for e in found.values] + [x.factor for x in found.unsolved]
     results += [vector for e in found.values for vector in e.vectors]
     return replace(found, definitions=used_definitions(definitions, results))
-
-
-def _has_compliances(source: Any) -> bool:
-    """Whether a sum of springs has compliances of several springs, which are not multiplied out."""
-    definitions = getattr(source, "definitions", ())
-    return any(d.symbol.name.startswith("c_") for d in definitions)
 
 
 def _is_long(M: Any) -> bool:

@@ -50,18 +50,15 @@ class WrittenSteps:
         most = self.longest
         for d in self.derivation.definitions:
             expression: Any = d.expression.xreplace(full)
-            if not _has_root(expression) and bound_of_terms(expression, most) <= most:
+            powers = expression.atoms(sp.Pow)
+            has_root = any(not p.exp.is_Integer and p.free_symbols for p in powers)
+            if not has_root and bound_of_terms(expression, most) <= most:
                 full[d.symbol] = expression
         return full
 
     def __call__(self, expression: Any) -> Any:
         """An expression or matrix in given symbols and in names of roots."""
         return expression.xreplace(self._full)
-
-
-def _has_root(expression: Any) -> bool:
-    powers = expression.atoms(sp.Pow)
-    return any(not p.exp.is_Integer and p.free_symbols for p in powers)
 
 
 @dataclass(frozen=True)

@@ -80,9 +80,9 @@ class CombinationNames:
         if len(polynomial) == 1:
             return self._plain(polynomial)
         for known, written in self._named:
-            ratio = _ratio(polynomial, known)
-            if ratio is not None:
-                return ratio * written
+            ratio = polynomial.leading_coefficient() / known.leading_coefficient()
+            if polynomial == known * ratio:
+                return rational(ratio) * written
         # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
         candidates = [self._by_squares(polynomial), self._by_names(polynomial)]
         return min(candidates, key=count_of)
@@ -126,12 +126,6 @@ def _without(polynomial: Any, known: Any, written: Any) -> tuple[Any, list[Any]]
     if len(rest) + 1 >= len(polynomial):
         return polynomial, []
     return rest, [rational(number) * written]
-
-
-def _ratio(a: Any, b: Any) -> sp.Expr | None:
-    """The ratio a / b if it is a number."""
-    number = a.leading_coefficient() / b.leading_coefficient()
-    return rational(number) if a == b * number else None
 
 
 def _letter(field: ExactField, base: Any) -> str:

@@ -138,7 +138,9 @@ class LegTable:
         if abs(quarters - round(quarters)) > _SAME * _FULL_TURN:
             return None
         written += _wrapped(2 * sp.pi * sp.Rational(round(quarters), _FULL_TURN))
-        square = _canonical(sp.expand(sp.expand_trig(x**2 + y**2)))
+        square = sp.expand(sp.expand_trig(x**2 + y**2))
+        known = ExactField([square])
+        square = known.expression(known.element(square))
         in_sines = sp.expand(square.replace(sp.cos, lambda t: sp.sqrt(1 - sp.sin(t) ** 2)))
         for form in dict.fromkeys((square, in_sines)):
             radius = sp.sqrt(sp.factor(form)).replace(sp.Abs, lambda size: size)
@@ -157,11 +159,6 @@ def _wrapped(angle: Any) -> Any:
     """The same angle between 0 and a full turn, as far as it is a number."""
     number = _number(angle)
     return sp.expand(angle) - number + number % (2 * sp.pi)
-
-
-def _canonical(expression: Any) -> Any:
-    known = ExactField([expression])
-    return known.expression(known.element(expression))
 
 
 def _are_same(first: Sequence[Any], other: Sequence[Any]) -> bool:

@@ -20,7 +20,6 @@ from robostiff.analytic.placement.agreement import check_form
 from robostiff.analytic.placement.legs_at_points import COMPONENTS, averages, orbits_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.known_reading import KnownContributions, KnownReading
 from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.leg_table import LegTable
@@ -50,6 +49,8 @@ from robostiff.analytic.vectors.vector_rods import (
     rods_of,
 )
 from robostiff.analytic.vectors.vector_wrenches import (
+    KnownContributions,
+    KnownReading,
     LegInVectors,
     WrenchWriter,
     joint_of,

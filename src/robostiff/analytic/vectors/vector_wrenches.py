@@ -7,7 +7,7 @@ couple; where more of them do, the leg has a small matrix of compliances.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,11 +15,17 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
+from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.contributions import Contribution, recognised_beam, summed
-from robostiff.analytic.springs.known_reading import KnownReading
+from robostiff.analytic.springs.contributions import (
+    Contribution,
+    ContributionReader,
+    recognised_beam,
+    summed,
+)
 from robostiff.analytic.springs.leg_springs import LegReader
 from robostiff.analytic.springs.unit_wrenches import Basis, UnitWrench
 from robostiff.analytic.vectors.vector_expressions import (
@@ -40,6 +46,7 @@ from robostiff.analytic.vectors.vector_rods import (
     varies,
 )
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.record import Entry, Record
 from robostiff.recorded.leg import at_samples as sampled
 from robostiff.recorded.working_frame import cross
 
@@ -196,7 +203,9 @@ class WrenchWriter:
         record, units = self.placed.record, basis.wrenches
         forces = [w for w in units if w.point is not None]
         at = [sampled(w.direction, record.count) for w in forces]
-        along = _axis_along(own, rod.unit, record.count)
+        axes = (axis for spring in own.springs for axis in np.asarray(spring.rotation).T)
+        is_along = (x for x in axes if are_alike(sampled(x, record.count), rod.unit))
+        along = next(is_along, None)
         if along is None or basis.couplings == 0:
             return basis
         for i, j in _pairs(len(forces)):
@@ -229,7 +238,10 @@ class WrenchWriter:
     def _shared(
         self, own: PlacedLeg, a: UnitWrench, b: UnitWrench, bars: ParallelBars | None
     ) -> Any:
-        met = self.springs.contributions.of(own, a, b) if bars is None else bars.of_pair(own, a, b)
+        without = own if bars is None else own.without_blocks
+        met = self.springs.contributions.of(without, a, b)
+        if bars is not None and a is b:
+            met = [*met, *bars.of_wrench(a)]
         shared = self.of_leg(summed(met))
         if count_of(shared) > _LONGEST:
             raise FormulaTooLargeError.beyond(_LONGEST)
@@ -285,12 +297,6 @@ def joint_of(rod: Bar, count: int) -> Vector:
 def are_alike(own: np.ndarray, other: np.ndarray) -> bool:
     """Whether directions are the same up to one sign."""
     return any(bool(np.max(np.abs(own - sign * other)) < _SAME) for sign in (1, -1))
-
-
-def _axis_along(leg: PlacedLeg, unit: np.ndarray, count: int) -> np.ndarray | None:
-    """The axis of a spring of the leg that lies along a direction, on entries."""
-    axes = (axis for spring in leg.springs for axis in np.asarray(spring.rotation).T)
-    return next((axis for axis in axes if are_alike(sampled(axis, count), unit)), None)
 
 
 def _pairs(count: int) -> list[tuple[int, int]]:
@@ -356,12 +362,8 @@ class ParallelBars:
         along, width = reader.read.length(found[0]), reader.read(rod.width)
         return cls(reader, along, products, bends, first.name, width, u, pin)
 
-    def of_pair(self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench) -> list[Contribution]:
-        """What the springs of the leg add to a^T C b; the bars only where both are the same."""
-        rest = self.reader.contributions.of(leg.without_blocks, a, b)
-        return [*rest, *(self._own(a) if a is b else ())]
-
-    def _own(self, wrench: UnitWrench) -> tuple[Contribution, ...]:
+    def of_wrench(self, wrench: UnitWrench) -> tuple[Contribution, ...]:
+        """What the bars add to the compliance under a wrench."""
         L, w = self.along, self.width
         if wrench.point is not None:
             met = L / (2 * self._value("EA"))
@@ -398,3 +400,56 @@ def _are_equal(beams: Sequence[PlacedSpring | None], count: int) -> bool:
     each = [sampled(x.elasticity.compliance, count) for x in beams if x is not None]
     apart = [np.abs(C - each[0]) <= _SAME * np.abs(each[0]) for C in each]
     return len(each) == len(beams) and bool(np.all(apart))
+
+
+class KnownReading(NamedReading):
+    """Reads entries with names for scalars of the leg, recognised at the samples.
+
+    `known`: list of (values at the samples, symbol).
+    """
+
+    def __init__(
+        self, record: Record, symbols: dict[str, sp.Symbol], springs: Iterable[Definition]
+    ) -> None:
+        super().__init__(record, symbols, springs)
+        self.known: list[tuple[np.ndarray, Any]] = []
+
+    def length(self, value: Any) -> Any:
+        """A length, written out: it differs from leg to leg."""
+        return self(self.record.simplified(value))
+
+    def _expression(self, value: Any) -> Any:
+        return self._of_step(value.step) if isinstance(value, Entry) else super()._expression(value)
+
+    def _of_step(self, step: int) -> Any:
+        """A step from its known parts: what lies before these is not read."""
+        if step not in self._raw:
+            found = self._recognised(step)
+            if found is None:
+                for argument in self.record.arguments(step):
+                    self._of_step(argument)
+                found = self._written(step)
+            self._raw[step] = found
+        return self._raw[step]
+
+    def _recognised(self, step: int) -> Any:
+        at = self.record.sample(step)
+        for other, symbol in self.known:
+            for sign in (1, -1):
+                if np.max(np.abs(at - sign * other)) <= _SAME * np.max(np.abs(other)):
+                    return sign * symbol
+        return None
+
+
+class KnownContributions(ContributionReader):
+    """Writes contributions with names for known squares of the leg."""
+
+    def _sum(self, *pairs: tuple[Any, Any]) -> Any:
+        total: Any = sum((x * y for x, y in pairs), sp.Integer(0))
+        total = self.record.simplified(total, self.length)
+        if isinstance(total, Entry):
+            at = total.sample
+            for other, symbol in getattr(self.read, "known", ()):
+                if np.max(np.abs(at - other**2)) <= _SAME * np.max(np.abs(other)) ** 2:
+                    return symbol**2
+        return super()._sum(*pairs)

@@ -56,7 +56,12 @@ def answer_of(
             [sys.executable, "-P", str(_SERVE)],
             input=content,
             capture_output=True,
-            env=_environment(),
+            env={
+                **os.environ,
+                "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+                "OPENBLAS_NUM_THREADS": "1",
+                "OMP_NUM_THREADS": "1",
+            },
             timeout=8 * limits.seconds,
             check=False,
         )
@@ -88,16 +93,6 @@ def answer_of(
         words = " ".join(str(answer["refusal"]).split())
         raise FileError(location, subject, got=Words(words), expected=f"what {reader} can read")
     return answer
-
-
-def _environment() -> dict[str, str]:
-    """The environment with the same module paths, and one thread."""
-    return {
-        **os.environ,
-        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
-        "OPENBLAS_NUM_THREADS": "1",
-        "OMP_NUM_THREADS": "1",
-    }
 
 
 def _over_time(location: Location, subject: str, reader: str, limits: ProcessLimits) -> FileError:

@@ -186,37 +186,29 @@ def exact_mathematics() -> Mathematics:
     def hypot(*values: Any) -> Any:
         return sp.sqrt(sum(value**2 for value in values))
 
+    def number(digits: str, unit: Unit | None) -> SIQuantity:
+        # Numbers far below the range of floats would need too much memory.
+        return exact_quantity(sp.Rational(digits) if float(digits) else sp.Integer(0), unit)
+
+    def power(base: Any, exponent: Any) -> Any:
+        # A parameter is a float in the formula of a coordinate.
+        base, exponent = sp.sympify(base), sp.sympify(exponent)
+        if exponent.is_Float and float(exponent).is_integer():
+            exponent = sp.Integer(int(exponent))  # of a polynomial
+        if base.is_Rational and exponent.is_Rational:
+            bits = max(int(base.p).bit_length(), int(base.q).bit_length())
+            if bits * abs(float(exponent)) > _MOST_BITS:
+                got = f"a power of {_MOST_BITS} binary digits or more"
+                raise Refusal(got, "a number that can be written out")
+        return base**exponent
+
     names = "sin cos tan asin acos atan atan2 sqrt"
     functions = {name: getattr(sp, name) for name in names.split()}
-    functions |= {"abs": sp.Abs, "min": sp.Min, "max": sp.Max, "hypot": hypot, "pow": _power}
+    functions |= {"abs": sp.Abs, "min": sp.Min, "max": sp.Max, "hypot": hypot, "pow": power}
     return Mathematics(
         MappingProxyType(functions),
         MappingProxyType({"pi": sp.pi}),
         is_possible,
-        _number,
+        number,
         exact_number,
     )
-
-
-def _number(digits: str, unit: Unit | None) -> SIQuantity:
-    import sympy as sp
-
-    # Numbers far below the range of floats would need too much memory.
-    value = sp.Rational(digits) if float(digits) else sp.Integer(0)
-    return exact_quantity(value, unit)
-
-
-def _power(base: Any, exponent: Any) -> Any:
-    import sympy as sp
-
-    # A parameter is a float in the formula of a coordinate.
-    base, exponent = sp.sympify(base), sp.sympify(exponent)
-    if exponent.is_Float and float(exponent).is_integer():
-        exponent = sp.Integer(int(exponent))  # of a polynomial
-    if base.is_Rational and exponent.is_Rational:
-        bits = max(int(base.p).bit_length(), int(base.q).bit_length())
-        if bits * abs(float(exponent)) > _MOST_BITS:
-            raise Refusal(
-                f"a power of {_MOST_BITS} binary digits or more", "a number that can be written out"
-            )
-    return base**exponent

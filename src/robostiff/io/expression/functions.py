@@ -110,7 +110,7 @@ def power(base: SIQuantity, exponent: SIQuantity, mathematics: Mathematics) -> S
     if not is_number(exponent):
         raise Refusal(f"the exponent {describe(exponent)}", "a plain number as exponent")
     value = exponent.magnitude
-    known = _known(value)
+    known = None if getattr(value, "free_symbols", None) else float(value)
     if known is not None and abs(known) > HIGHEST_POWER:
         raise Refusal(
             f"the exponent {known:.6g}", f"an exponent from -{HIGHEST_POWER} to {HIGHEST_POWER}"
@@ -173,10 +173,6 @@ def _to_angle(arguments: Sequence[SIQuantity], name: str) -> Any:
     return make_unit({"rad": 1})
 
 
-def _root(arguments: Sequence[SIQuantity], _: str) -> Any:
-    return arguments[0].units ** 0.5
-
-
 def _alike(arguments: Sequence[SIQuantity], name: str) -> Any:
     return _common_unit(arguments, f"in {name}")
 
@@ -193,17 +189,12 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         **dict.fromkeys(("sin", "cos", "tan"), Rule(_of_angle)),
         **dict.fromkeys(("asin", "acos", "atan"), Rule(_to_angle)),
         "atan2": Rule(_alike_to_angle, 2, 2),
-        "sqrt": Rule(_root),
+        "sqrt": Rule(lambda arguments, _: arguments[0].units ** 0.5),
         "abs": Rule(_alike),
         **dict.fromkeys(("min", "max", "hypot"), Rule(_alike, 1, _MANY)),
     }
 )
 """The functions of expressions."""
-
-
-def _known(value: Any) -> float | None:
-    """The value of a magnitude, unless it is a formula with symbols."""
-    return None if getattr(value, "free_symbols", None) else float(value)
 
 
 def _common_unit(arguments: Sequence[SIQuantity], purpose: str) -> Any:

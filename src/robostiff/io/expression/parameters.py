@@ -5,7 +5,8 @@ from __future__ import annotations
 import graphlib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from numbers import Real
 from types import MappingProxyType
 from typing import Any
@@ -125,17 +126,17 @@ def _evaluate_all(
     original: Mapping[str, SIQuantity] | None = None,
 ) -> dict[str, SIQuantity]:
     """Every parameter, those first that others need; overridden ones keep their dimension."""
-    expressions = {
-        name: _expression(name, value, mathematics) for name, value in definitions.items()
-    }
+    expressions: dict[str, Expression | SIQuantity] = {}
+    for name, value in definitions.items():
+        with _within(name):
+            is_text = isinstance(value, str)
+            expressions[name] = parse(value) if is_text else _bare_number(value, mathematics)
     values: dict[str, SIQuantity] = {}
     for name in _in_order(expressions):
         expression = expressions[name]
         if isinstance(expression, Expression):
-            try:
+            with _within(name):
                 value = expression.evaluate(values, mathematics)
-            except InputError as error:
-                raise _within(name, error) from None
         else:
             value = expression
         if original is not None and overrides is not None and name in overrides:
@@ -144,17 +145,14 @@ def _evaluate_all(
     return {name: values[name] for name in definitions}
 
 
-def _expression(name: str, value: str | float, mathematics: Mathematics) -> Expression | SIQuantity:
+@contextmanager
+def _within(name: str) -> Iterator[None]:
     try:
-        return parse(value) if isinstance(value, str) else _bare_number(value, mathematics)
+        yield
     except InputError as error:
-        raise _within(name, error) from None
-
-
-def _within(name: str, error: InputError) -> ParameterError:
-    return ParameterError(
-        name, within=error.subject, got=error.got, expected=error.expected, hint=error.hint
-    )
+        raise ParameterError(
+            name, within=error.subject, got=error.got, expected=error.expected, hint=error.hint
+        ) from None
 
 
 def _bare_number(value: Any, mathematics: Mathematics) -> SIQuantity:
@@ -189,15 +187,13 @@ def _in_order(expressions: Mapping[str, Expression | SIQuantity]) -> tuple[str, 
         return tuple(graphlib.TopologicalSorter(uses).static_order())
     except graphlib.CycleError as error:
         circle = list(reversed(error.args[1]))
+        words = " -> ".join(circle)
+        words = words if len(words) <= _LONGEST_SHOWN else words[: _LONGEST_SHOWN - 1] + "…"
         raise ParameterError(
             circle[0],
-            got=Words(_short(" -> ".join(circle))),
+            got=Words(words),
             expected="parameters that do not depend on themselves",
         ) from None
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 1] + "…"
 
 
 def _like(original: SIQuantity, value: SIQuantity, name: str, written: object) -> SIQuantity:
@@ -206,7 +202,14 @@ def _like(original: SIQuantity, value: SIQuantity, name: str, written: object) -
         return value
     if is_bare(value):
         meant = make_quantity(value.magnitude, original.units)
-        _question(name, written, meant, original)
+        sizes = [x.magnitude for x in (meant, original)]
+        if all(isinstance(x, Real) and x != 0 for x in sizes):
+            times = abs(float(sizes[0]) / float(sizes[1]))
+            if max(times, 1 / times) >= _FAR:  # probably in the unit of the model file
+                warn_of_slip(
+                    f"parameter {name} = {written}: {describe(meant)}, in place of "
+                    f"{describe(original)}; numbers without a unit are in SI units: write the unit"
+                )
         return meant
     same = same_dimension(original, value) and not (
         original.units.powers[:3] == (0, 0, 0) and original.units.powers != value.units.powers
@@ -216,15 +219,3 @@ def _like(original: SIQuantity, value: SIQuantity, name: str, written: object) -
             name, got=written, expected=f"the same dimension as {describe(original)}"
         )
     return value
-
-
-def _question(name: str, written: object, meant: SIQuantity, original: SIQuantity) -> None:
-    """Warn when a number without a unit is probably meant in the unit of the model file."""
-    sizes = [x.magnitude for x in (meant, original)]
-    if all(isinstance(x, Real) and x != 0 for x in sizes):
-        times = abs(float(sizes[0]) / float(sizes[1]))
-        if max(times, 1 / times) >= _FAR:
-            warn_of_slip(
-                f"parameter {name} = {written}: {describe(meant)}, in place of "
-                f"{describe(original)}; numbers without a unit are in SI units: write the unit"
-            )

@@ -28,7 +28,7 @@ from robostiff.io.rigid_tree.tree import (
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.kinematics.turn import turn_about
-from robostiff.model import Actuated, Mass, Passive, Role, spherical
+from robostiff.model import Actuated, Passive, Role, spherical
 from robostiff.spatial import Frame
 
 
@@ -200,27 +200,22 @@ def _tree(model: CompiledModel, source: Path | str) -> RigidTree:
         seen = frame_of(model.site_pos[site], model.site_quat[site])
         joints.append(_fixed(name, names.bodies[int(model.site_bodyid[site])], seen))
     links = [names.bodies[0], *(joint.child for joint in joints)]
+    masses = {}  # as MuJoCo has them of what is written or of their shapes
+    for i, name in enumerate(names.bodies):
+        seen = frame_of(model.body_ipos[i], model.body_iquat[i])
+        moments = np.where(model.body_inertia[i] > NOTHING, model.body_inertia[i], 0.0)
+        if i and model.body_mass[i] > NOTHING:
+            inertia, place = seen.R @ np.diag(moments) @ seen.R.T, Location(str(source))
+            mass = mass_of_body(name, float(model.body_mass[i]), seen.p, inertia, place)
+            masses |= {} if mass is None else {name: mass}
     return RigidTree(
         name=Path(source).stem if model.name in ("", "MuJoCo Model") else model.name,
         file=str(source),
         links=tuple(links),
         joints=tuple(joints),
         loops=loops,
-        masses=_masses(model, names, Location(str(source))),
+        masses=masses,
     )
-
-
-def _masses(model: CompiledModel, names: ElementNames, place: Location) -> dict[str, Mass]:
-    """Masses of the bodies, as MuJoCo has them of what is written or of their shapes."""
-    found = {}
-    for i, name in enumerate(names.bodies):
-        seen = frame_of(model.body_ipos[i], model.body_iquat[i])
-        moments = np.where(model.body_inertia[i] > NOTHING, model.body_inertia[i], 0.0)
-        if i and model.body_mass[i] > NOTHING:
-            inertia = seen.R @ np.diag(moments) @ seen.R.T
-            mass = mass_of_body(name, float(model.body_mass[i]), seen.p, inertia, place)
-            found |= {} if mass is None else {name: mass}
-    return found
 
 
 def _joints_of_body(
@@ -254,13 +249,18 @@ def _joints_of_body(
             anchor = Frame.identity()
         axis = np.array(model.jnt_axis[i], dtype=float)
         home = float(model.qpos0[model.jnt_qposadr[i]]) if kind in _ONE_AXIS else 0.0
+        back = Frame.identity()  # to zero from the reference coordinate, where it is described
+        if kind is JointType.REVOLUTE:
+            back = Frame(turn_about(axis, np.array(-home)), np.zeros(3))
+        elif kind is JointType.PRISMATIC:
+            back = _at(-home * axis)
         joints.append(
             TreeJoint(
                 name=own,
                 type=kind,
                 parent=parent,
                 child=child,
-                before=drawn @ anchor @ _moved_back(kind, axis, home),
+                before=drawn @ anchor @ back,
                 axis=axis,
                 after=anchor.inverse,
                 role=_role(model, i, drives),
@@ -272,13 +272,6 @@ def _joints_of_body(
         )
         parent, drawn = child, Frame.identity()
     return joints
-
-
-def _moved_back(kind: JointType, axis: np.ndarray, home: float) -> Frame:
-    """The frame at zero of a joint that is described at its reference coordinate."""
-    if kind is JointType.REVOLUTE:
-        return Frame(turn_about(axis, np.array(-home)), np.zeros(3))
-    return Frame(np.eye(3), -home * axis if kind is JointType.PRISMATIC else np.zeros(3))
 
 
 def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, float]:

@@ -1,23 +1,18 @@
-"""From a model file or document to a robot, checked as a whole."""
+"""From a model file or document to a robot, checked as a whole; hybrid machines of modules."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from robostiff.io.document import Document, read_document
-from robostiff.io.expression import exact_mathematics
-from robostiff.io.model_file.build_chain import build_legs
+from robostiff.io.expression import ParameterError, exact_mathematics, parse
+from robostiff.io.model_file.build_chain import build_chain, build_legs
 from robostiff.io.model_file.build_link import build_gravity, build_masses, build_platform_masses
-from robostiff.io.model_file.build_machine import (
-    ModuleFiles,
-    ShippedFile,
-    build_machine,
-    no_shipped_file,
-)
 from robostiff.io.model_file.build_platform import (
     attached,
     build_body_springs,
@@ -41,12 +36,13 @@ from robostiff.io.model_file.written_robot import (
     WrittenDHRow,
     WrittenMachine,
     WrittenModel,
+    WrittenModule,
     WrittenRobot,
     written_model,
 )
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
-from robostiff.kinematics import place_chain, posture_finder
+from robostiff.kinematics import Module, hybrid_machine, place_chain, posture_finder
 from robostiff.kinematics.mobility import determine_pose, fitting_coordinates, platform_mobility
 from robostiff.model import (
     ALL_COORDINATES,
@@ -249,42 +245,132 @@ def _row(place: Place, written: WrittenDHRow) -> tuple[DHRow, Joint]:
     return row, joint
 
 
-def read_model(
-    source: Path | str,
-    parameters: Mapping[str, str | float] | None = None,
-    *,
-    symbols: Symbols = (),
+#: The file of a shipped robot; None where none has that name.
+ShippedFile = Callable[[str], Path | None]
+
+_KINDS = ("robot", "chain", "legs")
+
+
+@dataclass(frozen=True)
+class ModuleFiles:
+    """Where the robots of modules come from."""
+
+    shipped: ShippedFile
+    # from a place and what is written there to a robot, which is closed at home where it is of
+    # numbers
+    build: Callable[[Place, WrittenModel, ModuleFiles], Robot]
+    open: tuple[Path, ...] = ()  # files that are being read: none of them may be a module of itself
+    # values of the symbols, where there are any
+    nominal: Mapping[str, float] = field(default_factory=dict)
+
+
+def build_machine(
+    top: Place,
+    written: WrittenMachine,
+    coordinates: Sequence[Coordinate] | None,
+    files: ModuleFiles,
 ) -> Robot:
-    """Read a robot from a model file.
+    """The machine of modules that are written."""
+    stock = Stock.of_file(top, written.materials, written.sections)
+    modules = []
+    for i, own in enumerate(written.modules):
+        place = top / "modules" / i
+        part = _module_part(place, own, stock, files)
+        mount = None if own.mount is None else transform(place / "mount", own.mount)
+        with place.complaints():
+            modules.append(Module(own.name, part, mount))
+    reference = written.reference_point
+    with (top / "modules").complaints():
+        machine = hybrid_machine(
+            modules,
+            name=written.name,
+            coordinates=coordinates,
+            reference_point=None
+            if reference is None
+            else point(top / "reference_point", reference),
+            gravity=build_gravity(top / "gravity", written.gravity),
+            title=written.title,
+            source=written.source,
+        )
+    masses = build_platform_masses(top / "platform_masses", written.platform_masses)
+    return replace(machine, platform_masses=(*machine.platform_masses, *masses))
 
-    Parameters
-    ----------
-    source : path or str
-        YAML file; ``-`` for standard input.
-    parameters : mapping of str to (str or float), optional
-        Other values for some of the file's parameters: quantities, expressions, or bare numbers in
-        the SI unit of what they replace.
-    symbols : iterable of str, or ALL_PARAMETERS
-        Parameters that stay SymPy symbols of the same name; `parameters` gives their nominal
-        values then.
 
-    Returns
-    -------
-    Robot
-        Closed at its home pose.
+def _module_part(
+    place: Place, written: WrittenModule, stock: Stock, files: ModuleFiles
+) -> Robot | Chain:
+    given = [key for key in _KINDS if getattr(written, key) is not None]
+    if len(given) != 1:
+        raise place.error(
+            f"module {written.name!r}",
+            got=Words(" and ".join(given) or "none of them"),
+            expected="one of robot, chain and legs",
+        )
+    for key, of in (("parameters", "robot"), ("home", "legs"), ("platform_masses", "legs")):
+        if getattr(written, key) and of not in given:
+            raise (place / key).error(
+                f"{key} of module {written.name!r}", expected=f"none: they go with {of}", key=True
+            )
+    if written.chain is not None:
+        return build_chain(place, written, stock)
+    if written.couplings:
+        raise (place / "couplings").error(
+            f"couplings of module {written.name!r}", expected="none: they go with chain", key=True
+        )
+    if written.robot is not None:
+        return _robot_of_file(place, written, files)
+    legs = build_legs(place / "legs", written.legs or [], stock)
+    home = None if written.home is None else transform(place / "home", written.home)
+    masses = build_platform_masses(place / "platform_masses", written.platform_masses)
+    with place.complaints():
+        return Robot(
+            written.name,
+            tuple(leg for _, leg in legs),
+            home=home,
+            nominal=files.nominal,
+            platform_masses=masses,
+        )
 
-    Raises
-    ------
-    FileError
-        At the place in the file that is to blame.
-    InputError
-        When a parameter is given that the file does not have, or of another dimension.
 
-    See Also
-    --------
-    robostiff.robots.load : takes shipped robots by name, and snapshots too.
-    """
-    return model_from_document(read_document(source), parameters, symbols=symbols)
+def _robot_of_file(place: Place, written: WrittenModule, files: ModuleFiles) -> Robot:
+    here, name = place / "robot", written.robot or ""
+    shipped = files.shipped(name)
+    path = Path(place.document.file).parent / name if shipped is None else shipped
+    if "\0" in name or not path.is_file():
+        raise here.error(
+            "robot of a module",
+            got=name,
+            expected="a shipped robot (see 'robostiff robots'), or a model file, as seen from this "
+            "one",
+        )
+    path = path.resolve()
+    if path in files.open:
+        raise here.error(
+            "robot of a module", got=name, expected="another file: this one is being read"
+        )
+    document = read_document(path)
+    data = document.data
+    if not isinstance(data, dict) or "robostiff" not in data or "cables" in data:
+        raise here.error(
+            "robot of a module",
+            got=Words(f"{document.file}, which describes no robot of legs"),
+            expected="a model file with legs, dh or modules",
+            hint="snapshots stand at one pose; robots of descriptions are joined in Python, by "
+            "rs.hybrid_machine",
+        )
+    model = written_model(document)
+    values: dict[str, Any] = dict(written.parameters)
+    for key, value in values.items():
+        if isinstance(value, str):  # perhaps an expression of this file's parameters
+            with (place / "parameters" / key).complaints():
+                values[key] = parse(value).evaluate(place.names, place.mathematics)
+    try:
+        top = top_place(document, model.parameters, values, place.mathematics)
+    except ParameterError as error:
+        with (place / "parameters" / error.name).complaints():
+            raise
+    robot = files.build(top, model, replace(files, open=(*files.open, path)))
+    return replace(robot, nominal=files.nominal)
 
 
 def model_from_document(
@@ -292,7 +378,7 @@ def model_from_document(
     parameters: Mapping[str, str | float] | None = None,
     *,
     symbols: Symbols = (),
-    shipped: ShippedFile = no_shipped_file,
+    shipped: ShippedFile = lambda _: None,
 ) -> Robot:
     r"""The robot that a document describes.
 
@@ -300,9 +386,11 @@ def model_from_document(
     ----------
     document : Document
     parameters : mapping of str to (str or float), optional
-        Other values for some of its parameters.
+        Other values for some of its parameters: quantities, expressions, or bare numbers in the SI
+        unit of what they replace.
     symbols : iterable of str, or ALL_PARAMETERS
-        Parameters that stay SymPy symbols of the same name.
+        Parameters that stay SymPy symbols of the same name; `parameters` gives their nominal
+        values then.
     shipped : callable
         The file of a shipped robot that a module names; None for any other name.
 

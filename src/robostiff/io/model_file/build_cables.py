@@ -12,6 +12,7 @@ from robostiff.io.document import Document
 from robostiff.io.model_file.build_chain import each_of
 from robostiff.io.model_file.place import Place, point, top_place, transform, vector
 from robostiff.io.model_file.written_parts import (
+    OneOrSeveral,
     Text,
     Value,
     Vector,
@@ -20,7 +21,7 @@ from robostiff.io.model_file.written_parts import (
     WrittenMapping,
     WrittenRepeat,
 )
-from robostiff.io.model_file.written_robot import OneOrSeveral, check_version
+from robostiff.io.model_file.written_robot import check_version
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
@@ -114,6 +115,10 @@ def cable_robot_from_document(
     check_version(document)
     written = validate(WrittenCableRobot, document)
     top = top_place(document, written.parameters, parameters or {})
+    weight, heavy = None, written.weight
+    if heavy is not None:
+        force = vector(top / "weight" / "force", heavy.force, Dimension.FORCE)
+        weight = Weight(force, point(top / "weight" / "at", heavy.at))
     with top.complaints():
         return CableRobot(
             name=written.name,
@@ -122,7 +127,7 @@ def cable_robot_from_document(
                 for name, here, part in each_of(top / "cables", written.cables, "cable")
             ),
             home=transform(top / "home", written.home),
-            weight=_weight(top / "weight", written.weight),
+            weight=weight,
             reference_point=point(top / "reference_point", written.reference_point),
             tension_level=(top / "tensions" / "level").number(
                 written.tensions.level, Dimension.NUMBER
@@ -131,13 +136,6 @@ def cable_robot_from_document(
             title=written.title,
             source=written.source,
         )
-
-
-def _weight(place: Place, written: WrittenWeight | None) -> Weight | None:
-    if written is None:
-        return None
-    force = vector(place / "force", written.force, Dimension.FORCE)
-    return Weight(force, point(place / "at", written.at))
 
 
 def _cable(

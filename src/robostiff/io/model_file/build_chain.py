@@ -1,44 +1,46 @@
-"""Chains and legs of the model from those of a file, parallel blocks and copies included."""
+"""Chains and legs in a model file, parallel blocks and copies included: keys, and what is built."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar, cast
+from typing import Annotated, Any, Literal, TypeVar, cast
+
+from annotated_types import MinLen
+from pydantic import Field, Tag
 
 from robostiff.errors import InputError
 from robostiff.io.expression import ParameterError, parameter_values
 from robostiff.io.model_file.build_link import (
+    WrittenBeam,
+    WrittenLink,
+    WrittenRigid,
+    WrittenSpring,
+    WrittenTelescope,
     build_beam,
     build_link,
     build_rigid,
     build_spring,
     build_telescope,
 )
-from robostiff.io.model_file.build_platform import build_attachment
-from robostiff.io.model_file.joints import WrittenDrive, build_joint, build_role
+from robostiff.io.model_file.build_platform import WrittenAttachment
+from robostiff.io.model_file.joints import WrittenDrive, WrittenJoint, build_joint, build_role
 from robostiff.io.model_file.place import Place, point, transform
 from robostiff.io.model_file.stock import Stock
-from robostiff.io.model_file.written_elements import (
-    WrittenBeam,
-    WrittenElement,
-    WrittenLink,
-    WrittenParallel,
-    WrittenParallelogram,
-    WrittenRigid,
-    WrittenSpring,
-    WrittenTelescope,
-)
 from robostiff.io.model_file.written_parts import (
+    Name,
+    OneOrSeveral,
+    Pair,
+    Text,
+    Value,
+    Vector,
     WrittenCopy,
     WrittenCount,
-    WrittenCoupled,
-    WrittenCoupling,
-    WrittenFollower,
+    WrittenFrame,
+    WrittenMapping,
     WrittenRepeat,
-    WrittenSum,
+    with_key,
 )
-from robostiff.io.model_file.written_robot import WrittenLeg, WrittenPattern
 from robostiff.io.suggest import Words, did_you_mean, numbered
 from robostiff.io.units import Dimension
 from robostiff.model import (
@@ -55,6 +57,140 @@ from robostiff.model import (
     coupling,
     parallelogram,
 )
+
+
+class WrittenFollower(WrittenMapping):
+    """A joint that follows another one: a gear, belt, rack or mimic joint."""
+
+    name: Name | None = None
+    joint: Name = Field(description="the joint that follows, such as wrist2; it is passive")
+    follows: Name = Field(description="the joint that it follows, such as wrist1")
+    ratio: Value = Field(
+        description="how far it moves for one of the other, such as -1.5; of a slide that follows "
+        "a turn the length for one radian"
+    )
+    offset: Value = Field(0, description="its coordinate where the other one is 0")
+    stiffness: Value | None = Field(
+        None, description="of the belt or gear, felt at the joint that follows; rigid if left out"
+    )
+
+
+class WrittenSum(WrittenMapping):
+    """A sum of joint coordinates that is held, or moved by a drive: a differential."""
+
+    name: Name | None = None
+    sum: Annotated[dict[Name, Value], Field(min_length=2)] = Field(
+        description="joints with their factors, such as {roll: 1, pitch: -1}"
+    )
+    equals: Value | None = Field(
+        None, description="the value of the sum; that of the home configuration if left out"
+    )
+    role: Literal["locked", "actuated"] = Field(
+        "locked", description="locked, or actuated where a drive moves the sum"
+    )
+    stiffness: Value | None = Field(None, description="against the sum; rigid if left out")
+    limits: Pair | None = Field(None, description="lowest and highest sum of an actuated one")
+
+
+WrittenCoupling = Annotated[
+    Annotated[WrittenFollower, Tag("follower")] | Annotated[WrittenSum, Tag("sum")],
+    with_key("sum", "sum", "follower"),
+]
+
+_Couplings = Annotated[
+    list[WrittenCoupling],
+    Field(
+        default_factory=list,
+        description="gears and differentials between joints of the chain, such as "
+        "[{joint: wrist2, follows: wrist1, ratio: -1.5}]",
+    ),
+]
+
+
+class WrittenCoupled(WrittenMapping):
+    """The keys of what has a chain, whose joints may be coupled."""
+
+    chain: Any
+    couplings: _Couplings
+
+
+class WrittenParallelogram(WrittenCoupled):
+    """Two copies of a bar with its joints, side by side."""
+
+    type: Literal["parallelogram"]
+    name: Name | None = None
+    across: Vector = Field(description="from the first bar to the second, such as [0, 80 mm, 0]")
+    chain: Annotated[list[WrittenElement], MinLen(1)] = Field(
+        description="the list of elements of one bar, its joints included"
+    )
+
+
+class WrittenBranchBody(WrittenCoupled):
+    """Common keys of a branch and of the template of repeated branches."""
+
+    start: WrittenFrame = WrittenFrame()
+    chain: Annotated[list[WrittenElement], MinLen(1)] = Field(
+        description="the list of elements from the body before the block to the body after it"
+    )
+    end: WrittenFrame = WrittenFrame()
+
+
+class WrittenBranch(WrittenBranchBody):
+    """One branch."""
+
+    name: Name = Field(description="the name of the branch")
+
+
+class WrittenBranchPattern(WrittenRepeat, WrittenBranchBody):
+    """A branch, and what differs from copy to copy."""
+
+
+class WrittenParallel(WrittenMapping):
+    """Branches side by side between two bodies of a chain."""
+
+    type: Literal["parallel"]
+    name: Name | None = None
+    branches: OneOrSeveral[WrittenBranch, WrittenBranchPattern] = Field(
+        description="a list of branches, or one branch with repeat:"
+    )
+
+
+WrittenElement = Annotated[
+    WrittenJoint
+    | WrittenRigid
+    | WrittenBeam
+    | WrittenSpring
+    | WrittenLink
+    | WrittenTelescope
+    | WrittenParallelogram
+    | WrittenParallel,
+    Field(discriminator="type"),
+]
+
+
+class WrittenLegBody(WrittenCoupled):
+    """Common keys of a leg and of the template of repeated legs."""
+
+    base: WrittenFrame = WrittenFrame()
+    chain: Annotated[list[WrittenElement], Field(min_length=1)] = Field(
+        description="the list of elements from base to platform"
+    )
+    platform: WrittenAttachment = WrittenAttachment()
+    elbow: Literal["home", "plus", "minus"] = "home"
+
+
+class WrittenLeg(WrittenLegBody):
+    """One leg."""
+
+    name: Text = Field(description="the name of the leg")
+
+
+class WrittenPattern(WrittenRepeat, WrittenLegBody):
+    """A leg, and what differs from copy to copy."""
+
+
+WrittenLegs = OneOrSeveral[WrittenLeg, WrittenPattern]
+
 
 Part = TypeVar("Part")
 
@@ -134,12 +270,9 @@ def _with_variables(place: Place, leg: str, *variables: tuple[Place, WrittenCopy
     try:
         names = parameter_values(known, mathematics=place.mathematics)
     except ParameterError as error:
-        raise places[error.name].error(
-            error.subject.replace("parameter", "variable", 1),
-            got=error.got,
-            expected=error.expected,
-            hint=error.hint,
-        ) from None
+        subject = error.subject.replace("parameter", "variable", 1)
+        words = {"got": error.got, "expected": error.expected, "hint": error.hint}
+        raise places[error.name].error(subject, **words) from None
     return replace(place, names=names, leg=leg)
 
 
@@ -336,7 +469,15 @@ def build_legs(
             )
         chain = build_chain(here, part, stock)
         base = transform(here / "base", part.base)
-        attachment, node = build_attachment(here / "platform", part.platform)
+        attachment = transform(here / "platform", part.platform)
+        node = part.platform.node
+        if node is not None and part.platform.at is not None:
+            raise (here / "platform" / "at").error(
+                "place of the leg's end",
+                got=Words("at beside node"),
+                expected="one of the two: the leg ends at its node",
+                key=True,
+            )
         with (here / "chain").complaints():
             built.append((here, Leg(name, base, chain, attachment, Elbow(part.elbow), node)))
     if built and not any(leg.chain.has_compliance for _, leg in built):

@@ -1,12 +1,14 @@
-"""From written parts that are rigid or elastic, and their masses, to those of the model."""
+"""Rigid and elastic parts in a model file, and their masses: keys, and what is built of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from annotated_types import MaxLen, MinLen
+from pydantic import Field
 
 from robostiff.elasticity import (
     BeamSegment,
@@ -19,19 +21,19 @@ from robostiff.elasticity import (
     tapered_compliance,
 )
 from robostiff.elasticity.bounds import Bounds
-from robostiff.io.model_file.joints import build_role
+from robostiff.io.model_file.joints import WrittenDrive, build_role
 from robostiff.io.model_file.place import Place, axes_of, direction, point, rotation, vector
-from robostiff.io.model_file.stock import Stock, read_theory
-from robostiff.io.model_file.written_elements import (
-    WrittenBeam,
-    WrittenLink,
-    WrittenMatrices,
-    WrittenRigid,
-    WrittenSpring,
-    WrittenTelescope,
+from robostiff.io.model_file.stock import MaterialChoice, SectionChoice, Stock, Theory, read_theory
+from robostiff.io.model_file.written_parts import (
+    Direction,
+    Name,
+    Text,
+    Value,
+    Vector,
+    WrittenMapping,
+    WrittenMass,
+    WrittenRotation,
 )
-from robostiff.io.model_file.written_parts import Value, WrittenMass
-from robostiff.io.model_file.written_robot import WrittenPlatformMass
 from robostiff.io.suggest import Words, shown, values
 from robostiff.io.units import Dimension
 from robostiff.model import (
@@ -47,6 +49,93 @@ from robostiff.model import (
 from robostiff.model.link import beam_mass, section_is_isotropic
 from robostiff.spatial import Frame
 from robostiff.spatial.formula import is_above, length_of
+
+_Six = Annotated[list[Any], MinLen(6), MaxLen(6)]
+
+_MATERIAL = "a name, such as steel, or {E: 70 GPa, poisson_ratio: 0.33}"
+
+_SECTION = "a name, or a shape such as {circle: {diameter: 20 mm}}"
+
+
+class WrittenRigid(WrittenRotation, WrittenMass):
+    """Rigid part."""
+
+    type: Literal["rigid"]
+    name: Name | None = None
+    to: Vector | None = None
+
+
+class WrittenSegment(WrittenMapping):
+    """A uniform piece of a beam."""
+
+    share: Value = Field(description="the part of the beam's length that this segment has")
+    material: MaterialChoice | None = None
+    section: SectionChoice = Field(description=_SECTION)
+
+
+class WrittenBeam(WrittenMass):
+    """Straight beam."""
+
+    type: Literal["beam"]
+    name: Name | None = None
+    to: Vector = Field(description="the end of the beam, [x, y, z] in the present frame")
+    y_axis: Direction | None = None
+    material: MaterialChoice = Field(description=_MATERIAL)
+    section: SectionChoice | None = None
+    theory: Theory = "euler-bernoulli"
+    taper: Annotated[list[WrittenSegment], Field(min_length=1)] | None = None
+
+
+class WrittenMatrices(WrittenRotation):
+    """A 6x6 stiffness or compliance: six lists of six numbers, or the six of the diagonal."""
+
+    stiffness: _Six | None = None
+    compliance: _Six | None = None
+
+
+class WrittenSpring(WrittenMatrices, WrittenMass):
+    """Spring at one place of the chain."""
+
+    type: Literal["spring"]
+    name: Name | None = None
+    at: Vector | None = None
+
+
+class WrittenLink(WrittenMatrices, WrittenMass):
+    """Elastic part given by its 6x6 matrix."""
+
+    type: Literal["link"]
+    name: Name | None = None
+    to: Vector = Field(description="the far end, [x, y, z] in the present frame")
+
+
+class WrittenTelescopicBeam(WrittenMapping):
+    """A beam that a telescope lengthens."""
+
+    share: Value | None = None
+    fixed: Value = 0.0
+    material: MaterialChoice = Field(description=_MATERIAL)
+    section: SectionChoice = Field(description=_SECTION)
+    theory: Theory = "euler-bernoulli"
+    mass: Value | None = None
+
+
+class WrittenTelescope(WrittenDrive):
+    """Leg of variable length."""
+
+    type: Literal["telescope"]
+    direction: Direction = Field(description="the direction of the slide, such as z")
+    y_axis: Direction | None = None
+    home: Value | None = None
+    beams: list[WrittenTelescopicBeam] = Field(default_factory=list)
+
+
+class WrittenPlatformMass(WrittenMapping):
+    """The mass of the platform, or of something that it carries."""
+
+    name: Text | None = None
+    mass: Value = Field(description="the mass, such as 25 kg")
+    centre: Vector | None = None
 
 
 def read_mass(place: Place, written: Value | None) -> Any:
@@ -125,7 +214,13 @@ def build_rigid(place: Place, written: WrittenRigid, name: str) -> Rigid:
 
 def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> Link:
     """The beam that is written at a place, perhaps of several segments."""
-    to = _run(place / "to", written.to)
+    to = point(place / "to", written.to)
+    if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < SHORTEST):
+        raise (place / "to").error(
+            "end of the beam",
+            got=written.to,
+            expected=f"a point away from the beam's start, by {SHORTEST:g} m or more",
+        )
     theory = read_theory(written.theory)
     y_axis = None if written.y_axis is None else direction(place / "y_axis", written.y_axis)
     own = build_masses(place, written)
@@ -148,13 +243,15 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
         compliance = tapered_compliance(segments, theory)
         bounds = [x for s in segments for x in (*s.material.bounds, *s.section.bounds)]
         bounds += (Bounds("length of a segment", s.length) for s in segments)
-        return Link(
-            to,
-            Elasticity(compliance, bounds=tuple(bounds)),
-            beam_axes(to, y_axis),
-            name,
-            own or _of_segments(segments, _length(to)),
-        )
+        elasticity = Elasticity(compliance, bounds=tuple(bounds))
+        masses: list[Mass] = []  # of the segments, as far as their densities are known
+        start: Any = 0
+        for segment in segments:
+            value, end = beam_mass(*segment), start + segment.length / _length(to)
+            if value is not None:
+                masses.append(Mass(value, span=(start, end)))
+            start = end
+        return Link(to, elasticity, beam_axes(to, y_axis), name, own or tuple(masses))
 
 
 def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
@@ -213,17 +310,6 @@ def _length(to: np.ndarray) -> Any:
     return length_of(to) if to.dtype == object else float(np.linalg.norm(to))
 
 
-def _run(place: Place, written: list) -> np.ndarray:
-    to = point(place, written)
-    if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < SHORTEST):
-        raise place.error(
-            "end of the beam",
-            got=written,
-            expected=f"a point away from the beam's start, by {SHORTEST:g} m or more",
-        )
-    return to
-
-
 def _check_y_axis(
     place: Place, y_axis: np.ndarray | None, along: np.ndarray, sections: list[CrossSection]
 ) -> None:
@@ -255,18 +341,6 @@ def _segments(
             "shares of the segments", got=Words(f"{float(total):.9g} in all"), expected="1 in all"
         )
     return segments
-
-
-def _of_segments(segments: list[BeamSegment], length: Any) -> tuple[Mass, ...]:
-    """Masses of the segments of a beam, as far as their densities are known."""
-    found: list[Mass] = []
-    start: Any = 0
-    for segment in segments:
-        value, end = beam_mass(*segment), start + segment.length / length
-        if value is not None:
-            found.append(Mass(value, span=(start, end)))
-        start = end
-    return tuple(found)
 
 
 def build_elasticity(place: Place, written: WrittenMatrices) -> Elasticity:

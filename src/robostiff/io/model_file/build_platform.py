@@ -1,23 +1,26 @@
-"""From written platforms and springs between bodies to those of the model."""
+"""Platforms in a model file, and springs between bodies: keys, and what is built of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
-from robostiff.io.model_file.build_link import build_elasticity
-from robostiff.io.model_file.place import Place, axes_of, direction, point, transform
-from robostiff.io.model_file.stock import Stock, read_theory
-from robostiff.io.model_file.written_elements import (
-    WrittenAttachment,
-    WrittenMember,
-    WrittenPlatform,
-    WrittenPlatformBeam,
-    WrittenPlatformSpring,
+from robostiff.io.model_file.build_link import WrittenMatrices, build_elasticity
+from robostiff.io.model_file.place import Place, axes_of, direction, point
+from robostiff.io.model_file.stock import MaterialChoice, SectionChoice, Stock, Theory, read_theory
+from robostiff.io.model_file.written_parts import (
+    Direction,
+    Name,
+    Text,
+    Value,
+    Vector,
+    WrittenFrame,
+    WrittenMapping,
 )
-from robostiff.io.model_file.written_robot import WrittenBodySpring
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.kinematics import find_posture, with_body_springs
@@ -34,6 +37,74 @@ from robostiff.model import (
 )
 from robostiff.spatial import Frame
 from robostiff.spatial.formula import is_above, vanishes
+
+_Between = Annotated[list[Name], Field(min_length=2, max_length=2)]
+
+
+class WrittenAttachment(WrittenFrame):
+    """Where a leg meets the platform: a frame of it, or a node of a flexible platform."""
+
+    node: Name | None = None
+
+
+class WrittenMember(WrittenMapping):
+    """A rigid member of a platform."""
+
+    name: Name | None = None
+    between: _Between = Field(description="the two nodes that it connects")
+
+
+class WrittenPlatformBeam(WrittenMember):
+    """A beam of a platform."""
+
+    material: MaterialChoice = Field(description="a name, such as steel")
+    section: SectionChoice = Field(description="a name, or {circle: {diameter: 20 mm}}")
+    y_axis: Direction | None = None
+    theory: Theory = "euler-bernoulli"
+
+
+class WrittenPlatformSpring(WrittenMatrices):
+    """A spring of a platform, of its second node against its first."""
+
+    name: Name | None = None
+    between: _Between = Field(description="the two nodes that it connects")
+    at: Vector | None = None
+
+
+class WrittenPlatform(WrittenMapping):
+    """A flexible platform."""
+
+    nodes: Annotated[dict[Name, Vector], Field(min_length=2)] = Field(
+        description="names and places, such as {hub: [0, 0, 0], rim: [r, 0, 0]}"
+    )
+    beams: list[WrittenPlatformBeam] = Field(default_factory=list)
+    springs: list[WrittenPlatformSpring] = Field(default_factory=list)
+    rigid: list[WrittenMember] = Field(default_factory=list)
+    tool: Name = Field(description="the node that carries the reference point")
+    legs: dict[str, Name] = Field(
+        default_factory=dict,
+        description="the node that holds each leg, where the position of its end is ambiguous",
+    )
+
+
+class WrittenBodyPoint(WrittenMapping):
+    """A point of a body: in the world, in the platform frame, or where a part begins."""
+
+    body: Text = Field(description="base, platform, or leg/part for the body behind that part")
+    at: Vector | None = None
+
+
+class WrittenBodySpring(WrittenMapping):
+    """A spring between points of two bodies, such as a gravity compensator."""
+
+    name: Text = Field(description="the name of the spring")
+    between: Annotated[list[WrittenBodyPoint], Field(min_length=2, max_length=2)] = Field(
+        description="its two ends, such as [{body: base, at: [0, 0, 1 m]}, {body: arm/upper arm}]"
+    )
+    stiffness: Value = Field(description="the stiffness, such as 2 kN/m")
+    free_length: Value | None = None
+    preload: Value | None = None
+
 
 _Member = WrittenPlatformBeam | WrittenPlatformSpring | WrittenMember
 
@@ -68,18 +139,6 @@ def build_platform(
         return FlexiblePlatform(tuple(nodes.values()), tuple(parts), written.tool)
 
 
-def build_attachment(place: Place, written: WrittenAttachment) -> tuple[Frame, str | None]:
-    """Where a leg meets the platform, and the name of the node that holds it, if one is given."""
-    if written.node is not None and written.at is not None:
-        raise (place / "at").error(
-            "place of the leg's end",
-            got=Words("at beside node"),
-            expected="one of the two: the leg ends at its node",
-            key=True,
-        )
-    return transform(place, written), written.node
-
-
 def attached(
     legs: list[tuple[Place, Leg]],
     platform: FlexiblePlatform | None,
@@ -109,10 +168,17 @@ def attached(
         if node not in written.nodes:
             raise here.unknown("node that holds the leg", node, written.nodes)
     named = known or [written.legs.get(name) for name in names]
-    return [
-        (place, _held(place / "platform", leg, platform, node))
-        for (place, leg), node in zip(legs, named, strict=True)
-    ]
+    held = []
+    for (place, leg), given in zip(legs, named, strict=True):
+        hint = f"write {leg.name}: {platform.nodes[0].name} or the like under legs: of the platform"
+        with (place / "platform").complaints(hint=hint):
+            node = given or platform.node_of(leg.node, leg.attachment.p)
+        if leg.node is None:
+            held.append((place, replace(leg, node=node)))
+        else:
+            attachment = Frame(leg.attachment.R, platform.point_of(node))
+            held.append((place, replace(leg, attachment=attachment)))
+    return held
 
 
 def check_platform(place: Place, robot: Robot) -> None:
@@ -122,15 +188,6 @@ def check_platform(place: Place, robot: Robot) -> None:
 
         with place.complaints():
             platform_flexibility(robot.platform, list(dict.fromkeys(robot.holds)), robot.space)
-
-
-def _held(place: Place, leg: Leg, platform: FlexiblePlatform, given: str | None) -> Leg:
-    hint = f"write {leg.name}: {platform.nodes[0].name} or the like under legs: of the platform"
-    with place.complaints(hint=hint):
-        node = given or platform.node_of(leg.node, leg.attachment.p)
-    if leg.node is None:
-        return replace(leg, node=node)
-    return replace(leg, attachment=Frame(leg.attachment.R, platform.point_of(node)))
 
 
 def _part(
@@ -170,7 +227,23 @@ def build_body_springs(
     place: Place, written: Sequence[WrittenBodySpring]
 ) -> tuple[BodySpring, ...]:
     """The springs that are written, in any order."""
-    return tuple(_spring(place / i, own) for i, own in enumerate(written))
+    springs = []
+    for i, own in enumerate(written):
+        here = place / i
+        ends = [
+            BodyPoint(end.body, point(here / "between" / j / "at", end.at))
+            for j, end in enumerate(own.between)
+        ]
+        k = (here / "stiffness").number(own.stiffness, Dimension.TRANSLATIONAL_STIFFNESS)
+        if is_above(0, k):
+            raise (here / "stiffness").error(
+                "stiffness", got=own.stiffness, expected="zero or more, such as 2 kN/m"
+            )
+        length = here.number_at(own, "free_length", Dimension.LENGTH)
+        preload = here.number_at(own, "preload", Dimension.FORCE)
+        with here.complaints():
+            springs.append(BodySpring(own.name, (ends[0], ends[1]), k, length, preload))
+    return tuple(springs)
 
 
 def check_body_springs(place: Place, robot: Robot) -> None:
@@ -180,19 +253,3 @@ def check_body_springs(place: Place, robot: Robot) -> None:
             alone = robot.with_springs((spring,))
             with (place / i / "between").complaints():
                 with_body_springs(find_posture(alone, None))
-
-
-def _spring(place: Place, written: WrittenBodySpring) -> BodySpring:
-    ends = [
-        BodyPoint(own.body, point(place / "between" / i / "at", own.at))
-        for i, own in enumerate(written.between)
-    ]
-    stiffness = (place / "stiffness").number(written.stiffness, Dimension.TRANSLATIONAL_STIFFNESS)
-    if is_above(0, stiffness):
-        raise (place / "stiffness").error(
-            "stiffness", got=written.stiffness, expected="zero or more, such as 2 kN/m"
-        )
-    length = place.number_at(written, "free_length", Dimension.LENGTH)
-    preload = place.number_at(written, "preload", Dimension.FORCE)
-    with place.complaints():
-        return BodySpring(written.name, (ends[0], ends[1]), stiffness, length, preload)

@@ -144,9 +144,8 @@ def top_place(
     except ParameterError as error:
         if error.name in overrides:
             raise  # the error is not in the file
-        raise (Place(document, names={}) / "parameters" / error.name).error(
-            error.subject, got=error.got, expected=error.expected, hint=error.hint
-        ) from None
+        with (Place(document, names={}) / "parameters" / error.name).complaints():
+            raise
     return Place(document, names=names, mathematics=mathematics)
 
 

@@ -90,7 +90,7 @@ _MEANINGS = {
 def model_file_schema() -> dict[str, Any]:
     """JSON schema (draft 2020-12) of the model file: with legs, `dh`, `cables` or `modules`.
 
-    It checks keys, types and shapes, for completion and hints in an editor; `read_model` also
+    It checks keys, types and shapes, for completion and hints in an editor; `robostiff.load` also
     checks values, units and names.
 
     Examples

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, Tag
 
 from robostiff.elasticity import (
     MATERIALS,
@@ -20,17 +22,93 @@ from robostiff.elasticity import (
     tube,
 )
 from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_parts import (
-    MaterialChoice,
-    SectionChoice,
-    WrittenMapping,
-    WrittenMaterial,
-    WrittenProperties,
-    WrittenSection,
-)
+from robostiff.io.model_file.written_parts import Value, WrittenMapping, either
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
 from robostiff.spatial.formula import is_above
+
+
+class WrittenMaterial(WrittenMapping):
+    """A material: E with G, or E with the Poisson ratio."""
+
+    E: Value = Field(description="Young's modulus")
+    G: Value | None = None
+    poisson_ratio: Value | None = None
+    density: Value | None = None
+    source: str = ""
+
+
+class WrittenCircle(WrittenMapping):
+    """Full circle."""
+
+    diameter: Value
+
+
+class WrittenTube(WrittenMapping):
+    """Circular tube."""
+
+    outer_diameter: Value
+    inner_diameter: Value
+
+
+class WrittenRectangle(WrittenMapping):
+    """Full rectangle."""
+
+    width_y: Value
+    height_z: Value
+
+
+class WrittenBox(WrittenMapping):
+    """Hollow rectangle."""
+
+    width_y: Value
+    height_z: Value
+    wall: Value
+
+
+class WrittenISection(WrittenMapping):
+    """Flanges along y, web along z."""
+
+    flange_width: Value
+    height: Value
+    web_thickness: Value
+    flange_thickness: Value
+
+
+class WrittenProperties(WrittenMapping):
+    """The numbers themselves."""
+
+    A: Value
+    Iy: Value
+    Iz: Value
+    J: Value
+    shear_factor_y: Value | None = None
+    shear_factor_z: Value | None = None
+
+
+class WrittenSection(WrittenMapping):
+    """A cross-section: exactly one of these shapes."""
+
+    circle: WrittenCircle | None = None
+    tube: WrittenTube | None = None
+    rectangle: WrittenRectangle | None = None
+    box: WrittenBox | None = None
+    i: WrittenISection | None = None
+    properties: WrittenProperties | None = None
+
+
+MaterialChoice = Annotated[
+    Annotated[str, Tag("name")] | Annotated[WrittenMaterial, Tag("mapping")],
+    either(str, "name", "mapping"),
+]
+
+SectionChoice = Annotated[
+    Annotated[str, Tag("name")] | Annotated[WrittenSection, Tag("mapping")],
+    either(str, "name", "mapping"),
+]
+
+Theory = Literal["euler-bernoulli", "timoshenko"]
+
 
 _SHAPES = {"circle": circle, "tube": tube, "rectangle": rectangle, "box": box, "i": i_section}
 _HINTS = {"tube": "both are diameters, not radii"}
@@ -87,15 +165,9 @@ class Stock:
         self, place: Place, written: SectionChoice, material: Material, theory: BeamTheory
     ) -> CrossSection:
         """The cross-section that is named or written at a place, of a beam of this material."""
-        section = self._section(place, written, material)
-        with place.complaints(hint="write them beside A, or leave theory: timoshenko out"):
-            theory.shear_factors(section)
-        return section
-
-    def _section(self, place: Place, written: SectionChoice, material: Material) -> CrossSection:
         if isinstance(written, WrittenSection):
-            return read_section(place, written, material)
-        if written not in self.sections:
+            section = read_section(place, written, material)
+        elif written not in self.sections:
             raise place.error(
                 "unknown section",
                 got=written,
@@ -105,7 +177,12 @@ class Stock:
                 hint=did_you_mean(written, self.sections)
                 or "define it under sections: or write {circle: {diameter: 20 mm}}",
             )
-        return read_section(self.top / "sections" / written, self.sections[written], material)
+        else:
+            here = self.top / "sections" / written
+            section = read_section(here, self.sections[written], material)
+        with place.complaints(hint="write them beside A, or leave theory: timoshenko out"):
+            theory.shear_factors(section)
+        return section
 
 
 def read_theory(written: str) -> BeamTheory:

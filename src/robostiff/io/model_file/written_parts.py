@@ -1,6 +1,6 @@
-"""Parts of model files: values, frames, materials, cross-sections, copies, couplings, heads."""
+"""Parts of model files: values, frames, masses, copies, heads."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from annotated_types import MaxLen, MinLen
 from pydantic import (
@@ -50,11 +50,19 @@ Value = Annotated[Any, PlainValidator(_value), WithJsonSchema({"type": ["number"
 """A number in SI units, or an expression."""
 
 Name = Annotated[str, Field(min_length=1)]
+Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 Vector = Annotated[list[Value], MinLen(3), MaxLen(3)]
 Pair = Annotated[list[Value], MinLen(2), MaxLen(2)]
 
 AxisWord = Literal["x", "y", "z", "-x", "-y", "-z"]
 
+
+Mapped = TypeVar("Mapped", bound=WrittenMapping)
+WordOr = Annotated[
+    Annotated[Text, Tag("word")] | Annotated[Mapped, Tag("mapping")],
+    either(str, "word", "mapping"),
+]
+"""A name, or what it would stand for."""
 
 Direction = Annotated[
     Annotated[AxisWord, Tag("word")] | Annotated[Vector, Tag("vector")],
@@ -101,89 +109,6 @@ class WrittenMass(WrittenMapping):
     centre: Vector | None = None
 
 
-class WrittenMaterial(WrittenMapping):
-    """A material: E with G, or E with the Poisson ratio."""
-
-    E: Value = Field(description="Young's modulus")
-    G: Value | None = None
-    poisson_ratio: Value | None = None
-    density: Value | None = None
-    source: str = ""
-
-
-class WrittenCircle(WrittenMapping):
-    """Full circle."""
-
-    diameter: Value
-
-
-class WrittenTube(WrittenMapping):
-    """Circular tube."""
-
-    outer_diameter: Value
-    inner_diameter: Value
-
-
-class WrittenRectangle(WrittenMapping):
-    """Full rectangle."""
-
-    width_y: Value
-    height_z: Value
-
-
-class WrittenBox(WrittenMapping):
-    """Hollow rectangle."""
-
-    width_y: Value
-    height_z: Value
-    wall: Value
-
-
-class WrittenISection(WrittenMapping):
-    """Flanges along y, web along z."""
-
-    flange_width: Value
-    height: Value
-    web_thickness: Value
-    flange_thickness: Value
-
-
-class WrittenProperties(WrittenMapping):
-    """The numbers themselves."""
-
-    A: Value
-    Iy: Value
-    Iz: Value
-    J: Value
-    shear_factor_y: Value | None = None
-    shear_factor_z: Value | None = None
-
-
-class WrittenSection(WrittenMapping):
-    """A cross-section: exactly one of these shapes."""
-
-    circle: WrittenCircle | None = None
-    tube: WrittenTube | None = None
-    rectangle: WrittenRectangle | None = None
-    box: WrittenBox | None = None
-    i: WrittenISection | None = None
-    properties: WrittenProperties | None = None
-
-
-MaterialChoice = Annotated[
-    Annotated[str, Tag("name")] | Annotated[WrittenMaterial, Tag("mapping")],
-    either(str, "name", "mapping"),
-]
-SectionChoice = Annotated[
-    Annotated[str, Tag("name")] | Annotated[WrittenSection, Tag("mapping")],
-    either(str, "name", "mapping"),
-]
-Theory = Literal["euler-bernoulli", "timoshenko"]
-
-
-Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
-
-
 class WrittenCount(WrittenMapping):
     """Numbered copies: the variable is 1, 2, ... and the name has the same number."""
 
@@ -207,58 +132,18 @@ class WrittenRepeat(WrittenMapping):
     let: dict[str, Value] = Field(default_factory=dict)
 
 
-class WrittenFollower(WrittenMapping):
-    """A joint that follows another one: a gear, belt, rack or mimic joint."""
+One = TypeVar("One", bound=WrittenMapping)
 
-    name: Name | None = None
-    joint: Name = Field(description="the joint that follows, such as wrist2; it is passive")
-    follows: Name = Field(description="the joint that it follows, such as wrist1")
-    ratio: Value = Field(
-        description="how far it moves for one of the other, such as -1.5; of a slide that follows "
-        "a turn the length for one radian"
-    )
-    offset: Value = Field(0, description="its coordinate where the other one is 0")
-    stiffness: Value | None = Field(
-        None, description="of the belt or gear, felt at the joint that follows; rigid if left out"
-    )
+Pattern = TypeVar("Pattern", bound=WrittenMapping)
 
+_OneOrPattern = Annotated[Annotated[One, Tag("one")] | Annotated[Pattern, Tag("pattern")], REPEATED]
 
-class WrittenSum(WrittenMapping):
-    """A sum of joint coordinates that is held, or moved by a drive: a differential."""
-
-    name: Name | None = None
-    sum: Annotated[dict[Name, Value], Field(min_length=2)] = Field(
-        description="joints with their factors, such as {roll: 1, pitch: -1}"
-    )
-    equals: Value | None = Field(
-        None, description="the value of the sum; that of the home configuration if left out"
-    )
-    role: Literal["locked", "actuated"] = Field(
-        "locked", description="locked, or actuated where a drive moves the sum"
-    )
-    stiffness: Value | None = Field(None, description="against the sum; rigid if left out")
-    limits: Pair | None = Field(None, description="lowest and highest sum of an actuated one")
-
-
-WrittenCoupling = Annotated[
-    Annotated[WrittenFollower, Tag("follower")] | Annotated[WrittenSum, Tag("sum")],
-    with_key("sum", "sum", "follower"),
+OneOrSeveral = Annotated[
+    Annotated[list[_OneOrPattern[One, Pattern]], Tag("list"), Field(min_length=1)]
+    | Annotated[Pattern, Tag("mapping")],
+    either(list, "list", "mapping"),
 ]
-_Couplings = Annotated[
-    list[WrittenCoupling],
-    Field(
-        default_factory=list,
-        description="gears and differentials between joints of the chain, such as "
-        "[{joint: wrist2, follows: wrist1, ratio: -1.5}]",
-    ),
-]
-
-
-class WrittenCoupled(WrittenMapping):
-    """The keys of what has a chain, whose joints may be coupled."""
-
-    chain: Any
-    couplings: _Couplings
+"""A list in which patterns stand for several, or one pattern alone."""
 
 
 class WrittenHead(WrittenMapping):

@@ -1,102 +1,35 @@
 """Model files as they are written: robots of legs, arms by a table, hybrid machines."""
 
-from typing import Annotated, ClassVar, Literal, TypeVar
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, Tag
+from pydantic import Field
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document
-from robostiff.io.model_file.joints import WrittenLaw
-from robostiff.io.model_file.written_elements import (
-    WrittenAttachment,
-    WrittenElement,
+from robostiff.io.model_file.build_chain import WrittenCoupled, WrittenElement, WrittenLegs
+from robostiff.io.model_file.build_link import WrittenPlatformMass
+from robostiff.io.model_file.build_platform import (
+    WrittenBodySpring,
     WrittenPlatform,
 )
+from robostiff.io.model_file.joints import WrittenLaw
+from robostiff.io.model_file.stock import WrittenMaterial, WrittenSection
 from robostiff.io.model_file.written_parts import (
-    REPEATED,
     Direction,
     Pair,
     Text,
     Value,
     Vector,
-    WrittenCoupled,
     WrittenFrame,
     WrittenHead,
     WrittenMapping,
     WrittenMass,
-    WrittenMaterial,
-    WrittenRepeat,
-    WrittenSection,
-    either,
 )
 from robostiff.io.suggest import Words
 from robostiff.io.validation import validate
 
 VERSION = 1
 """Of the file format."""
-
-One = TypeVar("One", bound=WrittenMapping)
-Pattern = TypeVar("Pattern", bound=WrittenMapping)
-
-_OneOrPattern = Annotated[Annotated[One, Tag("one")] | Annotated[Pattern, Tag("pattern")], REPEATED]
-
-OneOrSeveral = Annotated[
-    Annotated[list[_OneOrPattern[One, Pattern]], Tag("list"), Field(min_length=1)]
-    | Annotated[Pattern, Tag("mapping")],
-    either(list, "list", "mapping"),
-]
-"""A list in which patterns stand for several, or one pattern alone."""
-
-
-class WrittenLegBody(WrittenCoupled):
-    """Common keys of a leg and of the template of repeated legs."""
-
-    base: WrittenFrame = WrittenFrame()
-    chain: Annotated[list[WrittenElement], Field(min_length=1)] = Field(
-        description="the list of elements from base to platform"
-    )
-    platform: WrittenAttachment = WrittenAttachment()
-    elbow: Literal["home", "plus", "minus"] = "home"
-
-
-class WrittenLeg(WrittenLegBody):
-    """One leg."""
-
-    name: Text = Field(description="the name of the leg")
-
-
-class WrittenPattern(WrittenRepeat, WrittenLegBody):
-    """A leg, and what differs from copy to copy."""
-
-
-WrittenLegs = OneOrSeveral[WrittenLeg, WrittenPattern]
-
-
-class WrittenPlatformMass(WrittenMapping):
-    """The mass of the platform, or of something that it carries."""
-
-    name: Text | None = None
-    mass: Value = Field(description="the mass, such as 25 kg")
-    centre: Vector | None = None
-
-
-class WrittenBodyPoint(WrittenMapping):
-    """A point of a body: in the world, in the platform frame, or where a part begins."""
-
-    body: Text = Field(description="base, platform, or leg/part for the body behind that part")
-    at: Vector | None = None
-
-
-class WrittenBodySpring(WrittenMapping):
-    """A spring between points of two bodies, such as a gravity compensator."""
-
-    name: Text = Field(description="the name of the spring")
-    between: Annotated[list[WrittenBodyPoint], Field(min_length=2, max_length=2)] = Field(
-        description="its two ends, such as [{body: base, at: [0, 0, 1 m]}, {body: arm/upper arm}]"
-    )
-    stiffness: Value = Field(description="the stiffness, such as 2 kN/m")
-    free_length: Value | None = None
-    preload: Value | None = None
 
 
 class WrittenRobot(WrittenHead):

@@ -40,7 +40,12 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
         space = result.space
         lines[0] += f", about ({row(result.point)}) m, world axes"
         lines.append(f"wrench:       {named(space.wrench_order, result.wrench, 'N', 'N m')}")
-        moved, least, is_strained = result.displacement, *_rounding(result)
+        moved, least, is_strained = result.displacement, 0.0, True
+        if result.problem is not None and result.status.has_stiffness:  # beyond rounding
+            length, d = result.problem.length, space.translations
+            least = _COORDINATES * min(length, 1.0)
+            of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
+            is_strained = bool(result.energy > of_rounding)
         least = max(_SHOWN * np.abs(moved).max(initial=0.0), least)
         moved = np.where(np.abs(moved) < least, 0.0, 1e6 * moved)
         lines.append(f"displacement: {named(space.twist_order, moved, 'um', 'urad')}")
@@ -71,15 +76,6 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
         lines += ["", *_critical_lines(critical)]
     lines += [f"advice: {advice}" for advice in result.advice]
     return text_of(lines)
-
-
-def _rounding(result: Equilibrium) -> tuple[float, bool]:
-    """The least displacement [m, rad] that is no rounding, and whether anything is strained."""
-    if result.problem is None or not result.status.has_stiffness:
-        return 0.0, True
-    length, d = result.problem.length, result.space.translations
-    of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
-    return _COORDINATES * min(length, 1.0), bool(result.energy > of_rounding)
 
 
 def _critical_lines(critical: CriticalLoad) -> list[str]:
@@ -243,27 +239,21 @@ def _without_rounding(rows: dict[str, np.ndarray], split: int) -> dict[str, np.n
     return {n: np.where(np.abs(own) > _SHOWN * largest, own, 0.0) for n, own in rows.items()}
 
 
-def _displacement(network: Network, result: NetworkResponse, node: str) -> list[Any] | None:
-    """Of a node, null for rotations that are free, or for all of them."""
-    if node in result.twists or node not in result.shifts:
-        return plain(result.twists.get(node))
-    space = network.space
-    return [*plain(result.shifts[node]), *[None] * (space.size - space.translations)]
-
-
 def response_data(network: Network, result: NetworkResponse) -> dict[str, Any]:
     """The result of `network_response` of a network, as plain data.
 
     JSON-ready; null where a displacement or reaction has no value.
     """
-    names = [node.name for node in network.nodes]
+    free: Any = [None] * (network.space.size - network.space.translations)
+    shifts = {node.name: result.shifts.get(node.name) for node in network.nodes}
+    moved = {n: None if own is None else [*plain(own), *free] for n, own in shifts.items()}
     return {
         "robostiff": __version__,
         "network": network.name,
         "status": str(result.status),
         "order": order(network.space),
         "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},
-        "displacements": {n: _displacement(network, result, n) for n in names},
+        "displacements": moved | {n: plain(twist) for n, twist in result.twists.items()},
         "reactions": {n: plain(result.reactions.get(n)) for n in network.fixed},
         "beams": {
             n: {end: dict(zip(_SECTION, getattr(own, end).tolist(), strict=True)) for end in _ENDS}

@@ -291,17 +291,12 @@ def posture_lines(result: RobotStiffness) -> list[str]:
     return [f"drives at {', '.join(drives)} (m, rad)"] if drives else []
 
 
-def named_parts(parts: Sequence[PartShare], most: int) -> tuple[list[PartShare], list[PartShare]]:
-    """Parts to name, of parts with the largest energy first, and the rest."""
+def share_lines(energy: float, parts: Sequence[PartShare], most: int) -> list[str]:
+    """The elastic energy, and how much of it each part has."""
     named_ones = [part for part in parts[:most] if part.share >= _NAMED]
     if len(named_ones) == len(parts) - 1:  # a single one has a name rather than a count
         named_ones = list(parts)
-    return named_ones, list(parts[len(named_ones) :])
-
-
-def share_lines(energy: float, parts: Sequence[PartShare], most: int) -> list[str]:
-    """The elastic energy, and how much of it each part has."""
-    named_ones, rest = named_parts(parts, most)
+    rest = parts[len(named_ones) :]
     lines = ["", f"elastic energy {energy:.4g} J, by part:"]
     lines += [f"{100 * p.share:7.2f} %  {p.name}" for p in named_ones]
     if rest:

@@ -5,15 +5,6 @@
 """
 
 from robostiff.io.rigid_tree.build import linkage_of_tree, read_side, robot_of_tree
-from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, TreeLoop
+from robostiff.io.rigid_tree.tree import RigidTree
 
-__all__ = [
-    "JointType",
-    "Mimic",
-    "RigidTree",
-    "TreeJoint",
-    "TreeLoop",
-    "linkage_of_tree",
-    "read_side",
-    "robot_of_tree",
-]
+__all__ = ["RigidTree", "linkage_of_tree", "read_side", "robot_of_tree"]

@@ -67,9 +67,9 @@ def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
 
     def body(link: str, end: str) -> str:
         """The part of a link that holds something."""
-        return far_body(link) if link in elastic and elastic[link].end == end else link
+        return far_body(link) if link in elastic and elastic[link][1] == end else link
 
-    connections = [link.connection for link in elastic.values()]
+    connections = [connection for connection, _ in elastic.values()]
     for joint in tree.joints:
         if joint.name in joints:
             parent = body(joint.parent, joint.name)
@@ -176,7 +176,8 @@ def robot_of_tree(
     FileError
         At the place in the side file or in the description that is to blame.
     """
-    written, top = _read(side, parameters)
+    written = validate(WrittenSide, side)
+    top = top_place(side, written.parameters, parameters or {})
     tree = with_springs(top, written, tree)
     _, linkage = _linkages(written, top, tree)
     undecided = undecided_mimics(written, tree, top)
@@ -200,7 +201,15 @@ def robot_of_tree(
     if robot is None:
         _refuse_followers(undecided & felt, top)
         return network_of(linkage, found)
-    return _with_coordinates(robot, written, top)
+    chosen = written.coordinates is not None
+    if written.coordinates is not None:
+        coordinates = distinct_coordinates(top / "coordinates", written.coordinates)
+        if robot.is_serial:
+            raise (top / "coordinates").error(
+                "coordinates of a serial arm", expected="none: its joints pose it", key=True
+            )
+        robot = replace(robot, coordinates=coordinates)
+    return verified(robot, top, [top] * len(robot.legs), chosen=chosen)
 
 
 def linkage_of_tree(
@@ -218,7 +227,8 @@ def linkage_of_tree(
     FileError
         At the place in the side file or in the description that is to blame.
     """
-    written, top = _read(side, parameters)
+    written = validate(WrittenSide, side)
+    top = top_place(side, written.parameters, parameters or {})
     tree = with_springs(top, written, tree)
     linkage, part = _linkages(written, top, tree)
     _check_is_elastic(part, top)
@@ -232,13 +242,6 @@ def linkage_of_tree(
     overrides = {**(parameters or {}), **quantities}
     exact = top_place(side, written.parameters, overrides, exact_mathematics())
     return with_symbols(linkage, lambda: build_linkage(exact, written, tree), nominal)
-
-
-def _read(
-    side: Document, parameters: Mapping[str, str | float] | None
-) -> tuple[WrittenSide, Place]:
-    written = validate(WrittenSide, side)
-    return written, top_place(side, written.parameters, parameters or {})
 
 
 def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkage, Linkage]:
@@ -281,37 +284,11 @@ def _hint(part: Linkage) -> str:
     )
 
 
-def _with_coordinates(robot: Robot, written: WrittenSide, top: Place) -> Robot:
-    chosen = written.coordinates is not None
-    if written.coordinates is not None:
-        coordinates = distinct_coordinates(top / "coordinates", written.coordinates)
-        if robot.is_serial:
-            raise (top / "coordinates").error(
-                "coordinates of a serial arm", expected="none: its joints pose it", key=True
-            )
-        robot = replace(robot, coordinates=coordinates)
-    return verified(robot, top, [top] * len(robot.legs), chosen=chosen)
-
-
 _ENDINGS = (".xacro", ".urdf", ".xml", ".mjcf")
 _EXAMPLE = (
     "write robostiff: 1, source: where the numbers come from, tool: the name of a link, joints: "
     '{"*": {stiffness: 1e4 N m/rad}}, or the like'
 )
-
-
-def side_file_of(description: Path) -> Path:
-    """Default path of the side file of a robot description.
-
-    Examples
-    --------
-    >>> side_file_of(Path("cell/arm.urdf.xacro")).name
-    'arm.stiffness.yaml'
-    """
-    name = description.name
-    for ending in _ENDINGS:
-        name = name[: -len(ending)] if name.lower().endswith(ending) else name
-    return description.with_name(f"{name}.stiffness.yaml")
 
 
 def read_side(description: Path | str, side: Path | str | None = None) -> Document:
@@ -321,8 +298,8 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
     ----------
     description : path or str
     side : path or str, optional
-        The side file; the one beside the description when left out, which is called like it with
-        the ending ``.stiffness.yaml``.
+        The side file; the one beside the description when left out: ``arm.stiffness.yaml`` beside
+        ``arm.urdf.xacro``.
 
     Raises
     ------
@@ -330,7 +307,10 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
         When there is none; a `FileError` when it cannot be read or is no side file.
     """
     if side is None:
-        found = side_file_of(Path(description))
+        name = Path(description).name
+        for ending in _ENDINGS:
+            name = name[: -len(ending)] if name.lower().endswith(ending) else name
+        found = Path(description).with_name(f"{name}.stiffness.yaml")
         if not found.exists():
             raise InputError(
                 f"stiffness of {str(description)!r}",

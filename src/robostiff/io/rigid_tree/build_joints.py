@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from fnmatch import fnmatchcase
+from functools import partial
 from typing import Any, cast
 
 from robostiff.errors import InputError, warn_of_slip
 from robostiff.io.model_file.joints import STIFFNESS_OF, WrittenDrive, build_role
 from robostiff.io.model_file.place import Place
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
-from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known, chosen
+from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known
 from robostiff.io.suggest import Words, listing, shown, values
 from robostiff.io.units import Dimension
 from robostiff.model import (
@@ -39,13 +41,43 @@ _MAKE = {JointType.REVOLUTE: revolute, JointType.PRISMATIC: prismatic, JointType
 _NOTHING = WrittenTreeJoint()
 
 
+_WILD = frozenset("*?[")
+
+
+def _entries(
+    top: Place, written: WrittenSide, tree: RigidTree
+) -> dict[str, tuple[Place, WrittenTreeJoint]]:
+    """For each joint its entry, with its place; a name takes precedence over a pattern.
+
+    Of several patterns the first in the file counts. Raises FileError when an entry is about no
+    joint.
+    """
+    place, names = top / "joints", [joint.name for joint in tree.joints]
+    found: dict[str, tuple[Place, WrittenTreeJoint]] = {}
+    for key, entry in written.joints.items():
+        if key in names or _WILD.isdisjoint(key):
+            check_known(place / key, key, "joint", names)
+            found[key] = place / key, entry
+    for key, entry in written.joints.items():
+        if key in found:
+            continue
+        fitting = [name for name in names if fnmatchcase(name, key)]
+        if not fitting:
+            raise (place / key).error(
+                "pattern for joints", got=key, expected=f"one that fits {listing(names, 30)}"
+            )
+        for name in fitting:
+            found.setdefault(name, (place / key, entry))
+    return found
+
+
 def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str, Joint | None]:
     """The joints of a tree by name: None for a fixed one.
 
     Floating joints are left out, as they connect nothing, unless they are locked: then they are
     fixed.
     """
-    entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
+    entries = _entries(top, written, tree)
     given = given_coordinates(top, written, tree)
     joints: dict[str, Joint | None] = {}
     for joint in tree.joints:
@@ -55,7 +87,15 @@ def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str,
             role = _beside(_role(place, entry, joint), joint, place)
             if joint.inertia and isinstance(role, Actuated) and role.inertia is None:
                 role = replace(role, inertia=joint.inertia)
-            joints[joint.name] = _joint(joint, role, home, tree)
+            make = spherical
+            if joint.type is not JointType.SPHERICAL:
+                make = partial(_MAKE[joint.type], joint.axis)
+            try:
+                joints[joint.name] = make(role, home=home, name=joint.name)
+            except InputError as error:
+                raise tree.error(
+                    f"joint {joint.name!r}: {error.subject}", got=error.got, expected=error.expected
+                ) from None
             continue
         if joint.name in written.joints:
             _check_immovable(place, entry, joint)
@@ -66,7 +106,7 @@ def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str,
 
 def with_springs(top: Place, written: WrittenSide, tree: RigidTree) -> RigidTree:
     """The tree with the springs of joints that the side file gives in place of its own."""
-    entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
+    entries = _entries(top, written, tree)
     joints = []
     for joint in tree.joints:
         place, entry = entries.get(joint.name, (top, _NOTHING))
@@ -94,7 +134,7 @@ def warn_of_stiffnesses(
 
     Nothing is said of a joint where the side file gives what the description does.
     """
-    entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
+    entries = _entries(top, written, tree)
     found: dict[str, list[str]] = {_SERVO: [], _BESIDE: [], _ALONE: []}
     for joint in tree.joints:
         _, entry = entries.get(joint.name, (top, _NOTHING))
@@ -131,7 +171,7 @@ _ALONE = (
 
 def undecided_mimics(written: WrittenSide, tree: RigidTree, top: Place) -> frozenset[str]:
     """Joints that follow another one and have no role in the side file."""
-    entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
+    entries = _entries(top, written, tree)
     decided = {
         name
         for name, (_, entry) in entries.items()
@@ -314,17 +354,6 @@ def _beside(role: Role, joint: TreeJoint, place: Place | RigidTree) -> Role:
         )
     k = joint.spring if k is None else k + joint.spring
     return Actuated(k) if isinstance(role, Passive) else replace(role, stiffness=k)
-
-
-def _joint(joint: TreeJoint, role: Role, home: tuple[float, ...], tree: RigidTree) -> Joint:
-    try:
-        if joint.type is JointType.SPHERICAL:
-            return spherical(role, home=home, name=joint.name)
-        return _MAKE[joint.type](joint.axis, role, home=home, name=joint.name)
-    except InputError as error:
-        raise tree.error(
-            f"joint {joint.name!r}: {error.subject}", got=error.got, expected=error.expected
-        ) from None
 
 
 def _check_immovable(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> None:

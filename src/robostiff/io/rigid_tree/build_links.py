@@ -10,24 +10,29 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robostiff.errors import warn_of_slip
-from robostiff.io.model_file.build_link import build_beam, build_link, build_spring
+from robostiff.io.model_file.build_link import (
+    WrittenBeam,
+    WrittenLink,
+    WrittenSpring,
+    build_beam,
+    build_link,
+    build_spring,
+)
 from robostiff.io.model_file.joints import build_joint
 from robostiff.io.model_file.place import Place, transform
 from robostiff.io.model_file.stock import Stock
-from robostiff.io.model_file.written_elements import WrittenBeam, WrittenLink, WrittenSpring
 from robostiff.io.rigid_tree.tree import RigidTree, TreeLoop
 from robostiff.io.rigid_tree.written_side import (
     LinkFrameChoice,
     WrittenElasticLink,
     WrittenLinkBeam,
-    WrittenLoop,
     WrittenSide,
     check_known,
 )
 from robostiff.io.suggest import Words, listing
 from robostiff.kinematics import place_chain
 from robostiff.linkage import Connection
-from robostiff.model import Chain, Joint, JointKind, Link, Passive, spherical
+from robostiff.model import Chain, Joint, JointKind, Passive, spherical
 from robostiff.spatial import Frame
 
 TOOL = "tool"
@@ -43,23 +48,17 @@ class LinkEnd:
     leads_on: bool  # whether it leads to the base, the platform, the tool or a loop
 
 
-@dataclass(frozen=True)
-class ElasticLink:
-    """A link of two bodies with elasticity between them."""
-
-    # from the body at its joint to the body at its far end; both have the frame of the link
-    connection: Connection
-    end: str  # what the far end holds
-
-
 def build_links(
     top: Place,
     written: Mapping[str, WrittenElasticLink],
     tree: RigidTree,
     ends: Mapping[str, list[LinkEnd]],
     stock: Stock,
-) -> dict[str, ElasticLink]:
-    """The elastic links by name, where `ends` has what each link of the tree holds."""
+) -> dict[str, tuple[Connection, str]]:
+    """For each elastic link its two bodies and what is between them, and what the far one holds.
+
+    Both bodies have the frame of the link. `ends` has what each link of the tree holds.
+    """
     links = {}
     taken = {joint.name for joint in tree.joints} | {loop.name for loop in tree.loops}
     for name, entry in written.items():
@@ -68,7 +67,22 @@ def build_links(
         end = _far_end(place, name, entry, ends.get(name, []))
         joint = tree.joint_into(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
-        link = _link(place, name, entry, end.point - start, stock)
+        to = end.point - start
+        given: dict[str, Any] = {
+            key: getattr(entry, key) for key in type(entry).model_fields if key != "to"
+        }
+        given |= {"to": to.tolist(), "name": name}
+        if not isinstance(entry, WrittenLinkBeam):
+            link = build_link(place, WrittenLink.model_construct(**given), name)
+        elif np.any(np.abs(to) > 1e-12):
+            link = build_beam(place, WrittenBeam.model_construct(**given), name, stock)
+        else:
+            raise place.error(
+                f"beam {name!r}",
+                got=Words("a joint and a next one at the same point"),
+                expected="a link that has a length",
+                hint="write type: link with a stiffness for a short part",
+            )
         described = tree.masses.get(name)
         if described is not None:  # in place of the mass of the elastic part
             link = replace(link, masses=(described.seen_from(_at(-start)),))
@@ -76,7 +90,7 @@ def build_links(
         connection = Connection(
             own, name, far_body(name), _at(start), link, _at(-start - np.asarray(link.to))
         )
-        links[name] = ElasticLink(connection, end.name)
+        links[name] = connection, end.name
     return links
 
 
@@ -106,23 +120,6 @@ def _far_end(place: Place, name: str, entry: WrittenElasticLink, ends: list[Link
     )
 
 
-def _link(place: Place, name: str, entry: WrittenElasticLink, to: np.ndarray, stock: Stock) -> Link:
-    given: dict[str, Any] = {
-        key: getattr(entry, key) for key in type(entry).model_fields if key != "to"
-    }
-    run = to.tolist()
-    if not isinstance(entry, WrittenLinkBeam):
-        return build_link(place, WrittenLink.model_construct(**given, to=run, name=name), name)
-    if not np.any(np.abs(to) > 1e-12):
-        raise place.error(
-            f"beam {name!r}",
-            got=Words("a joint and a next one at the same point"),
-            expected="a link that has a length",
-            hint="write type: link with a stiffness for a short part",
-        )
-    return build_beam(place, WrittenBeam.model_construct(**given, to=run, name=name), name, stock)
-
-
 def _at(point: np.ndarray) -> Frame:
     return Frame(np.eye(3), point + 0.0)
 
@@ -139,7 +136,21 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
                 "name of the loop", got=name, expected="a name no joint or loop has"
             )
         taken.add(name)
-        loop = _loop(place, entry, name, tree)
+        (link_a, frame_a), (link_b, frame_b) = (
+            _frame(place / "between" / j, choice, tree) for j, choice in enumerate(entry.between)
+        )
+        if link_a == link_b:
+            raise (place / "between").error(
+                "links of the loop", got=link_a, expected="two different links"
+            )
+        closing, here = entry.joint, place / "joint"
+        if isinstance(closing, str):
+            element = None if closing == "fixed" else spherical(Passive(), name=name)
+        elif isinstance(closing, WrittenSpring):
+            element = build_spring(here, closing, name)
+        else:
+            element = build_joint(here, closing, name)
+        loop = TreeLoop(name, (link_a, link_b), (frame_a, frame_b), element)
         described = [own.name for own in tree.loops if set(own.links) == set(loop.links)]
         if described:
             words = (
@@ -148,24 +159,6 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
             warn_of_slip(f"{place.document.location(place.path)}: {words}")
         loops.append(loop)
     return loops
-
-
-def _loop(place: Place, entry: WrittenLoop, name: str, tree: RigidTree) -> TreeLoop:
-    (link_a, frame_a), (link_b, frame_b) = (
-        _frame(place / "between" / i, choice, tree) for i, choice in enumerate(entry.between)
-    )
-    if link_a == link_b:
-        raise (place / "between").error(
-            "links of the loop", got=link_a, expected="two different links"
-        )
-    written, here = entry.joint, place / "joint"
-    if isinstance(written, str):
-        element = None if written == "fixed" else spherical(Passive(), name=name)
-    elif isinstance(written, WrittenSpring):
-        element = build_spring(here, written, name)
-    else:
-        element = build_joint(here, written, name)
-    return TreeLoop(name, (link_a, link_b), (frame_a, frame_b), element)
 
 
 def _frame(place: Place, choice: LinkFrameChoice, tree: RigidTree) -> tuple[str, Frame]:

@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from fnmatch import fnmatchcase
-from typing import Annotated, Any, Literal, TypeVar
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
 
 from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import InputError
+from robostiff.io.model_file.build_link import WrittenMatrices, WrittenSegment, WrittenSpring
 from robostiff.io.model_file.joints import WrittenJoint
 from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_elements import WrittenMatrices, WrittenSegment, WrittenSpring
-from robostiff.io.model_file.written_parts import (
-    Direction,
+from robostiff.io.model_file.stock import (
     MaterialChoice,
-    Pair,
     SectionChoice,
-    Text,
     Theory,
-    Value,
-    Vector,
-    WrittenFrame,
-    WrittenMapping,
     WrittenMaterial,
     WrittenSection,
+)
+from robostiff.io.model_file.written_parts import (
+    Direction,
+    Pair,
+    Text,
+    Value,
+    Vector,
+    WordOr,
+    WrittenFrame,
+    WrittenMapping,
     either,
 )
-from robostiff.io.suggest import listing
 
 _LINK = "the name of a link"
 
@@ -75,10 +76,7 @@ class WrittenLinkFrame(WrittenFrame):
     link: Text = Field(description=_LINK)
 
 
-LinkFrameChoice = Annotated[
-    Annotated[Text, Tag("word")] | Annotated[WrittenLinkFrame, Tag("mapping")],
-    either(str, "word", "mapping"),
-]
+LinkFrameChoice = WordOr[WrittenLinkFrame]
 """A link, whose own frame it is, or a frame on a link."""
 
 
@@ -87,14 +85,6 @@ class WrittenTool(WrittenMapping):
 
     link: Text = Field(description=_LINK)
     at: Vector | None = None
-
-
-ToolChoice = Annotated[
-    Annotated[Text, Tag("word")] | Annotated[WrittenTool, Tag("mapping")],
-    either(str, "word", "mapping"),
-]
-
-LoopJoint = Annotated[WrittenJoint | WrittenSpring, Field(discriminator="type")]
 
 
 def _loop_word(value: str) -> str:
@@ -109,7 +99,8 @@ def _loop_word(value: str) -> str:
 
 
 LoopJointChoice = Annotated[
-    Annotated[str, AfterValidator(_loop_word), Tag("word")] | Annotated[LoopJoint, Tag("mapping")],
+    Annotated[str, AfterValidator(_loop_word), Tag("word")]
+    | Annotated[WrittenJoint | WrittenSpring, Field(discriminator="type"), Tag("mapping")],
     either(str, "word", "mapping"),
 ]
 
@@ -140,7 +131,7 @@ class WrittenSide(WrittenMapping):
     sections: dict[str, WrittenSection] = Field(default_factory=dict)
     base: Text | None = None
     platform: Text | None = None
-    tool: ToolChoice | None = None
+    tool: WordOr[WrittenTool] | None = None
     joints: dict[str, WrittenTreeJoint] = Field(default_factory=dict)
     links: dict[str, WrittenElasticLink] = Field(default_factory=dict)
     loops: list[WrittenLoop] = Field(default_factory=list)
@@ -149,40 +140,8 @@ class WrittenSide(WrittenMapping):
     coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
 
 
-Entry = TypeVar("Entry")
-_WILD = frozenset("*?[")
-
-
 def check_known(place: Place, name: str, what: str, known: Sequence[str]) -> str:
     """The name, when it is one of those known."""
     if name not in known:
         raise place.unknown(what, name, known, most=30)
     return name
-
-
-def chosen(
-    place: Place, written: Mapping[str, Entry], names: Iterable[str], what: str
-) -> dict[str, tuple[Place, Entry]]:
-    """For each name its entry, with its place; a name takes precedence over a pattern.
-
-    Of several patterns the first in the file counts.
-
-    Raises FileError when an entry is about none of the names.
-    """
-    names = list(names)
-    found: dict[str, tuple[Place, Entry]] = {}
-    for key, entry in written.items():
-        if key in names or _WILD.isdisjoint(key):
-            check_known(place / key, key, what, names)
-            found[key] = place / key, entry
-    for key, entry in written.items():
-        if key in found:
-            continue
-        fitting = [name for name in names if fnmatchcase(name, key)]
-        if not fitting:
-            raise (place / key).error(
-                f"pattern for {what}s", got=key, expected=f"one that fits {listing(names, 30)}"
-            )
-        for name in fitting:
-            found.setdefault(name, (place / key, entry))
-    return found

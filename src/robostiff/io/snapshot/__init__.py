@@ -6,9 +6,15 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from robostiff.io.snapshot.format import FileHead, NetworkFile, SnapshotFile
-from robostiff.io.snapshot.read import is_graph, is_snapshot, read_snapshot, snapshot_from_document
-from robostiff.io.snapshot.read_graph import network_from_document
+from robostiff.io.snapshot.read import (
+    FileHead,
+    SnapshotFile,
+    is_graph,
+    is_snapshot,
+    read_snapshot,
+    snapshot_from_document,
+)
+from robostiff.io.snapshot.read_graph import NetworkFile, network_from_document
 from robostiff.io.snapshot.write import network_to_data, snapshot_to_data
 
 __all__ = [

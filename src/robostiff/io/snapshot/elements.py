@@ -1,12 +1,17 @@
-"""From the elements of a snapshot file to placed joints and springs."""
+"""Elements of snapshot files: pydantic models of their keys, and joints and springs of these.
+
+Shapes, words and signs are checked when a file is read; directions, matrices and lengths
+when its elements are placed.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from robostiff.elasticity import (
     BeamTheory,
@@ -19,20 +24,10 @@ from robostiff.elasticity import (
     elasticity_from_compliance,
     elasticity_from_stiffness,
 )
-from robostiff.errors import warn_of_slip
+from robostiff.errors import InputError
 from robostiff.io.document import DocumentPlace
 from robostiff.io.plausibility import question
-from robostiff.io.snapshot.format import (
-    BeamData,
-    BeamPart,
-    ElementPart,
-    FreedomPart,
-    MassData,
-    PassivePart,
-    Spring6Data,
-    Spring6Part,
-    SpringPart,
-)
+from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Actuated,
@@ -46,135 +41,327 @@ from robostiff.model import (
 )
 from robostiff.model.checks import rotation_matrix, unit_vector
 from robostiff.network.elements import uniform_mass
+from robostiff.spatial import Screw, full_turn
 
-# Part of a beam's length by which the axis of a joint may miss it, with a rigid part between.
-_FAR = 0.5
-
-
-def placed(
-    element: BeamPart | Spring6Part | PassivePart | SpringPart, name: str, place: DocumentPlace
-) -> PlacedFreedom | PlacedSpring:
-    """A joint or spring in the world.
-
-    Raises FileError when a direction, matrix or length makes no sense, at the key that has it.
-    """
-    if isinstance(element, BeamPart):
-        return placed_beam(element, name, place)
-    if isinstance(element, Spring6Part):
-        return placed_spring6(element, name, place)
-    role = Passive()
-    if isinstance(element, SpringPart):
-        role = Actuated(element.k, inertia=element.inertia)
-    return placed_freedom(element, role, name, place)
+_LARGEST = 1e30  # far beyond any robot, and far from overflow
+Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
+Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+Matrix3 = Annotated[list[Vector], Field(min_length=3, max_length=3)]
+Row6 = Annotated[list[Number], Field(min_length=6, max_length=6)]
+Matrix6 = Annotated[list[Row6], Field(min_length=6, max_length=6)]
+Name = Annotated[str, Field(min_length=1)]
+Positive = Annotated[float, Field(gt=0, le=_LARGEST)]
+Share = Annotated[float, Field(ge=0, le=1)]
+Informative = Annotated[Any, Field(description="any value; for people, not read")]
 
 
-def placed_freedom(
-    element: PassivePart | SpringPart | FreedomPart, role: Role, name: str, place: DocumentPlace
-) -> PlacedFreedom:
-    """A joint about or along an axis in the world."""
-    with place.at("axis").complaints():
-        axis = _direction("axis", element.axis)
-    return PlacedFreedom(axis, np.array(element.point, dtype=float), element.advance, name, role)
+class FilePart(BaseModel):
+    """Settings that all parts of the file share."""
+
+    model_config = ConfigDict(
+        extra="forbid", strict=True, allow_inf_nan=False, frozen=True, defer_build=True
+    )
 
 
-def placed_beam(element: BeamData, name: str, place: DocumentPlace) -> PlacedSpring:
-    """A beam in the world, about its end."""
-    end = np.array(element.end, dtype=float)
-    along = end - np.array(element.start, dtype=float)
-    if not along.any():
-        raise place.at("end").error(
-            "beam of no length", got=place.at("end").value, expected="a point other than its start"
+class Chained(FilePart):
+    """Common keys of the elements of a chain."""
+
+    name: Name | None = Field(
+        None, description="unique in the leg; by default the type and a number"
+    )
+    note: Informative = None
+
+
+class ScrewData(FilePart):
+    """About or along which axis a joint moves."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "oneOf": [
+                {
+                    "properties": {"kind": {"const": "H"}, "pitch": {"type": "number"}},
+                    "required": ["pitch"],
+                },
+                {"properties": {"kind": {"enum": ["R", "P"]}, "pitch": {"type": "null"}}},
+            ]
+        }
+    )
+
+    kind: Literal["R", "P", "H"] = Field(
+        description="R to turn about the axis, P to slide along it, H for both, as a nut on a screw"
+    )
+    point: Point = Field(description="a point of the axis [m]")
+    axis: Vector = Field(description="the direction of the axis, of any length but zero")
+    pitch: Number | None = Field(
+        None,
+        description="of kind H: the advance along the axis in one full turn [m], not zero; "
+        "negative for a left-handed screw",
+    )
+
+    @model_validator(mode="after")
+    def _pitch_of_a_screw(self) -> Self:
+        wanted = (
+            "an advance per turn [m], not zero" if self.kind == "H" else "none, as kind is not H"
         )
-    with place.at("end").complaints():
-        length = float(np.hypot.reduce(along))
-        x = _direction("direction of the beam", along)
-    with place.at("y_axis").complaints():
-        rotation = beam_axes(x, _direction("y axis of the section", element.y_axis))
-    theory: BeamTheory = EulerBernoulli() if element.shear_factor_y is None else Timoshenko()
-    with place.complaints():
-        section = CrossSection(
-            element.A,
-            element.Iy,
-            element.Iz,
-            element.J,
-            element.shear_factor_y,
-            element.shear_factor_z,
-        )
-        material = Material(name, element.E, element.G)
-        compliance = beam_compliance(length, material, section, theory)
-    if not np.isfinite(compliance).all():
-        raise place.error(
-            "compliance of the beam", expected="finite numbers", hint="check the units of the beam"
-        )
-    where = place.document.location
-    question(length, Dimension.LENGTH, where, place.at("end").path, in_si=True)
-    question(element.E, Dimension.MODULUS, where, place.at("E").path, in_si=True)
-    return PlacedSpring(name, end, rotation, Elasticity(compliance))
+        if (self.kind == "H") != bool(self.pitch) or (self.kind != "H" and self.pitch is not None):
+            got = Words("none") if self.pitch is None else self.pitch
+            raise InputError(f"pitch of a joint of kind {self.kind}", got=got, expected=wanted)
+        return self
 
+    @property
+    def advance(self) -> float | None:
+        """Pitch of its screw [m/rad]."""
+        per_turn = {"R": 0.0, "P": None}.get(self.kind, self.pitch)
+        return None if per_turn is None else per_turn / full_turn(per_turn)
 
-def question_joints(chain: Sequence[ElementPart], place: DocumentPlace) -> None:
-    """Warn of joints in a chain whose axis passes far from the beam beside them."""
-    for i, (one, other) in enumerate(pairwise(chain)):
-        for beam, joint, j in ((one, other, i + 1), (other, one, i)):
-            if isinstance(beam, BeamPart) and isinstance(joint, PassivePart | SpringPart):
-                _question_joint(beam, joint, place.at(j))
+    def placed(
+        self,
+        name: str,
+        place: DocumentPlace,
+        role: Role = Passive(),  # noqa: B008
+    ) -> PlacedFreedom:
+        """The joint about or along an axis in the world."""
+        with place.at("axis").complaints():
+            axis = _direction("axis", self.axis)
+        return PlacedFreedom(axis, np.array(self.point, dtype=float), self.advance, name, role)
 
-
-def _question_joint(beam: BeamPart, joint: PassivePart | SpringPart, place: DocumentPlace) -> None:
-    if joint.kind == "P":
-        return
-    ends, axis = np.array([beam.start, beam.end]), np.array(joint.axis)
-    axis = axis / np.linalg.norm(axis)
-    gap = float(np.min(np.linalg.norm(np.cross(ends - joint.point, axis), axis=1)))
-    length = float(np.linalg.norm(ends[1] - ends[0]))
-    if gap > _FAR * length:
-        warn_of_slip(
-            f"{place.document.location(place.at('point').path)}: the axis of this joint passes "
-            f"{gap:g} m from the beam beside it, which is {length:g} m long; are both in metres?"
+    @staticmethod
+    def of(screw: Screw) -> dict[str, Any]:
+        """The keys of a screw but for its place."""
+        if not screw.turns:
+            return {"kind": "P"}
+        return (
+            {"kind": "H", "pitch": float(screw.pitch_per_turn)} if screw.slides else {"kind": "R"}
         )
 
 
-def placed_spring6(element: Spring6Data, name: str, place: DocumentPlace) -> PlacedSpring:
-    """A spring in the world, from its matrix."""
-    with place.at("rotation").complaints():
-        rotation = rotation_matrix("rotation", element.rotation)
-    if element.K is not None:
-        with place.at("K").complaints():
-            elasticity = elasticity_from_stiffness(element.K)
-    else:
-        with place.at("compliance").complaints():
-            elasticity = elasticity_from_compliance(element.compliance or [])
-    return PlacedSpring(name, np.array(element.point, dtype=float), rotation, elasticity)
+class PassivePart(Chained, ScrewData):
+    """A joint that turns or slides without resistance."""
+
+    type: Literal["passive"]
 
 
-def placed_masses(
-    data: MassData, place: DocumentPlace, carrier: str, usual: np.ndarray, after: int = 0
-) -> Iterator[PlacedMass]:
-    """A mass of a file in the world, as one or, with an inertia, as six.
+class SpringPart(Chained, ScrewData):
+    """An actuator, or another joint, that is elastic along or about its axis."""
 
-    What carries it has a name and a `usual` place (3,) [m]: where the mass is if the file does not
-    say so, or where the elastic part ends.
-    """
-    at = None if data.at is None else np.array(data.at, dtype=float)
-    if data.start is None:
+    type: Literal["spring"]
+    k: Positive = Field(description="the stiffness, N m/rad for R and H, N/m for P")
+    inertia: Positive | None = Field(None, description="of the drive, kg m^2 for R and H, kg for P")
+
+    def placed(self, name: str, place: DocumentPlace, role: Role | None = None) -> PlacedFreedom:
+        """The joint with its drive in the world."""
+        role = role or Actuated(self.k, inertia=self.inertia)
+        return super().placed(name, place, role)
+
+
+class BeamData(FilePart):
+    """Ends, section and material of a beam."""
+
+    start: Point = Field(description="the end towards the base, or at node a [m]")
+    end: Point = Field(description="the end towards the platform, or at node b [m]")
+    y_axis: Vector = Field(
+        description="the direction of the section's y axis; its part along the beam does not matter"
+    )
+    E: Positive = Field(description="Young's modulus [Pa]")
+    G: Positive = Field(description="the shear modulus [Pa]")
+    A: Positive = Field(description="the area of the section [m^2]")
+    Iy: Positive = Field(description="the second moment about y [m^4]: bending in the x-z plane")
+    Iz: Positive = Field(description="the second moment about z [m^4]: bending in the x-y plane")
+    J: Positive = Field(description="the Saint-Venant torsion constant [m^4]")
+    shear_factor_y: Positive | None = Field(
+        None, description="the shear correction factor of a force along y, for Timoshenko's theory"
+    )
+    shear_factor_z: Positive | None = Field(
+        None, description="the shear correction factor of a force along z, for Timoshenko's theory"
+    )
+    density: Positive | None = Field(None, description="of its material [kg/m^3], for its mass")
+
+    @model_validator(mode="after")
+    def _both_shear_factors(self) -> Self:
+        factors = {"shear_factor_y": self.shear_factor_y, "shear_factor_z": self.shear_factor_z}
+        given = [key for key, factor in factors.items() if factor is not None]
+        if len(given) == 1:
+            raise InputError(
+                "shear factors",
+                got=Words(f"{given[0]} alone"),
+                expected="shear_factor_y and shear_factor_z, or neither",
+            )
+        return self
+
+    def placed(self, name: str, place: DocumentPlace) -> PlacedSpring:
+        """The beam in the world, about its end."""
+        end = np.array(self.end, dtype=float)
+        along = end - np.array(self.start, dtype=float)
+        if not along.any():
+            raise place.at("end").error(
+                "beam of no length",
+                got=place.at("end").value,
+                expected="a point other than its start",
+            )
+        with place.at("end").complaints():
+            length = float(np.hypot.reduce(along))
+            x = _direction("direction of the beam", along)
+        with place.at("y_axis").complaints():
+            rotation = beam_axes(x, _direction("y axis of the section", self.y_axis))
+        theory: BeamTheory = EulerBernoulli() if self.shear_factor_y is None else Timoshenko()
         with place.complaints():
-            mass = Mass(data.mass, inertia=data.inertia, name=data.name or carrier)
-        yield from mass.placed(mass.name, np.eye(3), usual if at is None else at, after)
-        return
-    start, span = np.array(data.start, dtype=float), None
-    if at is None:
-        span = (0.0, 1.0) if data.span is None else (data.span[0], data.span[1])
-        at = start + 0.5 * sum(span) * (usual - start)
-    yield PlacedMass(carrier, np.asarray(data.mass), at, after, start, span)
+            section = CrossSection(
+                self.A,
+                self.Iy,
+                self.Iz,
+                self.J,
+                self.shear_factor_y,
+                self.shear_factor_z,
+            )
+            material = Material(name, self.E, self.G)
+            compliance = beam_compliance(length, material, section, theory)
+        if not np.isfinite(compliance).all():
+            raise place.error(
+                "compliance of the beam",
+                expected="finite numbers",
+                hint="check the units of the beam",
+            )
+        where = place.document.location
+        question(length, Dimension.LENGTH, where, place.at("end").path, in_si=True)
+        question(self.E, Dimension.MODULUS, where, place.at("E").path, in_si=True)
+        return PlacedSpring(name, end, rotation, Elasticity(compliance))
+
+    def placed_masses(self, name: str, after: int = 0) -> tuple[PlacedMass, ...]:
+        """Its mass, from its density."""
+        start, end = np.array(self.start, dtype=float), np.array(self.end, dtype=float)
+        value = None if self.density is None else self.density * self.A
+        if value is not None:
+            value *= float(np.linalg.norm(end - start))
+        return tuple(replace(own, after=after) for own in uniform_mass(name, value, start, end))
 
 
-def beam_masses(element: BeamData, name: str, after: int = 0) -> tuple[PlacedMass, ...]:
-    """The mass of a beam, from its density."""
-    start, end = np.array(element.start, dtype=float), np.array(element.end, dtype=float)
-    value = None if element.density is None else element.density * element.A
-    if value is not None:
-        value *= float(np.linalg.norm(end - start))
-    return tuple(replace(own, after=after) for own in uniform_mass(name, value, start, end))
+class MassData(FilePart):
+    """A mass in one place, or along an elastic part."""
+
+    name: Name | None = Field(None, description="what it is")
+    mass: Annotated[float, Field(ge=0, le=_LARGEST)] = Field(description="[kg]")
+    at: Point | None = Field(None, description="where it is [m]")
+    inertia: Vector | Matrix3 | None = Field(
+        None,
+        description="three moments of inertia, or a matrix, about `at` and in world axes [kg m^2]",
+    )
+    start: Point | None = Field(
+        None,
+        description="where the elastic part begins along which the mass is, and both ends of which "
+        "carry it [m]",
+    )
+    span: Annotated[list[Share], Field(min_length=2, max_length=2)] | None = Field(
+        None,
+        description="beside `start`: from which to which part of the length it is spread; all of "
+        "it where neither this nor `at` is given",
+    )
+    note: Informative = None
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        first, last = self.span or (0.0, 1.0)
+        expected = None
+        if self.span is not None and (self.start is None or self.at is not None or first >= last):
+            expected = "start and two rising parts of the length, without at"
+        elif self.inertia is not None and self.start is not None:
+            expected = "no inertia: an elastic part moves its masses by both its ends"
+        if expected is not None:
+            keys = ("at", "inertia", "start", "span")
+            given = ", ".join(key for key in keys if getattr(self, key) is not None)
+            raise InputError("place of the mass", got=Words(given), expected=expected)
+        return self
+
+    def placed(
+        self, place: DocumentPlace, carrier: str, usual: np.ndarray, after: int = 0
+    ) -> Iterator[PlacedMass]:
+        """The mass in the world, as one or, with an inertia, as six.
+
+        What carries it has a name and a `usual` place (3,) [m]: where the mass is if the file does
+        not say so, or where the elastic part ends.
+        """
+        at = None if self.at is None else np.array(self.at, dtype=float)
+        if self.start is None:
+            with place.complaints():
+                mass = Mass(self.mass, inertia=self.inertia, name=self.name or carrier)
+            yield from mass.placed(mass.name, np.eye(3), usual if at is None else at, after)
+            return
+        start, span = np.array(self.start, dtype=float), None
+        if at is None:
+            span = (0.0, 1.0) if self.span is None else (self.span[0], self.span[1])
+            at = start + 0.5 * sum(span) * (usual - start)
+        yield PlacedMass(carrier, np.asarray(self.mass), at, after, start, span)
+
+
+class LegMass(MassData):
+    """A mass that a leg or a branch carries."""
+
+    after: Name | None = Field(
+        None,
+        description="the element of the chain before the body that carries it, or the elastic part "
+        "along which it is; none for the body at which the chain begins",
+    )
+
+
+class NodeMass(MassData):
+    """A mass that a node of a graph carries."""
+
+    on: Name = Field(description="the node")
+
+
+class BeamPart(Chained, BeamData):
+    """A straight flexible link of constant cross-section."""
+
+    type: Literal["beam"]
+
+
+class Spring6Data(FilePart):
+    """A 6 x 6 matrix about a point and in axes of its own."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "oneOf": [
+                {"properties": {key: {"type": "array"}}, "required": [key]}
+                for key in ("K", "compliance")
+            ]
+        }
+    )
+
+    point: Point = Field(description="the point about which the matrix is given [m]")
+    rotation: Matrix3 = Field(description="the rotation matrix whose columns are the spring's axes")
+    K: Matrix6 | None = Field(None, description="the stiffness, wrench for a twist [N/m, N, N m]")
+    compliance: Matrix6 | None = Field(
+        None,
+        description="the compliance, twist for a wrench [m/N, 1/N, rad/(N m)]; zero where rigid",
+    )
+
+    @model_validator(mode="after")
+    def _one_matrix(self) -> Self:
+        if (self.K is None) == (self.compliance is None):
+            raise InputError(
+                "matrix of the spring",
+                got=Words("neither" if self.K is None else "both"),
+                expected="one of K and compliance",
+            )
+        return self
+
+    def placed(self, name: str, place: DocumentPlace) -> PlacedSpring:
+        """The spring in the world, from its matrix."""
+        with place.at("rotation").complaints():
+            rotation = rotation_matrix("rotation", self.rotation)
+        if self.K is not None:
+            with place.at("K").complaints():
+                elasticity = elasticity_from_stiffness(self.K)
+        else:
+            with place.at("compliance").complaints():
+                elasticity = elasticity_from_compliance(self.compliance or [])
+        return PlacedSpring(name, np.array(self.point, dtype=float), rotation, elasticity)
+
+
+class Spring6Part(Chained, Spring6Data):
+    """An elastic part given by its 6 x 6 matrix, about a point and in axes of its own."""
+
+    type: Literal["spring6"]
 
 
 def _direction(subject: str, value: Sequence[float] | np.ndarray) -> np.ndarray:

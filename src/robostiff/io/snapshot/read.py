@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.elastostatics.plane import coupling_out_of_plane
 from robostiff.errors import FileError, InputError, warn_of_slip
 from robostiff.io.document import Document, DocumentPlace, read_document
-from robostiff.io.snapshot.elements import beam_masses, placed, placed_masses, question_joints
-from robostiff.io.snapshot.format import (
+from robostiff.io.snapshot.elements import (
     BeamPart,
-    BranchPart,
-    ElementPart,
+    Chained,
+    FilePart,
+    Informative,
     LegMass,
-    LegPart,
-    ParallelPart,
-    SnapshotFile,
+    MassData,
+    Name,
+    Number,
+    PassivePart,
+    Point,
+    Positive,
+    Spring6Part,
+    SpringPart,
+    Vector,
 )
 from robostiff.io.suggest import numbered
 from robostiff.io.validation import validate
@@ -40,6 +49,88 @@ from robostiff.model.checks import check_in_plane
 from robostiff.model.coupled_joints import Transmission, transmission
 from robostiff.model.joint import joint_of
 from robostiff.spatial import Space
+
+
+class CouplingPart(FilePart):
+    """A gear or differential: a sum of coordinates of joints, which is held."""
+
+    name: Name | None = Field(None, description="by default the names of the joints")
+    sum: Annotated[dict[Name, Number], Field(min_length=2)] = Field(
+        description="joints of the chain with their factors, at least one of them passive"
+    )
+    k: Positive | None = Field(
+        description="the stiffness against the sum, N m/rad or N/m as for the first joint; null "
+        "where it is rigid"
+    )
+    note: Informative = None
+
+
+class BranchPart(FilePart):
+    """A chain from the body before a parallel block to the body after it."""
+
+    name: Name = Field(description="the name of the branch, unique in the block")
+    end: Point = Field(description="where the branch meets the body after the block [m]")
+    chain: list[ElementPart] = Field(
+        description="the elements from body to body, none for a rigid branch; all else is rigid"
+    )
+    couplings: list[CouplingPart] = Field(default=[], description="of joints in the chain")
+    masses: list[LegMass] = Field(default=[], description="of its parts, beside their densities")
+    note: Informative = None
+
+
+class ParallelPart(Chained):
+    """Branches side by side, such as the bars of a parallelogram."""
+
+    type: Literal["parallel"]
+    branches: list[BranchPart] = Field(
+        min_length=2, description="two or more chains between the same two bodies"
+    )
+
+
+ElementPart = Annotated[
+    PassivePart | SpringPart | BeamPart | Spring6Part | ParallelPart, Field(discriminator="type")
+]
+
+
+class LegPart(BranchPart):
+    """A chain from the base to the platform."""
+
+    name: Name = Field(description="the name of the leg, unique in the file")
+    end: Point = Field(description="where the leg meets the platform [m]")
+    chain: list[ElementPart] = Field(
+        min_length=1, description="the elements from base to platform; all else is rigid"
+    )
+
+
+class FileHead(FilePart):
+    """Common keys of snapshot files with legs and of those with a graph."""
+
+    name: Name = Field(description="the name of the robot")
+    description: str = Field("", description="a line about it")
+    reference_point: Point = Field(
+        description="the point of the platform about which stiffness is given [m]"
+    )
+    planar: bool = Field(False, description="true for a robot that moves in the x-y plane alone")
+    gravity: Vector | None = Field(
+        None, description="the acceleration of free fall [m/s^2], for finite loads; none by default"
+    )
+    schema_: str | None = Field(None, alias="$schema", description="for editors, not read")
+    units: str | None = Field(None, description="for people, not read: units are always SI")
+    frame: str | None = Field(None, description="for people, not read: axes are the world's")
+    order: str | None = Field(None, description="for people, not read: (x, y, z, rx, ry, rz)")
+    params: Informative = None
+    oracle: Informative = None
+    peers: Informative = None
+    note: Informative = None
+    notes: Informative = None
+
+
+class SnapshotFile(FileHead):
+    """A robot frozen at a pose: world axes, metres, newtons and radians."""
+
+    legs: list[LegPart] = Field(min_length=1, description="the chains that hold the platform")
+    masses: list[MassData] = Field(default=[], description="on the platform")
+
 
 # Part of its size by which coordinates from CAD programs, rounded to three digits or more, are off.
 _ROUNDED = 1e-3
@@ -128,17 +219,26 @@ def snapshot_from_document(document: Document) -> Snapshot:
     file = validate(SnapshotFile, document)
     place = DocumentPlace(document)
     refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
-    legs = tuple(_leg(leg, place.at("legs", i)) for i, leg in enumerate(file.legs))
+    legs = []
+    for i, leg in enumerate(file.legs):
+        here = place.at("legs", i)
+        if not (_is_elastic(leg.chain) or any(own.k is not None for own in leg.couplings)):
+            raise here.at("chain").error(
+                f"leg {leg.name} without compliance",
+                expected="at least one beam, spring or spring6",
+                hint="a leg of rigid parts and passive joints alone has no stiffness matrix",
+            )
+        legs.append(_placed_leg(leg, here, leg.name))
     space = Space.PLANAR if file.planar else Space.SPATIAL
     reference = np.array(file.reference_point, dtype=float)
     masses = [
         mass
         for i, own in enumerate(file.masses)
-        for mass in placed_masses(own, place.at("masses", i), "platform", reference)
+        for mass in own.placed(place.at("masses", i), "platform", reference)
     ]
     snapshot = Snapshot(
         file.name,
-        legs,
+        tuple(legs),
         reference,
         space,
         file.description,
@@ -204,16 +304,6 @@ def is_graph(document: Document) -> bool:
     return isinstance(data, dict) and "graph" in data and "legs" not in data
 
 
-def _leg(part: LegPart, place: DocumentPlace) -> PlacedLeg:
-    if not (_is_elastic(part.chain) or any(own.k is not None for own in part.couplings)):
-        raise place.at("chain").error(
-            f"leg {part.name} without compliance",
-            expected="at least one beam, spring or spring6",
-            hint="a leg of rigid parts and passive joints alone has no stiffness matrix",
-        )
-    return _placed_leg(part, place, part.name)
-
-
 def _is_elastic(chain: Sequence[ElementPart]) -> bool:
     return any(
         any(_is_elastic(branch.chain) for branch in element.branches)
@@ -236,11 +326,16 @@ def _placed_leg(
     names = numbered(given, [element.type for element in part.chain])
     for i, (element, own) in enumerate(zip(part.chain, names, strict=True)):
         if isinstance(element, ParallelPart):
-            elements.append(_block(element, prefix + own, chain.at(i)))
+            branches, legs = chain.at(i, "branches"), []
+            refuse_twins([branch.name for branch in element.branches], branches, "branch")
+            for j, branch in enumerate(element.branches):
+                branch_name = f"{prefix}{own}/{branch.name}"
+                legs.append(_placed_leg(branch, branches.at(j), branch_name, f"{branch_name}/"))
+            elements.append(PlacedBlock(prefix + own, tuple(legs)))
             continue
-        elements.append(placed(element, prefix + own, chain.at(i)))
+        elements.append(element.placed(prefix + own, chain.at(i)))
         if isinstance(element, BeamPart):
-            masses += beam_masses(element, prefix + own, i + 1)
+            masses += element.placed_masses(prefix + own, i + 1)
     question_joints(part.chain, chain)
     for i, own in enumerate(part.masses):
         masses += _masses(own, place.at("masses", i), names, elements)
@@ -257,7 +352,7 @@ def _masses(
             raise place.error(
                 "mass before the first element", expected="a place of it: at, and no start"
             )
-        yield from placed_masses(data, place, "base", np.zeros(3))
+        yield from data.placed(place, "base", np.zeros(3))
         return
     if data.after not in names:
         raise place.at("after").unknown("element before a mass", data.after, names)
@@ -268,7 +363,7 @@ def _masses(
             "elastic part along which a mass is", got=data.after, expected="a beam or a spring6"
         )
     usual = carrier.branches[0].end if isinstance(carrier, PlacedBlock) else carrier.point
-    yield from placed_masses(data, place, carrier.name, usual, count)
+    yield from data.placed(place, carrier.name, usual, count)
 
 
 def _transmission(
@@ -294,16 +389,6 @@ def _transmission(
         raise
 
 
-def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:
-    branches = place.at("branches")
-    refuse_twins([branch.name for branch in part.branches], branches, "branch")
-    legs = []
-    for i, branch in enumerate(part.branches):
-        own = f"{name}/{branch.name}"
-        legs.append(_placed_leg(branch, branches.at(i), own, f"{own}/"))
-    return PlacedBlock(name, tuple(legs))
-
-
 def refuse_twins(names: Sequence[str | None], place: DocumentPlace, what: str) -> None:
     """Raise a FileError at the second of two elements of one name, in their list at a place."""
     for i, name in enumerate(names):
@@ -311,3 +396,27 @@ def refuse_twins(names: Sequence[str | None], place: DocumentPlace, what: str) -
             raise place.at(i, "name").error(
                 f"name of the {what}", got=name, expected="a name that no other has"
             )
+
+
+# Part of a beam's length by which the axis of a joint may miss it, with a rigid part between.
+_FAR = 0.5
+
+
+def question_joints(chain: Sequence[ElementPart], place: DocumentPlace) -> None:
+    """Warn of joints in a chain whose axis passes far from the beam beside them."""
+    for i, (one, other) in enumerate(pairwise(chain)):
+        for beam, joint, j in ((one, other, i + 1), (other, one, i)):
+            if not isinstance(beam, BeamPart) or not isinstance(joint, PassivePart | SpringPart):
+                continue
+            if joint.kind == "P":
+                continue
+            ends, axis = np.array([beam.start, beam.end]), np.array(joint.axis)
+            axis = axis / np.linalg.norm(axis)
+            gap = float(np.min(np.linalg.norm(np.cross(ends - joint.point, axis), axis=1)))
+            length = float(np.linalg.norm(ends[1] - ends[0]))
+            if gap > _FAR * length:
+                where = place.document.location(place.at(j, "point").path)
+                warn_of_slip(
+                    f"{where}: the axis of this joint passes {gap:g} m from the beam beside it, "
+                    f"which is {length:g} m long; are both in metres?"
+                )

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.snapshot.elements import (
-    beam_masses,
-    placed_beam,
-    placed_freedom,
-    placed_masses,
-    placed_spring6,
+    BeamData,
+    FilePart,
+    Informative,
+    MassData,
+    Name,
+    NodeMass,
+    Number,
+    Point,
+    Positive,
+    ScrewData,
+    Spring6Data,
 )
-from robostiff.io.snapshot.format import (
-    BeamBetween,
-    GraphPart,
-    JointBetween,
-    NetworkFile,
-    SpringBetween,
-)
-from robostiff.io.snapshot.read import refuse_twins
+from robostiff.io.snapshot.read import CouplingPart, FileHead, refuse_twins
 from robostiff.io.suggest import numbered
 from robostiff.io.validation import validate
 from robostiff.model import Actuated, Passive, PlacedMass
@@ -31,6 +31,74 @@ from robostiff.network import BeamElement, JointElement, Network, Node, SpringEl
 from robostiff.network.elements import CouplingElement
 from robostiff.network.equations import check_fits
 from robostiff.spatial import Space
+
+
+class BetweenPart(FilePart):
+    """Common keys of elements between two nodes."""
+
+    name: Name | None = Field(
+        None, description="unique among its kind; by default the kind and a number"
+    )
+    a: Name = Field(description="the node at its start")
+    b: Name = Field(description="the node at its end")
+    note: Informative = None
+
+
+class BeamBetween(BetweenPart, BeamData):
+    """A straight flexible link of constant cross-section, rigidly attached to two nodes."""
+
+
+class SpringBetween(BetweenPart, Spring6Data):
+    """An elastic part given by its 6 x 6 matrix, of node b against node a."""
+
+    masses: list[MassData] = Field(
+        default=[], description="along it; without a start on the body of node b"
+    )
+
+
+class FreedomPart(ScrewData):
+    """An elementary motion of a joint."""
+
+    k: Positive | None = Field(
+        description="the stiffness, N m/rad for R and H, N/m for P; null for a passive motion"
+    )
+    inertia: Positive | None = Field(None, description="of the drive, kg m^2 for R and H, kg for P")
+
+
+class JointBetween(BetweenPart):
+    """A joint between two nodes: all motions that are not listed are rigid."""
+
+    dofs: list[FreedomPart] = Field(description="its motions; none for a weld")
+
+
+class GraphCoupling(CouplingPart):
+    """A gear or differential between joints anywhere."""
+
+    sum: Annotated[dict[Name, Number], Field(min_length=1)] = Field(
+        description="joints with their factors; ``joint/dof2`` for the second motion of a joint"
+    )
+
+
+class GraphPart(FilePart):
+    """Rigid bodies and what is between them."""
+
+    nodes: Annotated[dict[Name, Point], Field(min_length=2)] = Field(
+        description="the rigid bodies by name, each with a point of its own [m]"
+    )
+    fixed: list[Name] = Field(min_length=1, description="the nodes that do not move")
+    platform: Name = Field(description="the node whose stiffness is computed")
+    beams: list[BeamBetween] = Field(default=[], description="beams between nodes")
+    springs: list[SpringBetween] = Field(default=[], description="springs between nodes")
+    joints: list[JointBetween] = Field(default=[], description="joints between nodes")
+    couplings: list[GraphCoupling] = Field(default=[], description="of joints")
+    masses: list[NodeMass] = Field(default=[], description="masses of nodes")
+    note: Informative = None
+
+
+class NetworkFile(FileHead):
+    """A network frozen at a pose: world axes, metres, newtons and radians."""
+
+    graph: GraphPart = Field(description="the bodies and what is between them")
 
 
 def network_from_document(document: Document) -> Network:
@@ -77,9 +145,17 @@ def network_from_document(document: Document) -> Network:
             expected="at least one beam, spring or joint motion with a stiffness k",
             hint="rigid parts and passive joints alone have no stiffness matrix",
         )
+    nodes = []
+    for name, given in graph.nodes.items():
+        point = np.array(given, dtype=float)
+        masses: list[PlacedMass] = []
+        for i, own in enumerate(graph.masses):
+            if own.on == name:
+                masses += own.placed(place.at("masses", i), name, point)
+        nodes.append(Node(name, point, tuple(masses)))
     return Network(
         file.name,
-        tuple(_nodes(graph, place)),
+        tuple(nodes),
         tuple(graph.fixed),
         graph.platform,
         np.array(file.reference_point, dtype=float),
@@ -118,17 +194,6 @@ def _couplings(
     return tuple(found)
 
 
-def _nodes(graph: GraphPart, place: DocumentPlace) -> Iterator[Node]:
-    """The bodies with their masses."""
-    for name, given in graph.nodes.items():
-        point = np.array(given, dtype=float)
-        masses: list[PlacedMass] = []
-        for i, own in enumerate(graph.masses):
-            if own.on == name:
-                masses += placed_masses(own, place.at("masses", i), name, point)
-        yield Node(name, point, tuple(masses))
-
-
 def _check_nodes(graph: GraphPart, place: DocumentPlace) -> None:
     for i, name in enumerate(graph.fixed):
         _check_known(name, graph, place.at("fixed", i))
@@ -159,11 +224,11 @@ def _check_known(name: str, graph: GraphPart, place: DocumentPlace) -> None:
 
 
 def _beam(part: BeamBetween, name: str, place: DocumentPlace, space: Space) -> BeamElement:
-    spring = placed_beam(part, name, place)
+    spring = part.placed(name, place)
     start = np.array(part.start, dtype=float)
     compliance = spring.elasticity.compliance
     ends = start, spring.point
-    masses = beam_masses(part, name)
+    masses = part.placed_masses(name)
     beam = BeamElement(name, part.a, part.b, *ends, spring.rotation, compliance, masses)
     with place.complaints():
         check_fits(beam, space)
@@ -171,10 +236,10 @@ def _beam(part: BeamBetween, name: str, place: DocumentPlace, space: Space) -> B
 
 
 def _spring(part: SpringBetween, name: str, place: DocumentPlace, space: Space) -> SpringElement:
-    placed = placed_spring6(part, name, place)
+    placed = part.placed(name, place)
     masses: list[PlacedMass] = []
     for i, own in enumerate(part.masses):
-        masses += placed_masses(own, place.at("masses", i), name, placed.point)
+        masses += own.placed(place.at("masses", i), name, placed.point)
     own = placed.point, placed.rotation, placed.elasticity
     spring = SpringElement(name, part.a, part.b, *own, tuple(masses))
     with place.complaints():
@@ -186,7 +251,7 @@ def _joint(part: JointBetween, name: str, place: DocumentPlace, space: Space) ->
     freedoms = []
     for i, freedom in enumerate(part.dofs):
         role = Passive() if freedom.k is None else Actuated(freedom.k, inertia=freedom.inertia)
-        freedoms.append(placed_freedom(freedom, role, f"dof{i + 1}", place.at("dofs", i)))
+        freedoms.append(freedom.placed(f"dof{i + 1}", place.at("dofs", i), role))
         with place.at("dofs", i, "axis").complaints():
             check_fits(JointElement(name, part.a, part.b, (freedoms[-1],)), space)
     return JointElement(name, part.a, part.b, tuple(freedoms))

@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.elasticity import Elasticity, elasticity_from_stiffness
 from robostiff.elastostatics import chain_stiffness
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.io.snapshot.format import ScrewData
+from robostiff.io.snapshot.elements import ScrewData
 from robostiff.model import (
     CoupledFreedom,
     Locked,
@@ -306,11 +306,16 @@ def network_to_data(network: Network) -> dict[str, Any]:
         ]
     )
     data = _head(network, "network")
+    springs = []
+    for own in (*network.beams, *network.springs):
+        spring = {"name": own.name, "a": own.a, "b": own.b, **_spring6(own.name, *_elastic(own))}
+        masses = [_mass(mass) for mass in own.masses]
+        springs.append({**spring, "masses": masses} if masses else spring)
     data["graph"] = {
         "nodes": {node.name: _one_pose(node.point, 1) for node in network.nodes},
         "fixed": list(network.fixed),
         "platform": network.platform,
-        "springs": _named([_spring(own) for own in (*network.beams, *network.springs)]),
+        "springs": _named(springs),
         "joints": joints,
     }
     names = {id(own): data["name"] for own, data in zip(network.joints, joints, strict=True)}
@@ -326,11 +331,6 @@ def _elastic(element: BeamElement | SpringElement) -> tuple[np.ndarray, np.ndarr
     if isinstance(element, BeamElement):
         return element.end, element.rotation, Elasticity(element.tip_compliance)
     return element.point, element.rotation, element.elasticity
-
-
-def _spring(own: BeamElement | SpringElement) -> dict[str, Any]:
-    data = {"name": own.name, "a": own.a, "b": own.b, **_spring6(own.name, *_elastic(own))}
-    return {**data, "masses": [_mass(mass) for mass in own.masses]} if own.masses else data
 
 
 def _coupling(own: CouplingElement, names: dict[int, str]) -> dict[str, Any]:

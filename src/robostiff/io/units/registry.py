@@ -299,17 +299,12 @@ def read_quantity(text: str, start: int, subject: str) -> tuple[SIQuantity, int]
         ) from None
     word = _WORD.match(text, after_space(text, end))
     if word and word[0].lower() not in _NO_NUMBERS:  # those are the next value, and wrong there
-        raise unknown_unit(word[0], subject)
+        expected, hint = f"one of {listing(UNIT_WORDS)}", did_you_mean(word[0], UNIT_WORDS)
+        raise InputError(f"{subject}: unknown unit", got=word[0], expected=expected, hint=hint)
     quantity = make_quantity(float(text[start : found.end()]), unit)
     if not math.isfinite(quantity.magnitude):
         raise InputError(subject, got=text[start:end], expected="a finite number")
     return quantity, end
-
-
-def unknown_unit(word: str, subject: str) -> InputError:
-    """The error for a word that is no unit: the nearest unit, and all units."""
-    expected, hint = f"one of {listing(UNIT_WORDS)}", did_you_mean(word, UNIT_WORDS)
-    return InputError(f"{subject}: unknown unit", got=word, expected=expected, hint=hint)
 
 
 def bounded(text: str) -> str:
@@ -377,20 +372,15 @@ def _read_factor(
     if not word or not is_unit_word(word[0]):
         return None
     name = OTHER_SPELLINGS.get(word[0], word[0])
-    power, end = _read_power(text, word.end())
-    powers[name] = powers.get(name, 0) + sign * power
-    return end
-
-
-def _read_power(text: str, start: int) -> tuple[int, int]:
-    power, end = 1, start
-    if found := _POWER.match(text, start) or _SUPERSCRIPT.match(text, start):
+    power, end = 1, word.end()
+    if found := _POWER.match(text, end) or _SUPERSCRIPT.match(text, end):
         power, end = int(found[1].translate(_PLAIN_DIGITS)), found.end()
     if again := _POWER_SIGN.match(text, end):
         raise InputError(
             "power of a unit",
-            got=text[start : again.end() + 8].strip(),
+            got=text[word.end() : again.end() + 8].strip(),
             expected="one whole number, as in mm^2",
             hint="for the power of a quantity write (300 mm)^2",
         )
-    return power, end
+    powers[name] = powers.get(name, 0) + sign * power
+    return end

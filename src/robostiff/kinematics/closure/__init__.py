@@ -6,7 +6,7 @@ from geometry alone, for poses in numbers and for records; Newton's method from 
 configuration, in its assembly mode, for the rest.
 """
 
-from robostiff.kinematics.closure.assembly_mode import AssemblyMode
+from robostiff.kinematics.closure.assembly_mode import AssemblyMode, ClosurePart, nearest
 from robostiff.kinematics.closure.leg_equations import (
     Followed,
     NewtonTask,
@@ -20,7 +20,6 @@ from robostiff.kinematics.closure.legs_alike import (
     leg_solvers,
     legs_alike,
 )
-from robostiff.kinematics.closure.newton import ClosurePart, nearest
 
 __all__ = [
     "AssemblyMode",

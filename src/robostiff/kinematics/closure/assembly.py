@@ -13,7 +13,6 @@ from robostiff.kept import kept
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Chain, Joint, JointKind, Locked, Telescope
 
-# Under this name a chain keeps what counts full turns in it.
 _DIGITS = 9  # to which two distances from home count as equal
 
 

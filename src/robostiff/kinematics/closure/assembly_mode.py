@@ -1,21 +1,25 @@
-"""The assembly mode of a posture: postures reached on paths without singularity."""
+"""Newton's method for the nearest closed posture, and for postures in the assembly mode of one.
+
+An assembly mode are the postures reached on paths without singularity.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance
-from robostiff.kinematics.closure.newton import (
-    CLOSED,
-    CONVERGED,
-    ClosureEquations,
-    ClosurePart,
-    nearest,
-)
 
+CLOSED = 1e-10
+CONVERGED = 1e-14
+_STANDSTILL = 1e-11
+_NEAREST_ITERATIONS = 60
+# Part by which a step may lessen the squares of gaps that many such steps leave as they are.
+_STATIONARY = 1e-12
+_LARGEST_STEP = 0.5
 _NEARLY_CLOSED = 1e-7
 _NEWTON_STEPS = 6
 # Beyond them, of what is closed to CLOSED: near a singular posture such a gap still costs digits.
@@ -35,12 +39,106 @@ _MEETING, _BEYOND_MEETING, _ROUNDING = 1e-2, 3.0, 1e-13
 _WATCHED = 0.1
 # A first step beyond half a turn, from home near a singularity, says nothing about where it leads.
 _LONG_STEP, _SAME = np.pi, 1e-6
-
 _INDEPENDENT = Tolerance().independence
 # Coordinates this far from home, in radians and parts of the length, say what rank is usual there.
 _ASIDE, _SEED = 1e-3, 5
 # Starts around a singular home, as far from it.
 _TRIES, _BESIDE = 4, 0.2
+
+
+@dataclass(frozen=True)
+class ClosurePart:
+    """Equations whose determinant keeps its sign within an assembly mode."""
+
+    loops: np.ndarray  # (n,) of int: equations of loops inside legs, which are taken first
+    ends: np.ndarray  # (n,) of int: the other equations
+    unknowns: np.ndarray  # (n,) of int
+
+    @property
+    def equations(self) -> np.ndarray:
+        """All equations, those of loops first."""
+        return np.concatenate([self.loops, self.ends])
+
+
+class ClosureEquations(Protocol):
+    """Equations of closure at postures x, one in each row.
+
+    Gaps and unknowns are scaled to radians and parts of the length. ``given`` are the places in x
+    of coordinates that are prescribed, ``parts`` what has an assembly mode of its own; the last of
+    them has all equations and unknowns.
+    """
+
+    @property
+    def given(self) -> Any:
+        """Places (g,) of prescribed coordinates."""
+        ...
+
+    @property
+    def parts(self) -> Any:
+        """Parts with an assembly mode of their own, a sequence of `ClosurePart`, then all."""
+        ...
+
+    def gaps(self, x: np.ndarray) -> np.ndarray:
+        """Gaps (N, m)."""
+        ...
+
+    def rates(self, x: np.ndarray) -> np.ndarray:
+        """Rates at which the unknowns close it (N, m, n)."""
+        ...
+
+    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Both, where bodies are placed once for them."""
+        ...
+
+    def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Postures after steps (N, n) of the unknowns."""
+        ...
+
+    def lengths(self, x: np.ndarray) -> np.ndarray:
+        """Lengths that must be positive (N, k) [m]."""
+        ...
+
+
+def nearest(equations: ClosureEquations, x: np.ndarray) -> np.ndarray:
+    """Postures closed, or as nearly as possible, by Levenberg steps from guesses x (N, size).
+
+    Steps are damped by the square of the gap. They may lead to another assembly mode. A posture is
+    left where the sum of squares of its gaps is stationary: it remains as nearly closed as it is.
+    """
+    best, best_size = x.copy(), np.full(len(x), np.inf)
+    going = np.arange(len(x))
+    for _ in range(_NEAREST_ITERATIONS):
+        e, J = equations.gaps_and_rates(x)
+        size = np.max(np.abs(e), axis=-1, initial=0.0)
+        better = size < best_size[going]
+        best[going[better]], best_size[going[better]] = x[better], size[better]
+        closed = (best_size[going] <= CONVERGED) | (~better & (best_size[going] < _STANDSTILL))
+        step = _levenberg_step(e, J, size)
+        J_step = np.einsum("...ij,...j->...i", J, step)
+        falls = np.sum(e * J_step, axis=-1) > _STATIONARY * np.sum(e * e, axis=-1)
+        on = ~closed & falls
+        if not np.any(on):
+            break
+        going, x, step = going[on], x[on], step[on]
+        longest = np.max(np.abs(step), axis=-1, keepdims=True)
+        x = equations.moved(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
+    return best
+
+
+def _levenberg_step(e: np.ndarray, J: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Steps (N, n) that lessen gaps e (N, m) of given sizes (N,) by their rates J (N, m, n)."""
+    if J.shape[-1] == 0:
+        return np.zeros((len(e), 0))  # nothing can move
+    J_T = np.swapaxes(J, -1, -2)
+    wide = J.shape[-1] > J.shape[-2]
+    A = J @ J_T if wide else J_T @ J
+    trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
+    # Where nothing moves a gap, any damping keeps it at rest.
+    damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15) * np.where(trace > 0, trace, 1.0)
+    A = A + damping[:, None, None] * np.eye(A.shape[-1])
+    right = e[..., None] if wide else J_T @ e[..., None]
+    found = np.linalg.solve(A, right)
+    return (J_T @ found if wide else found)[..., 0]
 
 
 @dataclass(frozen=True)
@@ -56,18 +154,9 @@ class _Directions:
 
     def of_rows(self, rows: np.ndarray) -> _Directions:
         """Those of some postures; at home they are the same for all."""
-        return (
-            self if self.U.ndim == 2 else _Directions(self.U[rows], self.V[rows], self.sign[rows])
-        )
-
-    def repeated(self, count: int) -> _Directions:
-        """The same for each of some postures."""
-        U, V = (np.repeat(one[None], count, axis=0) for one in (self.U, self.V))
-        return _Directions(U, V, np.repeat(self.sign, count))
-
-    def put(self, rows: np.ndarray, new: _Directions) -> None:
-        """Write those of some postures."""
-        self.U[rows], self.V[rows], self.sign[rows] = new.U, new.V, new.sign
+        if self.U.ndim == 2:
+            return self
+        return _Directions(self.U[rows], self.V[rows], self.sign[rows])
 
     def square(self, J: np.ndarray) -> np.ndarray:
         """U^T J V (N, r, r)."""
@@ -236,7 +325,11 @@ class AssemblyMode:
         start = self.home[places]
         x = np.tile(self.home, (len(given), 1))
         gone, step = np.zeros(len(x)), np.full(len(x), 1.0 / _CUT)
-        directions = self._at_home and [one.repeated(len(x)) for one in self._at_home]
+        count = len(x)
+        directions = self._at_home and [
+            _Directions(*(np.repeat(own[None], count, axis=0) for own in (one.U, one.V, one.sign)))
+            for one in self._at_home
+        ]
         going = np.arange(len(x))
         while going.size:
             there = x[going]
@@ -253,7 +346,8 @@ class AssemblyMode:
             step[won[whole]] = longer[whole]
             if directions and own and won.size:
                 for part, all_rows, one in zip(parts, directions, own, strict=True):
-                    all_rows.put(won, _carried(part, one.of_rows(kept), J))
+                    new = _carried(part, one.of_rows(kept), J)
+                    all_rows.U[won], all_rows.V[won], all_rows.sign[won] = new.U, new.V, new.sign
             going = going[(gone[going] < 1.0) & (step[going] >= _SHORTEST)]
         return x, gone, directions
 
@@ -271,7 +365,10 @@ class AssemblyMode:
         kept &= self._is_long(x)
         if directions is not None and np.any(kept):
             J = rates[kept]
-            same = self._same_signs(J, [one.of_rows(kept) for one in directions])
+            same = np.ones(len(J), dtype=bool)
+            for part, every in zip(self.equations.parts, directions, strict=True):
+                one = every.of_rows(kept)
+                same &= np.linalg.slogdet(one.square(_of_part(part, J)))[0] * one.sign > 0
             kept[kept], J = same, J[same]
         return x, kept, J, first
 
@@ -314,13 +411,6 @@ class AssemblyMode:
                 break
             x[going], last[going] = self.equations.moved(x[going], step), length
         return x, closed, rates, first
-
-    def _same_signs(self, J: np.ndarray, directions: list[_Directions]) -> np.ndarray:
-        same = np.ones(len(J), dtype=bool)
-        for part, own in zip(self.equations.parts, directions, strict=True):
-            sign = np.linalg.slogdet(own.square(_of_part(part, J)))[0]
-            same &= sign * own.sign > 0
-        return same
 
     @cached_property
     def _at_home(self) -> list[_Directions] | None:

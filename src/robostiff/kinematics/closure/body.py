@@ -161,11 +161,11 @@ class Rest:
 
     def point(self, x: np.ndarray) -> np.ndarray:
         """A point seen from the frame."""
-        return _once(self._points, x, lambda: self._local(x))
 
-    def _local(self, x: np.ndarray) -> np.ndarray:
-        size = max(most_size(c) for c in (*x, *self.p))
-        return tidied(self.R.T @ (x - self.p), size)
+        def local() -> np.ndarray:
+            return tidied(self.R.T @ (x - self.p), max(most_size(c) for c in (*x, *self.p)))
+
+        return _once(self._points, x, local)
 
 
 def _once(known: dict[bytes, np.ndarray], e: np.ndarray, found: Callable[[], np.ndarray]) -> Any:

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.closure.assembly_mode import AssemblyMode
+from robostiff.kinematics.closure.assembly_mode import CLOSED, AssemblyMode, ClosurePart, nearest
 from robostiff.kinematics.closure.motion_tree import (
     MotionTree,
     PlacedTree,
@@ -17,7 +17,6 @@ from robostiff.kinematics.closure.motion_tree import (
     advanced,
     spins_of,
 )
-from robostiff.kinematics.closure.newton import CLOSED, ClosurePart, nearest
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
@@ -136,7 +135,13 @@ class NewtonTask:
             legs = np.cumsum([0, *self._tree.ends_of_legs])[:-1]  # their ends on the platform
             arm = placed.p_wanted[:, legs] - x[:, None, :3]
             for k, coordinate in enumerate(self.open):
-                J[..., k][:, legs] = -_pose_twist(coordinate, rates, arm)
+                twist = np.zeros((*arm.shape[:-1], 6))
+                if coordinate < 3:
+                    twist[..., coordinate] = 1.0
+                else:
+                    w = np.broadcast_to(rates[:, None, :, coordinate - 3], arm.shape)
+                    twist[..., :3], twist[..., 3:] = cross(w, arm), w
+                J[..., k][:, legs] = -twist
         return J
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
@@ -228,17 +233,6 @@ def attachment_frame(
     R_attachment, p_attachment = leg.attachment.R, leg.attachment.p
     p = p_platform + np.einsum("...ij,j->...i", R_platform, p_attachment)
     return product(R_platform, R_attachment), p
-
-
-def _pose_twist(coordinate: int, rates: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Twists (N, k, 6) at the ends of arms (N, k, 3) from the platform's origin."""
-    twist = np.zeros((*arm.shape[:-1], 6))
-    if coordinate < 3:
-        twist[..., coordinate] = 1.0
-    else:
-        w = np.broadcast_to(rates[:, None, :, coordinate - 3], arm.shape)
-        twist[..., :3], twist[..., 3:] = cross(w, arm), w
-    return twist
 
 
 def pose_of_end(leg: Leg, q: np.ndarray) -> np.ndarray:

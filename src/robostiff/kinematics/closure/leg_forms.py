@@ -143,8 +143,9 @@ class RodForm(LegForm):
 
     @property
     def signs(self) -> tuple[bool, bool, bool]:
-        """Which signs of a mode there are."""
-        return (True, *self.joints.two_ways)
+        """Which signs of a mode there are: a joint of two axes does its part in two ways."""
+        A, B, turned = self.joints.A, self.joints.B, self.joints.turned_by_second
+        return True, not A.is_ball and len(A.axes) == 2, turned and len(B.axes) == 2
 
     @property
     def turning(self) -> tuple[Cluster, ...]:
@@ -368,20 +369,15 @@ class Post(LegForm):
             missed.append(far - near[0])
         else:
             missed.append(np.array([dot(near[0], far) - constant_cosine(*joint.axes)]))
-            bodies[joint.places[1]] = _between(joint, base, at, near[0], far)
+            a, b = joint.axes
+            if base.is_at_poses:
+                rest, _ = rest_of_directions(joint.point, a, b)
+                between = body_turned(base, rest, at, a, b, far)
+            else:
+                between = body_of_directions((joint.point, a, b), (at, near[0], far))
+            bodies[joint.places[1]] = between
         closing = [] if base.is_at_poses else [v @ v for v in map(tidied, missed)]
         return ClosedLeg(bodies, ball_axes, closing, [])
-
-
-def _between(
-    joint: Cluster, base: LegBody, at: np.ndarray, first: np.ndarray, second: np.ndarray
-) -> LegBody:
-    """What lies between the two axes of a universal joint."""
-    a, b = joint.axes
-    if base.is_at_poses:
-        rest, _ = rest_of_directions(joint.point, a, b)
-        return body_turned(base, rest, at, a, b, second)
-    return body_of_directions((joint.point, a, b), (at, first, second))
 
 
 def recognise_post(skeleton: Skeleton) -> Post | None:

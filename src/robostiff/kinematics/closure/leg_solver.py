@@ -79,7 +79,7 @@ class LegSolver:
         elsewhere = np.zeros(len(pose), dtype=bool)
         if self.closed_form is None:
             if from_afar:
-                found = self._iterated(pose)
+                found = self._task.follow(self.home_pose, [self.home], pose)
                 q, elsewhere = found.coordinates[0], found.elsewhere
             else:
                 q = self._task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
@@ -96,7 +96,7 @@ class LegSolver:
         rows = np.flatnonzero(leaves_open)
         if not rows.size:
             return q, elsewhere, placed
-        found = self._iterated(pose[rows])
+        found = self._task.follow(self.home_pose, [self.home], pose[rows])
         met = found.closed | found.elsewhere
         q[rows[met]] = found.coordinates[0][met]
         elsewhere[rows] = found.elsewhere
@@ -185,23 +185,6 @@ class LegSolver:
         wanted = {Elbow.PLUS: (1,), Elbow.MINUS: (-1,)}.get(self.leg.elbow, (1, -1))
         return tuple(mode for mode in all_modes(self.closed_form.signs) if mode.root in wanted)
 
-    def in_all_modes(
-        self, pose: np.ndarray, R_platform: np.ndarray
-    ) -> tuple[tuple[RootSigns, ...], np.ndarray]:
-        """Assembly modes of the closed form, and leg coordinates in each of them (m, N, size).
-
-        Raises InputError when the leg has no closed form.
-        """
-        if self.closed_form is None:
-            raise InputError(
-                f"postures of leg {self.leg.name!r}",
-                got="a leg that is closed by iteration",
-                expected="a leg in closed form, whose postures can be counted",
-                hint="choose one by joint coordinates close to it: near=[...]",
-            )
-        modes = all_modes(self.closed_form.signs)
-        return modes, self._in_modes(modes, self.closed_form, pose, R_platform)
-
     def _in_modes(
         self,
         modes: tuple[RootSigns, ...],
@@ -219,8 +202,15 @@ class LegSolver:
 
         Raises InputError when the leg has no closed form.
         """
-        R = turn_by_vector(pose[None, 3:])
-        modes, every = self.in_all_modes(pose[None], R)
+        if self.closed_form is None:
+            raise InputError(
+                f"postures of leg {self.leg.name!r}",
+                got="a leg that is closed by iteration",
+                expected="a leg in closed form, whose postures can be counted",
+                hint="choose one by joint coordinates close to it: near=[...]",
+            )
+        R, modes = turn_by_vector(pose[None, 3:]), all_modes(self.closed_form.signs)
+        every = self._in_modes(modes, self.closed_form, pose[None], R)
         q = on_turn_of_home(self.leg.chain, every[:, 0], self.leg.chain.home)
         closed = _open_by(self.leg, every, pose[None], R, self.length)[:, 0] <= CLOSED
         closed &= ~shortened(self.leg.chain, q)
@@ -291,10 +281,6 @@ class LegSolver:
         """The same, of gaps at the platform and of loops (N,)."""
         first, *loops = (_size(gap, self.length) > _OPEN for gap in ends)
         return ~first & np.any(loops, axis=0)
-
-    def _iterated(self, pose: np.ndarray) -> Followed:
-        """Leg coordinates by Newton's method."""
-        return self._task.follow(self.home_pose, [self.home], pose)
 
     @cached_property
     def _task(self) -> NewtonTask:

@@ -205,6 +205,7 @@ class MotionTree:
             end, led_by = self._along(leg.chain, base)
             self.ends.insert(place, LoopEnd(end, attachment, led_by, ()))
             self.ends_of_legs.append(len(self.ends) - place)
+        self._sort()
 
     def _along(self, chain: Chain, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
         """Where a chain ends, and the coordinates that lead there."""
@@ -274,9 +275,11 @@ class MotionTree:
         """Which coordinates turn (size,) bool."""
         return np.array([screw.turns for screw in self._screws], dtype=bool)
 
-    @cached_property
-    def _constants(self) -> _Constants:
-        """What every frame does, the frames in the order of levels."""
+    def _sort(self) -> None:
+        """Set what every frame does, the frames in the order of levels.
+
+        They turn by A + sin q A E + (1 - cos q) A E^2, and shift along an axis.
+        """
         order = 2 + np.argsort(np.array(self._levels[2:], dtype=int), kind="stable")
         number = np.concatenate([[WORLD, PLATFORM], np.zeros(len(order), dtype=int)])
         number[order] = 2 + np.arange(len(order))
@@ -288,25 +291,21 @@ class MotionTree:
         E = np.array([skew(screw.axis) * screw.turns for screw in screws]).reshape(-1, 3, 3)
         level = np.array(self._levels, dtype=int)[order]
         starts = 2 + np.searchsorted(level, np.arange(1, max(self._levels) + 2))
-        return _Constants(
-            order=number,
-            parents=number[np.array([one.frame for one in before], dtype=int)],
-            places=places,
-            A=A,
-            AE=A @ E,
-            AEE=A @ E @ E,
-            shift=shift,
-            slide=np.array([self._slides[i - 2] for i in order], dtype=float).reshape(-1, 3),
-            balls=number[np.array([frame for frame, _ in self._balls], dtype=int)] - 2,
-            levels=tuple(slice(a, b) for a, b in pairwise(starts.tolist())),
-        )
+        self._order = number  # place of each frame among those in the order of levels
+        self._parents = number[np.array([one.frame for one in before], dtype=int)]
+        self._places, self._shift = places, shift
+        self._A, self._AE, self._AEE = A, A @ E, A @ E @ E
+        self._slide = np.array([self._slides[i - 2] for i in order], dtype=float).reshape(-1, 3)
+        self._of_balls = number[np.array([frame for frame, _ in self._balls], dtype=int)] - 2
+        self._slices = [slice(a, b) for a, b in pairwise(starts.tolist())]  # of the levels
+        self._own_axes = np.array(self._axes, dtype=float).reshape(-1, 3, 1)
 
     @cached_property
     def _ends(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Moving frames, axes and origins in them: of the ends, and of where they should be."""
         found = []
         for fixed in ([end.own for end in self.ends], [end.wanted for end in self.ends]):
-            frames = self._constants.order[[one.frame for one in fixed]]
+            frames = self._order[[one.frame for one in fixed]]
             R = np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3)
             p = np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1)
             found.append((frames, R, p))
@@ -326,33 +325,28 @@ class MotionTree:
 
     def placed(self, R_platform: np.ndarray, p_platform: np.ndarray, q: np.ndarray) -> PlacedTree:
         """The tree at poses (N, 3, 3), (N, 3) of the platform and coordinates (N, size)."""
-        c, count = self._constants, len(q)
+        count, size = len(q), len(self._order)
         q = q if self._motions is None else q @ self._motions.T
-        own = q[:, c.places]
+        own = q[:, self._places]
         sine, versine = np.sin(own), 2.0 * np.sin(0.5 * own) ** 2
-        M = c.A + sine[..., None, None] * c.AE + versine[..., None, None] * c.AEE
-        if c.balls.size:
-            M[:, c.balls] = c.A[c.balls] @ turn_by_vector(q[:, self.balls])
-        d = (c.shift + own[..., None] * c.slide)[..., None]
-        R, p = np.empty((count, len(c.order), 3, 3)), np.empty((count, len(c.order), 3, 1))
+        M = self._A + sine[..., None, None] * self._AE + versine[..., None, None] * self._AEE
+        if self._of_balls.size:
+            M[:, self._of_balls] = self._A[self._of_balls] @ turn_by_vector(q[:, self.balls])
+        d = (self._shift + own[..., None] * self._slide)[..., None]
+        R, p = np.empty((count, size, 3, 3)), np.empty((count, size, 3, 1))
         R[:, WORLD], p[:, WORLD] = np.eye(3), 0.0
         R[:, PLATFORM], p[:, PLATFORM] = R_platform, p_platform[..., None]
-        for level in c.levels:
+        for level in self._slices:
             here = slice(level.start - 2, level.stop - 2)
-            R_before = R[:, c.parents[here]]
+            R_before = R[:, self._parents[here]]
             R[:, level] = R_before @ M[:, here]
-            p[:, level] = p[:, c.parents[here]] + R_before @ d[:, here]
-        frames = c.order[np.array(self._frames, dtype=int)]
-        before = R[:, c.parents[frames - 2]]
-        axes = (before @ self._local_axes)[..., 0]
+            p[:, level] = p[:, self._parents[here]] + R_before @ d[:, here]
+        frames = self._order[np.array(self._frames, dtype=int)]
+        axes = (R[:, self._parents[frames - 2]] @ self._own_axes)[..., 0]
         ends = []
         for own, R_own, p_own in self._ends:
             ends += [R[:, own] @ R_own, (p[:, own] + R[:, own] @ p_own)[..., 0]]
         return PlacedTree(axes, p[:, frames][..., 0], *ends)
-
-    @cached_property
-    def _local_axes(self) -> np.ndarray:
-        return np.array(self._axes, dtype=float).reshape(-1, 3, 1)
 
     def closing_twists(self, placed: PlacedTree) -> np.ndarray:
         """Twists (17) by which each coordinate closes each end (N, ends, 6, size)."""
@@ -377,22 +371,6 @@ class MotionTree:
                 T[start:stop, start:stop] = own
             start = stop
         return T
-
-
-@dataclass(frozen=True)
-class _Constants:
-    """Motions of frames: turns A + sin q A E + (1 - cos q) A E^2, and shifts along an axis."""
-
-    order: np.ndarray  # place of each frame among those in the order of levels
-    parents: np.ndarray
-    places: np.ndarray
-    A: np.ndarray
-    AE: np.ndarray
-    AEE: np.ndarray
-    shift: np.ndarray
-    slide: np.ndarray
-    balls: np.ndarray
-    levels: tuple[slice, ...]
 
 
 def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:

@@ -231,14 +231,6 @@ class RodJoints:
         """Whether the joint at the far end turns the rod about itself."""
         return not self.B.is_ball and (self.spin is not None or self.A.is_ball)
 
-    @property
-    def two_ways(self) -> tuple[bool, bool]:
-        """Whether each joint can do its part in two ways, by the other sign of a triple product."""
-        return (
-            not self.A.is_ball and len(self.A.axes) == 2,
-            self.turned_by_second and len(self.B.axes) == 2,
-        )
-
     @cached_property
     def cosines_at_A(self) -> tuple[Any, Any]:
         """Of the angles of the second axis at A to the first and to the rod."""
@@ -354,18 +346,25 @@ def _at_first(ends: RodEnds) -> tuple[LegBody, LegBody | None, list[Any], list[A
         a = ends.near.direction(A.axes[0])
         misses = _missed_angle(ends, A.axes[0], a)
         return _at_A(ends, ends.near, (A.axes[0], a), (ends.joints.along, ends.d)), None, misses, []
-    gimbal, rod, lack = _pointed(ends)
-    return rod, gimbal, [], [lack]
+    a0, b0 = A.axes
+    a = ends.near.direction(a0)
+    found = aim(a, ends.d, *ends.joints.cosines_at_A)
+    b = b0, found.way(ends.mode.first)
+    gimbal = _at_A(ends, ends.near, (a0, a), b)
+    return _at_A(ends, gimbal, b, (ends.joints.along, ends.d)), gimbal, [], [found.gap]
 
 
 def _at_second(ends: RodEnds, rod: LegBody) -> tuple[LegBody, list[Any], list[Any]]:
     """The rod at joint B, which may turn it about itself, misses and lacks."""
     B = ends.joints.B
-    if B.is_ball:
+    turned = ends.joints.turned_by_second
+    if B.is_ball or (rod.is_at_poses and not turned):
         return rod, [], []
-    if not ends.joints.turned_by_second:
-        return rod, _missed(ends, rod), []
     e = ends.platform.direction(B.axes[-1])
+    if not turned:
+        on_rod = rod.direction(B.axes[0])
+        off = [on_rod @ e - constant_cosine(*B.axes)] if len(B.axes) == 2 else on_rod - e
+        return rod, [_square(x) for x in off], []
     if len(B.axes) == 1:
         misses = _missed_angle(ends, B.axes[0], e)
         return _about_rod(ends, rod, (B.axes[0], e)), misses, []
@@ -394,28 +393,6 @@ def _missed_angle(ends: RodEnds, axis: np.ndarray, now: np.ndarray) -> list[Any]
     if ends.near.is_at_poses:
         return []
     return [_square(now @ ends.d - constant_cosine(axis, ends.joints.along))]
-
-
-def _pointed(ends: RodEnds) -> tuple[LegBody, LegBody, Any]:
-    """What lies between two axes, the rod that they point, and what they lack to do so."""
-    a0, b0 = ends.joints.A.axes
-    a = ends.near.direction(a0)
-    found = aim(a, ends.d, *ends.joints.cosines_at_A)
-    b = found.way(ends.mode.first)
-    gimbal = _at_A(ends, ends.near, (a0, a), (b0, b))
-    return gimbal, _at_A(ends, gimbal, (b0, b), (ends.joints.along, ends.d)), found.gap
-
-
-def _missed(ends: RodEnds, rod: LegBody) -> list[Any]:
-    """Squares that vanish where the joint at the far end fits both rod and platform."""
-    if rod.is_at_poses:
-        return []
-    B = ends.joints.B
-    e = ends.platform.direction(B.axes[-1])
-    on_rod = rod.direction(B.axes[0])
-    if len(B.axes) == 2:
-        return [_square(on_rod @ e - constant_cosine(*B.axes))]
-    return [_square(x) for x in on_rod - e]
 
 
 def _shortest(ends: RodEnds) -> LegBody:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.frames import place_chain
 from robostiff.model import (
     Branch,
     Chain,
@@ -160,7 +160,8 @@ def _is_copy(first: Branch, other: Branch) -> bool:
     held = ~a.free
     if np.any(held != ~b.free) or np.any(np.abs(a.home - b.home)[held] > _SAME):
         return False
-    one, two = _at_zero(first, a), _at_zero(other, b)
+    pairs = ((first.start, a), (other.start, b))
+    one, two = (place_chain(path, path.zero, start.R, start.p) for start, path in pairs)
     shift = other.start.p - first.start.p
     size = _SAME * (np.linalg.norm(shift) + np.linalg.norm(one.p - first.start.p) + 1e-300)
     turned = (
@@ -190,7 +191,3 @@ def _kinds(chain: Chain) -> list[object]:
         for element, _ in chain.moving
         if not isinstance(element.role, Locked)
     ]
-
-
-def _at_zero(branch: Branch, path: Chain) -> PlacedChain:
-    return place_chain(path, path.zero, branch.start.R, branch.start.p)

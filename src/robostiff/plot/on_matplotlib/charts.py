@@ -16,8 +16,7 @@ from robostiff.plot.on_matplotlib.canvas import (
     legend_below,
     norm,
 )
-from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Panel, RegionStyle
-from robostiff.plot.picture.scene import colour_of
+from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Panel, RegionStyle, colour_of
 from robostiff.plot.prefix import short
 
 _NAMES, _LINE = 0.5, 0.17  # inches: beside bars, and a line of the legend

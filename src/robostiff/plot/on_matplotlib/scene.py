@@ -34,8 +34,8 @@ from robostiff.plot.picture import (
     Scene,
     Shape,
     Text,
+    colour_of,
 )
-from robostiff.plot.picture.scene import colour_of
 
 _MARKERS = {
     Shape.RING: ("o", 3.4),

@@ -20,8 +20,8 @@ from robostiff.plot.picture import (
     Scene,
     Shape,
     Text,
+    colour_of,
 )
-from robostiff.plot.picture.scene import colour_of
 from robostiff.plot.theme import Palette
 
 _SYMBOLS = {

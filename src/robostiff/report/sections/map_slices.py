@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.markup import Paragraph, number
+from robostiff.plot.maps.pictures import OVERVIEW, slice_picture
 from robostiff.plot.maps.selection import CLASSES
-from robostiff.plot.maps.slice import OVERVIEW, slice_picture
 from robostiff.plot.picture import Field
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Figure, Level, Section, section

@@ -21,11 +21,10 @@ from robostiff.analysis.result_tables import (
 )
 from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Paragraph, Tone
-from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
-from robostiff.plot.free_motion_screws import free_motions_picture
 from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.posture import surroundings
+from robostiff.plot.stiffness_pictures import Quality, ellipsoid_picture, free_motions_picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Figure, Folded, Part, Section, SideBySide, one_figure, section
 
@@ -45,9 +44,10 @@ def matrices_section(contents: ReportContents) -> Section:
         parts.append(Paragraph(f"There is no stiffness matrix: status {result.status}."))
     if int(result.rank) < 0:
         return section("stiffness", _TITLE, parts)
-    parts.append(
-        Paragraph(f"Rank {int(result.rank)} of {result.space.size}: {_meaning(contents)}.")
-    )
+    count = len(result.free_motions)
+    moves = "free to move in one way" if count == 1 else f"free to move in {count} ways"
+    meaning = f"the platform is {moves if count else 'held in every direction'}"
+    parts.append(Paragraph(f"Rank {int(result.rank)} of {result.space.size}: {meaning}."))
     parts.append(free_motion_table(result))
     if result.free_motions and contents.posed is not None:
         caption = "Free motions of the platform."
@@ -72,14 +72,6 @@ def _ellipsoid(contents: ReportContents) -> Figure | None:
         caption = "Displacements under unit forces in all directions (compliance ellipsoid)."
         return one_figure("ellipsoid", caption, picture)
     return None
-
-
-def _meaning(contents: ReportContents) -> str:
-    motions = len(contents.stiffness.free_motions)
-    if not motions:
-        return "the platform is held in every direction"
-    moves = "one way" if motions == 1 else f"{motions} ways"
-    return f"the platform is free to move in {moves}"
 
 
 def weakest_section(contents: ReportContents) -> Section | None:

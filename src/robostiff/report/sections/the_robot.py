@@ -12,7 +12,7 @@ import numpy as np
 from robostiff.analysis import CableStiffness
 from robostiff.analysis.parts_at_home import parts_at_home
 from robostiff.markup import Cell, Facts, Heading, Number, Paragraph, Table, Tone, number, row
-from robostiff.model import Actuated, PlacedFreedom, Robot
+from robostiff.model import Actuated, Robot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network, SpringElement
@@ -219,17 +219,12 @@ def _network(network: Network) -> Iterator[Table]:
                 stiffness = Number(float(freedom.stiffness), _UNITS[bool(freedom.turns)])
             place = [f"({row(np.asarray(own))})" for own in (freedom.point, freedom.axis)]
             name = f"{joint.name}/{freedom.name}" if freedom.name != joint.name else joint.name
-            motion = f"{'turns' if freedom.turns else 'slides'}, {_role(freedom)}"
+            driven = "actuated" if isinstance(freedom.role, Actuated) else "locked"
+            role = "passive" if freedom.is_passive else driven
+            motion = f"{'turns' if freedom.turns else 'slides'}, {role}"
             rows.append([name, f"{joint.a}, {joint.b}", motion, *place, stiffness])
     if rows:
         yield Table(["joint", "between", "motion", "point", "axis", "stiffness"], rows)
-
-
-def _role(freedom: PlacedFreedom) -> str:
-    """passive, actuated or locked."""
-    if freedom.is_passive:
-        return "passive"
-    return "actuated" if isinstance(freedom.role, Actuated) else "locked"
 
 
 def _softness(spring: SpringElement) -> str:

@@ -16,8 +16,8 @@ from robostiff.analysis.kernel_inputs import (
     at_joints,
 )
 from robostiff.compiled import Kernel, unpack
-from robostiff.compiled.arrays import chunks_of, in_shares
 from robostiff.compiled.closed import ClosedCode
+from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, OpenAtHomeError

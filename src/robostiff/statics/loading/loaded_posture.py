@@ -14,7 +14,7 @@ from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
-from robostiff.kinematics.placed_body_springs import bodies_of
+from robostiff.kinematics.masses_and_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage

@@ -1,0 +1,392 @@
+"""Pictures of a stiffness: its ellipsoids at the tool point, free motions as screws, its matrix."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+import numpy as np
+
+from robostiff.analysis import RobotStiffness
+from robostiff.elastostatics import Status, scaling
+from robostiff.errors import NoAnswerError
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
+from robostiff.plot.geometry.ellipsoid import (
+    PrincipalAxes,
+    Quality,
+    Stiffness,
+    length_of,
+    principal_axes,
+    screw_line,
+)
+from robostiff.plot.geometry.surfaces import ellipsoid_mesh
+from robostiff.plot.picture import (
+    Arrow,
+    Category,
+    ColourScale,
+    Face,
+    Item,
+    LineWeight,
+    Marks,
+    Matrix,
+    Mesh,
+    Path,
+    PlainColour,
+    QuarterUnit,
+    Ramp,
+    Scene,
+    Shape,
+)
+from robostiff.plot.posture import (
+    Around,
+    Surroundings,
+    single_stiffness,
+    surroundings,
+)
+from robostiff.plot.prefix import prefixed, short
+from robostiff.plot.sketch import robot_scene, turning_arrow, unit_of
+
+_IN_ROBOT = 0.22  # of the robot: the longest semi-axis
+_OPEN = 1.6  # of the longest finite semi-axis: length shown of a free direction
+
+
+def ellipsoid(
+    result: Stiffness,
+    quality: Quality = Quality.COMPLIANCE,
+    *,
+    within: Around | None = None,
+    backend: PlotBackend[Drawn] = PAPER,
+) -> Drawn:
+    """Draw an ellipsoid of stiffness or compliance about the reference point.
+
+    Its semi-axes are the principal values of one block of C or K: the surface is the displacement
+    under a force of 1 N in every direction, or the force that a displacement of 1 m needs. Where
+    the platform is free it is no ellipsoid: the compliance is a tube or a pair of plates without
+    end, the stiffness is flat.
+
+    Parameters
+    ----------
+    result : RobotStiffness or CableStiffness
+        At a single pose.
+    quality : Quality
+    within : Robot, Snapshot or Network, optional
+        Draws it at the reference point of this robot, at the pose of the result. An arm that was
+        posed by its joints is given as a snapshot: ``find_posture(arm, pose).snapshot.one(0)``.
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When the result is of several poses.
+    NoAnswerError
+        When there is no stiffness matrix, or the platform is free in all directions.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> result = rs.stiffness(rs.load("hexapod"))
+    >>> rs.plot.ellipsoid(result).get_zlabel()
+    'z [nm/N]'
+    """
+    single_stiffness(result, "an ellipsoid")
+    return drawn_by(backend, ellipsoid_picture(result, quality, surroundings(within, result)))
+
+
+def ellipsoid_picture(
+    result: Stiffness, quality: Quality, around: Surroundings | None = None
+) -> Scene:
+    """The picture of `ellipsoid`, as data."""
+    axes = principal_axes(result, quality)
+    bounded = axes.lengths[~axes.is_free]
+    if not len(bounded) or bounded.max() == 0:
+        raise NoAnswerError(
+            f"no ellipsoid of {quality.value} of {result.name!r}: "
+            "the platform is free in all directions"
+        )
+    times, unit = prefixed(float(bounded.max()), quality.unit)
+    if around is None:
+        centre, size, items, shown = np.zeros(3), times, [], unit
+    else:
+        centre = around.factor * result.reference_point
+        size = around.factor * _IN_ROBOT * around.size / float(bounded.max())
+        items, shown = list(around.items), around.unit
+    items = [*items, *ellipsoid_items(axes, quality, centre, size, (times, unit))]
+    is_flat = len(axes.lengths) < 3 and (around is None or around.is_flat)
+    title, notes = f"{result.name}: {quality.value}", _notes(axes, quality)
+    return robot_scene(title, items, shown, is_flat, notes=notes)
+
+
+def ellipsoid_items(
+    axes: PrincipalAxes,
+    quality: Quality,
+    centre: np.ndarray,
+    size: float,
+    shown: tuple[float, str],
+) -> list[Item]:
+    """Surface and semi-axes, `size` metres to a unit of the quality; `shown` as by `prefixed`."""
+    times, unit = shown
+    bounded = axes.lengths[~axes.is_free]
+    without_end = np.isinf(axes.lengths)
+    reach = np.where(without_end, _OPEN * bounded.max(), axes.lengths)
+    half = np.zeros((3, 3))
+    half[: len(reach)] = size * reach[:, None] * axes.directions
+    open_axes = tuple(int(i) for i in np.flatnonzero(without_end))
+    items: list[Item] = []
+    if len(axes.lengths) == 2 and len(open_axes) < 2:
+        items.append(Face(centre + _ellipse(half, open_axes), Category(0), 0.2, quality.value))
+    elif len(axes.lengths) == 3:
+        vertices, triangles = ellipsoid_mesh(half, open_axes)
+        items.append(Mesh(centre + vertices, triangles, Category(0), 0.2, quality.value))
+    for i, length in enumerate(axes.lengths):
+        ends = centre + np.array([-half[i], half[i]])
+        if np.isinf(length):
+            label = "free: unlimited"
+            ends = centre + 1.25 * np.array([-half[i], half[i]])
+        elif length == 0:
+            label = "free: no resistance"
+        else:
+            label = f"{short(times * length)} {unit}"
+        dashed = bool(axes.is_free[i])
+        items.append(Path(ends, Category(i + 1), LineWeight.LINE, dashed, label, label))
+    return items
+
+
+def _ellipse(half: np.ndarray, open_axes: tuple[int, ...]) -> np.ndarray:
+    """Outline of an ellipse, or of a strip along an open axis."""
+    if open_axes:
+        (free,) = open_axes
+        u, v = half[free], half[1 - free]
+        return np.array([-u - v, u - v, u + v, -u + v])
+    angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
+    return np.cos(angle) * half[0] + np.sin(angle) * half[1]
+
+
+def _notes(axes: PrincipalAxes, quality: Quality) -> tuple[str, ...]:
+    notes = {
+        Quality.COMPLIANCE: "displacement per force, free to turn",
+        Quality.STIFFNESS: "force per displacement, rotations held",
+        Quality.ROTATIONAL_COMPLIANCE: "rotation per moment, free to shift",
+        Quality.ROTATIONAL_STIFFNESS: "moment per rotation, displacements held",
+    }
+    free = int(np.count_nonzero(axes.is_free))
+    words = f"free in {free} direction{'s' if free > 1 else ''}"
+    return (notes[quality], *((words,) if free else ()))
+
+
+_ALONG = 1e-9
+_PART = 0.3  # of the robot: half an axis
+
+
+def free_motions(
+    result: Stiffness,
+    *,
+    within: Around | None = None,
+    backend: PlotBackend[Drawn] = PAPER,
+) -> Drawn:
+    """Draw the free motions of a platform: rotation axes, helices, arrows.
+
+    Parameters
+    ----------
+    result : RobotStiffness or CableStiffness
+        At a single pose.
+    within : Robot, Snapshot or Network, optional
+        Draws them in this robot, at the pose of the result. An arm that was
+        posed by its joints is given as a snapshot: ``find_posture(arm, pose).snapshot.one(0)``.
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When the result is of several poses.
+    NoAnswerError
+        When the pose is out of reach.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> axes = rs.plot.free_motions(rs.stiffness(rs.load("gough-stewart-a")))
+    >>> axes.get_legend().get_texts()[0].get_text()
+    'rotation about x through (0, 0, 2) m'
+    """
+    single_stiffness(result, "free motions")
+    return drawn_by(backend, free_motions_picture(result, surroundings(within, result)))
+
+
+def free_motions_picture(result: Stiffness, around: Surroundings | None = None) -> Scene:
+    """The picture of `free_motions`, as data."""
+    if isinstance(result, RobotStiffness) and Status.UNREACHABLE in result.status:
+        raise NoAnswerError(f"no free motions of {result.name!r}: {'; '.join(result.advice)}")
+    half = length_of(result) if around is None else _PART * around.size
+    factor, unit = unit_of(half) if around is None else (around.factor, around.unit)
+    items = [] if around is None else list(around.items)
+    items += free_motion_items(result, half, factor)
+    point = result.reference_point
+    items.append(Marks(factor * point[None], PlainColour.INK, Shape.CROSS, "reference point"))
+    free = len(result.free_motions)
+    count = "no free motion" if not free else f"{free} free motion{'s' if free > 1 else ''}"
+    is_flat = around is not None and around.is_flat and _is_in_plane(result)
+    notes = (f"rank {int(result.rank)} of {result.space.size}",)
+    return robot_scene(f"{result.name}: {count}", items, unit, is_flat, notes=notes)
+
+
+def free_motion_items(result: Stiffness, half: float, factor: float) -> list[Item]:
+    """Axes of `half` a length [m], helices and arrows, in metres times `factor`."""
+    items: list[Item] = []
+    for i, motion in enumerate(result.free_motions):
+        paint, label = Category(i), str(motion)
+        lines = screw_line(motion.screw, result.reference_point, half)
+        axis = factor * lines.axis
+        if not len(lines.way):
+            items.append(Arrow(axis[0], axis[1], paint, label, both_ways=True))
+            continue
+        items.append(Path(axis, paint, LineWeight.THIN, dashed=True))
+        items += turning_arrow(factor * lines.way, paint, label)
+    return items
+
+
+def _is_in_plane(result: Stiffness) -> bool:
+    """Whether all free motions are planar: translations in the plane, rotations about z."""
+    return all(
+        abs(motion.screw.axis[2]) < _ALONG
+        if motion.screw.is_translation
+        else motion.screw.is_rotation and abs(motion.screw.axis[2]) > 1 - _ALONG
+        for motion in result.free_motions
+    )
+
+
+_ZERO = 1e-12  # of the largest entry, rotations multiplied by the length: rounding
+_DECADES = 4  # below the largest entry, at which the shade fades out
+
+
+class Kind(Enum):
+    """The matrix to draw."""
+
+    STIFFNESS = "stiffness"
+    COMPLIANCE = "compliance"
+
+
+class Shade(Enum):
+    """Meaning of the colours of a matrix.
+
+    ``SIZE``
+        Signed logarithm of the entries with rotations given as lengths (times the characteristic
+        length), which have one unit, over four decades.
+    ``COUPLING``
+        Each entry over the root of the two entries of the diagonal in its row and column: 1 on
+        the diagonal, -1 to 1 elsewhere.
+    """
+
+    SIZE = "size"
+    COUPLING = "coupling"
+
+
+def matrix(
+    result: Stiffness,
+    kind: Kind = Kind.STIFFNESS,
+    *,
+    shade: Shade = Shade.SIZE,
+    backend: PlotBackend[Drawn] = PAPER,
+) -> Drawn:
+    """Draw the stiffness or compliance matrix with its numbers, a unit for each block.
+
+    Entries that are zero up to rounding have no colour.
+
+    Parameters
+    ----------
+    result : RobotStiffness or CableStiffness
+        At a single pose.
+    kind : Kind
+    shade : Shade
+    backend : Matplotlib
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        When the result is of several poses.
+    NoAnswerError
+        When there is no such matrix.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> axes = rs.plot.matrix(rs.stiffness(rs.load("hexapod")))
+    >>> [tick.get_text() for tick in axes.get_xticklabels()]
+    ['dx', 'dy', 'dz', 'rx', 'ry', 'rz']
+    """
+    single_stiffness(result, "a matrix")
+    return drawn_by(backend, matrix_picture(result, kind, shade))
+
+
+def matrix_picture(
+    result: Stiffness, kind: Kind = Kind.STIFFNESS, shade: Shade = Shade.SIZE
+) -> Matrix:
+    """The picture of `matrix`, as data."""
+    space = result.space
+    d, n = space.translations, space.size
+    is_stiffness = kind is Kind.STIFFNESS
+    A = result.K if is_stiffness else result.required_compliance()
+    s = scaling(np.asarray(length_of(result)), space)
+    scaled = A / np.outer(s, s) if is_stiffness else A * np.outer(s, s)
+    is_zero = np.abs(scaled) <= _ZERO * np.abs(scaled).max()
+    quarters = (
+        (("N/m", "N/rad"), ("N m/m", "N m/rad"))
+        if is_stiffness
+        else (("m/N", "m/(N m)"), ("rad/N", "rad/(N m)"))
+    )
+    texts = [[""] * n for _ in range(n)]
+    units = []
+    for i, rows in enumerate(((0, d), (d, n))):
+        for j, columns in enumerate(((0, d), (d, n))):
+            block = np.ix_(range(*rows), range(*columns))
+            values = np.where(is_zero[block], 0.0, A[block])
+            times, unit = prefixed(float(np.abs(values).max()), quarters[i][j])
+            units.append(QuarterUnit(unit, rows, columns))
+            for (r, c), value in np.ndenumerate(values):
+                texts[rows[0] + r][columns[0] + c] = short(times * value)
+    shades, scale = _shades(scaled, is_zero, shade)
+    named = (space.wrench_order, space.twist_order)
+    rows, columns = named if is_stiffness else named[::-1]
+    return Matrix(
+        f"{result.name}: {kind.value}",
+        rows,
+        columns,
+        tuple(tuple(row) for row in texts),
+        shades,
+        tuple(units),
+        scale,
+    )
+
+
+def _shades(
+    scaled: np.ndarray, is_zero: np.ndarray, shade: Shade
+) -> tuple[np.ndarray, ColourScale]:
+    if shade is Shade.COUPLING:
+        size = np.sqrt(np.where(np.diag(is_zero), 1.0, np.diag(scaled)))
+        label = "entry over root of the diagonal's"
+        shades = scaled / np.outer(size, size)
+        return np.where(is_zero, np.nan, shades), ColourScale(label, -1, 1, Ramp.SIGNED)
+    part = np.abs(scaled) / np.abs(scaled).max()
+    height = 1 + np.log10(np.where(is_zero, 1.0, part)) / _DECADES
+    # Small is not zero: the last step of the shade is kept for it.
+    shades = np.sign(scaled) * np.maximum(height, 0.05)
+    ticks = tuple(
+        (sign * (1 - k / _DECADES), f"{'−' if sign < 0 else ''}{name}")
+        for sign in (-1, 1)
+        for k, name in ((0, "1"), (2, "1/100"))
+    )
+    label = "relative size, rotations as lengths"
+    scale = ColourScale(label, -1, 1, Ramp.SIGNED, tuple(sorted(ticks)))
+    return np.where(is_zero, np.nan, shades), scale
