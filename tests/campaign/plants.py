@@ -307,12 +307,12 @@ def _cables_push(patch: Patch) -> None:
     from robostiff.statics.chains.body_springs import SpringArrays
 
     def changed(of: Any) -> Any:
-        def wrong(self: Any, places: Any, share: float) -> Any:
-            return of(replace(self, is_cable=np.zeros_like(self.is_cable)), places, 1.0)
+        def wrong(self: Any, *where: Any) -> Any:
+            return of(replace(self, is_cable=np.zeros_like(self.is_cable)), *where[:-1], 1.0)
 
         return wrong
 
-    patch.method(SpringArrays, "pulling", changed)
+    patch.method(SpringArrays, "at", changed)
 
 
 def _weights_at_ends(patch: Patch) -> None:

@@ -110,7 +110,7 @@ def test_the_equilibrium_at_a_load_between_two_of_a_path():
     problem = loaded_robot.problem
     loading = LoadCase(np.zeros(6), DOWN)
     wanted = (1 - 1e-5) * factor * EULER
-    for point in path(problem, loading, problem.at_rest):
+    for point in path(problem, loading):
         if point.found.factor > wanted:
             found = point.at(problem, loading, wanted)
             assert found.converged

@@ -15,7 +15,7 @@ from robostiff.compiled.closed import ClosedCode
 from robostiff.kinematics import posture_finder
 from robostiff.model import PlacedFreedom
 from robostiff.recorded.closure import LAST
-from robostiff.statics.kernels.buckling import buckling_of
+from robostiff.statics.kernels.strut import buckling_of
 from robostiff.statics.loading.loaded_posture import postures_of
 
 COUNT = 3

@@ -14,7 +14,7 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import JointElement, Network, Node, beam_between
 from robostiff.spatial import Frame, Space, skew
-from robostiff.statics.chains.element import BodyPlace
+from robostiff.statics.chains.chain import BodyPlace
 from robostiff.statics.loading.loaded_posture import postures_of
 from tests.statics.robots_under_load import beam, column, joint
 
@@ -228,7 +228,7 @@ def test_a_beam_that_moves_as_a_rigid_body_has_its_mass(theory: BeamTheory, elem
     for state in (start, replace(start, x=(moved,))):
         about = rng.normal(size=3)
         (places,) = group.moved(state)
-        bodies = [BodyPlace(own.R[0], own.t[0]) for own in places.placements]
+        bodies = [BodyPlace(own.R[0], own.t[0]) for own in places]
         twists = np.broadcast_to(np.eye(6), (len(bodies), 6, 6))  # of a rigid body
         B = mass.velocities(bodies, twists, about)
         m, end = float(mass.mass.value), bodies[-1].of(np.array([0.3, 0.5, 0.4]))

@@ -1,11 +1,10 @@
 from robostiff.statics.cable_response import cable_response
 from robostiff.statics.chains.beam_bowing import Bowing, Linear
-from robostiff.statics.chains.element import BodyPlace
-from robostiff.statics.critical_load import CriticalLoad, critical_load
+from robostiff.statics.chains.chain import BodyPlace
 from robostiff.statics.equilibrium import equilibrium
+from robostiff.statics.growing_load import CriticalLoad, critical_load, load_path
 from robostiff.statics.kernels.compile import compile_loaded
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
-from robostiff.statics.load_path import load_path
 from robostiff.statics.loaded_parts import BodyPlaces, LoadedPart
 from robostiff.statics.loading.given_loads import DeadForce, has_masses
 from robostiff.statics.modes import Mode, Modes, modes

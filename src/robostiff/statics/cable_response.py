@@ -81,7 +81,12 @@ def cable_response(
         return CableResponse(F, before, before.status, 0.0)
     if before.status & barred:
         return CableResponse(F, before, before.status | Status.NO_EQUILIBRIUM, 0.0)
-    loading = _GrowingLoad.of(before, F)
+    none = DeadForces(np.zeros((0, 3)), np.zeros((0, 3)))
+    loading = _GrowingLoad(
+        cables_loaded(before, before.reference_point, none),
+        LoadCase(np.zeros(len(F)), F),
+        Hanging.at_rest(before.placed, before.axial, before.tensions),
+    )
     event, found, carried = loading.followed()
     names = before.cable_names
     slack = None if event is None else SlackEvent(event[0], names[event[1]])
@@ -102,14 +107,6 @@ class _GrowingLoad:
     problem: EquilibriumProblem
     loading: LoadCase
     unloaded: Hanging
-
-    @staticmethod
-    def of(before: CableStiffness, F: np.ndarray) -> _GrowingLoad:
-        """A load (n,) about the reference point."""
-        none = np.zeros((0, 3))
-        problem = cables_loaded(before, before.reference_point, DeadForces(none, none))
-        unloaded = Hanging.at_rest(before.placed, before.axial, before.tensions)
-        return _GrowingLoad(problem, LoadCase(np.zeros(len(F)), F), unloaded)
 
     def hanging(self, found: FoundEquilibrium) -> Hanging:
         """The cables at an equilibrium."""
@@ -236,10 +233,6 @@ class _GrowingLoad:
 
 
 def _after(before: CableStiffness, state: Hanging, F: np.ndarray) -> CableStiffness:
-    pulls = state.pulls
-    tensions = state.tensions
-    taut = pulls > 0
-    status = np.uint16(before.status & Status.UNBALANCED)
     R = state.R @ matrix_of_rotation(before.pose[3:])
     origin = before.pose[:3] - before.reference_point
     position = before.reference_point + state.shift + state.R @ origin
@@ -248,11 +241,11 @@ def _after(before: CableStiffness, state: Hanging, F: np.ndarray) -> CableStiffn
             before,
             pose=np.concatenate([position, vector_of_rotation(R)]),
             placed=state.now,
-            tensions=tensions,
-            axial=np.where(taut, before.axial, 0.0),
+            tensions=state.tensions,
+            axial=np.where(state.pulls > 0, before.axial, 0.0),
             wrench=F,
             load_point=state.now.reference_point,
-            status_codes=np.asarray(status),
+            status_codes=np.asarray(np.uint16(before.status & Status.UNBALANCED)),
             rule="locked winches",
         )
     )

@@ -22,12 +22,16 @@ from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.chains.body_springs import loaded_springs
 from robostiff.statics.equations.critical_point import CriticalPoint
 from robostiff.statics.equations.equilibrium_path import SAFE, first_critical
-from robostiff.statics.equations.newton import FREE, FoundEquilibrium, Target, equilibrium_at
+from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.equations.singular_posture import Regular, may_be_singular
-from robostiff.statics.equations.stability import leg_margins, meets_stiffness, platform_margin
-from robostiff.statics.loading.given_loads import Gravity, Loads
-from robostiff.statics.loading.joint_laws import Laws
+from robostiff.statics.equations.stability import (
+    Regular,
+    leg_margins,
+    may_be_singular,
+    meets_stiffness,
+    platform_margin,
+)
+from robostiff.statics.loading.given_loads import Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, postures_of, wrenches_of
 from robostiff.statics.result import Equilibria, Equilibrium
 
@@ -159,23 +163,23 @@ def solved(
     unloaded = problem.at_rest
     if unloaded.rigid:
         status |= Status.RIGID_DIRECTION
-    target = FREE
+    target = None
     if displacement is not None:
         full = np.zeros(6)
         full[list(problem.rows)] = displacement
-        target = Target(turn_by_vector(full[3:]), problem.point + full[:3])
+        target = turn_by_vector(full[3:]), problem.point + full[:3]
     first = None
     if problem.loads_platform_alone and not unloaded.rigid:
         first = problem.under_load(unloaded, loading, 1.0)
     found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target, first=first)
     critical: CriticalPoint | None = None
-    margins = _margins(problem, found.known, unloaded) if found.converged else {}
+    margins = _margins(problem, found.known) if found.converged else {}
     near = not found.converged or not found.direct or min(margins.values()) < SAFE
-    if displacement is None and (near or _has_branched(problem, unloaded, found)):
-        confirmed, critical = _confirmed(problem, loading, unloaded, found)
+    if displacement is None and (near or _has_branched(problem, found)):
+        confirmed, critical = _confirmed(problem, loading, found)
         if confirmed is not found:
             found = confirmed
-            margins = _margins(problem, found.known, unloaded) if found.converged else {}
+            margins = _margins(problem, found.known) if found.converged else {}
     held = found.known.held
     if displacement is not None and held and np.linalg.norm(held.gap) > _OPEN * problem.length:
         # legs stay open at the pose of the platform
@@ -185,32 +189,31 @@ def solved(
         status |= Status.BEYOND_CRITICAL_LOAD
     if not found.converged:
         status |= Status.NO_EQUILIBRIUM
-        if displacement is None and not meets_stiffness(problem, unloaded):
+        if displacement is None and not meets_stiffness(problem, problem.at_rest):
             status |= Status.FREE_MOTIONS
         return Equilibrium(loaded.name, loaded.space, status, critical)
     return _answer(loaded, loading, margins, found, status, critical, displacement is not None)
 
 
-def _has_branched(
-    problem: EquilibriumProblem, unloaded: Linearised, found: FoundEquilibrium
-) -> bool:
+def _has_branched(problem: EquilibriumProblem, found: FoundEquilibrium) -> bool:
     """Whether a cable has become slack on the way from the unloaded posture.
 
     Or rigid bars may have passed a singular posture.
     """
     slack = (own.is_cable and own.tension == 0 for own in loaded_springs(problem, found.state, 1.0))
     return any(slack) or (
-        may_be_singular(problem) and Regular.of(problem, unloaded).ratio(problem, found.known) <= 0
+        may_be_singular(problem)
+        and Regular.of(problem, problem.at_rest).ratio(problem, found.known) <= 0
     )
 
 
 def _confirmed(
-    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, found: FoundEquilibrium
+    problem: EquilibriumProblem, loading: LoadCase, found: FoundEquilibrium
 ) -> tuple[FoundEquilibrium, CriticalPoint | None]:
     """The equilibrium on the path from the unloaded posture, and the critical load before it."""
-    if not meets_stiffness(problem, unloaded):
+    if not meets_stiffness(problem, problem.at_rest):
         return found, None  # what nothing elastic holds leaves the unloaded posture at once
-    ended, critical, searched_to = first_critical(problem, loading, unloaded, 1.0)
+    ended, critical, searched_to = first_critical(problem, loading, 1.0)
     if critical is not None:
         return found, critical
     if ended is None or searched_to < 1.0:
@@ -218,12 +221,10 @@ def _confirmed(
     return ended, None
 
 
-def _margins(
-    problem: EquilibriumProblem, known: Linearised, unloaded: Linearised
-) -> dict[str, float]:
+def _margins(problem: EquilibriumProblem, known: Linearised) -> dict[str, float]:
     """Of the platform and of every leg, by name."""
     names = {k: name for g in problem.groups for k, name in zip(g.indices, g.names, strict=True)}
-    margins = {"platform": platform_margin(problem, known, unloaded).value}
+    margins = {"platform": platform_margin(problem, known).value}
     return margins | {names[k]: own.value for k, own in leg_margins(problem, known).items()}
 
 

@@ -20,7 +20,7 @@ from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.statics.kernels.compile import compile_loaded
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
-from robostiff.statics.kernels.weights import StandingLoads
+from robostiff.statics.kernels.forces_on_bodies import StandingLoads
 from robostiff.statics.result import Equilibria
 
 # Equilibria take some 20 ms each, a kernel some seconds to make.

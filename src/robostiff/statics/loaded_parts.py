@@ -11,9 +11,14 @@ import numpy as np
 from robostiff.analysis import PartShare
 from robostiff.spatial import cross, move_wrench
 from robostiff.statics.chains.body_springs import SpringTerms
-from robostiff.statics.chains.chain import BodyLoad, FiniteChain, Moved
-from robostiff.statics.chains.element import BodyPlace, FiniteJoint
-from robostiff.statics.chains.leg_state import LegState, Share
+from robostiff.statics.chains.chain import (
+    BodyLoad,
+    BodyPlace,
+    FiniteChain,
+    FiniteJoint,
+    LegState,
+    Share,
+)
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem, State
 
@@ -76,7 +81,7 @@ def loaded_parts(
         for c, (chain, motion) in enumerate(zip(group.chains, group.moved(where), strict=True)):
             W = np.zeros((group.count, 6))
             W[:, list(problem.rows)] = own.W[c]
-            P = motion.end.of(group.end_point(c))
+            P = motion[-1].of(group.end_point(c))
             for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, acting[c])):
                 element, x = chain.elements[k], own.x[c][:, chain.places[k]]
                 for i, index, leg in group.rows_of(c):
@@ -138,11 +143,11 @@ def base_reactions(
                 continue
             f = np.zeros((group.count, 6))
             f[:, list(problem.rows)] = own.W[c]
-            total = move_wrench(f, state.p - motion.end.of(group.end_point(c)))
+            total = move_wrench(f, state.p - motion[-1].of(group.end_point(c)))
             for load in acting[c]:
                 f = np.zeros((group.count, 6))
                 f[:, :3] = load.force
-                at = motion.placements[load.after].of(load.point)
+                at = motion[load.after].of(load.point)
                 total += move_wrench(f, state.p - at)
             for row, i, _ in group.rows_of(c):
                 found[i] += total[row]
@@ -190,20 +195,24 @@ def shares(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:
 
 
 def _carried(
-    chain: FiniteChain, motion: Moved, W: np.ndarray, P: np.ndarray, acting: Sequence[BodyLoad]
+    chain: FiniteChain,
+    motion: Sequence[BodyPlace],
+    W: np.ndarray,
+    P: np.ndarray,
+    acting: Sequence[BodyLoad],
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Wrench (N, 6) of every element about its own point, and that point (N, 3)."""
     for k, element in enumerate(chain.elements):
-        behind = motion.placements[k + 1]
+        behind = motion[k + 1]
         C = behind.of(element.point)
         if isinstance(element, FiniteJoint):
-            C = motion.placements[k].of(element.point)
+            C = motion[k].of(element.point)
         f = W[:, :3]
         m = W[:, 3:] + cross(P - C, f)
         for load in acting:
             if load.after > k:
                 f = f + load.force
-                m = m + cross(motion.placements[load.after].of(load.point) - C, load.force)
+                m = m + cross(motion[load.after].of(load.point) - C, load.force)
         yield np.concatenate([f, m], axis=-1), C
 
 
@@ -240,7 +249,7 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
     platform = BodyPlace(state.R, state.p - state.R @ problem.point)
     for group, own in zip(problem.groups, state.legs, strict=True):
         for c, (chain, moved) in enumerate(zip(group.chains, group.moved(own), strict=True)):
-            for element, place in zip(chain.elements, moved.placements[1:], strict=True):
+            for element, place in zip(chain.elements, moved[1:], strict=True):
                 for row, _, leg in group.rows_of(c):
                     name = f"{leg}/{element.names[row]}"  # the last element of a beam counts
                     found[name] = BodyPlace(place.R[row], place.t[row])

@@ -26,8 +26,7 @@ from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, 
 from robostiff.statics.equations.vibration import SmallMotions
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
-from robostiff.statics.loading.given_loads import Gravity, Loads, Masses
-from robostiff.statics.loading.joint_laws import Laws
+from robostiff.statics.loading.given_loads import Gravity, Laws, Loads, Masses
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_wrench, postures_of
 from robostiff.statics.result_tables import modes_html
 
@@ -201,17 +200,13 @@ def modes(
         return Modes(loaded.name, loaded.space, status)
     each = _vibrating(problem, loaded.masses, known, state)
     if not each:
-        raise _without_mass(robot.name)
+        raise InputError(
+            f"masses of {robot.name!r}",
+            expected="what moves, by name [kg]",
+            hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
+            '--mass "platform=150 kg"; or mass: in the model file',
+        )
     return Modes(loaded.name, loaded.space, status, each, loaded.posed, problem)
-
-
-def _without_mass(name: str) -> InputError:
-    return InputError(
-        f"masses of {name!r}",
-        expected="what moves, by name [kg]",
-        hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
-        '--mass "platform=150 kg"; or mass: in the model file',
-    )
 
 
 def _about(

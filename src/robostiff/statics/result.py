@@ -20,7 +20,6 @@ from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.body_springs import LoadedSpring, loaded_springs
 from robostiff.statics.equations.critical_point import CriticalPoint
-from robostiff.statics.equations.flexible_platform import about_the_tool
 from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.loaded_parts import (
@@ -31,6 +30,7 @@ from robostiff.statics.loaded_parts import (
     loaded_parts,
     shares_of,
 )
+from robostiff.statics.loading.flexible_platform import about_the_tool
 from robostiff.statics.result_tables import equilibrium_html, without_rounding
 
 _NOT_FREE = (

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis import ActuatorLoad, Deflection, JointReaction, RobotStiffness
+from robostiff.analysis import ActuatorLoad, Deflection, JointReaction
 from robostiff.analysis import deflection as deflection_under_wrench
 from robostiff.analysis.careful_form import DEFAULT_TOLERANCE
 from robostiff.analysis.deflection_under_load import deflection_at
@@ -24,9 +24,9 @@ from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
 from robostiff.statics.chains.body_springs import small_pulls
 from robostiff.statics.chains.equilibrated import LOST
-from robostiff.statics.equations.flexible_platform import about_the_tool
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase, State
-from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares_of
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.loaded_parts import loaded_parts, shares_of
+from robostiff.statics.loading.flexible_platform import about_the_tool
 from robostiff.statics.loading.from_snapshot import load_vector
 from robostiff.statics.loading.given_loads import Gravity, Loads, acting_gravity, given_forces
 from robostiff.statics.loading.loaded_posture import one_loaded_posture, places_of, postures_of
@@ -127,7 +127,7 @@ def deflection(
     rest = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
     problem = asked.problem if np.any(none) else _without_tension(asked.problem)
     flexible = asked.snapshot is not None and asked.snapshot.platform is not None
-    return _Small(problem, F, rest, flexible).answer()
+    return _under_small_loads(problem, F, rest, flexible)
 
 
 def _of_network(
@@ -174,115 +174,93 @@ def _without_tension(problem: EquilibriumProblem) -> EquilibriumProblem:
     return replace(problem, groups=tuple(groups))
 
 
-@dataclass(frozen=True)
-class _Small:
-    """A robot under small loads, and how it is without any."""
+def _under_small_loads(
+    problem: EquilibriumProblem, F: np.ndarray, rest: Deflection, has_flexible_platform: bool
+) -> Deflection:
+    """A robot under small loads, from how it is without any."""
+    stiffness = rest.stiffness
 
-    problem: EquilibriumProblem
-    F: np.ndarray
-    rest: Deflection
-    has_flexible_platform: bool
+    def none(status: Status) -> Deflection:
+        return Deflection(F, stiffness, stiffness.status | status, None)
 
-    @property
-    def stiffness(self) -> RobotStiffness:
-        return self.rest.stiffness
+    if not rest.has_answer:
+        return none(rest.status)
+    nothing, at_rest = np.zeros(problem.size), problem.unloaded
+    known = problem.linearised(at_rest, LoadCase(nothing, F), 0.0, 2)
+    if _drives_legs(known):
+        return none(Status.UNBALANCED)
+    to_origin = stiffness.origin - stiffness.reference_point
+    to_origin = to_origin if stiffness.space is Space.SPATIAL else to_origin[:2]
+    # what the loads at bodies are worth at the platform: legs bend under them while it is held
+    status, has_springs = stiffness.status, any(group.springs for group in problem.groups)
+    if has_springs or known.rigid or has_flexible_platform:
+        held = _with_springs(problem, known)
+        if held is None:
+            return none(Status.UNBALANCED)
+        t, is_free = held
+        status = status if is_free else status & ~Status.FREE_MOTIONS
+    else:
+        carried = leg_loads(stiffness, move_wrench(known.by_factor, to_origin))
+        if carried is None or not carried.balanced:
+            return none(Status.ILL_CONDITIONED if carried is None else Status.UNBALANCED)
+        t = move_twist(carried.twist, -to_origin)
+    steps = [a + B @ t for a, B in zip(known.factor_steps, known.by_twist, strict=True)]
+    state = problem.moved(at_rest, nothing, steps)
+    pulls = [
+        small_pulls(group, at_rest, step[0, : group.free_size], t) if group.springs else []
+        for group, step in zip(problem.groups, steps, strict=True)
+    ]
+    parts = loaded_parts(problem, state, 1.0, at_rest, pulls)
+    wrenches: Sequence[np.ndarray] = problem.leg_wrenches(state)
+    if has_flexible_platform:  # nodes are where they are without load
+        placed = replace(at_rest, legs=(replace(state.legs[0], bodies=at_rest.legs[0].bodies),))
+        wrenches = about_the_tool(problem.groups[0], placed, known.by_twist[0])[0]
+    joints = [(part, part.load) for part in parts if part.load is not None]
+    driven = {(own.leg, own.joint) for own in rest.actuators}
+    return Deflection(
+        wrench=F,
+        stiffness=stiffness,
+        status=status,
+        moved=t,
+        parts=shares_of(parts),
+        reactions=tuple(
+            JointReaction(part.leg, part.part, part.wrench, part.point) for part, _ in joints
+        ),
+        actuators=tuple(
+            ActuatorLoad(part.leg, part.part, load, float(part.motion[0]), part.unit)
+            for part, load in joints
+            if (part.leg, part.part) in driven
+        ),
+        leg_wrenches=tuple(move_wrench(W, to_origin) for W in wrenches),
+        work_of_loads=_work(problem, known, steps, t),
+    )
 
-    def none(self, status: Status) -> Deflection:
-        return Deflection(self.F, self.stiffness, self.stiffness.status | status, None)
 
-    def answer(self) -> Deflection:
-        if not self.rest.has_answer:
-            return self.none(self.rest.status)
-        problem, stiffness = self.problem, self.stiffness
-        nothing = np.zeros(problem.size)
-        unit = LoadCase(nothing, self.F)
-        known = problem.linearised(problem.unloaded, unit, 0.0, 2)
-        if _drives_legs(known):
-            return self.none(Status.UNBALANCED)
-        to_origin = stiffness.origin - stiffness.reference_point
-        to_origin = to_origin if stiffness.space is Space.SPATIAL else to_origin[:2]
-        # what the loads at bodies are worth at the platform: legs bend under them while it is held
-        status = stiffness.status
-        if self.has_springs or known.rigid or self.has_flexible_platform:
-            held = self.with_springs(known)
-            if held is None:
-                return self.none(Status.UNBALANCED)
-            t, is_free = held
-            status = status if is_free else status & ~Status.FREE_MOTIONS
-        else:
-            carried = leg_loads(stiffness, move_wrench(known.by_factor, to_origin))
-            if carried is None or not carried.balanced:
-                return self.none(Status.ILL_CONDITIONED if carried is None else Status.UNBALANCED)
-            t = move_twist(carried.twist, -to_origin)
-        steps = [a + B @ t for a, B in zip(known.factor_steps, known.by_twist, strict=True)]
-        at_rest = problem.unloaded
-        state = problem.moved(at_rest, nothing, steps)
-        pulls = [
-            small_pulls(group, at_rest, step[0, : group.free_size], t) if group.springs else []
-            for group, step in zip(problem.groups, steps, strict=True)
-        ]
-        parts = loaded_parts(problem, state, 1.0, at_rest, pulls)
-        return Deflection(
-            wrench=self.F,
-            stiffness=stiffness,
-            status=status,
-            moved=t,
-            parts=shares_of(parts),
-            reactions=tuple(
-                JointReaction(part.leg, part.part, part.wrench, part.point)
-                for part in parts
-                if part.load is not None
-            ),
-            actuators=self.actuators(parts),
-            leg_wrenches=tuple(move_wrench(W, to_origin) for W in self.leg_wrenches(state, known)),
-            work_of_loads=self.work(known, steps, t),
-        )
+def _with_springs(problem: EquilibriumProblem, known: Linearised) -> tuple[np.ndarray, bool] | None:
+    """Twist of the platform, and whether it has free motions; None where one is driven."""
+    scale = problem.scale
+    K = known.K / np.outer(scale, scale)
+    values, V = np.linalg.eigh(0.5 * (K + K.T))
+    along = V.T @ (known.by_factor / scale)
+    free = values <= _FREE * values[-1]
+    if np.any(np.abs(along[free]) > _PULLS * np.max(np.abs(along), initial=0.0)):
+        return None
+    t = V @ np.where(free, 0.0, along / np.where(free, 1.0, values)) / scale
+    return t, bool(np.any(free))
 
-    def leg_wrenches(self, state: State, known: Linearised) -> Sequence[np.ndarray]:
-        """What the platform exerts on each leg about its point, where it is without load."""
-        if not self.has_flexible_platform:
-            return self.problem.leg_wrenches(state)
-        (own,), (rest,) = state.legs, self.problem.unloaded.legs
-        placed = replace(self.problem.unloaded, legs=(replace(own, bodies=rest.bodies),))
-        return about_the_tool(self.problem.groups[0], placed, known.by_twist[0])[0]
 
-    @property
-    def has_springs(self) -> bool:
-        return any(group.springs for group in self.problem.groups)
-
-    def with_springs(self, known: Linearised) -> tuple[np.ndarray, bool] | None:
-        """Twist of the platform, and whether it has free motions; None where one is driven."""
-        scale = self.problem.scale
-        K = known.K / np.outer(scale, scale)
-        values, V = np.linalg.eigh(0.5 * (K + K.T))
-        along = V.T @ (known.by_factor / scale)
-        free = values <= _FREE * values[-1]
-        if np.any(np.abs(along[free]) > _PULLS * np.max(np.abs(along), initial=0.0)):
-            return None
-        t = V @ np.where(free, 0.0, along / np.where(free, 1.0, values)) / scale
-        return t, bool(np.any(free))
-
-    def actuators(self, parts: tuple[LoadedPart, ...]) -> tuple[ActuatorLoad, ...]:
-        driven = {(own.leg, own.joint) for own in self.rest.actuators}
-        return tuple(
-            ActuatorLoad(part.leg, part.part, part.load, float(part.motion[0]), part.unit)
-            for part in parts
-            if part.load is not None and (part.leg, part.part) in driven
-        )
-
-    def work(self, known: Linearised, steps: list[np.ndarray], t: np.ndarray) -> float:
-        """Of the loads at bodies of legs and on the platform, the wrench left out [J]."""
-        total = -sum(
-            float(np.sum(own.r_factor * step))
-            for own, step in zip(known.equations, steps, strict=True)
-        )
-        for own in known.equations:
-            if own.beside is not None:
-                total -= float(np.sum(own.beside.by_factor @ t))
-        on_platform = np.zeros(6)
-        for arm, force in zip(self.problem.dead.arms, self.problem.dead.forces, strict=True):
-            on_platform += np.concatenate([force, np.cross(arm, force)])
-        return total + float(on_platform[list(self.problem.rows)] @ t)
+def _work(
+    problem: EquilibriumProblem, known: Linearised, steps: list[np.ndarray], t: np.ndarray
+) -> float:
+    """Of the loads at bodies of legs and on the platform, the wrench left out [J]."""
+    total = 0.0
+    for own, step in zip(known.equations, steps, strict=True):
+        total -= float(np.sum(own.r_factor * step))
+    for own in known.equations:
+        if own.beside is not None:
+            total -= float(np.sum(own.beside.by_factor @ t))
+    on_platform, _ = problem.dead.acting(np.eye(3))
+    return total + float(on_platform[list(problem.rows)] @ t)
 
 
 def _drives_legs(known: Linearised) -> bool:

@@ -299,7 +299,7 @@ def with_written_laws(place: Place, robot: Robot, written: Mapping[str, WrittenL
     """
     if not written:
         return robot
-    from robostiff.statics.loading.joint_laws import check_own_laws
+    from robostiff.statics.loading.given_loads import check_own_laws
 
     snapshot = find_posture(robot, None).snapshot.one(0)
     joints = {f"{leg.name}/{own.name}": own for leg in snapshot.legs for own in leg.freedoms}

@@ -8,15 +8,17 @@ as ``J^T D J``, J the velocity of d, and as a force does, with the second deriva
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.statics.chains.finite_turn import crossed, skews
-from robostiff.statics.chains.leg_state import Beside, LegState, Share
+from robostiff.model import PlacedBodySpring, Snapshot
+from robostiff.model.body_spring import BASE, PLATFORM
+from robostiff.statics.chains.chain import Beside, LegState, Share, unknown_name
+from robostiff.statics.chains.moving_chain import crossed, skews
 
 if TYPE_CHECKING:
     from robostiff.statics.chains.legs import LegGroup
@@ -109,8 +111,10 @@ class SpringArrays:
             np.array([own.is_cable for own in springs]),
         )
 
-    def at(self, group: LegGroup, state: LegState, R: np.ndarray, p: np.ndarray) -> SpringPlaces:
-        """Where they are at a state of legs, with the platform at (R, p)."""
+    def at(
+        self, group: LegGroup, state: LegState, R: np.ndarray, p: np.ndarray, share: float
+    ) -> Pulls:
+        """Where they are, and what they do, at a state of legs, with the platform at (R, p)."""
         points, count = self.points.copy(), len(self.length)
         J, J_t = np.zeros((count, 3, group.free_size)), np.zeros((count, 3, 6))
         arms = np.where(
@@ -125,11 +129,7 @@ class SpringArrays:
             for side, i, chain, place in self.on_chains:
                 points[side, i] = anchored[chain][0][place]
                 J[i] += sign[side] * anchored[chain][1][place]
-        return SpringPlaces(points, arms, J, J_t)
-
-    def pulling(self, places: SpringPlaces, share: float) -> Pulls:
-        """What they do there."""
-        d = places.points[1] - places.points[0]
+        d = points[1] - points[0]
         length, k = np.sqrt(np.sum(d * d, axis=-1)), self.stiffness
         apart, steady = length > 0, np.where(self.is_cable, 1.0, share)
         constant = steady * self.tension - k * self.length
@@ -141,17 +141,7 @@ class SpringArrays:
         across = np.where(slack, 0.0, across)[:, None, None]
         D = k[:, None, None] * _IDENTITY + across * (_IDENTITY - u[:, :, None] * u[:, None])
         rate = np.where(self.is_cable, 0.0, self.tension)[:, None] * u
-        return Pulls(tension[:, None] * u, rate, D, length, tension)
-
-
-@dataclass(frozen=True)
-class SpringPlaces:
-    """Where springs between bodies are, and how the vectors between their ends change."""
-
-    points: np.ndarray  # (2, S, 3): of their ends [m]
-    arms: np.ndarray  # (2, S, 3): to ends on the platform from its point [m]; 0 elsewhere
-    J: np.ndarray  # (S, 3, m): by the free unknowns of legs
-    J_t: np.ndarray  # (S, 3, 6): by the twist of the platform
+        return Pulls(points, arms, J, J_t, tension[:, None] * u, rate, D, length, tension)
 
 
 @dataclass(frozen=True)
@@ -159,8 +149,13 @@ class Pulls:
     """What springs do at a state: forces (S, 3) on first points; the opposite on the second [N].
 
     `rate` is that of the force by the share of loads, D that by the vector between the points
-    [N/m].
+    [N/m]; J and J_t are those of this vector.
     """
+
+    points: np.ndarray  # (2, S, 3): of their ends [m]
+    arms: np.ndarray  # (2, S, 3): to ends on the platform from its point [m]; 0 elsewhere
+    J: np.ndarray  # (S, 3, m): by the free unknowns of legs
+    J_t: np.ndarray  # (S, 3, 6): by the twist of the platform
 
     force: np.ndarray
     rate: np.ndarray
@@ -186,16 +181,15 @@ class SpringTerms:
     ) -> SpringTerms:
         """At a state of legs, with the platform at (R, p)."""
         m, rows, arrays = group.free_size, list(group.rows), group.spring_arrays
-        places = arrays.at(group, state, R, p)
-        own = arrays.pulling(places, share.value)
+        own = arrays.at(group, state, R, p, share.value)
         count = 3 * len(arrays.length)
-        J, J_t = places.J.reshape(count, m), places.J_t.reshape(count, 6)
-        by_J, by_J_t = (own.D @ places.J).reshape(count, m), (own.D @ places.J_t).reshape(count, 6)
+        J, J_t = own.J.reshape(count, m), own.J_t.reshape(count, 6)
+        by_J, by_J_t = (own.D @ own.J).reshape(count, m), (own.D @ own.J_t).reshape(count, 6)
         # the platform moves both ends where it has them: its wrench is J_t^T force
         of_share, of_twist = J_t.T @ own.rate.ravel(), J_t.T @ by_J_t
         on_platform = arrays.on_platform * np.array([-1.0, 1.0])[:, None]
         f = (on_platform[..., None] * own.force).reshape(-1, 3)  # what the platform exerts
-        arms = places.arms.reshape(-1, 3)
+        arms = own.arms.reshape(-1, 3)
         turned = arms.T @ f
         of_twist[3:, 3:] += turned - np.trace(turned) * _IDENTITY  # sum of skew(f) skew(arm)
         wide = np.zeros((1, len(rows), group.size))
@@ -229,9 +223,8 @@ def small_pulls(
         return _on_anchors(group, np.zeros((0, 3)))
     arrays, moved = group.spring_arrays, np.zeros(6)
     moved[list(group.rows)] = twist
-    places = arrays.at(group, group.unloaded(), at_rest.R, at_rest.p)
-    own = arrays.pulling(places, 0.0)
-    d = places.J @ step + places.J_t @ moved
+    own = arrays.at(group, group.unloaded(), at_rest.R, at_rest.p, 0.0)
+    d = own.J @ step + own.J_t @ moved
     return _on_anchors(group, (own.D @ d[..., None])[..., 0] + own.rate)
 
 
@@ -270,10 +263,119 @@ def loaded_springs(
     for group, own in zip(problem.groups, state.legs, strict=True):
         if not group.springs:
             continue
-        places = group.spring_arrays.at(group, own, state.R, state.p)
-        now = group.spring_arrays.pulling(places, share)
+        now = group.spring_arrays.at(group, own, state.R, state.p, share)
         for i, spring in enumerate(group.springs):
             length, tension = float(now.length[i]), float(now.tension[i])
-            ends, energy = places.points[:, i], spring.energy(length, tension)
+            ends, energy = now.points[:, i], spring.energy(length, tension)
             found.append(LoadedSpring(spring.name, ends, length, tension, energy, spring.is_cable))
     return tuple(found)
+
+
+def joined_legs(groups: Iterable[set[int]]) -> list[list[int]]:
+    """Groups of legs, those that have legs in common as one; by their first legs."""
+    found: list[set[int]] = []
+    for own in groups:
+        common = [other for other in found if other & own]
+        found = [*(other for other in found if other not in common), own.union(*common)]
+    return sorted(map(sorted, found))
+
+
+@dataclass(frozen=True)
+class HeldSprings:
+    """The springs between bodies of a snapshot."""
+
+    springs: tuple[PlacedBodySpring, ...]
+    places: Mapping[str, tuple[int, int]]  # leg and chain of every ``leg/part``
+    # legs that springs hold together; a spring between base and platform is with the first leg
+    groups: tuple[tuple[int, ...], ...]
+
+    @staticmethod
+    def of(snapshot: Snapshot, places: Mapping[str, tuple[int, int]]) -> HeldSprings:
+        """The springs of a snapshot at one pose.
+
+        Raises
+        ------
+        InputError
+            When a spring names no body.
+        """
+        # a flexible platform holds all legs together
+        groups = [] if snapshot.platform is None else [set(range(len(snapshot.legs)))]
+        for spring in snapshot.springs:
+            legs = set()
+            for name in spring.bodies:
+                if name in places:
+                    legs.add(places[name][0])
+                elif name not in (BASE, PLATFORM):
+                    what = f"{BASE}, {PLATFORM} or leg/part"
+                    raise unknown_name(f"body of spring {spring.name!r}", name, places, what)
+            groups.append(legs or {0})
+        return HeldSprings(snapshot.springs, places, tuple(map(tuple, joined_legs(groups))))
+
+    def group_of(self, leg: int) -> int:
+        """Which legs a leg is with: those of a group, -1 where it has no springs."""
+        return next((i for i, group in enumerate(self.groups) if leg in group), -1)
+
+    def joined(self, groups: Sequence[LegGroup]) -> tuple[LegGroup, ...]:
+        """The legs, those that springs hold together in one group of them all."""
+        found, held = [], {}
+        for group in groups:
+            i = self.group_of(group.indices[0])
+            if i < 0:
+                found.append(group)
+            else:
+                held.setdefault(i, []).append(group)
+        return (*found, *(self._joined(i, legs) for i, legs in held.items()))
+
+    def _joined(self, number: int, groups: Sequence[LegGroup]) -> LegGroup:
+        legs = sorted(groups, key=lambda group: group.indices)
+        first = legs[0]
+        chains, points, owners, couplings = [], [], [], []
+        offsets: dict[int, int] = {}
+        for i, leg in enumerate(legs):
+            shift, offsets[leg.indices[0]] = len(points), len(chains)
+            couplings += [own.shifted(len(chains)) for own in leg.couplings]
+            chains += [
+                replace(
+                    chain,
+                    start=None if chain.start is None else chain.start + shift,
+                    end=None if chain.end is None else chain.end + shift,
+                )
+                for chain in leg.chains
+            ]
+            points += leg.points
+            owners += [i] * len(leg.chains)
+        return replace(
+            first,
+            indices=tuple(leg.indices[0] for leg in legs),
+            names=tuple(leg.names[0] for leg in legs),
+            chains=tuple(chains),
+            points=tuple(points),
+            owners=tuple(owners) if len(legs) > 1 else (),
+            springs=self._finite(number, offsets),
+            couplings=tuple(couplings),
+        )
+
+    def _finite(self, number: int, offsets: Mapping[int, int]) -> tuple[FiniteBodySpring, ...]:
+        """The springs of one group, whose chains begin at an offset for each leg."""
+        counts: dict[int, int] = {}
+        found = []
+        for spring in self.springs:
+            legs = {self.places[name][0] for name in spring.bodies if name in self.places}
+            if self.group_of(min(legs or {0})) != number:
+                continue
+            ends = []
+            for name, at in zip(spring.bodies, spring.points, strict=True):
+                point = np.asarray(at, dtype=float)
+                if name not in self.places:
+                    ends.append(Anchor(point, on_platform=name == PLATFORM))
+                    continue
+                leg, own = self.places[name]
+                chain = offsets[leg] + own
+                ends.append(Anchor(point, chain, counts.get(chain, 0)))
+                counts[chain] = counts.get(chain, 0) + 1
+            length = float(np.linalg.norm(ends[1].point - ends[0].point))
+            tension = spring.tension + spring.stiffness * (length - spring.length)
+            found.append(
+                FiniteBodySpring(spring.name, (ends[0], ends[1]), spring.stiffness, length, tension)
+            )
+        return tuple(found)

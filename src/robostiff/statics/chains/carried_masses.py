@@ -10,8 +10,7 @@ import numpy as np
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import skew
 from robostiff.statics.chains.beam_bowing import UniformBeam, uniform_beam
-from robostiff.statics.chains.chain import BodyLoad
-from robostiff.statics.chains.element import BodyPlace
+from robostiff.statics.chains.chain import BodyLoad, BodyPlace
 
 # Cosine, less than one by this: an elastic part whose own x axis is not along it.
 _ASIDE = 1e-9
@@ -77,7 +76,10 @@ class CarriedMass:
             at = bodies[self.after].of(np.asarray(mass.centre, dtype=float))
             return np.sqrt(float(mass.value)) * _about(at - about, twists[self.after])[:3]
         x, found = self.end - mass.start, [np.zeros((0, twists.shape[-1]))]
-        beam = _uniform_beam(part, x)
+        beam, phi = _uniform_beam(part, x), (0.0, 0.0)
+        if beam is not None:
+            L = float(np.linalg.norm(x)) / n
+            phi = 12 * beam.EIz * beam.shear_y / L**2, 12 * beam.EIy * beam.shear_z / L**2
         for i in range(n):
             sections = list(self._sections(i, _axes(x, part.rotation[:, 1]), x, beam))
             if not sections:
@@ -87,10 +89,11 @@ class CarriedMass:
             b = bodies[near + 1].of(mass.start + x * ((i + 1) / n))
             axes = _axes(b - a, (bodies[near].R + bodies[near + 1].R) @ part.rotation[:, 1])
             chord = float(np.linalg.norm(b - a))
-            phi = _shear_ratios(beam, float(np.linalg.norm(x)) / n)
-            rows = np.concatenate(
-                [own.velocities(motion_of_section(own.s, chord, phi)) for own in sections]
-            )
+            each = []
+            for s, weight, aside, radii in sections:
+                each.append(_about(aside, motion_of_section(s, chord, phi)) * np.sqrt(weight))
+                each[-1][3:] *= radii[:, None]
+            rows = np.concatenate(each)
             of_ends = [
                 axes.T @ _about(end - about, twist).reshape(2, 3, -1)
                 for end, twist in ((a, twists[near]), (b, twists[near + 1]))
@@ -101,21 +104,27 @@ class CarriedMass:
 
     def _sections(
         self, i: int, axes: np.ndarray, x: np.ndarray, beam: UniformBeam | None
-    ) -> Iterator[MassiveSection]:
-        """Those of element i of an elastic part along x (3,) [m]."""
+    ) -> Iterator[tuple[float, float, np.ndarray, np.ndarray]]:
+        """Sections with a mass in element i of an elastic part along x (3,) [m].
+
+        Part of its length before the section, the mass [kg], and, in the axes of the part, where it
+        is beside the axis (3,), and its radii of gyration (3,) [m].
+        """
         mass, n = float(self.mass.value), self.parts
         if self.mass.span is None:
             aside = np.asarray(self.mass.centre, dtype=float) - self.mass.start
             s = float(np.clip(aside @ x / (x @ x), 0.0, 1.0))
             if min(int(s * n), n - 1) == i:
-                yield MassiveSection(s * n - i, mass, axes.T @ (aside - s * x), np.zeros(3))
+                yield s * n - i, mass, axes.T @ (aside - s * x), np.zeros(3)
             return
         first, last = (own * n - i for own in self.mass.span)
-        low, high = max(first, 0.0), min(last, 1.0)
+        low, high, radii = max(first, 0.0), min(last, 1.0), np.zeros(3)
+        if beam is not None:
+            radii = np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)
         for place, weight in zip(*_GAUSS, strict=True):
             s, share = 0.5 * (low + high + place * (high - low)), (high - low) / (last - first)
             if share > 0:
-                yield MassiveSection(s, 0.5 * weight * share * mass, np.zeros(3), _radii(beam))
+                yield s, 0.5 * weight * share * mass, np.zeros(3), radii
 
 
 @dataclass(frozen=True)
@@ -124,22 +133,6 @@ class CarriedMasses:
 
     on_legs: tuple[CarriedMass, ...] = ()
     on_platform: tuple[PlacedMass, ...] = ()
-
-
-@dataclass(frozen=True)
-class MassiveSection:
-    """A mass on a section of a beam."""
-
-    s: float  # part of the length before it
-    mass: float  # [kg]
-    aside: np.ndarray  # (3,): from the axis of the beam, in its axes [m]
-    radii: np.ndarray  # (3,): of gyration about these axes [m]
-
-    def velocities(self, motion: np.ndarray) -> np.ndarray:
-        """Velocities times roots of the mass (6, 12), from the motion of the section."""
-        rows = _about(self.aside, motion) * np.sqrt(self.mass)
-        rows[3:] *= self.radii[:, None]
-        return rows
 
 
 def motion_of_section(s: float, length: float, phi: tuple[float, float]) -> np.ndarray:
@@ -216,17 +209,3 @@ def _uniform_beam(part: PlacedSpring, x: np.ndarray) -> UniformBeam | None:
     if part.elasticity.freedoms.size or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
         return None
     return uniform_beam(part.elasticity.compliance)
-
-
-def _shear_ratios(beam: UniformBeam | None, length: float) -> tuple[float, float]:
-    """``12 E I / (G A L^2)`` in x-y and x-z."""
-    if beam is None:
-        return 0.0, 0.0
-    return 12 * beam.EIz * beam.shear_y / length**2, 12 * beam.EIy * beam.shear_z / length**2
-
-
-def _radii(beam: UniformBeam | None) -> np.ndarray:
-    """Radii of gyration of the sections about their axes (3,), those of the stiffness [m]."""
-    if beam is None:
-        return np.zeros(3)
-    return np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)

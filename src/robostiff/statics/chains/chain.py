@@ -1,15 +1,134 @@
-"""Chains of elements between two bodies, the loads on the bodies within, and how they move."""
+"""Chains of joints and elastic parts that move far, loads on their bodies, and states of legs.
+
+Each holds elements of several legs alike: a leading axis N counts the legs. How they move, and the
+energy that they store, is computed for all elements of a chain together, in `moving_chain`.
+"""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
-from robostiff.statics.chains.element import BodyPlace, Element, stacked
+from robostiff.errors import InputError
+from robostiff.model import ForceLaw
+from robostiff.model.stiffness_law import ForceFromStiffness
+
+Law = ForceLaw | ForceFromStiffness
+
+
+@dataclass(frozen=True)
+class BodyPlace:
+    """A body that has moved: a point X of the unloaded posture is now at ``R X + t``."""
+
+    R: np.ndarray
+    t: np.ndarray
+
+    def of(self, point: np.ndarray) -> np.ndarray:
+        """Where points (..., 3) of the body are now [m]."""
+        return (self.R @ point[..., None])[..., 0] + self.t
+
+
+@dataclass(frozen=True)
+class FiniteJoint:
+    """A joint that moves by q along its screw; energy ``k q^2 / 2 - f q``."""
+
+    names: tuple[str, ...]
+    point: np.ndarray  # (N, 3): in the world, at the unloaded posture [m]
+    axis: np.ndarray  # (N, 3)
+    turns: bool  # by q about its axis
+    slide: np.ndarray  # (N,): along its axis for each unit of q: its pitch where it turns, or 1
+    stiffness: np.ndarray  # (N,): k of its drive or lock, 0 where it is passive [N/m or N m/rad]
+    preload: np.ndarray  # (N,): f, with which its drive pushes at q = 0 [N or N m]
+    laws: tuple[Law | None, ...]  # in place of k q, with k their tangent at rest
+    inertia: np.ndarray  # (N,): of its drive in motion by q [kg or kg m^2]
+
+    size = 1
+
+    @property
+    def signature(self) -> tuple[object, ...]:
+        """What must be alike in legs that are computed together."""
+        return ("joint", self.turns)
+
+    def under(self, laws: Sequence[Law | None]) -> FiniteJoint:
+        """The joint of all legs, some of which follow laws of their own."""
+        laws = [old if new is None else new for new, old in zip(laws, self.laws, strict=True)]
+        pairs = zip(self.stiffness, laws, strict=True)
+        rest = [k if law is None else law.tangent(0.0) for k, law in pairs]
+        return replace(self, stiffness=np.array(rest, dtype=float), laws=tuple(laws))
+
+    def force(self, i: int, q: float) -> float:
+        """What it resists with in leg i, its preload left out [N or N m]."""
+        law = self.laws[i]
+        return float(self.stiffness[i] * q) if law is None else law.at(q)
+
+    def tangent(self, i: int, q: float) -> float:
+        """Derivative of that force."""
+        law = self.laws[i]
+        return float(self.stiffness[i]) if law is None else law.tangent(q)
+
+    def energy(self, i: int, q: float) -> float:
+        """Stored in leg i, work of its preload left out [J]."""
+        law = self.laws[i]
+        return 0.5 * float(self.stiffness[i]) * q**2 if law is None else law.energy(q)
+
+    def sizes(self, length: float) -> np.ndarray:
+        """What a unit of its coordinate turns or shifts (N, 1), shifts by the robot's length."""
+        return np.full((len(self.point), 1), 1.0 if self.turns else 1.0 / length)
+
+
+@dataclass(frozen=True)
+class FiniteSpring:
+    """An elastic part: its far end is displaced by d and turned by the rotation vector r.
+
+    ``th = (d, r) = V y`` in its own axes; energy ``sum(k y^2) / 2``, with k zero along freedoms.
+    The columns of V are zero for inner modes of a beam, which has its bowing besides.
+    """
+
+    names: tuple[str, ...]
+    point: np.ndarray  # (N, 3): its far end at the unloaded posture [m]
+    rotation: np.ndarray  # (N, 3, 3): columns are its own axes
+    modes: np.ndarray  # (N, 6, m): V
+    stiffness: np.ndarray  # (N, m): k
+    axial: np.ndarray  # (N,): EA/L of a beam with bowing [N/m]; 0 of a linear spring
+    bowing: np.ndarray  # (N, m, m): S; y^T S y is twice the shortening by bending [m]
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates m."""
+        return self.modes.shape[-1]
+
+    @property
+    def signature(self) -> tuple[object, ...]:
+        """What must be alike in legs that are computed together."""
+        return ("spring", self.size, not np.any(self.axial))
+
+    def sizes(self, length: float) -> np.ndarray:
+        """What a unit of each coordinate turns or shifts (N, m), shifts by the robot's length."""
+        V, S = np.abs(self.modes), np.diagonal(self.bowing, axis1=1, axis2=2)
+        # slopes of inner modes, or less
+        inside = np.where(np.any(V, axis=1), 0.0, np.sqrt(S / length))
+        return np.max([V[:, :3].max(1) / length, V[:, 3:].max(1), inside], axis=0)
+
+
+Element = FiniteJoint | FiniteSpring
+_Alike = TypeVar("_Alike", bound=Element)
+
+
+def stacked(elements: Sequence[_Alike]) -> _Alike:
+    """The same joint or elastic part of several legs as one element."""
+    found = dict(vars(elements[0]))
+    for name, value in found.items():
+        if isinstance(value, np.ndarray):
+            found[name] = np.concatenate([vars(e)[name] for e in elements])
+        elif isinstance(value, tuple):
+            found[name] = tuple(x for e in elements for x in vars(e)[name])
+    return type(elements[0])(**found)
 
 
 @dataclass(frozen=True)
@@ -80,25 +199,36 @@ def stacked_loads(
 
 
 @dataclass(frozen=True)
-class Moved:
-    """Chains in finite motion."""
+class FiniteCoupling:
+    """A gear or differential: a sum ``s = sum(a q)`` of joint coordinates, and what holds it."""
 
-    # (N, K + 1, 4, 4): motion from the unloaded posture of the body at the start, and of that
-    # behind every element
-    T: np.ndarray
-
-    @property
-    def placements(self) -> tuple[BodyPlace, ...]:
-        """Of the body at the start, and of that behind every element."""
-        return tuple(self._placement(k) for k in range(self.T.shape[1]))
+    drive: FiniteJoint  # the joint that follows, with the stiffness, preload and law against s
+    is_rigid: bool  # whether s stays 0
+    place: tuple[int, int]  # chain and element of the joint that follows
+    terms: tuple[tuple[int, int], ...]  # the same of all joints that move
+    factors: np.ndarray  # (N, k): a, of each leg
 
     @property
-    def end(self) -> BodyPlace:
-        """Where the body at the end is, as the chain has it."""
-        return self._placement(-1)
+    def signature(self) -> tuple[object, ...]:
+        """What must be alike in legs that are computed together."""
+        return (self.is_rigid, self.place, self.terms)
 
-    def _placement(self, k: int) -> BodyPlace:
-        return BodyPlace(self.T[:, k, :3, :3], self.T[:, k, :3, 3])
+    @staticmethod
+    def stacked(couplings: Sequence[FiniteCoupling]) -> FiniteCoupling:
+        """The same coupling of several legs."""
+        drive = stacked([own.drive for own in couplings])
+        return replace(
+            couplings[0], drive=drive, factors=np.concatenate([own.factors for own in couplings])
+        )
+
+    def shifted(self, chains: int) -> FiniteCoupling:
+        """The same behind so many other chains."""
+        first, *terms = ((c + chains, k) for c, k in (self.place, *self.terms))
+        return replace(self, place=first, terms=tuple(terms))
+
+    def pushed(self, preload: float) -> FiniteCoupling:
+        """The same with more preload."""
+        return replace(self, drive=replace(self.drive, preload=self.drive.preload + preload))
 
 
 @dataclass(frozen=True)
@@ -113,3 +243,66 @@ class ChainTerms:
     tangent: np.ndarray
     gradient: np.ndarray  # (N, n): of the energy, less the work of wrench and loads
     by_share: np.ndarray  # (N, n): derivative of the gradient by the share of loads and preloads
+
+
+@dataclass(frozen=True)
+class MovingBody:
+    """A rigid body of each leg: its axes (N, 3, 3), and where its own point is (N, 3) [m]."""
+
+    R: np.ndarray
+    p: np.ndarray
+
+
+@dataclass(frozen=True)
+class LegState:
+    """Coordinates of the legs of a group."""
+
+    x: tuple[np.ndarray, ...]  # of each chain
+    # what the body at the end of each chain exerts on it, about that body's point [N, N m]
+    W: tuple[np.ndarray, ...]
+    bodies: tuple[MovingBody, ...]  # between the chains of a leg
+    held: np.ndarray  # (N, c): what rigid couplings push their sums with [N or N m]
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Derivatives of what the platform exerts on springs between bodies, about its point."""
+
+    by_unknown: np.ndarray  # (N, r, n)
+    by_twist: np.ndarray  # (N, r, r)
+    by_factor: np.ndarray  # (N, r): by the factor of the loads
+
+    def steps(self, found: np.ndarray) -> np.ndarray:
+        """With steps (N, n, 1 + r + 1) by themselves, by the twist, and by the factor."""
+        own = self.by_unknown @ found
+        own[..., 1:-1] += self.by_twist
+        own[..., -1] += self.by_factor
+        return own
+
+
+@dataclass(frozen=True)
+class LegEquations:
+    """Residual and tangent of the legs of a group, platform apart."""
+
+    A: np.ndarray  # (N, n, n): tangent by coordinates, bodies and wrenches
+    r: np.ndarray  # (N, n): residual
+    A_t: np.ndarray  # (N, n, r): derivative by the twist of the platform
+    r_factor: np.ndarray  # (N, n): derivative by the factor of the loads
+    carried: np.ndarray  # (N, r): what the platform exerts on the leg about its point [N, N m]
+    # how that changes beside the wrenches of chains, where springs act on the platform
+    beside: Beside | None = None
+
+
+@dataclass(frozen=True)
+class Share:
+    """How much of preloads and of loads on legs acts, and how that grows with the factor."""
+
+    value: float
+    rate: float
+
+
+def unknown_name(subject: str, name: object, known: Iterable[str], what: str) -> InputError:
+    """An error that names what is alike to a name, or the first that there are."""
+    known = list(known)
+    near = get_close_matches(str(name), known, n=3) or known[:3]
+    return InputError(subject, got=name, expected=f"{what}, such as {', '.join(map(repr, near))}")

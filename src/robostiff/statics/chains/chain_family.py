@@ -13,10 +13,15 @@ import numpy as np
 
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.body_springs import SpringTerms
-from robostiff.statics.chains.chain import BodyLoad, stacked_loads
-from robostiff.statics.chains.couplings import add_couplings
-from robostiff.statics.chains.element import BodyPlace, FiniteJoint
-from robostiff.statics.chains.leg_state import LegEquations, LegState, Share
+from robostiff.statics.chains.chain import (
+    BodyLoad,
+    BodyPlace,
+    FiniteJoint,
+    LegEquations,
+    LegState,
+    Share,
+    stacked_loads,
+)
 from robostiff.statics.chains.moving_chain import MovingChains
 
 if TYPE_CHECKING:
@@ -165,8 +170,7 @@ class ChainFamily:
         W[:, rows] = np.concatenate([own for state in states for own in state.W])
         terms = self.arrays.terms(
             self.coordinates(states),
-            self.placements(states),
-            self.centres(states),
+            *self.starting(states),
             self.end_points,
             W,
             share.value,
@@ -193,7 +197,7 @@ class ChainFamily:
                     residual[:, group.body_places[chain.end]] += acting
             A_t = known.by_twist
             if group.couplings:
-                add_couplings(group, state, share, A, residual, r_factor)
+                group.add_couplings(state, share, A, residual, r_factor)
             if spring is None:
                 found.append(LegEquations(A, residual, A_t, r_factor, carried))
                 continue
@@ -218,33 +222,19 @@ class ChainFamily:
             found[self.rows[chain], load] = of_chains[chain][place]
         return found
 
-    def loaded(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
-        """Where loads act on its one group, and the velocities there; see `MovingChains`."""
-        own = self.coordinates([state]), self.placements([state]), self.centres([state])
-        return self.arrays.loaded(*own)
-
-    def twists(self, state: LegState, about: np.ndarray) -> np.ndarray:
-        """Twists of its one group about a point by all unknowns; see `MovingChains`."""
-        own = self.coordinates([state]), self.placements([state]), self.centres([state])
-        return self.arrays.twists(*own, about)
-
     def coordinates(self, states: Sequence[LegState]) -> np.ndarray:
         """Of all chains, 0 where a chain has no element in a slot (rows, n)."""
         flat = [x.ravel() for state in states for x in state.x]
         return np.concatenate([*flat, np.zeros(1)])[self.taken]
 
-    def placements(self, states: Sequence[LegState]) -> BodyPlace | None:
-        """Of the bodies at the starts; None where all of them are the base."""
+    def starting(
+        self, states: Sequence[LegState]
+    ) -> tuple[BodyPlace, np.ndarray] | tuple[None, None]:
+        """The bodies at the starts, and points of them (rows, 3) [m]; None of the base alone."""
         if not self.arrays.body_rows:
-            return None
+            return None, None
         R, p = self._bodies(states, np.eye(3), np.zeros(3), self.starts)
-        return BodyPlace(R, p - (R @ self.points[self.starts, :, None])[..., 0])
-
-    def centres(self, states: Sequence[LegState]) -> np.ndarray | None:
-        """Points of the bodies at the starts (rows, 3) [m]."""
-        if not self.arrays.body_rows:
-            return None
-        return self._bodies(states, np.eye(3), np.zeros(3), self.starts)[1]
+        return BodyPlace(R, p - (R @ self.points[self.starts, :, None])[..., 0]), p
 
     def _bodies(
         self, states: Sequence[LegState], R: np.ndarray, p: np.ndarray, which: np.ndarray
@@ -303,7 +293,6 @@ class Places:
             )
             for a, b in ((own, own), (W, own), (own, W))
         ]
-        shares = (own,)
         constant, by_twist = np.zeros((n, n)), np.zeros((N, n, r))
         for i, chain in enumerate(group.chains):
             wrench = group.wrench_places[i]
@@ -313,8 +302,8 @@ class Places:
                 body = group.body_places[chain.end]
                 constant[wrench, body] -= np.eye(r)
                 constant[body, wrench] += np.eye(r)
-        flat = [np.concatenate([one.ravel() for one in own]) for own in (entries, sides, shares)]
-        return Places(flat[0], flat[1], flat[2], constant, by_twist)
+        flat = [np.concatenate([one.ravel() for one in each]) for each in (entries, sides)]
+        return Places(flat[0], flat[1], own.ravel(), constant, by_twist)
 
     @staticmethod
     def summed(

@@ -11,12 +11,18 @@ import numpy as np
 
 from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics.chains.body_springs import FiniteBodySpring, SpringArrays, SpringTerms
-from robostiff.statics.chains.chain import BodyLoad, FiniteChain, Moved
+from robostiff.statics.chains.chain import (
+    BodyLoad,
+    BodyPlace,
+    FiniteChain,
+    FiniteCoupling,
+    FiniteSpring,
+    LegState,
+    MovingBody,
+    Share,
+)
 from robostiff.statics.chains.chain_family import ChainFamily
-from robostiff.statics.chains.couplings import FiniteCoupling
-from robostiff.statics.chains.element import FiniteSpring
 from robostiff.statics.chains.equilibrated import Arrowhead
-from robostiff.statics.chains.leg_state import LegState, MovingBody, Share
 
 
 @dataclass(frozen=True)
@@ -166,12 +172,15 @@ class LegGroup:
         """Its chains side by side."""
         return ChainFamily.of((self,))
 
-    def moved(self, state: LegState) -> tuple[Moved, ...]:
-        """Every chain in its finite motion."""
+    def moved(self, state: LegState) -> list[list[BodyPlace]]:
+        """Of every chain, where the bodies at its start and behind every element are."""
         family = self.family
-        T = family.arrays.moved(family.coordinates([state]), family.placements([state])).T
+        T = family.arrays.moved(family.coordinates([state]), family.starting([state])[0])
         pairs = zip(family.rows, family.slots, strict=True)
-        return tuple(Moved(T[rows][:, np.append(0, own + 1)]) for rows, own in pairs)
+        return [
+            [BodyPlace(T[rows, k, :3, :3], T[rows, k, :3, 3]) for k in (0, *(own + 1))]
+            for rows, own in pairs
+        ]
 
     @cached_property
     def arrow(self) -> Arrowhead | None:
@@ -207,6 +216,36 @@ class LegGroup:
         x = np.concatenate([np.zeros((self.count, 0)), *state.x], axis=1)
         return [np.sum(a[:, : x.shape[1]] * x, axis=1) for a in self.sum_rows]
 
+    def add_couplings(
+        self,
+        state: LegState,
+        share: Share,
+        A: np.ndarray,
+        r: np.ndarray,
+        r_factor: np.ndarray,
+    ) -> None:
+        """Add its couplings to the equations: closures ``s = 0`` of rigid ones, else energy.
+
+        A, r and r_factor are those of `LegEquations`, changed in place.
+        """
+        m, at = self.free_size, self.size - state.held.shape[1]
+        for own, a, s in zip(self.couplings, self.sum_rows, self.sums(state), strict=True):
+            if own.is_rigid:
+                A[:, at, :m] += a
+                A[:, :m, at] -= a
+                r[:, at] += s
+                r[:, :m] -= a * state.held[:, [at - self.size]]
+                at += 1
+                continue
+            f, k = (
+                np.array([each(i, float(q)) for i, q in enumerate(s)])[:, None]
+                for each in (own.drive.force, own.drive.tangent)
+            )
+            push = own.drive.preload[:, None]
+            A[:, :m, :m] += (k * a)[:, :, None] * a[:, None]
+            r[:, :m] += (f - share.value * push) * a
+            r_factor[:, :m] -= share.rate * push * a
+
     @cached_property
     def spring_arrays(self) -> SpringArrays:
         """Its springs between bodies side by side."""
@@ -221,7 +260,9 @@ class LegGroup:
         family = self.family
         if not family.held:
             return found
-        points, rates = family.loaded(state)
+        start, centre = family.starting([state])
+        x = family.coordinates([state])
+        points, rates = family.arrays.loaded(x, start, centre)
         for c, place, load in family.held:
             found[c][0][place] = points[c, load]
             to = self.moving_places(c)
@@ -266,7 +307,7 @@ class LegGroup:
             float(np.sum(own.drive.preload * s))
             for own, s in zip(self.couplings, self.sums(state), strict=True)
         )
-        x, starts = self.family.coordinates([state]), self.family.placements([state])
+        x, starts = self.family.coordinates([state]), self.family.starting([state])[0]
         return share * (total + float(np.sum(self.family.arrays.load_potential(x, starts))))
 
     def twists(self, state: LegState, about: np.ndarray) -> list[np.ndarray]:
@@ -277,7 +318,8 @@ class LegGroup:
         if not self.chains:
             return []
         family, found = self.family, []
-        by_all = family.twists(state, about)
+        start, centre = family.starting([state])
+        by_all = family.arrays.twists(family.coordinates([state]), start, centre, about)
         parts = zip(family.rows, family.slots, family.columns, strict=True)
         for i, (own, slots, columns) in enumerate(parts):
             behind = np.append(0, slots + 1)

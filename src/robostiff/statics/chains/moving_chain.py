@@ -8,17 +8,134 @@ empty columns: six, or more where some beam has inner modes.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from robostiff.spatial import skew
 from robostiff.statics.chains.beam_bowing import bowing_energy
-from robostiff.statics.chains.chain import BodyLoad, ChainTerms, FiniteChain, Moved
-from robostiff.statics.chains.element import BodyPlace, Element, FiniteJoint, Law
-from robostiff.statics.chains.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
+from robostiff.statics.chains.chain import (
+    BodyLoad,
+    BodyPlace,
+    ChainTerms,
+    Element,
+    FiniteChain,
+    FiniteJoint,
+    Law,
+)
 
+# Below this angle series answer: differences of cosines lose their digits there.
+_SMALL = 0.05
 _IDENTITY = np.eye(3)
-_Steps = tuple[np.ndarray, np.ndarray, FiniteTurn]
+_SKEWS = skew(np.eye(3)).reshape(3, 9)
+# Sin a/a, b, c, and the derivatives of b and c by a, divided by a: by powers of a^2.
+_SERIES = np.array(
+    [
+        [1, 1 / 2, 1 / 6, -1 / 12, -1 / 60],
+        [-1 / 6, -1 / 24, -1 / 120, 1 / 180, 1 / 1260],
+        [1 / 120, 1 / 720, 1 / 5040, -1 / 6720, -1 / 60480],
+        [-1 / 5040, -1 / 40320, 0, 0, 0],
+    ]
+)
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+_Steps = tuple[np.ndarray, np.ndarray, "FiniteTurn"]
+
+
+@dataclass(frozen=True)
+class FiniteTurn:
+    """Rotation exp(r x) and its angular velocity W dr: the left Jacobian of SO(3).
+
+    ``W = I + b S + c S^2`` with ``S = (r x)``, ``a = |r|``, ``b = (1 - cos a)/a^2`` and
+    ``c = (a - sin a)/a^3``.
+
+    Attributes
+    ----------
+    r : (..., 3) array
+        Rotation vectors [rad].
+    R, W : (..., 3, 3) arrays
+        ``d exp(r x) = ((W dr) x) exp(r x)``.
+    factors : tuple of four (..., 1) arrays
+        b, c, and their derivatives by a, divided by a.
+    """
+
+    r: np.ndarray
+    R: np.ndarray
+    W: np.ndarray
+    factors: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+    def rate_felt(self, m: np.ndarray) -> np.ndarray:
+        """Derivative of ``m . W[:, k]`` by ``r[b]`` (..., 3, 3), rows k.
+
+        With ``dS^2/dr_b = E_b S + S E_b`` and ``u = m x r`` it is
+        ``(b' u + c' u x r) r^T + b (m x) + c ((m . r) I - m r^T + (u x))``; m is (..., 3).
+
+        Examples
+        --------
+        >>> turn_and_rates(np.zeros((1, 3))).rate_felt(np.array([[0.0, 0, 1]]))[0, 1, 0]
+        np.float64(0.5)
+        """
+        b, c, b_rate, c_rate = self.factors
+        r = self.r
+        u = crossed(m, r)
+        along = np.sum(m * r, axis=-1, keepdims=True)
+        rows = b_rate * u + c_rate * crossed(u, r) - c * m
+        return (
+            rows[..., None] * r[..., None, :]
+            + skews(b * m + c * u)
+            + (c * along)[..., None] * _IDENTITY
+        )
+
+
+def turn_and_rates(r: np.ndarray) -> FiniteTurn:
+    """Turn by rotation vectors (..., 3) [rad].
+
+    Examples
+    --------
+    >>> turn_and_rates(np.array([[0.0, 0, np.pi / 2]])).R.round(12)[0, 1, 0]
+    np.float64(1.0)
+    """
+    S = skews(r)
+    SS = S @ S
+    first, b, c, b_rate, c_rate = _coefficients(np.sqrt(np.sum(r * r, axis=-1, keepdims=True)))
+    B, C = b[..., None], c[..., None]
+    R = _IDENTITY + first[..., None] * S + B * SS
+    W = _IDENTITY + B * S + C * SS
+    return FiniteTurn(r, R, W, (b, c, b_rate, c_rate))
+
+
+def skews(v: np.ndarray) -> np.ndarray:
+    """Matrices (v x) of vectors (..., 3), by one product."""
+    return (v @ _SKEWS).reshape(*v.shape, 3)
+
+
+def crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """``a x b`` of vectors (..., 3), few calls for few vectors."""
+    return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
+
+
+def _coefficients(a: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Sin a/a, b, c, and the derivatives of b and c by a, divided by a."""
+    u = a * a
+    small = a < _SMALL
+    if np.all(small):
+        return _series(u)
+    safe = np.where(small, 1.0, a)
+    s, v = np.sin(safe), 2.0 * np.sin(0.5 * safe) ** 2
+    far = (
+        s / safe,
+        v / safe**2,
+        (safe - s) / safe**3,
+        (s / safe**2 - 2 * v / safe**3) / safe,
+        (v / safe**3 - 3 * (safe - s) / safe**4) / safe,
+    )
+    near = _series(np.where(small, u, 0.0))
+    return tuple(np.where(small, n, f) for n, f in zip(near, far, strict=True))
+
+
+def _series(u: np.ndarray) -> tuple[np.ndarray, ...]:
+    found = np.concatenate([np.ones(u.shape), u, u * u, u * u * u], axis=-1) @ _SERIES
+    return tuple(found[..., i : i + 1] for i in range(5))
 
 
 class MovingChains:
@@ -139,8 +256,12 @@ class MovingChains:
         """Whether forces act on its bodies, or preloads in its joints."""
         return bool(self.load_after.size) or bool(np.any(self.preload))
 
-    def moved(self, x: np.ndarray, start: BodyPlace | None) -> Moved:
-        """The chains at coordinates x (N, size), from where their start is; None for the base."""
+    def moved(self, x: np.ndarray, start: BodyPlace | None) -> np.ndarray:
+        """The chains at coordinates x (N, size), from where their start is; None for the base.
+
+        Motions (N, K + 1, 4, 4) from the unloaded posture of the body at the start, and of that
+        behind every element.
+        """
         return self._moved(self._steps(x), start)
 
     def _steps(self, x: np.ndarray) -> _Steps:
@@ -164,7 +285,7 @@ class MovingChains:
         far[:, self.spring_elements] += (own @ th[..., :3, None])[..., 0]
         return E, far, turned
 
-    def _moved(self, steps: _Steps, start: BodyPlace | None) -> Moved:
+    def _moved(self, steps: _Steps, start: BodyPlace | None) -> np.ndarray:
         N, K = self.point.shape[:2]
         M = np.zeros((N, K, 4, 4))
         E, far, _ = steps
@@ -176,7 +297,7 @@ class MovingChains:
             T[:, 0, :3, :3], T[:, 0, :3, 3] = start.R, start.t
         for k in range(K):
             np.matmul(T[:, k], M[:, k], out=T[:, k + 1])
-        return Moved(T)
+        return T
 
     def _spring_coordinates(self, x: np.ndarray) -> np.ndarray:
         y = np.zeros((self.count, self.modes.shape[1] * self.modes.shape[3]))
@@ -213,9 +334,10 @@ class MovingChains:
             Share of loads and preloads; forces at the points of the loads beside these [N].
         """
         steps = self._steps(x)
-        motion = self._moved(steps, start)
-        w, v, C = self._columns(steps, motion, centre)
-        P, f, M = motion.end.of(end_point)[:, None], W[:, None, :3], W[:, None, 3:]
+        T = self._moved(steps, start)
+        w, v, C = self._columns(steps, T, centre)
+        end = BodyPlace(T[:, -1, :3, :3], T[:, -1, :3, 3])
+        P, f, M = end.of(end_point)[:, None], W[:, None, :3], W[:, None, 3:]
         turning = crossed(w, P - C[:, self.order])
         moving = v + turning
         J = np.concatenate([moving, w], axis=-1)
@@ -225,7 +347,7 @@ class MovingChains:
         by_share[:, self.joint_columns] = -self.preload
         moment = M + crossed(P - C, f)
         if len(self.load_after):
-            at = self._loaded_points(motion)
+            at = self._loaded_points(T)
             moving, turning = self._at_loads(w, v, C, at)
             by_share -= np.sum(moving * self.load_force[:, :, None], axis=(1, 3))
             loads = share * self.load_force if pulls is None else share * self.load_force + pulls
@@ -251,20 +373,20 @@ class MovingChains:
             _, force, curvature = self._stored(x)
             gradient[:, self.spring_columns] += force.reshape(self.count, -1)[:, self.full]
             beyond = moment[:, self.spring_elements + (C.shape[1] - self.slots)]
-            axes = motion.T[:, self.spring_elements, :3, :3] @ self.own_axes
+            axes = T[:, self.spring_elements, :3, :3] @ self.own_axes
             about = (np.swapaxes(axes, -1, -2) @ beyond[..., None])[..., 0]
             V = self.modes[:, :, 3:]
             block = curvature - np.swapaxes(V, -1, -2) @ steps[2].rate_felt(about) @ V
             flat = tangent.reshape(self.count, -1)
             flat[:, self.block_places] += block.reshape(self.count, -1)[:, self.block_pairs]
-        return ChainTerms(motion.end, np.swapaxes(J, -1, -2), tangent, gradient, by_share)
+        return ChainTerms(end, np.swapaxes(J, -1, -2), tangent, gradient, by_share)
 
     def _columns(
-        self, steps: _Steps, motion: Moved, centre: np.ndarray | None
+        self, steps: _Steps, T: np.ndarray, centre: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Angular velocities and velocities (N, n, 3) about points of the elements (N, K, 3)."""
         _, far, turned = steps
-        before, body = motion.T[:, :-1], len(self.body_rows)
+        before, body = T[:, :-1], len(self.body_rows)
         C = (before[..., :3, :3] @ far[..., None])[..., 0] + before[..., :3, 3]
         local = self.local.copy()
         turning = self.own_axes @ turned.W @ self.modes[:, :, 3:]
@@ -304,9 +426,9 @@ class MovingChains:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Where loads act (N, L, 3) [m], and velocities there by the unknowns (N, L, 3, n)."""
         steps = self._steps(x)
-        motion = self._moved(steps, start)
-        w, v, C = self._columns(steps, motion, centre)
-        at = self._loaded_points(motion)
+        T = self._moved(steps, start)
+        w, v, C = self._columns(steps, T, centre)
+        at = self._loaded_points(T)
         return at, np.swapaxes(self._at_loads(w, v, C, at)[0], -1, -2)
 
     def twists(
@@ -329,9 +451,9 @@ class MovingChains:
         turning = crossed(w[:, None], at[:, :, None] - C[:, None, self.order]) * reach
         return v[:, None] * reach + turning, turning
 
-    def _loaded_points(self, motion: Moved) -> np.ndarray:
+    def _loaded_points(self, T: np.ndarray) -> np.ndarray:
         """Where loads act (N, L, 3) [m]."""
-        behind = motion.T[:, self.load_after]
+        behind = T[:, self.load_after]
         at = (behind[..., :3, :3] @ self.load_point[..., None])[..., 0]
         return at + behind[..., :3, 3]
 

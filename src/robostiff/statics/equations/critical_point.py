@@ -9,9 +9,8 @@ from numpy.polynomial import Polynomial
 
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.statics.equations.newton import FoundEquilibrium, PathStep
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.equations.singular_posture import Regular
-from robostiff.statics.equations.stability import Margin, leg_margins, platform_margin
+from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.equations.stability import Margin, Regular, leg_margins, platform_margin
 
 # Of the margins around a critical point: where interpolation begins, and how many are tried before
 # the interval is halved, and then.
@@ -69,7 +68,6 @@ class CriticalPoint:
 def refined(
     problem: EquilibriumProblem,
     loading: LoadCase,
-    unloaded: Linearised,
     step: PathStep,
 ) -> CriticalPoint | float:
     """Where the margin vanishes between a stable and an unstable equilibrium, in either order.
@@ -81,9 +79,9 @@ def refined(
     """
     left, right, at_ends = 0.0, step.arc, [step.here, step.found]
     found = step.found
-    at_left = least_margin(problem, step.here, unloaded)[1].value
-    at_right = least_margin(problem, found, unloaded)[1].value
-    smooth = _on_a_smooth_way(problem, loading, unloaded, step, at_left, at_right)
+    at_left = least_margin(problem, step.here)[1].value
+    at_right = least_margin(problem, found)[1].value
+    smooth = _on_a_smooth_way(problem, loading, step, at_left, at_right)
     if smooth is not None:
         return smooth
     smallest, best = min((abs(at_left), step.here), (abs(at_right), found), key=lambda own: own[0])
@@ -103,7 +101,7 @@ def refined(
             break
         if not found.converged or np.linalg.norm(one - other) > near:
             return _TOWARDS * h
-        value = least_margin(problem, found, unloaded)[1].value
+        value = least_margin(problem, found)[1].value
         met[value] = found.factor
         if abs(value) < smallest:
             smallest, best = abs(value), found
@@ -116,16 +114,15 @@ def refined(
         right, at_right, at_ends[1] = h, value, found
     else:
         # It leaps at a corner, as where a cable becomes slack: the mode is that behind it.
-        leaving = min(at_ends, key=lambda own: least_margin(problem, own, unloaded)[1].value)
-        return point_at(problem, loading, leaving, *least_margin(problem, leaving, unloaded))
-    point = point_at(problem, loading, best, *least_margin(problem, best, unloaded))
+        leaving = min(at_ends, key=lambda own: least_margin(problem, own)[1].value)
+        return point_at(problem, loading, leaving, *least_margin(problem, leaving))
+    point = point_at(problem, loading, best, *least_margin(problem, best))
     return replace(point, factor=_at_zero(met))
 
 
 def _on_a_smooth_way(
     problem: EquilibriumProblem,
     loading: LoadCase,
-    unloaded: Linearised,
     step: PathStep,
     at_left: float,
     at_right: float,
@@ -142,7 +139,7 @@ def _on_a_smooth_way(
         found = step.along(problem, loading, beside)
         if not found.converged:
             return None
-        left = beside, least_margin(problem, found, unloaded)[1].value
+        left = beside, least_margin(problem, found)[1].value
         if left[1] * right[1] >= 0:
             return None
         h, beside = _secant(left, right)
@@ -150,7 +147,7 @@ def _on_a_smooth_way(
     arcs, every, least = [], [], []
     for own in low + (high - low) * _NODES:
         found = step.along(problem, loading, own)
-        margin = least_margin(problem, found, unloaded)
+        margin = least_margin(problem, found)
         if found.converged and abs(margin[1].value) > _BLURRED:
             arcs, every, least = [*arcs, own], [*every, found], [*least, margin]
     values, most = np.array([own[1].value for own in least]), len(arcs) - 1
@@ -172,7 +169,7 @@ def _on_a_smooth_way(
     for own in (inside[0], inside[0] + _ASIDE * (arcs[best] - inside[0])):
         met = step.along(problem, loading, own)
         if met.converged and abs(met.factor - factors(own)) < _SMOOTH * abs(factor):
-            at, (leg, margin) = met, least_margin(problem, met, unloaded)
+            at, (leg, margin) = met, least_margin(problem, met)
             break
     return replace(point_at(problem, loading, at, leg, margin), factor=factor)
 
@@ -227,11 +224,9 @@ def _at_zero(met: dict[float, float]) -> float:
     return total
 
 
-def least_margin(
-    problem: EquilibriumProblem, found: FoundEquilibrium, unloaded: Linearised
-) -> tuple[int | None, Margin]:
+def least_margin(problem: EquilibriumProblem, found: FoundEquilibrium) -> tuple[int | None, Margin]:
     """The least margin, and the leg that has it; None for the platform."""
-    margins: dict[int | None, Margin] = {None: platform_margin(problem, found.known, unloaded)}
+    margins: dict[int | None, Margin] = {None: platform_margin(problem, found.known)}
     margins |= leg_margins(problem, found.known)
     leg = min(margins, key=lambda key: margins[key].value)
     return leg, margins[leg]

@@ -25,12 +25,10 @@ from robostiff.statics.equations.newton import (
 )
 from robostiff.statics.equations.problem import (
     EquilibriumProblem,
-    Linearised,
     LoadCase,
     solve_least,
 )
-from robostiff.statics.equations.singular_posture import may_be_singular
-from robostiff.statics.equations.stability import meets_stiffness
+from robostiff.statics.equations.stability import may_be_singular, meets_stiffness
 
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.
 SAFE = 0.3
@@ -83,7 +81,7 @@ class OnPath:
             if not found.converged:
                 break
             over = found.factor - factor
-            beyond = self.critical and least_margin(problem, found, problem.at_rest)[1].value < 0
+            beyond = self.critical and least_margin(problem, found)[1].value < 0
             if over > 0 or beyond:
                 high, at_high, at_low = h, max(over, 0.5 * at_high), 0.5 * at_low
             else:
@@ -91,22 +89,20 @@ class OnPath:
         return equilibrium_at(problem, loading, factor, best.state)
 
 
-def path(
-    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, largest: float = 0.25
-) -> Iterator[OnPath]:
+def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) -> Iterator[OnPath]:
     """Equilibria along a growing load from factor 0 on, through its turning points.
 
     The arc is measured by the motion of the platform and by the load factor. A step is halved that
     does not converge, turns far, or has leapt to another branch; the path ends where that does not
     help. Up to the whole load, steps of the load factor are at most `largest`; beyond it they grow
-    with the load. `unloaded` is without any load.
+    with the load.
     """
-    here, lost = _start(problem, loading, unloaded)
+    here, lost = _start(problem, loading)
     at_once = () if lost is None else (replace(lost, factor=0.0),)
     if not here.converged:
         yield from (OnPath(point.found, False, at_once) for point in at_once)
         return
-    least = least_margin(problem, here, unloaded)
+    least = least_margin(problem, here)
     if not at_once and least[1].value <= 0:
         at_once = (point_at(problem, loading, here, *least),)
     margin, slope = least[1].value, 0.0  # of the path, and its change along the arc
@@ -119,7 +115,7 @@ def path(
     for _ in range(_LONGEST):
         if h < shortest:
             if ahead is None and is_stable and problem.has_corners:
-                ahead = _lost_at_corner(problem, loading, unloaded, here, direction, unit)
+                ahead = _lost_at_corner(problem, loading, here, direction, unit)
             yield from (OnPath(here, is_stable, (point,)) for point in (ahead,) if point)
             return
         found = step_along(problem, loading, here, direction, h, unit)
@@ -127,20 +123,20 @@ def path(
         if not found.converged or (h > SHARP and float(following @ direction) < TURNS):
             beyond = None
             if is_stable and h <= SHARP and problem.has_corners:
-                beyond = _beyond_corner(problem, loading, unloaded, here, h * abs(direction[-1]))
+                beyond = _beyond_corner(problem, loading, here, h * abs(direction[-1]))
             if beyond is None:
                 h *= 0.5
                 continue
             found, following = beyond, _direction(problem, beyond, None, unit)
-        ahead_margin = least_margin(problem, found, unloaded)[1].value
+        ahead_margin = least_margin(problem, found)[1].value
         remains = ahead_margin >= 0
         step = PathStep(here, found, direction, h, unit)
-        point = refined(problem, loading, unloaded, step) if remains != is_stable else None
+        point = refined(problem, loading, step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
         leapt = isinstance(point, float | int)
         falls = following[-1] < -_BACK if remains else _is_below(point, here)
         if remains and margin + slope * h < 0 and h > _LEAST * before:
-            falls = falls or _is_lost_between(problem, loading, unloaded, step)
+            falls = falls or _is_lost_between(problem, loading, step)
         if leapt or (is_stable and falls):
             h = max(point, _LEAST * h) if leapt else 0.5 * h
             continue
@@ -165,16 +161,20 @@ def _next(problem: EquilibriumProblem, before: PathStep, largest: float) -> floa
     return min(of_load, _FURTHEST * problem.length / shift, more * before.arc)
 
 
-def _is_lost_between(
-    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, step: PathStep
-) -> bool:
+def _is_lost_between(problem: EquilibriumProblem, loading: LoadCase, step: PathStep) -> bool:
     """Whether stability is lost and comes back within a step, by its middle."""
     middle = step.along(problem, loading, 0.5 * step.arc)
-    return middle.converged and least_margin(problem, middle, unloaded)[1].value < 0
+    return middle.converged and least_margin(problem, middle)[1].value < 0
+
+
+def _is_below(point: CriticalPoint | float | None, here: FoundEquilibrium) -> bool:
+    """Whether a critical point lies at less of the load than the equilibrium before it."""
+    back = here.factor - _BACK * (1.0 + abs(here.factor))
+    return isinstance(point, CriticalPoint) and point.factor < back
 
 
 def _start(
-    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised
+    problem: EquilibriumProblem, loading: LoadCase
 ) -> tuple[FoundEquilibrium, CriticalPoint | None]:
     """The equilibrium at factor 0, and where stability is lost on the way to it.
 
@@ -183,10 +183,10 @@ def _start(
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if loading.share == 0 and not np.any(loading.wrench):
         return here, None
-    if here.converged and here.direct and least_margin(problem, here, unloaded)[1].value >= SAFE:
+    if here.converged and here.direct and least_margin(problem, here)[1].value >= SAFE:
         return here, None
     growing = LoadCase(np.zeros(problem.size), loading.wrench, 0.0, loading.share)
-    ended, critical, searched_to = first_critical(problem, growing, unloaded, 1.0)
+    ended, critical, searched_to = first_critical(problem, growing, 1.0)
     if critical is not None or ended is None or searched_to < 1.0:
         return here, critical
     return equilibrium_at(problem, loading, 0.0, ended.state), None
@@ -195,7 +195,6 @@ def _start(
 def _beyond_corner(
     problem: EquilibriumProblem,
     loading: LoadCase,
-    unloaded: Linearised,
     here: FoundEquilibrium,
     more: float,
 ) -> FoundEquilibrium | None:
@@ -204,23 +203,15 @@ def _beyond_corner(
     The arc does not lead there where the path turns by a right angle or more.
     """
     found = equilibrium_at(problem, loading, here.factor + more, here.state)
-    if not found.converged or least_margin(problem, found, unloaded)[1].value < 0:
+    if not found.converged or least_margin(problem, found)[1].value < 0:
         return None
     moved = problem.displacement(found.state) - problem.displacement(here.state)
     return found if problem.size_of(moved) < SHARP else None
 
 
-def _is_below(point: CriticalPoint | float | None, here: FoundEquilibrium) -> bool:
-    """Whether a critical point lies at less of the load than the equilibrium before it."""
-    if not isinstance(point, CriticalPoint):
-        return False
-    return point.factor < here.factor - _BACK * (1.0 + abs(here.factor))
-
-
 def _lost_at_corner(
     problem: EquilibriumProblem,
     loading: LoadCase,
-    unloaded: Linearised,
     here: FoundEquilibrium,
     direction: np.ndarray,
     unit: float,
@@ -237,16 +228,16 @@ def _lost_at_corner(
         return replace(here, state=state, known=known, factor=float(here.factor + more))
 
     def least(arc: float) -> float:
-        return least_margin(problem, behind(arc), unloaded)[1].value
+        return least_margin(problem, behind(arc))[1].value
 
     low, high = 0.0, next((arc for arc in _BEHIND if least(arc) <= 0), 0.0)
-    if high == 0 or not meets_stiffness(problem, unloaded):
+    if high == 0 or not meets_stiffness(problem, problem.at_rest):
         return None
     for _ in range(_HALVES):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if least(middle) <= 0 else (middle, high)
     found = behind(high)
-    leg, margin = least_margin(problem, found, unloaded)
+    leg, margin = least_margin(problem, found)
     if margin.value == 0:
         pulled = margin.basis.T @ found.known.by_factor
         margin = replace(margin, form=-np.outer(pulled, pulled))
@@ -254,16 +245,16 @@ def _lost_at_corner(
 
 
 def first_critical(
-    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, up_to: float
+    problem: EquilibriumProblem, loading: LoadCase, up_to: float
 ) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
-    """The first critical point from factor 0 up to a factor; `unloaded` is without any load.
+    """The first critical point from factor 0 up to a factor.
 
     Returns the last stable equilibrium, at most at `up_to`, None where there is none from which to
     start; the critical point, None where none was met; and the factor up to which equilibria were
     found to be stable: `up_to`, unless the path ended before or a critical point was met.
     """
     here, furthest = None, 0.0
-    for own in path(problem, loading, unloaded):
+    for own in path(problem, loading):
         if own.found.factor < 0:
             break
         furthest = max(furthest, own.found.factor)
@@ -271,7 +262,7 @@ def first_critical(
             first = own.critical[0]
             if first.factor > up_to:
                 last = own.at(problem, loading, up_to)
-                if least_margin(problem, last, unloaded)[1].value >= 0:
+                if least_margin(problem, last)[1].value >= 0:
                     return last, None, up_to
                 first = replace(first, factor=up_to)  # another margin is lost just before it
             return here, first, first.factor

@@ -48,36 +48,19 @@ class FoundEquilibrium:
     direct: bool = False
 
 
-@dataclass(frozen=True)
-class Target:
-    """Pose at which the platform is held; None where it moves under the loads."""
-
-    R: np.ndarray | None = None
-    p: np.ndarray | None = None
-
-    def twist(self, problem: EquilibriumProblem, state: State) -> np.ndarray | None:
-        """From a state to the pose; None where there is none."""
-        if self.R is None or self.p is None:
-            return None
-        turn = vector_of_rotation(self.R @ state.R.T)
-        return np.concatenate([self.p - state.p, turn])[list(problem.rows)]
-
-
-FREE = Target()
-
-
 def equilibrium_at(
     problem: EquilibriumProblem,
     loading: LoadCase,
     factor: float,
     start: State,
-    target: Target = FREE,
+    target: tuple[np.ndarray, np.ndarray] | None = None,
     steps: int = _STEPS,
     first: Linearised | None = None,
 ) -> FoundEquilibrium:
     """Newton's method at one load factor, from a state, in so many steps at most.
 
-    `first`: the equations at the start, where they are known.
+    `target`: rotation and point at which the platform is held, if it is; `first`: the equations at
+    the start, where they are known.
     """
     state, last, most, direct, done = start, np.inf, HALF, True, 0
     wrench = loading.wrench + factor * loading.wrench_rate
@@ -87,8 +70,10 @@ def equilibrium_at(
         refined = _REFINEMENTS if last < _SOON else 0
         known = first if first is not None else problem.linearised(state, loading, factor, refined)
         first = None
-        twist = target.twist(problem, state)
-        if twist is None:
+        if target is not None:
+            turn = vector_of_rotation(target[0] @ state.R.T)
+            twist = np.concatenate([target[1] - state.p, turn])[list(problem.rows)]
+        else:
             furthest = CAP * problem.length
             twist = solve_least(known.K_total, known.missing, problem.scale, furthest, load)
         state, size, part = problem.stepped(state, known, twist, 0.0, CAP)

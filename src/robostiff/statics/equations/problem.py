@@ -10,11 +10,16 @@ import numpy as np
 
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
+from robostiff.statics.chains.chain import LegEquations, LegState, Share
 from robostiff.statics.chains.chain_family import ChainFamily
-from robostiff.statics.chains.equilibrated import equilibrated, unit_free
-from robostiff.statics.chains.leg_state import LegEquations, LegState, Share
+from robostiff.statics.chains.equilibrated import (
+    Bordered,
+    Closure,
+    HeldPlatform,
+    equilibrated,
+    unit_free,
+)
 from robostiff.statics.chains.legs import LegGroup
-from robostiff.statics.chains.rigid_legs import Bordered, Closure, HeldPlatform
 
 # Of the largest stiffness of the platform, shifts and turns alike: rounding.
 LOST = 1e-14

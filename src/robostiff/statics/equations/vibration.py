@@ -9,8 +9,7 @@ import numpy as np
 
 from robostiff.spatial import skew
 from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
-from robostiff.statics.chains.element import BodyPlace, FiniteJoint
-from robostiff.statics.chains.leg_state import LegState
+from robostiff.statics.chains.chain import BodyPlace, FiniteJoint, LegState
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
 from robostiff.statics.equations.stability import unit_sizes
@@ -144,10 +143,10 @@ def _velocities(
     m, found = group.free_size, [np.zeros((0, size))]
     own = [one for one in masses if one.leg in group.indices]
     twists = group.twists(state, about) if own else []
-    moved = group.moved(state) if own else ()
+    moved = group.moved(state) if own else []
     for one in own:
         c, row = group.place_of(one.leg, one.chain)
-        bodies = [BodyPlace(place.R[row], place.t[row]) for place in moved[c].placements]
+        bodies = [BodyPlace(place.R[row], place.t[row]) for place in moved[c]]
         rates = one.velocities(bodies, twists[c][row], about)
         wide = np.zeros((len(rates), size))
         wide[:, first + row * m : first + (row + 1) * m] = rates

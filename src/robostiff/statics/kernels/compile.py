@@ -24,9 +24,8 @@ from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
-from robostiff.statics.kernels.loading import record_loading
-from robostiff.statics.kernels.springs import has_symbols
-from robostiff.statics.kernels.weights import StandingLoads
+from robostiff.statics.kernels.forces_on_bodies import StandingLoads, has_symbols
+from robostiff.statics.kernels.loaded_robot import record_loading
 from robostiff.statics.loading.given_loads import Gravity, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, Postures, postures_of
 

@@ -25,7 +25,7 @@ from robostiff.kinematics import JointCoordinates, Pose
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.recorded import CLOSED
 from robostiff.spatial.rotation import vector_of_quaternion
-from robostiff.statics.kernels.weights import StandingLoads
+from robostiff.statics.kernels.forces_on_bodies import StandingLoads
 from robostiff.statics.loading.loaded_posture import wrenches_of
 
 

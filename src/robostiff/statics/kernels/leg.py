@@ -1,4 +1,4 @@
-"""A leg under load on recorded entries: its chains, and the bodies between them."""
+"""A leg under load on recorded entries: its chains, the bodies between them, coupled joints."""
 
 from __future__ import annotations
 
@@ -13,25 +13,61 @@ from robostiff.record import is_zero, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import Space, cross
-from robostiff.statics.chains.chain import BodyLoad
-from robostiff.statics.chains.element import FiniteSpring
-from robostiff.statics.kernels.couplings import RecordedCoupling, recorded_couplings
-from robostiff.statics.kernels.elements import (
-    RecordedElement,
-    RecordedJoint,
-    recorded_joint,
-    recorded_springs,
-)
+from robostiff.statics.chains.chain import BodyLoad, FiniteSpring
 from robostiff.statics.kernels.elimination import SymmetricElimination
+from robostiff.statics.kernels.forces_on_bodies import RecordedBodySpring, SpringEnds
 from robostiff.statics.kernels.motion import (
     Body,
     ChainEquations,
     MovingChain,
+    RecordedElement,
+    RecordedJoint,
     identity,
+    recorded_joint,
+    recorded_springs,
 )
-from robostiff.statics.kernels.springs import RecordedBodySpring, SpringEnds
 from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
 from robostiff.statics.loading.from_snapshot import LegWalk
+
+
+@dataclass(frozen=True)
+class RecordedCoupling:
+    """A sum ``s = sum(a q)`` of coordinates that is the motion of a spring, or 0 where it is rigid.
+
+    What it pushes with is an unknown of its own; see `FiniteCoupling`.
+    """
+
+    name: str  # its unknowns begin with it
+    terms: tuple[tuple[str, Any], ...]  # tuple of (str, entry or number): coordinates, and a
+    drive: RecordedJoint  # with the stiffness against s, and a preload
+    is_rigid: bool
+
+    @property
+    def push(self) -> str:
+        """Name of what it pushes with [N or N m]."""
+        return f"{self.name}.f"
+
+    @property
+    def motion(self) -> list[str]:
+        """Name of the motion of its spring; none of a rigid one."""
+        return [] if self.is_rigid else [f"{self.name}.s"]
+
+    def add_to(
+        self, elimination: SymmetricElimination, values: Mapping[str, Any], length: float
+    ) -> None:
+        """Add ``sum(a q) - s = 0`` and what pushes."""
+        (size,) = self.drive.sample_sizes(length)
+        elimination.unknown(self.push, size)
+        terms = [*self.terms, *((name, -1) for name in self.motion)]
+        for name in self.motion:
+            elimination.unknown(name, 1.0)
+            elimination.add(name, name, self.drive.stiffness)
+            pull = self.drive.stiffness * values[name] - self.drive.preload
+            elimination.add_right(name, -pull)
+        for name, factor in terms:
+            elimination.add(self.push, name, factor)
+            elimination.add_right(name, values[self.push] * factor)
+            elimination.add_right(self.push, -(values[name] * factor))
 
 
 @dataclass(frozen=True)
@@ -352,7 +388,16 @@ def recorded_leg(
         chains.append(RecordedChain(f"{placed.name}.{c}", start, end, tuple(elements), forces))
         if end is not None and elements:
             origins.setdefault(end, elements[-1].point)
-    couplings = recorded_couplings(placed, coordinates, walk.prefix, preload)
+    couplings = tuple(
+        RecordedCoupling(
+            f"{placed.name}.{own.name}",
+            tuple((coordinates[joint], a) for joint, a in own.sum if joint in coordinates),
+            recorded_joint(own, preload.get(walk.prefix + own.name, 0)),
+            own.stiffness is None,
+        )
+        for own in placed.parts
+        if isinstance(own, CoupledFreedom) and len(own.sum) > 1
+    )
     pushed = any(e.preload for own in chains for e in own.elements if isinstance(e, RecordedJoint))
     alone = len(chains) == 1 and not (chains[0].loads or pushed or springs or couplings)
     if alone and space is Space.SPATIAL:

@@ -1,4 +1,4 @@
-"""Chains of elements in finite motion on recorded entries: columns, forces, second order."""
+"""Elements of chains in finite motion on recorded entries: columns, forces, second order."""
 
 from __future__ import annotations
 
@@ -8,18 +8,160 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.record import cosine, is_zero, sine
-from robostiff.spatial import cross
-from robostiff.statics.chains.beam_bowing import bowing_energy
-from robostiff.statics.chains.chain import BodyLoad
-from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
+from robostiff.model import PlacedFreedom, PlacedSpring
+from robostiff.record import cosine, is_zero, reciprocal, sine, square_root, usual_size
+from robostiff.spatial import Space, cross
+from robostiff.statics.chains.beam_bowing import (
+    among_motions,
+    bending_planes,
+    bowing,
+    bowing_energy,
+    part_of_beam,
+)
+from robostiff.statics.chains.chain import BodyLoad, FiniteSpring
 
+# Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
+_LOST = 1e-20
 #: Square of the turn of an elastic part beyond which its series lose digits [rad^2].
 FURTHEST_TURN = 0.04
 _b = (1 / 2, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800)
 _c = (1 / 6, -1 / 120, 1 / 5040, -1 / 362880, 1 / 39916800)
 _b_rate = (-1 / 12, 1 / 180, -1 / 6720, 1 / 453600, -1 / 47900160)
 _c_rate = (-1 / 60, 1 / 1260, -1 / 60480, 1 / 4989600, -1 / 622702080)
+
+
+@dataclass(frozen=True)
+class RecordedJoint:
+    """A joint that moves by q along its screw, at the unloaded posture; see `FiniteJoint`."""
+
+    # (3,) of entries and numbers
+    point: np.ndarray
+    axis: np.ndarray
+    turns: bool
+    slide: Any  # entry or number: shift for each unit of q
+    stiffness: Any  # entry or number: 0 where it is passive
+    # entry or number: with which it pushes along its coordinate at q = 0 [N or N m]
+    preload: Any = 0
+
+    size = 1
+
+    def sample_sizes(self, length: float) -> list[float]:
+        """A unit of motion of its coordinate: a radian, or the length of the robot."""
+        return [1.0 if self.turns else length]
+
+    @property
+    def springs(self) -> list[Any]:
+        """Stiffness of its coordinate, 0 of a passive one."""
+        return [self.stiffness]
+
+
+@dataclass(frozen=True)
+class RecordedSpring:
+    """An elastic part, ``(d, r) = V y`` with the energy ``sum(k y^2) / 2``; see `FiniteSpring`."""
+
+    point: np.ndarray  # (3,) of entries and numbers: its far end at the unloaded posture
+    rotation: np.ndarray  # (3, 3) of entries and numbers: its own axes
+    # (6, m) of entries and numbers: V, each column of about the length of the robot or a radian
+    modes: np.ndarray
+    stiffness: list[Any]  # entries and numbers: k, 0 along a freedom
+    axial: Any  # entry or number: EA/L of a beam with bowing [N/m]; 0 of a linear spring
+    bowing: np.ndarray  # (m, m) of entries and numbers: ``y^T S y / 2`` is its shortening
+
+    @property
+    def size(self) -> int:
+        """Number of its coordinates."""
+        return len(self.stiffness)
+
+    def sample_sizes(self, length: float) -> list[float]:
+        """A unit of motion of each coordinate."""
+        return [1.0] * self.size
+
+    @property
+    def springs(self) -> list[Any]:
+        """Stiffness of each coordinate, 0 along freedoms."""
+        return self.stiffness
+
+
+RecordedElement = RecordedJoint | RecordedSpring
+
+
+def recorded_joint(freedom: PlacedFreedom, preload: float = 0.0) -> RecordedJoint:
+    """A placed freedom as an element."""
+    k = freedom.stiffness
+    return RecordedJoint(
+        np.array(freedom.point, dtype=object),
+        np.array(freedom.axis, dtype=object),
+        freedom.turns,
+        freedom.advance(1),
+        0 if k is None else k,
+        preload,
+    )
+
+
+def recorded_springs(
+    spring: PlacedSpring, like: FiniteSpring, parts: int, space: Space, length: float
+) -> list[RecordedElement]:
+    """An elastic part as one spring, or a beam as so many elements.
+
+    `like` is the same part of one leg in numbers: whether it bows. `length` is that of the robot
+    [m].
+    """
+    C = np.array(spring.elasticity.compliance, dtype=object)
+    free = np.array(spring.elasticity.freedoms, dtype=object)
+    rotation = np.array(spring.rotation, dtype=object)
+    point = np.array(spring.point, dtype=object)
+    bows, shifts = bool(np.any(like.axial)), [None]
+    beam, axial = (2 * C[1, 5] / C[5, 5], parts / C[0, 0]) if bows else (0, 0)
+    if bows:
+        C = part_of_beam(C, beam, parts)
+        x = rotation[:, 0] * beam
+        shifts = [x * ((i + 1) / parts - 1) if i + 1 < parts else None for i in range(parts)]
+    V, stiffness = _coordinates(C, free, rotation, space, length)
+    S: np.ndarray = np.zeros((len(stiffness),) * 2, dtype=int).astype(object)
+    if bows:
+        inner = like.size > len(stiffness)
+        planes = bending_planes(space, rotation)
+        S, more = bowing(V, C, beam * (1 / parts), planes, inner=inner)
+        V, stiffness = np.pad(V, ((0, 0), (0, len(more)))), [*stiffness, *more]
+    return [
+        RecordedSpring(point if shift is None else point + shift, rotation, V, stiffness, axial, S)
+        for shift in shifts
+    ]
+
+
+def _coordinates(
+    C: np.ndarray, free: np.ndarray, rotation: np.ndarray, space: Space, length: float
+) -> tuple[np.ndarray, list[Any]]:
+    """V (6, m) of an elastic part of a compliance and freedoms; stiffness of its columns."""
+    own, C, free = among_motions(space, rotation, C, free)
+    modes = _modes(C)
+    columns = [own @ column for column in modes] + [own @ column for column in free.T]
+    V, stiffness = [], []
+    for i, column in enumerate(columns):
+        sizes = [usual_size(x) / (length if k < 3 else 1.0) for k, x in enumerate(column)]
+        size = max(*sizes, 1e-300)
+        V.append(column * (1 / size))
+        stiffness.append(1 / size**2 if i < len(modes) else 0)
+    return np.array(V, dtype=object).T.reshape(6, len(V)), stiffness
+
+
+def _modes(C: np.ndarray) -> list[np.ndarray]:
+    """Twists F in columns with ``sum F F^T = C``; rotations come first, as in bending."""
+    left, found = C.copy(), []
+    for i in reversed(range(len(C))):
+        pivot = left[i, i]
+        if usual_size(pivot) <= _LOST**0.5 * usual_size(C[i, i]):
+            continue
+        column = left[:, i] * reciprocal(square_root(pivot))
+        found.append(column)
+        for a in range(i + 1):
+            for b in range(i + 1):
+                if is_zero(column[a]) or is_zero(column[b]):
+                    continue
+                rest = left[a, b] - column[a] * column[b]
+                lost = usual_size(rest) ** 2 <= _LOST * usual_size(C[a, a]) * usual_size(C[b, b])
+                left[a, b] = 0 if lost else rest
+    return found
 
 
 def identity() -> np.ndarray:
@@ -181,7 +323,11 @@ class MovingChain:
         for b, column in enumerate(self.columns):
             v, w, s = column.v, column.w, P - column.at
             J.append(np.concatenate([v + cross(w, s), w]))
-            more, N = _dead(acting, column)
+            N = np.zeros((3, 3), dtype=int).astype(object)
+            more = N[0]
+            for after, at, force in acting:
+                if after > column.element:
+                    more, N = more + force, N + (at - column.at)[:, None] * force[None, :]
             spread = N[0, 0] + N[1, 1] + N[2, 2]
             turned = np.array([N[1, 2] - N[2, 1], N[2, 0] - N[0, 2], N[0, 1] - N[1, 0]])
             beyond = m + cross(s, f) + turned
@@ -211,18 +357,6 @@ class MovingChain:
                     place = first + a, first + b
                     T[place] = T.get(place, 0) - V[:, a] @ DV[:, b]
         return ChainEquations(self.body, P, J, T, gradient, self.turns)
-
-
-def _dead(
-    acting: Sequence[tuple[int, np.ndarray, np.ndarray]], column: Column
-) -> tuple[np.ndarray, np.ndarray]:
-    """What dead forces f on bodies beyond a column add: their sum, and that of ``s f^T``."""
-    N = np.zeros((3, 3), dtype=int).astype(object)
-    total = N[0]
-    for after, at, force in acting:
-        if after > column.element:
-            total, N = total + force, N + (at - column.at)[:, None] * force[None, :]
-    return total, N
 
 
 def _rate_felt(r: np.ndarray, m: np.ndarray) -> np.ndarray:

@@ -24,9 +24,9 @@ from robostiff.statics.loading.given_loads import (
     Gravity,
     Loads,
     Masses,
-    arms_and_forces,
     given_forces,
     given_masses,
+    on_platform,
 )
 from robostiff.statics.loading.loaded_posture import LoadedPosture, point_at
 
@@ -106,14 +106,13 @@ class CablePostures:
         frame_of = {"platform": frame}.get
         forces = given_forces(loads, np.zeros(3), space, frame_of)
         moving = given_masses(masses or {}, {"platform": point}, frame_of)
-        on_platform = forces.pop("platform", ())
-        on_it = tuple(moving.pop("platform", ()))
+        acting, on_it = forces.pop("platform", ()), tuple(moving.pop("platform", ()))
         for what, others in (("loads", forces), ("masses", moving)):
             for name in others:
                 raise InputError(
                     what, got=name, expected="platform: cables have no weight and carry no loads"
                 )
-        problem = cables_loaded(before, point, DeadForces(*arms_and_forces(on_platform, point)))
+        problem = cables_loaded(before, point, on_platform(acting, point))
         status = before.status & _LASTING
         masses_of = CarriedMasses((), on_it)
         return LoadedPosture(before.name, problem, space, frame, status, self.robot, {}, masses_of)

@@ -23,14 +23,11 @@ from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
-from robostiff.statics.chains.beam_bowing import Beams, is_rigid, moves
+from robostiff.statics.chains.beam_bowing import Beams, SpringElements, is_rigid, moves
 from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
-from robostiff.statics.chains.chain import FiniteChain
-from robostiff.statics.chains.couplings import FiniteCoupling
-from robostiff.statics.chains.element import Element
+from robostiff.statics.chains.chain import Element, FiniteChain, FiniteCoupling
 from robostiff.statics.chains.legs import LegGroup
-from robostiff.statics.chains.spring_elements import SpringElements
-from robostiff.statics.equations.flexible_platform import held_together
+from robostiff.statics.loading.flexible_platform import held_together
 from robostiff.statics.loading.from_snapshot import finite_joint
 from robostiff.statics.loading.given_loads import DeadForce, load_vector, weights_of
 
@@ -91,7 +88,12 @@ def group_of(
         carried += of_chain
         start, end = bodies.start(a), bodies.end(b)
         chains.append(FiniteChain(start, end, tuple(own), tuple(weights)))
-    chains += bodies.joining
+    chains += [  # empty ones to base and platform as bodies between chains
+        FiniteChain(bodies.start(own), None, ())
+        if own == network.platform
+        else FiniteChain(None, bodies.end(own), ())
+        for own in bodies.twice
+    ]
     couplings = [
         coupled.pushed(0.0 if coupled.is_rigid else left.pop(one.name, 0.0))
         for one in network.couplings
@@ -218,17 +220,6 @@ class _Bodies:
 
     def _twice(self, body: str) -> int:
         return len(self.between) + self.twice.index(body)
-
-    @property
-    def joining(self) -> list[FiniteChain]:
-        """Empty chains to the bodies that base and platform are between chains."""
-        platform = self.network.platform
-        return [
-            FiniteChain(self._twice(own), None, ())
-            if own == platform
-            else FiniteChain(None, self._twice(own), ())
-            for own in self.twice
-        ]
 
 
 def _parts(element: NetworkElement) -> list[PlacedSpring | PlacedFreedom]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 
 import numpy as np
 
@@ -20,15 +19,19 @@ from robostiff.model import (
     Snapshot,
     StiffnessLaw,
 )
-from robostiff.statics.chains.beam_bowing import Beams, moves
+from robostiff.statics.chains.beam_bowing import Beams, SpringElements, moves
+from robostiff.statics.chains.body_springs import HeldSprings
 from robostiff.statics.chains.carried_masses import CarriedMass
-from robostiff.statics.chains.chain import BodyLoad, FiniteChain
-from robostiff.statics.chains.couplings import FiniteCoupling
-from robostiff.statics.chains.element import Element, FiniteJoint
-from robostiff.statics.chains.held_springs import HeldSprings
+from robostiff.statics.chains.chain import (
+    BodyLoad,
+    Element,
+    FiniteChain,
+    FiniteCoupling,
+    FiniteJoint,
+    unknown_name,
+)
 from robostiff.statics.chains.legs import LegGroup
-from robostiff.statics.chains.spring_elements import SpringElements
-from robostiff.statics.equations.flexible_platform import on_flexible_platform
+from robostiff.statics.loading.flexible_platform import on_flexible_platform
 from robostiff.statics.loading.given_loads import DeadForce, load_vector
 
 _NO_GRAVITY = np.zeros(3)
@@ -94,8 +97,10 @@ def legs_of(
                     tuple(elements),
                     tuple(walk.loads.get(c, ())),
                     tuple(
-                        BodyLoad(named[name][1].after, point[None], np.zeros((1, 3)))
-                        for name, point in held.on_chain(k, c)
+                        BodyLoad(named[name][1].after, np.array([point], float), np.zeros((1, 3)))
+                        for spring in snapshot.springs
+                        for name, point in zip(spring.bodies, spring.points, strict=True)
+                        if held.places.get(name) == (k, c)
                     ),
                 )
                 for c, (start, end, elements) in enumerate(walk.chains)
@@ -351,7 +356,5 @@ def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
 def _found(named: Mapping[str, tuple[int, _Part]], name: str, subject: str) -> tuple[int, _Part]:
     if name in named:
         return named[name]
-    near = get_close_matches(str(name), named, n=3) or list(named)[:3]
     what = "leg/part" if subject == "preload" else "platform or leg/part"
-    expected = f"{what}, such as {', '.join(map(repr, near))}"
-    raise InputError(subject, got=name, expected=expected)
+    raise unknown_name(subject, name, named, what)

@@ -1,4 +1,4 @@
-"""Loads beside the wrench: forces, masses and gravity as they are given."""
+"""What is given beside the wrench: forces, masses, gravity, and force laws of joints."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 from robostiff.linkage import Linkage
-from robostiff.model import Mass, PlacedMass, Robot, Snapshot, gravity_vector
+from robostiff.model import ForceLaw, Mass, PlacedMass, Robot, Snapshot, gravity_vector
 from robostiff.model.cable import CableRobot, Weight
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
+from robostiff.statics.chains.chain import FiniteJoint, unknown_name
+from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.equations.problem import DeadForces
 
 Loads = Mapping[str, Any]
 Masses = Mapping[str, Any]
@@ -22,6 +25,9 @@ Gravity = ArrayLike | str | None
 Frame = tuple[np.ndarray, np.ndarray]
 FrameOf = Callable[[str], Frame | None]
 _NONE = np.zeros(3)
+Laws = Mapping[str, ForceLaw]
+# Of the stiffness of a drive: how far that of its law without motion may be off.
+_ALIKE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -138,7 +144,15 @@ def given_forces(
     down = gravity
     if not np.any(gravity):
         down = gravity_vector("gravity", "-y" if space is Space.PLANAR else "-z")
-    return {name: _forces(name, value, down, frame_of) for name, value in (loads or {}).items()}
+    found: dict[str, tuple[DeadForce, ...]] = {}
+    kinds = (DeadForce, Mass, Weight)
+    for name, value in (loads or {}).items():
+        several = [value] if isinstance(value, kinds) else value
+        if isinstance(several, Sequence) and several and all(isinstance(v, kinds) for v in several):
+            found[name] = tuple(_force(name, own, down, frame_of) for own in several)
+        else:
+            found[name] = (DeadForce(load_vector("force", name, value)),)
+    return found
 
 
 def weights_of(masses: Sequence[PlacedMass], gravity: np.ndarray) -> list[DeadForce]:
@@ -146,25 +160,14 @@ def weights_of(masses: Sequence[PlacedMass], gravity: np.ndarray) -> list[DeadFo
     return [DeadForce(m.value * gravity, m.centre) for m in masses if np.any(gravity)]
 
 
-def arms_and_forces(
-    on_platform: Sequence[DeadForce], point: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Arms (k, 3) of dead forces on the platform from its point [m], and the forces (k, 3) [N]."""
+def on_platform(forces: Sequence[DeadForce], point: np.ndarray) -> DeadForces:
+    """Forces on the platform, about a point of it (3,) [m]."""
     arms = [
         np.zeros(3) if own.point is None else load_vector("point", "platform", own.point) - point
-        for own in on_platform
+        for own in forces
     ]
-    forces = [load_vector("force", "platform", own.force) for own in on_platform]
-    return np.array(arms).reshape(-1, 3), np.array(forces).reshape(-1, 3)
-
-
-def _forces(name: str, value: Any, down: np.ndarray, frame_of: FrameOf) -> tuple[DeadForce, ...]:
-    kinds = (DeadForce, Mass, Weight)
-    if isinstance(value, kinds):
-        return (_force(name, value, down, frame_of),)
-    if isinstance(value, Sequence) and value and all(isinstance(v, kinds) for v in value):
-        return tuple(_force(name, own, down, frame_of) for own in value)
-    return (DeadForce(load_vector("force", name, value)),)
+    given = [load_vector("force", "platform", own.force) for own in forces]
+    return DeadForces(np.array(arms).reshape(-1, 3), np.array(given).reshape(-1, 3))
 
 
 def _force(
@@ -250,3 +253,64 @@ def given_masses(
             there = replace(own, centre=None, point=None, span=None)
             found.setdefault(name, []).extend(there.placed(name, R, centre))
     return found
+
+
+def check_own_laws(laws: Laws, snapshot: Snapshot) -> None:
+    """Raise unless the laws of a robot go with the stiffness of its joints.
+
+    Raises
+    ------
+    InputError
+        When a name is no joint, or a law has another stiffness without motion than its drive.
+    """
+    joints = {f"{leg.name}/{own.name}": own for leg in snapshot.legs for own in leg.freedoms}
+    for name, law in laws.items():
+        joint = joints.get(name)
+        if joint is None:
+            raise unknown_name("laws", name, joints, "leg/joint")
+        k = 0.0 if joint.stiffness is None else float(joint.stiffness)
+        own = law.tangent(0.0)
+        if abs(own - k) > _ALIKE * max(abs(own), abs(k)):
+            raise InputError(
+                f"law of {name!r}",
+                got=f"a slope of {own:.8g} without motion",
+                expected="the stiffness of its drive, " + (f"{k:.8g}" if k else "which is rigid"),
+                hint=f"small loads meet that of the drive: write stiffness: {own:.8g} there",
+            )
+
+
+def with_laws(groups: tuple[LegGroup, ...], laws: Laws) -> tuple[LegGroup, ...]:
+    """Legs whose joints follow laws of their own, by ``leg/joint``.
+
+    Raises
+    ------
+    InputError
+        When a name is no passive joint or elastic drive.
+    """
+    left, found, known = dict(laws), [], []
+    for group in groups:
+        chains, couplings = [], []
+        for coupling in group.couplings:
+            legs = [leg for _, _, leg in group.rows_of(coupling.place[0])]
+            names = [f"{leg}/{e}" for leg, e in zip(legs, coupling.drive.names, strict=True)]
+            if not coupling.is_rigid:
+                known += names
+                drive = coupling.drive.under([left.pop(name, None) for name in names])
+                couplings.append(replace(coupling, drive=drive))
+            else:
+                couplings.append(coupling)
+        for c, chain in enumerate(group.chains):
+            legs = [leg for _, _, leg in group.rows_of(c)]
+            elements = []
+            for element in chain.elements:
+                own = element
+                if isinstance(own, FiniteJoint):
+                    names = [f"{leg}/{e}" for leg, e in zip(legs, own.names, strict=True)]
+                    known += names
+                    own = own.under([left.pop(name, None) for name in names])
+                elements.append(own)
+            chains.append(replace(chain, elements=tuple(elements)))
+        found.append(replace(group, chains=tuple(chains), couplings=tuple(couplings)))
+    for name in left:
+        raise unknown_name("laws", name, known, "leg/joint")
+    return tuple(found)

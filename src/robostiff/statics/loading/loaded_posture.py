@@ -25,23 +25,25 @@ from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams
 from robostiff.statics.chains.carried_masses import CarriedMasses
-from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem
+from robostiff.statics.equations.problem import EquilibriumProblem
+from robostiff.statics.loading.flexible_platform import node_names, on_platform_nodes
 from robostiff.statics.loading.from_network import group_of
 from robostiff.statics.loading.from_snapshot import legs_of, masses_on_legs
 from robostiff.statics.loading.given_loads import (
     Frame,
     Gravity,
+    Laws,
     Loads,
     Masses,
     acting_gravity,
-    arms_and_forces,
+    check_own_laws,
     given_forces,
     given_masses,
     load_vector,
+    on_platform,
     weights_of,
+    with_laws,
 )
-from robostiff.statics.loading.joint_laws import Laws, check_own_laws, with_laws
-from robostiff.statics.loading.on_platform_nodes import node_names, on_platform_nodes
 
 if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures
@@ -170,7 +172,7 @@ class Postures:
         frame_of = partial(self._frame_of, i if self.batch else 0, posed, frame)
         forces = given_forces(loads, pull, posed.space, frame_of)
         forces_given = [load_vector("force", n, f.force) for n, own in forces.items() for f in own]
-        on_platform = list(forces.pop("platform", ()))
+        acting = list(forces.pop("platform", ()))
         pushes = {
             name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
             for name, value in (preload or {}).items()
@@ -179,7 +181,7 @@ class Postures:
         moving = given_masses(masses or {}, places, frame_of)
         on_it = moving.pop("platform", [])
         if isinstance(posed, Network):
-            on_platform += forces.pop(posed.platform, ())
+            acting += forces.pop(posed.platform, ())
             group, more, carried = group_of(posed, point, beams, forces, pushes, pull, moving)
             groups = (group,)
         else:
@@ -203,7 +205,7 @@ class Postures:
             posed.space.rows,
             point,
             float(posed.characteristic_length) or 1.0,
-            DeadForces(*arms_and_forces([*on_platform, *more], point)),
+            on_platform([*acting, *more], point),
         )
         _check_all_act(problem, forces_given, posed, pull)
         laws = self.robot.laws if isinstance(self.robot, Robot) else {}
