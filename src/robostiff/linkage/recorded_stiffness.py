@@ -24,7 +24,7 @@ from robostiff.linkage.essential import network_of
 from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.model import PlacedFreedom, PlacedLeg
 from robostiff.record import Entry, Record, usual_size
-from robostiff.recorded.circulation import BodyChain, Circulation
+from robostiff.recorded.circulation import BodyChain, circulating
 from robostiff.recorded.factor import factors_of
 from robostiff.recorded.leg import LegRecorder, at_samples, stiffness_entries
 from robostiff.recorded.parameters import parameter_samples, with_inputs
@@ -74,7 +74,7 @@ def record_linkage(
     chains.sort(key=lambda chain: sum(f.is_passive for f in chain[2].freedoms))
     named = [BodyChain(leg.name, a, b, leg) for a, b, leg in chains]
     world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)
-    leg = Circulation(part.name, named, part.base, part.platform, recorder, world).leg
+    leg = circulating(part.name, named, part.base, part.platform, recorder, world)
     K = stiffness_entries([leg], 6)
     recorded = RecordedRobot(
         name=part.name,

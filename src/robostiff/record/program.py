@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robostiff.record.entry import step_of
-from robostiff.record.record import COSTS, NUMPY_FUNCTIONS, Operation, Record
+from robostiff.record.record import COSTS, NUMPY_FUNCTIONS, Operation, Record, step_of
 
 
 @dataclass(frozen=True)
