@@ -295,9 +295,7 @@ class NearestTensions:
         """The tensions, and a status where none exist."""
         tensions, solved, impossible = nearest_tensions(problem)
         status = np.where(impossible, int(Status.INFEASIBLE), 0).astype(np.uint16)
-        for i in np.flatnonzero(~solved & ~impossible):
-            status[i] = _failure(problem, int(i))
-        return tensions, status
+        return tensions, _with_failures(problem, status, ~solved & ~impossible)
 
 
 @dataclass(frozen=True)
@@ -343,13 +341,12 @@ class ClosedFormTensions:
             tensions[rows, fixed] = np.where(below, least[fixed], greatest[fixed])
             open_[rows, fixed] = False
         right = problem.balanced(tensions) & problem.within(tensions)
-        status = np.zeros(poses, dtype=np.uint16)
-        for i in np.flatnonzero(~right):
-            status[i] = _failure(problem, int(i))
-        return tensions, status
+        return tensions, _with_failures(problem, np.zeros(poses, dtype=np.uint16), ~right)
 
 
-def _failure(problem: TensionProblem, pose: int) -> Status:
-    """The status of a pose at which a rule found no tensions."""
-    possible = problem.has_solution(pose)
-    return Status.FORM_DOES_NOT_HOLD if possible else Status.INFEASIBLE
+def _with_failures(problem: TensionProblem, status: np.ndarray, failed: np.ndarray) -> np.ndarray:
+    """The status (N,), with that of poses at which a rule found no tensions."""
+    for i in np.flatnonzero(failed).tolist():
+        possible = problem.has_solution(i)
+        status[i] = Status.FORM_DOES_NOT_HOLD if possible else Status.INFEASIBLE
+    return status

@@ -78,6 +78,10 @@ class _Code:
         """Number of results."""
         return len(self.program.outputs)
 
+    def in_machine_code(self) -> MachineCode:
+        """The same program, compiled by heyoka."""
+        return MachineCode(self.program)
+
 
 @dataclass(frozen=True)
 class ArrayCode(_Code):

@@ -129,10 +129,7 @@ class Kernel:
 
     def in_machine_code(self) -> Kernel:
         """The same kernel, compiled by heyoka."""
-        code = self.code
-        if isinstance(code, ClosedCode):
-            return replace(self, code=code.in_machine_code())
-        return replace(self, code=MachineCode(code.program))
+        return replace(self, code=self.code.in_machine_code())
 
 
 def whole_threads(threads: int) -> int:

@@ -7,6 +7,7 @@ from robostiff.kinematics.formula import (
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.hybrid_machine import Module, hybrid_machine
 from robostiff.kinematics.jacobians import (
+    felt_by_springs,
     freedom_twist,
     freedom_twists,
     leg_compliance,
@@ -25,7 +26,6 @@ from robostiff.kinematics.posture_finder import (
     posture_finder,
     postures,
 )
-from robostiff.kinematics.spring_modes import felt_by_springs
 
 __all__ = [
     "ActuatorCoordinates",

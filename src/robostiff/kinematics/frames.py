@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -337,6 +337,14 @@ def own_coordinate(role: Role, q: Any) -> Any:
     if isinstance(role, Passive) or not isinstance(role.stiffness, StiffnessLaw):
         return None
     return q.item() if isinstance(q, np.ndarray) and q.dtype == object and q.ndim == 0 else q
+
+
+def beam_lengths(chain: Chain, q: np.ndarray) -> Iterator[Any]:
+    """Lengths (...) of the beams of its telescopes at coordinates q (..., size) [m]."""
+    for element, place in chain.moving:
+        if isinstance(element, Telescope):
+            for beam in element.beams:
+                yield beam.fixed + beam.share * q[..., place.start]
 
 
 def telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticity:

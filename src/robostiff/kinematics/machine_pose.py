@@ -40,7 +40,9 @@ class ActuatorCoordinates:
         InputError
             When they do not fit the robot, or are no finite numbers.
         """
-        names, units, given = actuator_names(robot), _units(robot), self.values
+        names, given = actuator_names(robot), self.values
+        each = zip(robot.legs, actuator_places(robot), strict=True)
+        units = [leg.chain.freedoms[place].unit for leg, places in each for place in places]
         subject = f"actuator coordinates of {robot.name!r}"
         if not names:
             raise InputError(subject, expected="none: this robot has no actuated joint")
@@ -131,14 +133,6 @@ def actuator_places(robot: Robot) -> tuple[np.ndarray, ...]:
     return tuple(
         np.array([i for i, role in enumerate(leg.chain.roles) if isinstance(role, Actuated)], int)
         for leg in robot.legs
-    )
-
-
-def _units(robot: Robot) -> tuple[str, ...]:
-    return tuple(
-        leg.chain.freedoms[place].unit
-        for leg, places in zip(robot.legs, actuator_places(robot), strict=True)
-        for place in places
     )
 
 

@@ -10,6 +10,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics import freedom_twists
 from robostiff.kinematics.closure import AssemblyMode, ClosurePart, nearest
 from robostiff.kinematics.closure.assembly_mode import FollowedPosture
@@ -240,22 +241,19 @@ class PathsFromHome:
 
     def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
         """Configurations at values (N, size) of each, closed or as near as they came."""
-        found = self._passive_ones_follow.to(values)
-        every = self._all_follow
+        passive, movable = _movable(self.linkage, frozenset(self.given))
+        found = self._path(all_follow=False).to(values)
         for i, one in enumerate(found):
-            if every is not None and not one.is_closed:
-                (found[i],) = every.to({name: own[i : i + 1] for name, own in values.items()})
+            if not one.is_closed and len(passive) < len(movable):
+                here = {name: own[i : i + 1] for name, own in values.items()}
+                (found[i],) = self._path(all_follow=True).to(here)
         return found
 
-    @cached_property
-    def _passive_ones_follow(self) -> _PathOfLoops:
-        passive, _ = _movable(self.linkage, frozenset(self.given))
-        return _PathOfLoops.of(self.linkage, self.home, passive)
-
-    @cached_property
-    def _all_follow(self) -> _PathOfLoops | None:
-        passive, movable = _movable(self.linkage, frozenset(self.given))
-        return None if passive == movable else _PathOfLoops.of(self.linkage, self.home, movable)
+    @kept
+    def _path(self, *, all_follow: bool) -> _PathOfLoops:
+        """Along which passive joints keep the loops closed, or all that may move."""
+        moving = _movable(self.linkage, frozenset(self.given))[all_follow]
+        return _PathOfLoops.of(self.linkage, self.home, moving)
 
 
 @dataclass(frozen=True)

@@ -279,8 +279,8 @@ def record_linkage_closure(
     part, length = driven.part, driven.home.length
     following = driven.following(samples)
     closed = [*samples, driven.home]  # the last one is home: a pivot that vanishes there is none
-    given = _sampled(driven.driving, closed) | with_nominal(part)
-    state = _sampled(following, closed)
+    given = sampled(driven.driving, closed) | with_nominal(part)
+    state = sampled(following, closed)
     record = Record({**given, **state})
     bodies = Bodies.of(part.tree, coordinates(driven, record, (*driven.driving, *following)))
     groups = []
@@ -317,18 +317,12 @@ def coordinates(
     return q
 
 
-def _sampled(
+def sampled(
     connections: Sequence[Connection], closed: Sequence[Configuration]
 ) -> dict[str, np.ndarray]:
+    """Coordinates of connections in some configurations (samples,), by their own names."""
     rows = [named(connections, one.coordinates) for one in closed]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-def sampled_coordinates(
-    driven: DrivenLinkage, samples: Sequence[Configuration]
-) -> dict[str, np.ndarray]:
-    """Values of the coordinates that move, by name (samples,): of drives, then of what follows."""
-    return _sampled([*driven.driving, *driven.following(samples)], samples)
 
 
 def _groups(

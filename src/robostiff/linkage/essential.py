@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -343,11 +343,16 @@ def robot_of(
     if chains is None:
         return None
     serial = len(chains) == 1
-    if serial:
-        legs = (_arm(part.name, chains[0], part.masses),)
-    else:
-        legs = tuple(_leg(chain[0].name, chain, part.masses) for chain in chains)
-    legs = _coupled(legs, couplings)
+    each = []
+    for chain in chains:
+        elements, end = _elements(chain, part.masses), chain[-1].after
+        if serial:  # an arm ends in the frame of the platform
+            elements += _rigid(end, "the platform")
+            each.append(Leg(part.name, chain[0].before, Chain(tuple(elements)), Frame.identity()))
+        else:  # a leg ends where it meets the platform
+            attachment = Frame(end.inverse.R + 0.0, end.inverse.p + 0.0)  # without negative zeros
+            each.append(Leg(chain[0].name, chain[0].before, Chain(tuple(elements)), attachment))
+    legs = _coupled(each, couplings)
     robot = Robot(
         part.name,
         legs,
@@ -391,48 +396,45 @@ def _with_closed_home(part: Linkage, found: Configuration) -> Linkage:
     return replace(part, connections=tuple(at_home))
 
 
+def branches(part: Linkage) -> Iterator[tuple[str, str, list[Connection]]]:
+    """Connections joined to chains, from and to bodies at which the linkage branches."""
+    at: dict[str, list[Connection]] = {}
+    for c in part.connections:
+        at.setdefault(c.a, []).append(c)
+        at.setdefault(c.b, []).append(c)
+    branching = {body for body, own in at.items() if len(own) != 2} | {part.base, part.platform}
+    seen: set[str] = set()
+    for start in (body for body in at if body in branching):
+        for first in at[start]:
+            if first.name in seen:
+                continue
+            chain, body, step = [first], start, first
+            while True:
+                body = step.b if step.a == body else step.a
+                if body in branching:
+                    break
+                (step,) = (c for c in at[body] if c is not step)
+                chain.append(step)
+            seen |= {c.name for c in chain}
+            yield start, body, chain
+
+
 def _chains(part: Linkage) -> list[list[Connection]] | None:
     """Connections of each leg from base to platform, or None."""
-    ends = Counter(body for c in part.connections for body in (c.a, c.b))
-    between = {body for body in ends if body not in (part.base, part.platform)}
-    if any(ends[body] != 2 for body in between):
-        return None
-    at: dict[str, list[Connection]] = {body: [] for body in ends}
-    for c in part.connections:
-        at[c.a].append(c)
-        at[c.b].append(c)
-    chains = []
-    for first in at[part.base]:
-        chain, body, step = [], part.base, first
-        while True:
+    chains, number = [], {c.name: i for i, c in enumerate(part.connections)}
+    for a, b, chain in branches(part):
+        if {a, b} != {part.base, part.platform}:
+            return None
+        body, own = part.base, []
+        for step in chain if a == part.base else reversed(chain):
             forward = step.a == body
-            chain.append(step if forward else turned_round(step))
+            own.append(step if forward else turned_round(step))
             body = step.b if forward else step.a
-            if body == part.platform:
-                break
-            (step,) = (c for c in at[body] if c is not step)
-        chains.append(chain)
-    return chains
+        chains.append(own)
+    return sorted(chains, key=lambda own: number[own[0].name])
 
 
-_Masses = Mapping[str, tuple[Mass, ...]]
-
-
-def _arm(name: str, chain: list[Connection], masses: _Masses) -> Leg:
-    """A serial arm, whose chain ends in the frame of the platform."""
-    end = _rigid(chain[-1].after, "the platform")
-    elements = Chain((*_elements(chain, masses), *end))
-    return Leg(name, chain[0].before, elements, Frame.identity())
-
-
-def _leg(name: str, chain: list[Connection], masses: _Masses) -> Leg:
-    """A leg, whose chain ends where it meets the platform."""
-    end = chain[-1].after.inverse
-    attachment = Frame(end.R + 0.0, end.p + 0.0)  # without negative zeros
-    return Leg(name, chain[0].before, Chain(tuple(_elements(chain, masses))), attachment)
-
-
-def _elements(chain: list[Connection], masses: _Masses) -> list[Element]:
+def _elements(chain: list[Connection], masses: Mapping[str, tuple[Mass, ...]]) -> list[Element]:
     elements: list[Element] = []
     way = Frame.identity()
     for i, connection in enumerate(chain):

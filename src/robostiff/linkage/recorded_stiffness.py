@@ -5,7 +5,7 @@ Bodies that more than two connections meet are joined by chains, in whose loops 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations_with_replacement
 from typing import Any
@@ -18,13 +18,13 @@ from robostiff.linkage.driven import (
     DrivenLinkage,
     coordinates,
     record_linkage_closure,
-    sampled_coordinates,
+    sampled,
 )
-from robostiff.linkage.essential import network_of
-from robostiff.linkage.linkage import Connection, Linkage
+from robostiff.linkage.essential import branches, network_of
+from robostiff.linkage.linkage import Connection
 from robostiff.model import PlacedFreedom, PlacedLeg
 from robostiff.record import Entry, Record, usual_size
-from robostiff.recorded.circulation import BodyChain, Circulation
+from robostiff.recorded.circulation import BodyChain, circulating
 from robostiff.recorded.factor import factors_of
 from robostiff.recorded.leg import LegRecorder, at_samples, stiffness_entries
 from robostiff.recorded.parameters import parameter_samples, with_inputs
@@ -58,10 +58,10 @@ def record_linkage(
     closure, undetermined = record_linkage_closure(driven, samples)
     if closure is None:
         return None, undetermined
-    parameters = parameter_samples(driven.part)
-    record = Record(sampled_coordinates(driven, samples) | parameters)
+    movers = [*driven.driving, *driven.following(samples)]
+    record = Record(sampled(movers, samples) | parameter_samples(driven.part))
     part = with_inputs(driven.part, record)
-    moved = {*driven.drives, *(c.name for c in driven.following(samples))}
+    moved = {c.name for c in movers}
     moving = [c for c in part.connections if c.name in moved]
     bodies = Bodies.of(part.tree, coordinates(driven, record, moving))
     reference = bodies.frames[part.platform].at(Frame(np.eye(3), part.reference_point)).p
@@ -70,11 +70,11 @@ def record_linkage(
         network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
     )
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
-    chains = [(a, b, _placed(own, bodies, recorder)) for a, b, own in _branches(part)]
+    chains = [(a, b, _placed(own, bodies, recorder)) for a, b, own in branches(part)]
     chains.sort(key=lambda chain: sum(f.is_passive for f in chain[2].freedoms))
     named = [BodyChain(leg.name, a, b, leg) for a, b, leg in chains]
     world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)
-    leg = Circulation(part.name, named, part.base, part.platform, recorder, world).leg
+    leg = circulating(part.name, named, part.base, part.platform, recorder, world)
     K = stiffness_entries([leg], 6)
     recorded = RecordedRobot(
         name=part.name,
@@ -110,29 +110,6 @@ def _near_softness(K: dict[tuple[int, int], Any], length: float, count: int) -> 
     if not 0 < ratio < _SOFT:
         return []
     return [_SOFT / ratio * usual_size(d) / d for d in factors.d if isinstance(d, Entry)]
-
-
-def _branches(part: Linkage) -> Iterator[tuple[str, str, list[Connection]]]:
-    """Connections joined to chains, from and to bodies at which the linkage branches."""
-    at: dict[str, list[Connection]] = {}
-    for c in part.connections:
-        at.setdefault(c.a, []).append(c)
-        at.setdefault(c.b, []).append(c)
-    branching = {body for body, own in at.items() if len(own) != 2} | {part.base, part.platform}
-    seen: set[str] = set()
-    for start in (body for body in at if body in branching):
-        for first in at[start]:
-            if first.name in seen:
-                continue
-            chain, body, step = [first], start, first
-            while True:
-                body = step.b if step.a == body else step.a
-                if body in branching:
-                    break
-                (step,) = (c for c in at[body] if c is not step)
-                chain.append(step)
-            seen |= {c.name for c in chain}
-            yield start, body, chain
 
 
 def _placed(chain: Sequence[Connection], bodies: Bodies, recorder: LegRecorder) -> PlacedLeg:

@@ -5,16 +5,6 @@ The formulas of the library work on arrays of any entries. Filled with `Entry` t
 poses, compiled, differentiated, or read as named steps.
 """
 
-from robostiff.record.entry import (
-    Entry,
-    Number,
-    is_number,
-    is_one,
-    is_zero,
-    least_size,
-    most_size,
-    usual_size,
-)
 from robostiff.record.functions import (
     ENTRY_FUNCTIONS,
     angle_of,
@@ -25,15 +15,28 @@ from robostiff.record.functions import (
     greater,
     hyperbolic_tangent,
     least,
+    least_size,
+    most_size,
     plain_root,
     reciprocal,
     shortened,
     sine,
     square_root,
+    usual_size,
     with_turn,
 )
 from robostiff.record.program import Program, Step
-from robostiff.record.record import NUMPY_FUNCTIONS, OPERATORS, Operation, Record
+from robostiff.record.record import (
+    NUMPY_FUNCTIONS,
+    OPERATORS,
+    Entry,
+    Number,
+    Operation,
+    Record,
+    is_number,
+    is_one,
+    is_zero,
+)
 
 __all__ = [
     "ENTRY_FUNCTIONS",

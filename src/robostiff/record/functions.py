@@ -10,8 +10,15 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.record.entry import Entry, is_exact, is_zero, step_of
-from robostiff.record.record import OPERATORS, Operation, Record
+from robostiff.record.record import (
+    OPERATORS,
+    Entry,
+    Operation,
+    Record,
+    is_exact,
+    is_zero,
+    step_of,
+)
 
 _LONGEST = 40  # characters of an exact root
 _BITS = int(_LONGEST * 3.33)  # of a fraction that takes as many
@@ -203,6 +210,21 @@ def _exact(name: str, x: Any) -> Any:
     import sympy as sp
 
     return getattr(sp, name)(x)
+
+
+def usual_size(value: Any) -> float:
+    """Mean size of an entry over the samples, or the size of a number."""
+    return float(np.mean(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
+
+
+def most_size(value: Any) -> float:
+    """Largest size of an entry over the samples, or the size of a number."""
+    return float(np.max(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
+
+
+def least_size(value: Any) -> float:
+    """Smallest size of an entry over the samples, or the size of a number."""
+    return float(np.min(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
 
 
 def derivatives_along(

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robostiff.record.entry import step_of
-from robostiff.record.record import COSTS, NUMPY_FUNCTIONS, Operation, Record
+from robostiff.record.record import NUMPY_FUNCTIONS, Operation, Record, step_of
 
 
 @dataclass(frozen=True)
@@ -78,11 +77,6 @@ class Program:
         """Number of operations, inputs and numbers not counted."""
         idle = (Operation.INPUT, Operation.NUMBER)
         return sum(step.operation not in idle for step in self.steps)
-
-    @property
-    def cost(self) -> int:
-        """Cost of an evaluation, in additions."""
-        return sum(COSTS[step.operation] for step in self.steps)
 
     def evaluated(
         self, values: Mapping[str, Any], functions: Mapping[Operation, Any] | None = None

@@ -61,103 +61,113 @@ class _Flow:
     carried: Carried
 
 
-@dataclass(frozen=True)
-class Circulation:
-    """Wrenches in the loops of chains between bodies."""
+def circulating(
+    name: str,
+    chains: Sequence[BodyChain],
+    base: str,
+    platform: str,
+    recorder: LegRecorder,
+    frame: WorkingFrame,
+) -> RecordedLeg:
+    """All ways to hold the platform, as those of one leg from base to platform.
 
-    name: str  # of the whole
-    # those that come first become the tree: chains with few passive joints, without blocks
-    chains: Sequence[BodyChain]
-    base: str  # a body
-    platform: str  # a body
-    recorder: LegRecorder
-    frame: WorkingFrame  # in which the energy of the tree is written down
+    Parameters
+    ----------
+    name : str
+        Of the whole.
+    chains : sequence of BodyChain
+        Those that come first become the tree: chains with few passive joints, without blocks.
+    base, platform : str
+        Bodies.
+    recorder : LegRecorder
+    frame : WorkingFrame
+        In which the energy of the tree is written down.
 
-    @property
-    def leg(self) -> RecordedLeg:
-        """All ways to hold the platform, as those of one leg from base to platform.
-
-        A transmitted wrench that meets no compliance is an `InputError`.
-        """
-        # A load leads from the base to the platform, along the first edge of the tree.
-        load = BodyChain(_LOAD, self.base, self.platform, LocalLeg([], [], []))
-        tree = spanning_tree(self.base, (load, *self.chains))
-        flows = [self._flow(cut) for cut in tree.cuts]
-        signs = [{c.name: sign for c, sign in tree.around(cut)[1:]} for cut in tree.cuts]
-        count = sum(len(flow.wrenches) for flow in flows)
-        rows, record, length = self.recorder.space.rows, self.recorder.record, self.recorder.length
-        n = len(rows)
-        scale = [1.0 if row < 3 else length for row in rows]
-        columns: list[Column] = []
-        for flow, sign in zip(flows, signs, strict=True):
-            for w in flow.wrenches:
-                # What the loop carries over the load's edge is the opposite of the load.
-                held = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * n
-                columns.append([*held, *(int(len(columns) == i) for i in range(count))])
-        inner = {
-            chain.name: chain.parts
-            if isinstance(chain.parts, LocalLeg)
-            else local_leg(chain.parts, self.frame, record, length)
-            for chain in self.chains
-            if chain not in tree.cuts
-        }
-        over = {
-            name: [
-                [x * int(sign[name]) for x in w] if name in sign else [0] * n
-                for flow, sign in zip(flows, signs, strict=True)
-                for w in flow.in_frame
-            ]
-            for name in inner
-        }
-        conditions = [
-            [*[0] * n, *(dot([twist[row] for row in rows], w) for w in over[name])]
-            for name, local in inner.items()
-            for twist in local.twists
+    Raises
+    ------
+    InputError
+        When a transmitted wrench meets no compliance.
+    """
+    # A load leads from the base to the platform, along the first edge of the tree.
+    load = BodyChain(_LOAD, base, platform, LocalLeg([], [], []))
+    tree = spanning_tree(base, (load, *chains))
+    flows = [_flow(cut, recorder, frame) for cut in tree.cuts]
+    signs = [{c.name: sign for c, sign in tree.around(cut)[1:]} for cut in tree.cuts]
+    count = sum(len(flow.wrenches) for flow in flows)
+    rows, record, length = recorder.space.rows, recorder.record, recorder.length
+    n = len(rows)
+    scale = [1.0 if row < 3 else length for row in rows]
+    columns: list[Column] = []
+    for flow, sign in zip(flows, signs, strict=True):
+        for w in flow.wrenches:
+            # What the loop carries over the load's edge is the opposite of the load.
+            held = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * n
+            columns.append([*held, *(int(len(columns) == i) for i in range(count))])
+    inner = {
+        chain.name: chain.parts
+        if isinstance(chain.parts, LocalLeg)
+        else local_leg(chain.parts, frame, record, length)
+        for chain in chains
+        if chain not in tree.cuts
+    }
+    over = {
+        name: [
+            [x * int(sign[name]) for x in w] if name in sign else [0] * n
+            for flow, sign in zip(flows, signs, strict=True)
+            for w in flow.in_frame
         ]
-        scale += [1.0 / wrench_size(w, scale) for flow in flows for w in flow.wrenches]
-        found = transmitted_by(conditions, columns, scale)
-        shares = [way[n:] for way in found.wrenches]
-        energy: list[list[Any]] = [[0] * len(shares) for _ in shares]
-        add_energy_in_shares(energy, shares, [flow.carried for flow in flows])
-        for name, local in inner.items():
-            sums = [[dot(own, row) for row in zip(*over[name], strict=True)] for own in shares]
-            each = zip(energy, energy_of(local, sums, rows), strict=True)
-            energy = [[x + y for x, y in zip(*pair, strict=True)] for pair in each]
-        ways = [_without_rounding(way, scale, n) for way in found.wrenches]
-        conjugate = made_conjugate(ways, energy, self.name)
-        return RecordedLeg(
-            name=self.name,
-            wrenches=conjugate.wrenches,
-            mu=conjugate.mu,
-            losses=[
-                *(loss for flow in flows for loss in flow.carried.losses),
-                *found.losses,
-                *conjugate.losses,
-                *self.recorder.near_rigid(conjugate.mu),
-            ],
-            redundant=(*(r for flow in flows for r in flow.carried.redundant), *found.redundant),
-            alone=(*(x for flow in flows for x in flow.carried.alone), *found.alone),
-            frame=0,
-            basis=ways,
-            energy=energy,
-        )
+        for name in inner
+    }
+    conditions = [
+        [*[0] * n, *(dot([twist[row] for row in rows], w) for w in over[name])]
+        for name, local in inner.items()
+        for twist in local.twists
+    ]
+    scale += [1.0 / wrench_size(w, scale) for flow in flows for w in flow.wrenches]
+    found = transmitted_by(conditions, columns, scale)
+    shares = [way[n:] for way in found.wrenches]
+    energy: list[list[Any]] = [[0] * len(shares) for _ in shares]
+    add_energy_in_shares(energy, shares, [flow.carried for flow in flows])
+    for chain, local in inner.items():
+        sums = [[dot(own, row) for row in zip(*over[chain], strict=True)] for own in shares]
+        each = zip(energy, energy_of(local, sums, rows), strict=True)
+        energy = [[x + y for x, y in zip(*pair, strict=True)] for pair in each]
+    ways = [_without_rounding(way, scale, n) for way in found.wrenches]
+    conjugate = made_conjugate(ways, energy, name)
+    return RecordedLeg(
+        name=name,
+        wrenches=conjugate.wrenches,
+        mu=conjugate.mu,
+        losses=[
+            *(loss for flow in flows for loss in flow.carried.losses),
+            *found.losses,
+            *conjugate.losses,
+            *recorder.near_rigid(conjugate.mu),
+        ],
+        redundant=(*(r for flow in flows for r in flow.carried.redundant), *found.redundant),
+        alone=(*(x for flow in flows for x in flow.carried.alone), *found.alone),
+        frame=0,
+        basis=ways,
+        energy=energy,
+    )
 
-    def _flow(self, chain: BodyChain) -> _Flow:
-        """A chain of its own wrenches, in the frame in which these are shortest."""
-        recorder, tried = self.recorder, []
-        rows, about = recorder.space.rows, recorder.reference
-        if isinstance(chain.parts, LocalLeg):
-            carried = carried_by(chain.parts, rows, recorder.length)
-            wrenches = [to_world(w, self.frame, about, rows) for w in carried.wrenches]
-            return _Flow(wrenches, carried.wrenches, carried)
-        for _, frame, local in recorder.promising(chain.parts):
-            carried = carried_by(local, rows, recorder.length)
-            wrenches = [to_world(w, frame, about, rows) for w in carried.wrenches]
-            entries = [x for row in (*wrenches, *carried.energy) for x in row]
-            cost = recorder.record.cost(x.step for x in entries if isinstance(x, Entry))
-            tried.append((cost, len(tried), wrenches, carried))
-        _, _, wrenches, carried = min(tried)
-        return _Flow(wrenches, [from_world(w, self.frame, about, rows) for w in wrenches], carried)
+
+def _flow(chain: BodyChain, recorder: LegRecorder, frame: WorkingFrame) -> _Flow:
+    """A chain of its own wrenches, in the frame in which these are shortest."""
+    tried: list[tuple[Any, ...]] = []
+    rows, about = recorder.space.rows, recorder.reference
+    if isinstance(chain.parts, LocalLeg):
+        carried = carried_by(chain.parts, rows, recorder.length)
+        wrenches = [to_world(w, frame, about, rows) for w in carried.wrenches]
+        return _Flow(wrenches, carried.wrenches, carried)
+    for _, own, local in recorder.promising(chain.parts):
+        carried = carried_by(local, rows, recorder.length)
+        wrenches = [to_world(w, own, about, rows) for w in carried.wrenches]
+        entries = [x for row in (*wrenches, *carried.energy) for x in row]
+        cost = recorder.record.cost(x.step for x in entries if isinstance(x, Entry))
+        tried.append((cost, len(tried), wrenches, carried))
+    _, _, wrenches, carried = min(tried)
+    return _Flow(wrenches, [from_world(w, frame, about, rows) for w in wrenches], carried)
 
 
 def _without_rounding(way: Column, scale: Sequence[float], n: int) -> Column:
@@ -200,7 +210,7 @@ def legs_on_platform(
     )
     frame = WorkingFrame(pose.R, pose.p)
     tool = _node(platform.tool)
-    return Circulation(robot.name, (*parts, *legs), _BASE, tool, recorder, frame).leg
+    return circulating(robot.name, (*parts, *legs), _BASE, tool, recorder, frame)
 
 
 def _local(part: PlatformPart, recorder: LegRecorder) -> LocalLeg:

@@ -245,15 +245,11 @@ def _rigid_block(block: Sequence[LocalLeg], length: float, count: int) -> BlockC
     branches = []
     for branch in block:
         J_q = [at_samples(twist, count) for twist in branch.twists]
-        J_q += [J for inner in branch.blocks for J in _freedoms(inner, length, count)]
+        for inner in branch.blocks:
+            J_q += list(np.moveaxis(_rigid_block(inner, length, count).J_q, -1, 0))
         J = np.stack(J_q, axis=-1) if J_q else np.zeros((count, 6, 0))
         branches.append((_compliance(branch, length, count), J))
     return block_compliance(branches, np.full(count, length), Tolerance())
-
-
-def _freedoms(block: Sequence[LocalLeg], length: float, count: int) -> list[np.ndarray]:
-    J_q = _rigid_block(block, length, count).J_q
-    return [J_q[..., i] for i in range(J_q.shape[-1])]
 
 
 def at_samples(values: Column | np.ndarray, count: int) -> np.ndarray:

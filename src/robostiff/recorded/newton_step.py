@@ -178,16 +178,6 @@ class LegAtGuess:
         """Names of the unknown coordinates."""
         return [self.names[i] for i in self.moving if self.names[i] not in self.same]
 
-    @property
-    def lengths(self) -> list[Any]:
-        """Lengths of the beams of its telescopes [m]."""
-        return [
-            beam.fixed + beam.share * self.q[place.start]
-            for element, place in self.leg.chain.moving
-            if isinstance(element, Telescope)
-            for beam in element.beams
-        ]
-
 
 @dataclass(frozen=True)
 class NewtonStep:

@@ -64,7 +64,12 @@ def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
             return record.input(expression.name)
         arguments = [read(argument) for argument in expression.args]
         if expression.is_Pow:
-            return _power(expression, arguments[0])
+            base, exponent = arguments[0], expression.exp
+            if exponent.is_Integer:
+                return base ** int(exponent)
+            if exponent.is_Rational and exponent.q == 2:
+                return square_root(base) ** int(exponent.p)
+            raise InputError("power", got=str(expression), expected="a whole or half exponent")
         combine = _FUNCTIONS.get(type(expression).__name__)
         if combine is None:
             raise InputError(
@@ -89,15 +94,6 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "asin": lambda y: arc_tangent(y, square_root(1 - y * y)),
     "tanh": hyperbolic_tangent,
 }
-
-
-def _power(expression: Any, base: Any) -> Any:
-    exponent = expression.exp
-    if exponent.is_Integer:
-        return base ** int(exponent)
-    if exponent.is_Rational and exponent.q == 2:
-        return square_root(base) ** int(exponent.p)
-    raise InputError("power", got=str(expression), expected="a whole or half exponent")
 
 
 COUNT = 5

@@ -110,13 +110,13 @@ class RecordedRobot:
         size = self.space.size
         losses = [*self.closure_losses, *(loss for leg in self.legs for loss in leg.losses)]
         checks = {
-            "loss": _sum_of_squares(losses),
-            "rank": _sum_of_squares(self.factors.losses),
-            "trace": sum((self.K[i, i] for i in range(1, size)), self.K[0, 0]),
-            "reach": _smallest(self.reach),
-            "limits": _smallest(self.limits),
+            "loss": (add, [x * x for x in _entries(losses)]),
+            "rank": (add, [x * x for x in _entries(self.factors.losses)]),
+            "trace": (add, [self.K[i, i] for i in range(size)]),
+            "reach": (least, _entries(self.reach)),
+            "limits": (least, _entries(self.limits)),
         }
-        return {name: entry for name, entry in checks.items() if entry is not None}
+        return {name: reduce(join, own) for name, (join, own) in checks.items() if own}
 
 
 @dataclass(frozen=True)
@@ -326,15 +326,9 @@ def _as_part(value: Entry) -> Any:
     return value * (1 / usual_size(value))
 
 
-def _sum_of_squares(values: Sequence[Any]) -> Any:
-    entries = {value.step: value for value in values if isinstance(value, Entry)}
-    squares = [value * value for value in entries.values()]
-    return reduce(add, squares) if squares else None
-
-
-def _smallest(values: Sequence[Any]) -> Any:
-    entries = {value.step: value for value in values if isinstance(value, Entry)}
-    return reduce(least, entries.values()) if entries else None
+def _entries(values: Sequence[Any]) -> list[Entry]:
+    """The different ones."""
+    return list({value.step: value for value in values if isinstance(value, Entry)}.values())
 
 
 def record_robot(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:

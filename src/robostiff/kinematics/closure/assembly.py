@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from robostiff.kept import kept
+from robostiff.kinematics.frames import beam_lengths
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Actuated, Chain, Joint, JointKind, Locked, Telescope
+from robostiff.model import Actuated, Chain, Joint, JointKind, Locked
 
 _DIGITS = 9  # to which two distances from home count as equal
 
@@ -97,10 +98,8 @@ def nearest(
 def shortened(chain: Chain, q: np.ndarray) -> np.ndarray:
     """Where a beam of a telescope would have no positive length (...)."""
     short = np.zeros(q.shape[:-1], dtype=bool)
-    for element, place in chain.moving:
-        if isinstance(element, Telescope):
-            for beam in element.beams:
-                short |= beam.fixed + beam.share * q[..., place.start] <= 0
+    for length in beam_lengths(chain, q):
+        short |= length <= 0
     return short
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from robostiff.kinematics.turn import Turn
 from robostiff.model import TelescopicBeam
 from robostiff.record import Entry, arc_tangent, is_zero, least, most_size, shortened, square_root
-from robostiff.record.entry import is_exact
+from robostiff.record.record import is_exact
 from robostiff.spatial import cross as cross_of_entries
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])

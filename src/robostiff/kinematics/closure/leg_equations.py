@@ -17,10 +17,10 @@ from robostiff.kinematics.closure.motion_tree import (
     advanced,
     spins_of,
 )
-from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
+from robostiff.kinematics.frames import Loop, PlacedChain, beam_lengths, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
-from robostiff.model import Leg, Telescope
+from robostiff.model import Leg
 from robostiff.spatial import cross
 from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.rotation import vector_of_rotation
@@ -165,10 +165,7 @@ class NewtonTask:
         """Lengths of the beams of telescopes (N, k) [m]."""
         found = [np.zeros((len(x), 0))]
         for leg, own in zip(self.legs, self._apart(x)[1], strict=True):
-            for element, where in leg.chain.moving:
-                if isinstance(element, Telescope):
-                    q = own[:, where]
-                    found += [beam.fixed + beam.share * q for beam in element.beams]
+            found += [length[:, None] for length in beam_lengths(leg.chain, own)]
         return np.concatenate(found, axis=-1)
 
     def _apart(self, x: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:

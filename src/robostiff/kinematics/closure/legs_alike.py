@@ -134,13 +134,13 @@ class LegsAlike:
 
     def _ends(self, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Frames (legs N, 3, 3) and (legs N, 3) on the platform at which the legs end."""
-        R_own, p_own = self._attachments
+        R_own, p_own = self._frames[1]
         at = p + np.einsum("nij,lj->lni", R, p_own)
         return _rows(product(R, R_own[:, None]), 2), _rows(at, 1)
 
     def _bases(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Frames in which the legs begin, for so many poses of each."""
-        R, p = self._begin
+        R, p = self._frames[0]
         number = len(R)
         return (
             _rows(np.broadcast_to(R[:, None], (number, count, 3, 3)), 2),
@@ -148,14 +148,11 @@ class LegsAlike:
         )
 
     @cached_property
-    def _begin(self) -> tuple[np.ndarray, np.ndarray]:
-        own = [one.leg.base for one in self.solvers]
-        return np.stack([frame.R for frame in own]), np.stack([frame.p for frame in own])
-
-    @cached_property
-    def _attachments(self) -> tuple[np.ndarray, np.ndarray]:
-        own = [one.leg.attachment for one in self.solvers]
-        return np.stack([frame.R for frame in own]), np.stack([frame.p for frame in own])
+    def _frames(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Axes (legs, 3, 3) and origins (legs, 3) of the bases, then of the attachments."""
+        legs = [one.leg for one in self.solvers]
+        each = [leg.base for leg in legs], [leg.attachment for leg in legs]
+        return [(np.stack([f.R for f in own]), np.stack([f.p for f in own])) for own in each]
 
 
 def legs_alike(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:

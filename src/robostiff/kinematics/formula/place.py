@@ -25,7 +25,13 @@ from robostiff.kinematics.closure.leg_forms import Post, Strut
 from robostiff.kinematics.closure.leg_solver import LegSolver, RecordedForm
 from robostiff.kinematics.closure.rod_ends import RodJoints
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
-from robostiff.kinematics.frames import Loop, PlacedChain, place_chain, telescopic_elasticity
+from robostiff.kinematics.frames import (
+    Loop,
+    PlacedChain,
+    beam_lengths,
+    place_chain,
+    telescopic_elasticity,
+)
 from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
 from robostiff.model import (
     Actuated,
@@ -120,16 +126,10 @@ def place_leg_at_joints(
     R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
     placed = place_chain(leg.chain, q, R_base, p_base, turned=turned)
     R = placed.R @ np.array(leg.attachment.R, dtype=object).T
-    lengths = [
-        beam.fixed + beam.share * q[where.start]
-        for element, where in leg.chain.moving
-        if isinstance(element, Telescope)
-        for beam in element.beams
-    ]
     return PlacedFormula(
         leg=PlacedLeg(leg.name, placed.elements, placed.p),
         gap=(),
-        lengths=tuple(length for length in lengths if isinstance(length, Entry)),
+        lengths=tuple(x for x in beam_lengths(leg.chain, q) if isinstance(x, Entry)),
         coordinate=lambda place: q[place],
         platform=FormulaPose(R, placed.p - R @ np.array(leg.attachment.p, dtype=object)),
     )
@@ -151,18 +151,12 @@ _UNSHIFTED = _Shift(np.zeros(3, dtype=object), np.zeros(3, dtype=object))
 
 
 @dataclass(frozen=True)
-class _Tour:
-    """State while elements are laid out."""
-
-    loops: Mapping[str, Loop]
-    misses: list[np.ndarray] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
 class Layout:
     """Elements of a leg in the world, carried by the bodies of the closed leg."""
 
     closed: ClosedLeg
+    loops: Mapping[str, Loop] = field(default_factory=dict)  # at zero coordinates
+    misses: list[np.ndarray] = field(default_factory=list)  # of the loops, as parts of the shift
 
     def elements(
         self, chain: Chain, zero: PlacedChain
@@ -172,22 +166,17 @@ class Layout:
         Branches of its blocks are copies, shifted from the first: they move as it does. By how much
         the body after a block then misses their ends comes second, as parts of the shift.
         """
-        tour = _Tour({loop.name: loop for loop in zero.loops})
-        return list(self._elements(chain, zero.elements, 0, _UNSHIFTED, tour)), tour.misses
+        laid = Layout(self.closed, {loop.name: loop for loop in zero.loops})
+        return list(laid._elements(chain, zero.elements, 0, _UNSHIFTED)), laid.misses
 
     def _elements(
-        self,
-        chain: Chain,
-        zero: Sequence[PlacedElement],
-        joints: int,
-        shift: _Shift,
-        tour: _Tour,
+        self, chain: Chain, zero: Sequence[PlacedElement], joints: int, shift: _Shift
     ) -> Iterator[PlacedElement]:
         """Elements of a chain or a branch that begins after so many joints of the main path."""
         left: Iterator[Any] = iter(zero)
         for element in chain.elements:
             if isinstance(element, ParallelBlock):
-                yield self._block(element, next(left), joints, shift, tour)
+                yield self._block(element, next(left), joints, shift)
                 joints += element.branches[0].chain.main_places.size
             elif isinstance(element, Link):
                 yield self._spring(next(left), self.closed.after(joints), shift)
@@ -200,7 +189,7 @@ class Layout:
                     yield from self._beams(element, left, joints - 1, shift)
 
     def _block(
-        self, block: ParallelBlock, zero: PlacedBlock, joints: int, shift: _Shift, tour: _Tour
+        self, block: ParallelBlock, zero: PlacedBlock, joints: int, shift: _Shift
     ) -> PlacedBlock:
         first, near = zero.branches[0], self.closed.after(joints)
         far = self.closed.after(joints + block.branches[0].chain.main_places.size)
@@ -211,10 +200,10 @@ class Layout:
                 apart = tidied_point(own.end - first.end)
                 now = near.direction(apart)
                 shifted = _Shift(shift.zero + apart, shift.now + now)
-                wanted = tidied_point(tour.loops[own.name].p_wanted - first.end)
+                wanted = tidied_point(self.loops[own.name].p_wanted - first.end)
                 size = np.linalg.norm([most_size(x) for x in wanted])
-                tour.misses.append((far.direction(wanted) - now) * (1 / size))
-            elements = tuple(self._elements(branch.chain, own.elements, joints, shifted, tour))
+                self.misses.append((far.direction(wanted) - now) * (1 / size))
+            elements = tuple(self._elements(branch.chain, own.elements, joints, shifted))
             legs.append(PlacedLeg(own.name, elements, shifted.point(far, own.end)))
         return PlacedBlock(zero.name, tuple(legs))
 
