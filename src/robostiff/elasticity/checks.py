@@ -26,7 +26,8 @@ def positive_number(subject: str, value: Any, unit: str, hint: str | None = None
         if is_possible(value) and getattr(value, "is_positive", None) is not False:
             return value
         raise InputError(subject, got=value, expected=expected, hint=hint)
-    value = float(value) if _is_sympy_float(value) else value
+    if getattr(value, "is_Float", False) and math.isfinite(value):  # of SymPy
+        value = float(value)
     if not is_real_number(value) or not (math.isfinite(value) and value > 0):
         raise InputError(subject, got=value, expected=expected, hint=hint)
     return float(value)
@@ -75,10 +76,6 @@ def poisson_ratio_bounds(value: Any) -> Bounds:
 def is_real_number(value: Any) -> bool:
     """Whether the value is a real number (a bool is not)."""
     return isinstance(value, Real) and not isinstance(value, bool)
-
-
-def _is_sympy_float(value: Any) -> bool:
-    return getattr(value, "is_Float", False) and math.isfinite(value)
 
 
 def as_array(values: Any) -> np.ndarray:
