@@ -1,4 +1,9 @@
-from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness
+from robostiff.analysis.cable_stiffness import (
+    CableResponse,
+    CableStiffness,
+    SlackEvent,
+    cable_stiffness,
+)
 from robostiff.analysis.cable_tensions import CableTensions, cable_tensions
 from robostiff.analysis.compiled_answer import CompiledAnswer
 from robostiff.analysis.compiled_linkage import CompiledLinkage
@@ -7,14 +12,14 @@ from robostiff.analysis.compiled_robot import compile_robot as compile
 from robostiff.analysis.deflection_under_load import (
     ActuatorLoad,
     Deflection,
+    DeflectionsOfPoses,
     JointReaction,
     PartShare,
+    deflection,
 )
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.loaded_cables import CableResponse, SlackEvent
-from robostiff.analysis.many_deflections import DeflectionsOfPoses, deflection
+from robostiff.analysis.posed_stiffness import compliance, stiffness
 from robostiff.analysis.result import RobotStiffness
-from robostiff.analysis.stiffness_at_pose import compliance, stiffness
 from robostiff.analysis.verification import Comparison, Outcome, Verification, verify
 
 __all__ = [

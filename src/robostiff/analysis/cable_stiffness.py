@@ -1,7 +1,8 @@
-"""Stiffness of a cable robot at a pose, with the geometric stiffness of its tensions."""
+"""Stiffness of a cable robot at a pose, with the geometric stiffness of its tensions; its loads."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result import in_short, points_given
-from robostiff.analysis.result_tables import cable_stiffness_html
+from robostiff.analysis.result_tables import cable_load_html, stiffness_html, tension_table
 from robostiff.cables import (
     TensionRule,
     axial_stiffness,
@@ -26,7 +27,7 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.elastostatics.result import scaled_inverse
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.elastostatics.tolerance import scaling
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import NoAnswerError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, move_wrench
@@ -174,7 +175,8 @@ class CableStiffness(CableAnswer):
         return in_short(self, "CableStiffness")
 
     def _repr_html_(self) -> str:
-        return cable_stiffness_html(self)
+        shown = self.answered.all() and not self.batch_shape
+        return stiffness_html(self, tension_table(self) if shown else None)
 
     def _in_words(self, kind: str) -> tuple[FreeMotion, ...]:
         if self.batch_shape:
@@ -286,8 +288,6 @@ def cable_stiffness(
         rule=chosen.rule,
         tolerance=tolerance,
     )
-    if not isinstance(tolerance, Tolerance):
-        raise InputError("tolerance", got=tolerance, expected="a Tolerance")
     return judged(result).about(at)
 
 
@@ -321,3 +321,135 @@ def _plain(result: CableStiffness) -> np.ndarray:
     geometry = squares[..., 0] > max(tolerance.near_independence**2, _ROUNDING * W.shape[-1])
     values = np.linalg.eigvalsh(result.matrix / (s[..., :, None] * s[..., None, :]))
     return result.answered & geometry & (values[..., 0] > tolerance.near_rigidity * values[..., -1])
+
+
+@dataclass(frozen=True)
+class SlackEvent:
+    """The first cable that becomes slack while the load grows.
+
+    Attributes
+    ----------
+    factor : float
+        Part of the load at which it does; above 1 beyond the load.
+    cable : str
+    """
+
+    factor: float
+    cable: str
+
+
+@dataclass(frozen=True, repr=False)
+class CableResponse:
+    """A cable robot under a load on top of its weight.
+
+    Attributes
+    ----------
+    load : (n,) array
+        About the reference point, which it follows; it keeps its direction [N, N m].
+    before : CableStiffness
+        Without the load.
+    status : Status
+    carried : float
+        Part of the load up to which there is a stable rest; 1 for all of it.
+    displacement : (n,) array or None
+        Of the reference point [m], and rotation vector [rad]: not small for certain. None where the
+        load is not carried.
+    after : CableStiffness or None
+        Tensions and stiffness under the load, slack cables left out.
+    first_slack : SlackEvent or None
+        None where no cable becomes slack up to a hundred times the load, or up to where the
+        platform moves away.
+    beyond_limits : tuple of str
+        Cables whose tension is, a sentence each.
+    """
+
+    load: np.ndarray
+    before: CableStiffness
+    status: Status
+    carried: float
+    displacement: np.ndarray | None = None
+    after: CableStiffness | None = None
+    first_slack: SlackEvent | None = None
+    beyond_limits: tuple[str, ...] = ()
+
+    @property
+    def has_answer(self) -> bool:
+        """Whether the load is carried."""
+        return self.after is not None
+
+    @property
+    def tensions(self) -> np.ndarray:
+        """Tensions under the load (m,) [N]; zero for slack cables.
+
+        Raises
+        ------
+        NoAnswerError
+            When the load is not carried.
+        """
+        return self._answer().tensions
+
+    @property
+    def K(self) -> np.ndarray:
+        """Stiffness matrix under the load (n, n), of the cables that are taut.
+
+        Raises
+        ------
+        NoAnswerError
+            When the load is not carried.
+        """
+        return self._answer().K
+
+    @property
+    def slack(self) -> tuple[str, ...]:
+        """Cables that are slack under the load."""
+        after = self._answer()
+        return tuple(
+            name for name, axial in zip(after.cable_names, after.axial, strict=True) if axial == 0
+        )
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """Advice about this result, a sentence each."""
+        return (*self.beyond_limits, *self.status.advice)
+
+    def __repr__(self) -> str:
+        slack = f"slack {', '.join(self.slack) or 'none'}" if self.has_answer else "no rest"
+        return f"<CableResponse of {self.before.name!r}: {slack}, status {self.status}>"
+
+    def _repr_html_(self) -> str:
+        return cable_load_html(self)
+
+    def _answer(self) -> CableStiffness:
+        if self.after is None:
+            advice = " ".join(f"{line}." for line in self.advice)
+            raise NoAnswerError(
+                f"{self.before.name!r} does not carry the load ({self.status}): {advice}"
+            )
+        return self.after
+
+
+def status_of_cables(robot: CableRobot, tensions: np.ndarray) -> Status:
+    """What is to be said of tensions under a load (m,) [N]; those of slack cables are zero."""
+    status = Status.OK if np.all(tensions > 0) else Status.SLACK
+    return status | Status.BEYOND_LIMITS if any(beyond_limits(robot, tensions)) else status
+
+
+def beyond_limits(robot: CableRobot, tensions: np.ndarray) -> Iterator[str]:
+    """The taut cables whose tension (m,) [N] is beyond its limits, a sentence each."""
+    least, greatest = robot.tension_limits
+    for i in np.flatnonzero(_beyond(robot, np.where(tensions > 0, tensions, np.nan))):
+        yield (
+            f"the tension of {robot.cables[i].name!r} is {tensions[i]:.5g} N, "
+            f"outside its limits {least[i]:.5g} to {greatest[i]:.5g} N"
+        )
+
+
+def are_beyond_limits(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
+    """Whether some of the tensions (..., m) are beyond their limits (...); NaN are not."""
+    return np.any(_beyond(robot, tensions), axis=-1)
+
+
+def _beyond(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
+    """Which of the tensions (..., m) are."""
+    least, greatest = robot.tension_limits
+    return (tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9))

@@ -158,6 +158,19 @@ def cable_tensions(
             "cable robot", got=robot, expected="a CableRobot", hint='write load("cable-8")'
         )
     rule = _rule(robot, tensions)
+    level = getattr(rule, "level", None)
+    if level is None:
+        level = robot.tension_level
+    elif isinstance(level, bool) or not isinstance(level, int | float) or not 0 <= level <= 1:
+        raise InputError("level of the tensions", got=level, expected="0 to 1")
+    unbounded = [c.name for c in robot.cables if not np.isfinite(c.greatest_tension)]
+    if level > 0 and unbounded:
+        raise InputError(
+            "level of the tensions",
+            got=f"{level:g}, and no greatest tension of {unbounded[0]!r}",
+            expected="0 for this robot",
+            hint=f"write tensions={type(rule).__name__}(0), or give every cable a greatest tension",
+        )
     # A pose is read the same way for robots of legs and of cables.
     request = requested_pose(cast(Any, robot), pose)
     placed = place_cables(robot, request.R, request.coordinates[:, :3])
@@ -172,7 +185,7 @@ def cable_tensions(
         F=(F + weight_wrench(placed)) / s,
         least=least,
         greatest=greatest,
-        level=_level(robot, rule),
+        level=level,
     )
     values, status = rule.choose(problem)
     no_length = (placed.lengths <= _NO_LENGTH * length[:, None]).any(axis=-1)
@@ -184,7 +197,12 @@ def cable_tensions(
         name=robot.name,
         cable_names=tuple(robot.cable_names),
         pose=request.coordinates.reshape(*batch, 6),
-        placed=_reshaped(placed, batch, cables),
+        placed=replace(
+            placed,
+            attachments=placed.attachments.reshape(*batch, cables, 3),
+            reference_point=placed.reference_point.reshape(*batch, 3),
+            weight_point=placed.weight_point.reshape(*batch, 3),
+        ),
         wrench=F.reshape(*batch, n),
         values=np.where(feasible[:, None], values, 0.0).reshape(*batch, cables),
         status_codes=np.asarray(status, dtype=np.uint16).reshape(batch),
@@ -203,29 +221,3 @@ def _rule(robot: CableRobot, rule: TensionRule | None) -> TensionRule:
             hint = "write tensions=GivenTensions([...])"
         raise InputError("tensions", got=rule, expected="a rule that chooses them", hint=hint)
     return rule
-
-
-def _level(robot: CableRobot, rule: TensionRule) -> float:
-    level = getattr(rule, "level", None)
-    if level is None:
-        return robot.tension_level
-    if isinstance(level, bool) or not isinstance(level, int | float) or not 0 <= level <= 1:
-        raise InputError("level of the tensions", got=level, expected="0 to 1")
-    unbounded = [c.name for c in robot.cables if not np.isfinite(c.greatest_tension)]
-    if level > 0 and unbounded:
-        raise InputError(
-            "level of the tensions",
-            got=f"{level:g}, and no greatest tension of {unbounded[0]!r}",
-            expected="0 for this robot",
-            hint=f"write tensions={type(rule).__name__}(0), or give every cable a greatest tension",
-        )
-    return float(level)
-
-
-def _reshaped(placed: PlacedCables, batch: tuple[int, ...], cables: int) -> PlacedCables:
-    return replace(
-        placed,
-        attachments=placed.attachments.reshape(*batch, cables, 3),
-        reference_point=placed.reference_point.reshape(*batch, 3),
-        weight_point=placed.weight_point.reshape(*batch, 3),
-    )

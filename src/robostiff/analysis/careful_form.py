@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
@@ -31,6 +31,8 @@ from robostiff.model import PlacedLeg, Robot, Snapshot
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
+    from robostiff.analysis.linkage_stiffness import AskedConfigurations
+    from robostiff.analysis.robot_record import RecordedAnswer
     from robostiff.linkage import Linkage
     from robostiff.network import Network
 
@@ -79,25 +81,20 @@ def _advice_on(posture: Posture, finder: PostureFinder, tolerance: Tolerance) ->
             continue
         if any(_matters(finder, solver, posture.pose[i], q[i], tolerance) for i in rows):
             names.append(repr(solver.leg.name))
-    return (*_advice(names), *map(_of_moving_drives, moving))
-
-
-def _advice(names: list[str]) -> tuple[str, ...]:
-    if not names:
-        return ()
-    legs = f"leg {names[0]} reaches" if len(names) == 1 else f"legs {', '.join(names)} reach"
-    return (
-        f"{legs} the pose in several postures of different stiffness, and none was chosen: give "
-        "home coordinates to the joints, or joint coordinates close by: near=[...]",
-    )
-
-
-def _of_moving_drives(name: str) -> str:
-    return (
+    advice = [
         f"the drives of leg {name} can move while the platform stands still, and the pose alone "
         "does not say how it stands: the posture nearest to home is taken; choose one by joint "
         "coordinates close by: near=[...]"
-    )
+        for name in moving
+    ]
+    if names:
+        legs = f"leg {names[0]} reaches" if len(names) == 1 else f"legs {', '.join(names)} reach"
+        advice.insert(
+            0,
+            f"{legs} the pose in several postures of different stiffness, and none was chosen: "
+            "give home coordinates to the joints, or joint coordinates close by: near=[...]",
+        )
+    return tuple(advice)
 
 
 def _matters(
@@ -182,6 +179,12 @@ class AskedPoses:
         R = turn_by_vector(pose[..., 3:]) if given is None else given[rows]
         return pose[..., :3] + np.einsum("...ij,j->...i", R, self.finder.robot.reference_point)
 
+    def recorded(self) -> RecordedAnswer | None:
+        """What the record gives; None where there is none, or it does not pay yet."""
+        from robostiff.analysis.robot_record import recorded_answer
+
+        return recorded_answer(self.finder.robot, self)
+
     def placed(self, row: np.ndarray) -> Snapshot:
         """The robot in the world at one pose."""
         return self.posture(row.reshape(1)).snapshot.one(0)
@@ -195,9 +198,9 @@ class AskedPoses:
         return self._at(slice(None))
 
     def _at(self, rows: slice | np.ndarray) -> Posture:
-        if isinstance(self.request, np.ndarray):
-            return self.finder.at(self.numbers[rows], self.near)
-        return self.finder.at(self.request.part(rows), self.near)
+        asked = self.request
+        wanted = self.numbers[rows] if isinstance(asked, np.ndarray) else asked.part(rows)
+        return self.finder.at(wanted, self.near)
 
     def solved(self, rows: np.ndarray) -> RobotStiffness:
         """The careful form at some of the poses, with the shape of the rows."""
@@ -205,7 +208,14 @@ class AskedPoses:
         for start in range(0, max(flat.size, 1), CHUNK):
             posture = self.posture(flat[start : start + CHUNK])
             solved = solve_snapshot(posture.snapshot, self.method, self.tolerance)
-            parts.append((posture, _with_reach(solved, posture)))
+            reached, whole = posture.reached, solved.whole
+            status = (
+                np.where(reached, whole.status_codes, np.uint16(Status.UNREACHABLE))
+                | (reached & ~posture.within_limits) * np.uint16(Status.BEYOND_LIMITS)
+                | (reached & posture.undetermined) * np.uint16(Status.ILL_CONDITIONED)
+            )
+            whole = replace(whole, status_codes=np.asarray(status, dtype=np.uint16))
+            parts.append((posture, replace(solved, whole=whole)))
         return _joined(self.finder.robot, parts, rows.shape, self.method)
 
     def complaints(self, rows: np.ndarray, status: Status) -> tuple[str, ...]:
@@ -236,28 +246,17 @@ def careful_stiffness(
 
     For what is going to ask for legs, compliance or loads, and for what checks a record.
     """
-    check_arguments(robot, method, near, tolerance)
-    if isinstance(robot, Robot):
-        finder = posture_finder(robot)
-        asked = AskedPoses(finder, finder.request(pose), method, near, tolerance)
+    asked = asked_of(robot, pose, method, near, tolerance)
+    if asked is not None:
         rows = np.arange(len(asked.numbers)).reshape(asked.batch)
         result = asked.solved(rows)
-        return replace(result, complaints=asked.complaints(rows, result.status))
-    from robostiff.linkage import Linkage
-    from robostiff.network import Network
-
-    if isinstance(robot, Linkage):
-        from robostiff.analysis.linkage_stiffness import AskedConfigurations
-
-        configurations = AskedConfigurations.of(robot, pose, tolerance, method)
-        count = len(configurations.numbers)
-        return configurations.solved(np.arange(count).reshape(configurations.batch))
-    check_is_not_posed(robot, pose)
-    if isinstance(robot, Network):
+        complaints = (*result.complaints, *asked.complaints(rows, result.status))
+        return replace(result, complaints=complaints)
+    if not isinstance(robot, Snapshot):
         check_is_default(method, "network", robot.name)
         from robostiff.analysis.linkage_stiffness import network_stiffness
 
-        return network_stiffness(robot, tolerance)
+        return network_stiffness(cast("Network", robot), tolerance)
     solved = solve_snapshot(robot, method, tolerance)
     return RobotStiffness(
         name=robot.name,
@@ -272,6 +271,28 @@ def careful_stiffness(
         origin=solved.origin,
         leg_blocks=solved.leg_blocks,
     )
+
+
+def asked_of(
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Any,
+    method: Form,
+    near: Near,
+    tolerance: Tolerance,
+) -> AskedPoses | AskedConfigurations | None:
+    """Poses or configurations that are asked for; None of what has a pose of its own."""
+    check_arguments(robot, method, near, tolerance)
+    if isinstance(robot, Robot):
+        finder = posture_finder(robot)
+        return AskedPoses(finder, finder.request(pose), method, near, tolerance)
+    from robostiff.linkage import Linkage
+
+    if isinstance(robot, Linkage):
+        from robostiff.analysis.linkage_stiffness import AskedConfigurations
+
+        return AskedConfigurations.of(robot, pose, tolerance, method)
+    check_is_not_posed(robot, pose)
+    return None
 
 
 def check_is_default(method: Form, kind: str, name: str) -> None:
@@ -318,17 +339,6 @@ def check_arguments(robot: Any, method: Any, near: Near, tolerance: Any) -> None
             got=near,
             expected="none: only a robot of joints and legs has postures to choose from",
         )
-
-
-def _with_reach(solved: SnapshotStiffness, posture: Posture) -> SnapshotStiffness:
-    """Status of poses out of reach, and of actuators beyond their limits."""
-    whole = solved.whole
-    reached = posture.reached
-    status = np.where(reached, whole.status_codes, np.uint16(Status.UNREACHABLE))
-    beyond = reached & ~posture.within_limits
-    status = status | beyond * np.uint16(Status.BEYOND_LIMITS)
-    status = status | (reached & posture.undetermined) * np.uint16(Status.ILL_CONDITIONED)
-    return replace(solved, whole=whole.with_status(np.asarray(status, dtype=np.uint16)))
 
 
 def _joined(

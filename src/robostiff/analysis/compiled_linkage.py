@@ -68,27 +68,21 @@ class CompiledLinkage(CompiledStiffness):
     def _given(
         self, pose: DriveValues, parameters: Mapping[str, ArrayLike] | None
     ) -> tuple[Kernel, InputRows, np.ndarray, ParameterValues[Linkage]]:
-        rows = _one_a_row(self.driven, pose)
-        values = ParameterValues.of(self.driven.part, parameters, len(rows))
-        return self.kernel, _as_inputs(self.driven, rows, values), rows, values
+        driven, rows = self.driven, self.driven.rows(pose)
+        if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
+            rows = rows[:, 0]
+        if rows.ndim != 2:
+            n = len(driven.inputs)
+            raise InputError(
+                f"driven joints of {driven.part.name!r}",
+                got=f"shape {rows.shape[:-1]} of poses",
+                expected=f"numbers (N,) of each joint, or an array (N, {n}), one pose a row",
+            )
+        values = ParameterValues.of(driven.part, parameters, len(rows))
+        return self.kernel, _as_inputs(driven, rows, values), rows, values
 
     def _careful(self, robot: Linkage, pose: DriveValues, given: np.ndarray) -> RobotStiffness:
         return linkage_stiffness(replace(self.driven, part=robot), given)
-
-
-def _one_a_row(driven: DrivenLinkage, values: DriveValues) -> np.ndarray:
-    """Values of driven joints as rows (N, n) in the order of ``driven.inputs``."""
-    rows = driven.rows(values)
-    if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
-        rows = rows[:, 0]
-    if rows.ndim != 2:
-        n = len(driven.inputs)
-        raise InputError(
-            f"driven joints of {driven.part.name!r}",
-            got=f"shape {rows.shape[:-1]} of poses",
-            expected=f"numbers (N,) of each joint, or an array (N, {n}), one pose a row",
-        )
-    return rows
 
 
 def compile_linkage(

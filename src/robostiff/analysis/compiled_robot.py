@@ -13,6 +13,7 @@ from robostiff.analysis.careful_form import AskedPoses, careful_stiffness
 from robostiff.analysis.compiled_answer import (
     AtGeneralPoses,
     CompiledStiffness,
+    RecordedRanks,
     attempted,
     checked_outputs,
     closes,
@@ -26,7 +27,6 @@ from robostiff.analysis.kernel_inputs import (
     with_parameters,
 )
 from robostiff.analysis.measures import differences
-from robostiff.analysis.recorded_ranks import RecordedRanks
 from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import (
     Backend,
@@ -227,8 +227,18 @@ def recorded_and_compiled(
     recorded = record_robot(robot, finder, most)
     if _depends_on_what_is_held(recorded, robot, finder):
         recorded = record_at_joints(robot, finder, most)
+    # A derivative may need more of the closure than its Newton steps give.
+    iterated = recorded.joints and not robot.is_posed_by_joints
     for output in outputs:
-        _check_derivative(output, robot, recorded)
+        if not (iterated and isinstance(output, Derivative)):
+            continue
+        if recorded.closure is None or isinstance(output.of, Derivative):
+            raise InputError(
+                f"derivative {output.name}",
+                got=f"{robot.name!r}, whose legs are closed by iteration",
+                expected="first derivatives, of a robot with a kernel from pose to matrix",
+                hint="take differences of rs.stiffness at two poses instead",
+            )
     joint_kernel = None
     names = {coordinate.value for coordinate in ALL_COORDINATES}
     by_pose = any(isinstance(output, Derivative) and output.by in names for output in outputs)
@@ -241,29 +251,12 @@ def recorded_and_compiled(
     verified = is_trusted(recorded, inputs, finder)
     rank, status = recorded.factors.rank, recorded.status
     ranks = None
-    if outputs == (StiffnessMatrix(),) and recorded.closure is None and _is_about_itself(finder):
-        ranks = RecordedRanks.of(recorded)
+    if outputs == (StiffnessMatrix(),) and recorded.closure is None:
+        at = sample_postures(finder).snapshot
+        away = np.linalg.norm(at.reference_point - at.centre, axis=-1)
+        if np.all(away < _NEAR * at.characteristic_length):  # ranks are decided about this point
+            ranks = RecordedRanks.of(recorded)
     return CompiledRobot(rank, status, verified, kernel, robot, joint_kernel, ranks=ranks)
-
-
-def _is_about_itself(finder: PostureFinder) -> bool:
-    """Whether the reference point is so near that ranks are decided about it."""
-    at = sample_postures(finder).snapshot
-    away = np.linalg.norm(at.reference_point - at.centre, axis=-1)
-    return bool(np.all(away < _NEAR * at.characteristic_length))
-
-
-def _check_derivative(output: Output, robot: Robot, recorded: RecordedRobot) -> None:
-    """Raise where a derivative needs more of the closure than its Newton steps give."""
-    if not (isinstance(output, Derivative) and recorded.joints and not robot.is_posed_by_joints):
-        return
-    if recorded.closure is None or isinstance(output.of, Derivative):
-        raise InputError(
-            f"derivative {output.name}",
-            got=f"{robot.name!r}, whose legs are closed by iteration",
-            expected="first derivatives, of a robot with a kernel from pose to matrix",
-            hint="take differences of rs.stiffness at two poses instead",
-        )
 
 
 def _inputs_of(robot: Robot, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
@@ -354,8 +347,10 @@ def _agrees(
         rank, codes = answer.rank[own], answer.status_codes[own]
         for k, distance in differences(K, rank, codes, result, free=AskedPoses.free):
             if decided[k]:
-                numbers = np.concatenate([given[own[k]], values.rows[:, own[k]]])
-                raise DisagreementError(AskedPoses.opinions, distance, _place(robot, numbers))
+                place = f"{robot.name!r} at {given[own[k]].tolist()}"
+                for symbol, x in zip(robot.symbols, values.rows[:, own[k]].tolist(), strict=True):
+                    place += f", {symbol} = {x!r}"
+                raise DisagreementError(AskedPoses.opinions, distance, place)
             trusted = False
         regular[own] = ~_doubtful(careful_stiffness(other, part, tolerance=_STRICT))
     # One of them may be singular by chance: of an arm that is stretched out at home.
@@ -368,11 +363,3 @@ def _pose(robot: Robot, given: np.ndarray) -> JointCoordinates | np.ndarray:
 
 def _doubtful(result: RobotStiffness) -> np.ndarray:
     return (result.status_codes & int(Status.ILL_CONDITIONED)) != 0
-
-
-def _place(robot: Robot, numbers: np.ndarray) -> str:
-    """Robot, pose and values of parameters, to the last digit."""
-    names = [str(symbol) for symbol in robot.symbols]
-    pose, values = numbers[: len(numbers) - len(names)], numbers[len(numbers) - len(names) :]
-    given = "".join(f", {name} = {x!r}" for name, x in zip(names, values.tolist(), strict=True))
-    return f"{robot.name!r} at {pose.tolist()}{given}"

@@ -15,7 +15,7 @@ from robostiff.elastostatics import (
     scaling,
 )
 from robostiff.model import PlacedPlatform, Snapshot
-from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
+from robostiff.network.condensation import PlatformFlexibility, platform_flexibility
 from robostiff.spatial import Space, block_rotation, twist_transport
 
 

@@ -147,9 +147,15 @@ class KernelInputs:
         # A chain without joints has no coordinates, (N, 0).
         takes_joints = self.joints > 0 or not self.robot.legs[0].chain.size
         by_joints = isinstance(pose, JointCoordinates) and self.robot.is_serial and takes_joints
-        expected = self._pose_in_words
+        names = [coordinate.value for coordinate in self.robot.coordinates]
         if by_joints:
             expected = f"joint coordinates (N, {self.joints}), one pose a row"
+        elif names:
+            expected = f"an array (N, {len(names)}): {' '.join(names)}, one pose a row"
+        elif self._needs_joints:
+            expected = f"JointCoordinates of an array (N, {self.joints})"
+        else:
+            expected = "an array (N, 0): a structure has one pose"
         if isinstance(pose, JointCoordinates):
             if not by_joints:
                 raise InputError(
@@ -206,12 +212,3 @@ class KernelInputs:
     def _needs_joints(self) -> bool:
         """Whether nothing but joint coordinates poses it."""
         return self.robot.is_posed_by_joints and self.robot.legs[0].chain.size > 0
-
-    @property
-    def _pose_in_words(self) -> str:
-        names = [coordinate.value for coordinate in self.robot.coordinates]
-        if not names and self._needs_joints:
-            return f"JointCoordinates of an array (N, {self.joints})"
-        if not names:
-            return "an array (N, 0): a structure has one pose"
-        return f"an array (N, {len(names)}): {' '.join(names)}, one pose a row"

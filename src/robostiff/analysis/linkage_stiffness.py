@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -28,7 +29,7 @@ from robostiff.linkage import Configuration, DrivenLinkage, Linkage
 from robostiff.linkage.closure import as_rounded
 from robostiff.linkage.essential import network_of
 from robostiff.model import Joint
-from robostiff.network import Network, NetworkStiffness, compliance_between, condense
+from robostiff.network import Network, compliance_between, condense
 from robostiff.spatial import Space, as_floats
 
 
@@ -46,32 +47,23 @@ def network_stiffness(network: Network, tolerance: Tolerance) -> RobotStiffness:
     >>> network_stiffness(network, Tolerance())
     <RobotStiffness of 'rod' about (1, 0, 0) m, rank 6 of 6, status ok>
     """
-    solved = condense(network, tolerance)
+    solved, compliance = condense(network, tolerance), None
+    whole, tool = solved.whole, (network.platform, solved.origin)
+    if Status.RIGID_DIRECTION in whole.status and int(whole.rank) == whole.space.size:
+        with suppress(NoAnswerError):  # there is no K to invert
+            compliance = compliance_between(network, [tool], tolerance=tolerance)
     return RobotStiffness(
         name=network.name,
         pose=None,
         reference_point=network.reference_point,
-        about_reference=solved.whole,
+        about_reference=whole,
         legs=(),
         passive_joint_names=solved.freedom_names,
         method=StructuralAnalysis(),
         complaints=(),
-        serial_compliance=_compliance_where_rigid(network, solved, tolerance),
+        serial_compliance=compliance,
         origin=solved.origin,
     )
-
-
-def _compliance_where_rigid(
-    network: Network, solved: NetworkStiffness, tolerance: Tolerance
-) -> np.ndarray | None:
-    """Compliance about the origin where a direction is rigid, and there is no K to invert."""
-    whole = solved.whole
-    if Status.RIGID_DIRECTION not in whole.status or int(whole.rank) < whole.space.size:
-        return None
-    try:
-        return compliance_between(network, [(network.platform, solved.origin)], tolerance=tolerance)
-    except NoAnswerError:
-        return None
 
 
 #: What a difference between the two is between.
@@ -245,7 +237,7 @@ def linkage_stiffness(
     wholes = [
         _without_answer(len(names), driven.home.length, int(status), tolerance)
         if own is None
-        else own.about_reference.with_status(own.status_codes | status).reshaped((1,))
+        else replace(own.about_reference, status_codes=own.status_codes | status).reshaped((1,))
         for own, status in zip(solved, lost, strict=True)
     ]
     points = np.array([network.reference_point for network in networks]).reshape(-1, 3)
@@ -253,6 +245,13 @@ def linkage_stiffness(
     pose = [six_coordinates(frame.R, frame.p) for frame in frames]
     origins = [p if own is None else own.origin for p, own in zip(points, solved, strict=True)]
     nothing = _without_answer(0, driven.home.length, 0, tolerance)
+    compliance = None
+    if any(own is not None and own.serial_compliance is not None for own in solved):
+        compliance = np.full((len(solved), 6, 6), np.nan)
+        for C, own in zip(compliance, solved, strict=True):
+            if own is not None:
+                serial = own.serial_compliance
+                C[...] = own.about_reference.compliance if serial is None else serial
     return RobotStiffness(
         name=part.name,
         pose=np.array(pose).reshape(-1, 6),
@@ -262,7 +261,7 @@ def linkage_stiffness(
         passive_joint_names=names,
         method=StructuralAnalysis(),
         complaints=tuple(dict.fromkeys(reasons)),
-        serial_compliance=_where_rigid(solved),
+        serial_compliance=compliance,
         origin=np.array(origins).reshape(-1, 3),
         joint_coordinates={
             joint.name: np.array([one.coordinates[joint.name] for one in found])
@@ -299,15 +298,3 @@ def _without_answer(
         rigid=np.zeros((1, 6, 0)),
         tolerance=tolerance,
     )
-
-
-def _where_rigid(solved: Sequence[RobotStiffness | None]) -> np.ndarray | None:
-    """Compliance about the origins (N, 6, 6), NaN for none; None where no direction is rigid."""
-    if all(own is None or own.serial_compliance is None for own in solved):
-        return None
-    found = np.full((len(solved), 6, 6), np.nan)
-    for C, own in zip(found, solved, strict=True):
-        if own is not None:
-            serial = own.serial_compliance
-            C[...] = own.about_reference.compliance if serial is None else serial
-    return found

@@ -60,7 +60,12 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
     values = empty_batch((len(A),), (n,))
     for i in range(n):
         values[:, i] = a[i, i]
-    return _ascending(values)
+    for i in range(n):  # sorted without moving the poses in memory
+        for j in range(n - 1 - i):
+            low = np.minimum(values[:, j], values[:, j + 1])
+            values[:, j + 1] = np.maximum(values[:, j], values[:, j + 1])
+            values[:, j] = low
+    return values
 
 
 def _rotate(a: dict[tuple[int, int], np.ndarray], p: int, q: int, n: int) -> None:
@@ -80,17 +85,6 @@ def _rotate(a: dict[tuple[int, int], np.ndarray], p: int, q: int, n: int) -> Non
         if r not in (p, q):
             rp, rq = (min(r, p), max(r, p)), (min(r, q), max(r, q))
             a[rp], a[rq] = c * a[rp] - s * a[rq], s * a[rp] + c * a[rq]
-
-
-def _ascending(values: np.ndarray) -> np.ndarray:
-    """Sort up to three columns, without moving the poses in memory."""
-    n = values.shape[1]
-    for i in range(n):
-        for j in range(n - 1 - i):
-            low = np.minimum(values[:, j], values[:, j + 1])
-            values[:, j + 1] = np.maximum(values[:, j], values[:, j + 1])
-            values[:, j] = low
-    return values
 
 
 def principal_stiffnesses(K: np.ndarray, *, definite: bool = True) -> dict[str, np.ndarray]:

@@ -1,35 +1,40 @@
-"""What `stiffness` answers of a robot of joints and legs: at once, and when more is asked for."""
+"""What `stiffness` and `compliance` answer: at once, and when more is asked for."""
 
 from __future__ import annotations
 
 from dataclasses import fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.careful_form import (
     AskedPoses,
+    asked_of,
     careful_stiffness,
     check_arguments,
+    check_is_default,
 )
 from robostiff.analysis.result import RobotStiffness, points_given
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError, InputError
-from robostiff.kinematics import Near, Pose, posture_finder
+from robostiff.kinematics import Near, Pose
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space, move_stiffness
 
 if TYPE_CHECKING:
+    from robostiff.analysis.cable_stiffness import CableStiffness
     from robostiff.analysis.linkage_stiffness import AskedConfigurations
     from robostiff.analysis.robot_record import RecordedAnswer
     from robostiff.linkage import DriveValues, Linkage
+    from robostiff.model.cable import CableRobot
     from robostiff.network import Network
 
     Asked = AskedPoses | AskedConfigurations
+
 
 _FIELDS = tuple(field.name for field in fields(RobotStiffness))
 # Poses of a batch that are worked out together when they are asked for one by one.
@@ -72,8 +77,15 @@ class Details:
     def _solved(self, rows: np.ndarray) -> RobotStiffness:
         result = self.asked.solved(rows)
         if self._recorded is not None:
-            flat = rows.reshape(-1)
-            _check_agreement(self.asked, flat, self._recorded.reshaped((-1,))[flat], result)
+            from robostiff.analysis.measures import differences
+
+            asked, flat = self.asked, rows.reshape(-1)
+            own = self._recorded.reshaped((-1,))[flat]
+            for i, distance in differences(
+                own.K, own.rank, own.status_codes, result, free=asked.free
+            ):
+                place = asked.numbers[flat[i]].tolist()
+                raise DisagreementError(asked.opinions, distance, f"{asked.name!r} at {place}")
         return result
 
 
@@ -236,32 +248,141 @@ def answered_at(
     by_record: bool = False,
 ) -> RobotStiffness:
     """As `stiffness`, by the record where that pays or, as it is left out, by the careful form."""
-    check_arguments(robot, method, near, tolerance)
-    if isinstance(robot, Robot):
-        from robostiff.analysis.robot_record import recorded_answer
-
-        finder = posture_finder(robot)
-        asked = AskedPoses(finder, finder.request(cast("Pose", pose)), method, near, tolerance)
-        recorded = recorded_answer(robot, asked) if by_record else None
-        return PosedStiffness.of(asked, recorded).about(at)
-    from robostiff.linkage import Linkage
-
-    if isinstance(robot, Linkage):
-        from robostiff.analysis.linkage_stiffness import AskedConfigurations
-
-        configurations = AskedConfigurations.of(robot, pose, tolerance, method)
-        recorded = configurations.recorded() if by_record else None
-        return PosedStiffness.of(configurations, recorded).about(at)
-    return careful_stiffness(robot, pose, method=method, tolerance=tolerance).about(at)
+    asked = asked_of(robot, pose, method, near, tolerance)
+    if asked is None:
+        return careful_stiffness(robot, pose, method=method, tolerance=tolerance).about(at)
+    return PosedStiffness.of(asked, asked.recorded() if by_record else None).about(at)
 
 
-def _check_agreement(
-    asked: Asked, rows: np.ndarray, recorded: RecordedAnswer, careful: RobotStiffness
-) -> None:
-    """Raise where the record and the careful form give different results at a pose."""
-    from robostiff.analysis.measures import differences
+@overload
+def stiffness(
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
+    *,
+    method: Form = DEFAULT_METHOD,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> RobotStiffness: ...
+@overload
+def stiffness(
+    robot: CableRobot,
+    pose: Pose = None,
+    *,
+    at: ArrayLike | None = None,
+    near: None = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> CableStiffness: ...
+def stiffness(
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    pose: Pose | DriveValues = None,
+    *,
+    method: Form = DEFAULT_METHOD,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> RobotStiffness | CableStiffness:
+    """Cartesian stiffness matrix K_C of a robot at a pose or a batch of poses, F = K_C t.
 
-    K, rank, codes = recorded.K, recorded.rank, recorded.status_codes
-    for i, distance in differences(K, rank, codes, careful, free=asked.free):
-        place = asked.numbers[rows[i]].tolist()
-        raise DisagreementError(asked.opinions, distance, f"{asked.name!r} at {place}")
+    Each leg's stiffness comes from its compliance and its passive joints by `method`; the legs are
+    summed about the reference point, eq. (12). World axes.
+
+    Parameters
+    ----------
+    robot : Robot, Snapshot, Network, Linkage or CableRobot
+    pose : RigidTransform, array, JointCoordinates, mapping or None
+        Platform pose; coordinates (..., 6) as x, y, z [m] and rotation vector [rad], or the free
+        coordinates of the robot, the others following from the legs; joint coordinates for a serial
+        arm; None for home. A snapshot and a network have their own pose. Of a linkage coordinates
+        of joints by name, numbers (...) each, or those of all actuated joints (..., n); the other
+        joints follow, as in ``linkage.network_at``.
+    method : Form
+        ``WrenchBasis()`` (default), ``Block()``, ``Recursive()``, ``SaddlePoint()``,
+        ``IndexRules()``. A network is solved as a whole, without any of them.
+    at : (3,) or (..., 3) array, optional
+        Point of the platform about which the matrix is given, in world coordinates [m]; the robot's
+        reference point when left out.
+    near : joint coordinates, optional
+        Of all legs, in a row or leg by leg [m, rad]: the posture nearest to them is taken. When
+        left out, it is the assembly mode of the home configuration.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    RobotStiffness
+        Of a cable robot a `CableStiffness`, as `cable_stiffness` answers it.
+
+    Raises
+    ------
+    InputError
+        When the pose does not fit the robot, or a planar robot leaves the plane.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> result = rs.stiffness(rs.load("gough-stewart-a"))
+    >>> int(result.rank)
+    3
+    >>> print(result.free_motions[0])
+    rotation about x through (0, 0, 2) m
+    >>> linkage = rs.load_linkage("double-pantograph")
+    >>> rs.stiffness(linkage, {"screw": [-0.1, 0, 0.2]}).rank
+    array([ 6,  6, -1])
+    """
+    if not isinstance(robot, Robot):
+        from robostiff.model.cable import CableRobot
+
+        if isinstance(robot, CableRobot):
+            check_arguments(robot, method, near, tolerance)
+            check_is_default(method, "cable robot", robot.name)
+            from robostiff.analysis.cable_stiffness import cable_stiffness
+
+            return cable_stiffness(robot, cast("Pose", pose), at=at, tolerance=tolerance)
+    return answered_at(
+        robot, pose, at, method=method, near=near, tolerance=tolerance, by_record=True
+    )
+
+
+def compliance(
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    pose: Pose | DriveValues = None,
+    *,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> np.ndarray:
+    """Cartesian compliance matrix of a robot, t = C F (..., n, n) [m/N, 1/N, rad/(N m)].
+
+    Parameters as for `stiffness`, a batch of poses among them. It follows from the wrenches of the
+    legs by least energy; K is not inverted.
+
+    Returns
+    -------
+    (..., n, n) array
+        Of a batch in which some poses have no compliance a masked array, in which those are masked;
+        ``stiffness(robot, poses).status_codes`` says why.
+
+    Raises
+    ------
+    NoAnswerError
+        When the platform has free motions at a single pose, or cannot reach it, with the advice of
+        the status.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> C = rs.compliance(rs.load("gough-stewart-b"))
+    >>> C.shape
+    (6, 6)
+    """
+    from robostiff.model.cable import CableRobot
+
+    if isinstance(robot, CableRobot):
+        check_arguments(robot, DEFAULT_METHOD, near, tolerance)
+        from robostiff.analysis.cable_stiffness import cable_stiffness
+
+        return cable_stiffness(
+            robot, cast("Pose", pose), at=at, tolerance=tolerance
+        ).required_compliance()
+    result = answered_at(robot, pose, at, near=near, tolerance=tolerance)
+    return result.required_compliance()

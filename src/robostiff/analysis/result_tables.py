@@ -27,9 +27,8 @@ from robostiff.markup import (
 )
 
 if TYPE_CHECKING:
-    from robostiff.analysis.cable_stiffness import CableStiffness
+    from robostiff.analysis.cable_stiffness import CableResponse, CableStiffness
     from robostiff.analysis.deflection_under_load import Deflection, PartShare
-    from robostiff.analysis.loaded_cables import CableResponse
     from robostiff.analysis.result import RobotStiffness
     from robostiff.analysis.verification import Verification
     from robostiff.spatial import Space
@@ -179,30 +178,17 @@ def actuator_table(result: Deflection) -> Table | None:
 MOST_PARTS = 10
 
 
-def stiffness_html(result: RobotStiffness) -> str:
-    """K with labels and units, rank, free motions and advice; of a batch, how many have K."""
+def stiffness_html(result: RobotStiffness | CableStiffness, more: Block | None = None) -> str:
+    """K with labels and units, rank, free motions, `more` and advice; of a batch, how many."""
     if result.batch_shape:
         return element("p", escaped(repr(result)))
     blocks: list[Block | None] = []
     if np.all(result.answered):
         blocks.append(stiffness_matrix(result))
-    if Status.UNREACHABLE not in result.status:
+    if result.rank >= 0:
         blocks.append(Paragraph(f"rank {int(result.rank)} of {result.space.size}"))
         blocks.append(free_motion_table(result))
-    blocks.append(Bullets(tuple(result.advice)))
-    return element("div", head_html(result, result.status) + blocks_html(blocks))
-
-
-def cable_stiffness_html(result: CableStiffness) -> str:
-    """K with labels and units, rank, free motions, tensions and advice; of a batch, how many."""
-    if result.batch_shape:
-        return element("p", escaped(repr(result)))
-    blocks: list[Block | None] = []
-    if np.all(result.answered):
-        rank = Paragraph(f"rank {int(result.rank)} of {result.space.size}")
-        motions = free_motion_table(result)
-        blocks += [stiffness_matrix(result), rank, motions, tension_table(result)]
-    blocks.append(Bullets(tuple(result.advice)))
+    blocks += [more, Bullets(tuple(result.advice))]
     return element("div", head_html(result, result.status) + blocks_html(blocks))
 
 

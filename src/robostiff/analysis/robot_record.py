@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -90,7 +91,10 @@ class KeptRecord:
             self._asked += self._costs.a_call + count
             if self._asked < self._costs.pays:
                 return None
-            self._compiled, self._is_tried = _answered(self._make), True
+            with suppress(InputError, NoAnswerError):
+                made = self._make()
+                self._compiled = made if made is not None and made.verified else None
+            self._is_tried = True
         compiled = self._compiled
         if compiled is None:
             return None
@@ -163,12 +167,3 @@ def _compiled(robot: Robot) -> CompiledRobot:
     return recorded_and_compiled(
         robot.numeric, (StiffnessMatrix(),), (), Backend.ARRAYS, _MOST_OPERATIONS
     )
-
-
-def _answered(make: Callable[[], Any]) -> Any:
-    """A kernel; None where there is none, or one that nothing is left to."""
-    try:
-        compiled = make()
-    except (InputError, NoAnswerError):
-        return None
-    return compiled if compiled is not None and compiled.verified else None

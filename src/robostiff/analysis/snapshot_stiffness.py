@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -60,10 +60,7 @@ class LegMatrices:
 
     def wrenches(self, length: np.ndarray, tolerance: Tolerance) -> LegWrenches:
         """Transmitted wrenches and their energy, in coordinates scaled by a length [m]."""
-
-        def felt(W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            return self.felt(W, length)
-
+        felt = partial(self.felt, length=length)
         return leg_wrenches(self.J_q, felt, length, tolerance, self.present)
 
     def felt(self, W: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -108,10 +105,8 @@ class LegMatrices:
     @property
     def doubtful(self) -> np.ndarray:
         """Where rounding blurs which motions a block leaves free (...)."""
-        doubt = np.zeros(self.J_q.shape[:-2], dtype=bool)
-        for block in self.blocks:
-            doubt = doubt | block.doubtful
-        return doubt
+        none = np.zeros(self.J_q.shape[:-2], dtype=bool)
+        return np.logical_or.reduce([none, *(block.doubtful for block in self.blocks)])
 
 
 @dataclass(frozen=True)
@@ -234,8 +229,20 @@ def _solved_together(
     # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
     of_parts = in_order(together, [_length_of_parts(own.leg, own.each(length)) for own in together])
     length = np.where(length > tolerance.independence * np.max(of_parts, axis=0), length, 0.0)
-    origin = _origin(snapshot, length)
-    problems = _legs(snapshot, together, origin, np.where(length > 0, length, 1.0), tolerance)
+    # About the reference point, or amid the legs where that is far away; from a robot that is all
+    # in one point every other is far away.
+    origin, centre = snapshot.reference_point, snapshot.centre
+    far = np.linalg.norm(origin - centre, axis=-1) > _FAR * length
+    if np.any(far):
+        origin = np.where(far[..., None], centre, origin)
+
+    def matrices(scale: np.ndarray) -> list[LegMatrices]:
+        return [
+            leg_matrices(own.leg, own.each(origin), snapshot.space, own.each(scale), tolerance)
+            for own in together
+        ]
+
+    problems = matrices(np.where(length > 0, length, 1.0))
     if not np.all(length > 0):  # all in one point: a length from the springs
         own = [matrix_length(one.C, one.J_q) for one in problems]
         of_springs = np.max(in_order(together, own), axis=0)
@@ -243,7 +250,7 @@ def _solved_together(
         arms = _ROUNDING * np.max(np.abs(snapshot.centre), axis=-1)
         of_springs = np.where(of_springs > arms, of_springs, 1.0)
         length = np.where(length > 0, length, of_springs)
-        problems = _legs(snapshot, together, origin, length, tolerance)
+        problems = matrices(length)
     reported = {
         i: one.reported_names
         for own, one in zip(together, problems, strict=True)
@@ -293,16 +300,6 @@ def _solved(leg: LegMatrices, method: Form, tolerance: Tolerance) -> CartesianSt
     return replace(solved, redundant=redundant, status_codes=np.asarray(status, dtype=np.uint16))
 
 
-def _origin(snapshot: Snapshot, length: np.ndarray) -> np.ndarray:
-    """Where to compute: at the reference point, or amid the legs where that is far away.
-
-    From a robot that is all in one point every other is far away.
-    """
-    reference, centre = snapshot.reference_point, snapshot.centre
-    far = np.linalg.norm(reference - centre, axis=-1) > _FAR * length
-    return np.where(far[..., None], centre, reference) if np.any(far) else reference
-
-
 def _length_of_parts(leg: PlacedLeg, at_poses: np.ndarray) -> np.ndarray:
     """Largest length that a spring has by itself, sqrt(tr C_tt / tr C_rr) (...) [m]; 0 for none."""
     longest = np.zeros(at_poses.shape)
@@ -313,17 +310,3 @@ def _length_of_parts(leg: PlacedLeg, at_poses: np.ndarray) -> np.ndarray:
         own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
         longest = np.maximum(longest, own)
     return longest
-
-
-def _legs(
-    snapshot: Snapshot,
-    together: Sequence[LegsTogether],
-    origin: np.ndarray,
-    length: np.ndarray,
-    tolerance: Tolerance,
-) -> list[LegMatrices]:
-    space = snapshot.space
-    return [
-        leg_matrices(own.leg, own.each(origin), space, own.each(length), tolerance)
-        for own in together
-    ]

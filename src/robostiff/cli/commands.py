@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from robostiff.analysis.posed_stiffness import stiffness
 from robostiff.analysis.result import RobotStiffness
-from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.cli.command import BAD_STATUS, answered, slips
 from robostiff.cli.options import Answer, Length, Model, Posing
 from robostiff.cli.options_of_answers import CheckDetails, Method, WrittenLoads, WrittenTensions

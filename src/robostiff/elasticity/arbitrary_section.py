@@ -73,10 +73,6 @@ def section_from_sectionproperties(analysis: Section) -> CrossSection:
         analysis.calculate_geometric_properties()
     if properties.j is None:
         analysis.calculate_warping_properties()
-    return _cross_section(analysis)
-
-
-def _cross_section(analysis: Section) -> CrossSection:
     area = float(analysis.get_area())
     if analysis.is_composite():
         E = analysis.materials[0].elastic_modulus
@@ -89,9 +85,9 @@ def _cross_section(analysis: Section) -> CrossSection:
         shear_x, shear_y = analysis.get_as()
 
     if abs(ixy) > _PRODUCT_OF_INERTIA * math.sqrt(ixx * iyy):
-        # from x to the nearer principal axis: tan 2a = -2 Ixy / (Ixx - Iyy)
+        # From x to the nearer principal axis: tan 2a = -2 Ixy / (Ixx - Iyy).
         angle = math.degrees(0.5 * math.atan2(-2 * ixy, ixx - iyy))
-        angle -= math.copysign(90, angle) if abs(angle) > 45 else 0
+        angle -= math.copysign(90, angle) if abs(angle) > 45 else 0.0
         raise InputError(
             f"axes of the analysed section (Ixx {ixx:.4g}, Iyy {iyy:.4g}), product of inertia Ixy",
             got=float(ixy),

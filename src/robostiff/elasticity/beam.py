@@ -275,7 +275,13 @@ def tapered_compliance(
     """
     if len(segments) == 0:
         raise InputError("segments of the beam", got=segments, expected="at least one segment")
-    pieces = [_segment(index, segment) for index, segment in enumerate(segments)]
+    pieces: list[BeamSegment] = []
+    for index, segment in enumerate(segments):
+        subject = f"segment {index} of the beam"
+        if not (isinstance(segment, tuple) and len(segment) == 3):
+            raise InputError(subject, got=segment, expected="(length, material, section)")
+        length = positive_numbers(f"length of {subject}", segment[0], "m")
+        pieces.append(BeamSegment(length, segment[1], segment[2]))
     compliances = exact_arrays(*(beam_compliance(*piece, theory) for piece in pieces))
     total: NDArray | None = None
     to_tip: Any = np.zeros((), dtype=compliances[0].dtype)
@@ -284,14 +290,3 @@ def tapered_compliance(
         total = moved if total is None else total + moved
         to_tip = to_tip + (exact_number(length) if own.dtype == object else np.asarray(length))
     return np.asarray(total)
-
-
-def _segment(index: int, segment: object) -> BeamSegment:
-    if not (isinstance(segment, tuple) and len(segment) == 3):
-        raise InputError(
-            f"segment {index} of the beam",
-            got=segment,
-            expected="(length, material, section)",
-        )
-    length = positive_numbers(f"length of segment {index} of the beam", segment[0], "m")
-    return BeamSegment(length, *segment[1:])

@@ -1,4 +1,4 @@
-"""Springs given by a full 6x6 matrix: from finite elements, a measurement or a data sheet."""
+"""Springs given by a full 6x6 matrix, of numbers (finite elements, measurements) or of formulas."""
 
 from __future__ import annotations
 
@@ -9,16 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robostiff.elasticity.bounds import Bounds
-from robostiff.elasticity.matrix_of_formulas import (
-    COMPLIANCE,
-    STIFFNESS,
-    MatrixKind,
-    inverse_of_formulas,
-    symmetric_formulas,
-)
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
 from robostiff.spatial import (
+    Space,
     as_floats,
     block_rotation,
     move_compliance,
@@ -27,6 +21,98 @@ from robostiff.spatial import (
     twist_transport,
 )
 from robostiff.spatial.formula import Entries, exact_arrays, formula_array
+
+_TWIST, _WRENCH = Space.SPATIAL.twist_order, Space.SPATIAL.wrench_order
+
+
+@dataclass(frozen=True)
+class MatrixKind:
+    """Name, units and order of rows and columns of one kind of 6x6 matrix."""
+
+    name: str
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    unit: str
+
+    def entry(self, matrix: np.ndarray, i: int, j: int) -> str:
+        """An entry as text: ``[Fx, dy] = 3``."""
+        return f"[{self.rows[i]}, {self.columns[j]}] = {matrix[i, j]:.10g}"
+
+
+STIFFNESS = MatrixKind("stiffness matrix", rows=_WRENCH, columns=_TWIST, unit="N/m")
+COMPLIANCE = MatrixKind("compliance matrix", rows=_TWIST, columns=_WRENCH, unit="m/N")
+
+
+def symmetric_formulas(matrix: np.ndarray, kind: MatrixKind) -> tuple[Bounds, ...]:
+    """What is positive where it is semidefinite; InputError unless it is 6x6 and symmetric."""
+    import sympy as sp
+
+    if matrix.shape != (6, 6):
+        raise InputError(f"shape of the {kind.name}", got=matrix.shape, expected="(6, 6)")
+    for i, j in np.ndindex(6, 6):
+        difference: Any = matrix[i, j] - matrix[j, i]
+        if sp.simplify(difference) != 0:
+            raise InputError(
+                f"{kind.name}, entries [{kind.rows[i]}, {kind.columns[j]}] = {matrix[i, j]} and "
+                f"[{kind.rows[j]}, {kind.columns[i]}] = {matrix[j, i]}",
+                expected="a symmetric matrix",
+            )
+    expected = "no negative eigenvalue: a spring does not push in the direction it is pulled"
+    bounds = []
+    for block in _blocks(matrix):
+        held: list[int] = []
+        for i in block:
+            rows = [*held, i]
+            minor: Any = sp.Matrix(matrix[np.ix_(rows, rows)]).det(method="berkowitz")
+            if sp.simplify(minor) != 0:
+                names = ", ".join(kind.rows[j] for j in rows)
+                words = f"determinant of the rows {names} of the {kind.name}"
+                may_vanish = kind is COMPLIANCE and not held  # a rigid direction
+                bounds.append(Bounds(words, minor, expected=expected, or_at=may_vanish))
+                held = rows
+            elif not held and len(block) > 1:
+                entry = f"entry [{kind.rows[i]}, {kind.columns[i]}] = 0"
+                raise InputError(f"{kind.name}, {entry}", expected=expected)
+    return tuple(bounds)
+
+
+def inverse_of_formulas(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Compliance (6, 6) and freedoms (6, k) of K; None where a coupled block is singular."""
+    import sympy as sp
+
+    zero = sp.Integer(0)
+    C, free = np.full((6, 6), zero, dtype=object), []
+    for block in _blocks(K):
+        if len(block) == 1 and K[block[0], block[0]] == 0:
+            free.append(block[0])
+            continue
+        part = sp.Matrix(K[np.ix_(block, block)])
+        determinant: Any = part.det(method="berkowitz")
+        if sp.simplify(determinant) == 0:
+            return None
+        inverse = part.inv(method="ADJ").applyfunc(sp.cancel)
+        C[np.ix_(block, block)] = np.array(inverse.tolist(), dtype=object)
+    freedoms = np.full((6, len(free)), zero, dtype=object)
+    for column, row in enumerate(free):
+        freedoms[row, column] = sp.Integer(1)
+    return C, freedoms
+
+
+def _blocks(K: np.ndarray) -> list[list[int]]:
+    """Rows that are coupled with each other, block by block."""
+    left, blocks = list(range(6)), []
+    while left:
+        block: list[int] = []
+        reached: list[Any] = [left[0]]
+        while reached:
+            i = reached.pop()
+            if i in left:
+                left.remove(i)
+                block.append(i)
+                reached += [j for j in left if K[i, j] != 0]
+        blocks.append(sorted(block))
+    return blocks
+
 
 Matrix = NDArray[np.float64]
 
@@ -124,6 +210,9 @@ def _in_words(vector: Matrix, names: tuple[str, ...]) -> str:
     for k in large[1:]:
         words += f" {'+' if sign * vector[k] > 0 else '-'} {abs(vector[k]):.2f} {names[k]}"
     return words
+
+
+_ROTATION = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"
 
 
 def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
@@ -255,7 +344,14 @@ def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elastic
     """
     R = formula_array(rotation)
     if R is None:
-        R = _checked_rotation(rotation)
+        subject, expected = "rotation of the spring", _ROTATION
+        R = as_floats(subject, rotation, expected, shape=(3, 3))
+        error = float(np.abs(R.T @ R - np.eye(3)).max())
+        if error > 1e-9:
+            raise InputError(f"{subject}, R^T R off the identity by {error:.3g}", expected=expected)
+        if np.linalg.det(R) < 0:
+            hint = "these axes are left-handed: reverse one of them"
+            raise InputError(f"{subject}, determinant -1", expected=expected, hint=hint)
     v = formula_array(offset)
     if v is None:
         v = as_floats("offset of the spring", offset, "three finite numbers [m]", "m", (3,))
@@ -314,20 +410,3 @@ def _leading_rows(basis: Matrix) -> NDArray[np.intp]:
         along = rest[rows[k]] / np.sqrt(squares[rows[k]])
         rest = rest - np.outer(rest @ along, along)
     return np.sort(rows)
-
-
-def _checked_rotation(rotation: Entries) -> NDArray[np.float64]:
-    expected = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"
-    R = as_floats("rotation of the spring", rotation, expected, shape=(3, 3))
-    error = float(np.abs(R.T @ R - np.eye(3)).max())
-    if error > 1e-9:
-        raise InputError(
-            f"rotation of the spring, R^T R off the identity by {error:.3g}", expected=expected
-        )
-    if np.linalg.det(R) < 0:
-        raise InputError(
-            "rotation of the spring, determinant -1",
-            expected=expected,
-            hint="these axes are left-handed: reverse one of them",
-        )
-    return R

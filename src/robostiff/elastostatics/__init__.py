@@ -6,14 +6,17 @@ paper and used with anybody's Jacobians. One file a form: eq. (7) ``saddle_point
 summed by ``aggregation``, eq. (12). Ranks are decided in ``tolerance`` alone.
 """
 
-from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
+from robostiff.elastostatics.aggregation import (
+    CoupledLegs,
+    aggregate,
+    aggregate_matrices,
+    couple_legs,
+)
 from robostiff.elastostatics.block import Block, eliminate_block
 from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
-from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
-from robostiff.elastostatics.flexible_platform import CoupledLegs, couple_legs
+from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, LeastEnergy, least_energy
 from robostiff.elastostatics.index_rules import IndexRules, eliminate_index, eliminate_quasi_trivial
-from robostiff.elastostatics.least_energy import LeastEnergy, least_energy
 from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, solved_leg
 from robostiff.elastostatics.parallel_block import BlockCompliance, block_compliance
 from robostiff.elastostatics.recursive import Recursive, eliminate_joint

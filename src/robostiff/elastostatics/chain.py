@@ -68,8 +68,12 @@ def chain_stiffness(
         as_floats("compliance of the chain", C, "numbers (..., n, n)"),
         as_floats("passive joint Jacobian", J_q, "numbers (..., n, q), one column a joint"),
     )
-    L = matrix_length(C, J_q) if length is None else _checked_length(length, C.shape[:-2])
-    return solve_chain(C, J_q, form, L, tolerance)
+    if length is None:
+        return solve_chain(C, J_q, form, matrix_length(C, J_q), tolerance)
+    L = as_floats("characteristic length", length, "positive metres", "m")
+    if not np.all(L > 0) or (L.ndim and L.shape != C.shape[:-2]):
+        raise InputError("characteristic length", got=length, expected="positive metres")
+    return solve_chain(C, J_q, form, np.broadcast_to(L, C.shape[:-2]), tolerance)
 
 
 def solve_chain(
@@ -105,17 +109,27 @@ def solve_chain(
     K = 0.5 * (answer.K + np.swapaxes(answer.K, -1, -2)) * scale
     # Directions that joints free entirely keep no rounding.
     K = np.where((transmitted > 0)[..., None, None], K, 0.0)
+    # Between rounding and the limit, a dropped joint may be independent.
+    doubtful = np.any(tolerance.leaves_in_doubt(margins), axis=-1)
+    doubtful |= ~problem.rigid & (problem.compliance_ratio <= tolerance.near_rigidity)
     status = (
         (transmitted < space.size) * int(Status.FREE_MOTIONS)
         | problem.dependent * int(Status.REDUNDANT_JOINTS)
         | problem.rigid * int(Status.RIGID_DIRECTION)
-        | _doubtful(problem) * int(Status.ILL_CONDITIONED)
+        | doubtful * int(Status.ILL_CONDITIONED)
     )
     if answer.refused is not None:
         status = status | answer.refused * int(Status.FORM_DOES_NOT_HOLD)
     if answer.doubtful is not None:
         kept = True if answer.refused is None else ~answer.refused
         status = status | (answer.doubtful & kept) * int(Status.ILL_CONDITIONED)
+    # Combinations of the transmitted wrenches that meet no compliance, zero columns elsewhere.
+    rigid = np.zeros((*W.shape[:-1], 0))
+    if np.any(problem.rigid):
+        rigid, trace = np.zeros(W.shape), np.trace(problem.C, axis1=-2, axis2=-1)[..., None]
+        values, modes = np.linalg.eigh(np.swapaxes(W, -1, -2) @ problem.C @ W)
+        lost = values <= tolerance.rigidity * trace
+        rigid[problem.rigid] = (W @ np.where(lost[..., None, :], modes, 0.0))[problem.rigid]
     return CartesianStiffness(
         matrix=np.broadcast_to(K, C.shape),
         status_codes=np.asarray(status, dtype=np.uint16),
@@ -123,32 +137,10 @@ def solve_chain(
         held=W,
         redundant=redundant,
         length=length,
-        rigid=_rigid_wrenches(problem),
+        rigid=rigid,
         tolerance=tolerance,
         reason=answer.reason,
     )
-
-
-def _doubtful(problem: ChainProblem) -> np.ndarray:
-    """Where a joint is nearly redundant, or a transmitted wrench nearly rigid (...)."""
-    tolerance, margins = problem.tolerance, problem.margins
-    # Between rounding and the limit, a dropped joint may be independent.
-    nearly_redundant = tolerance.leaves_in_doubt(margins)
-    nearly_rigid = ~problem.rigid & (problem.compliance_ratio <= tolerance.near_rigidity)
-    return nearly_rigid | np.any(nearly_redundant, axis=-1)
-
-
-def _rigid_wrenches(problem: ChainProblem) -> np.ndarray:
-    """Combinations of the transmitted wrenches that meet no compliance, zero columns elsewhere."""
-    W, rigid = problem.W, problem.rigid
-    if not np.any(rigid):
-        return np.zeros((*W.shape[:-1], 0))
-    wrenches = np.zeros(W.shape)
-    trace = np.trace(problem.C, axis1=-2, axis2=-1)[..., None]
-    values, modes = np.linalg.eigh(np.swapaxes(W, -1, -2) @ problem.C @ W)
-    lost = values <= problem.tolerance.rigidity * trace
-    wrenches[rigid] = (W @ np.where(lost[..., None, :], modes, 0.0))[rigid]
-    return wrenches
 
 
 def _checked(C: np.ndarray, J_q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -181,10 +173,3 @@ def _checked(C: np.ndarray, J_q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         np.broadcast_to(C, (*batch, *C.shape[-2:])),
         np.broadcast_to(J_q, (*batch, *J_q.shape[-2:])),
     )
-
-
-def _checked_length(length: ArrayLike, batch: tuple[int, ...]) -> np.ndarray:
-    L = as_floats("characteristic length", length, "positive metres", "m")
-    if not np.all(L > 0) or (L.ndim and L.shape != batch):
-        raise InputError("characteristic length", got=length, expected="positive metres")
-    return np.broadcast_to(L, batch)

@@ -34,7 +34,11 @@ def smallest_compliance(
     idle = np.eye(m) - np.where(A > 0, 1.0, 0.0) * np.eye(m)
     held = np.where(trace > 0, trace, 1.0)[..., None, None]
     A = product(transposed(W), product(C, W)) / held + idle
-    ratio = _smallest_eigenvalue(A)
+    bound = np.atleast_1d(_determinant_bound(A))
+    doubtful = bound < _CERTAIN
+    if np.any(doubtful):
+        bound[doubtful] = np.linalg.eigvalsh(A.reshape(*bound.shape, m, m)[doubtful])[..., 0]
+    ratio = bound.reshape(A.shape[:-2])
     return np.where(trace > 0, ratio, np.where(idle.any((-1, -2)), ratio, 0.0))
 
 
@@ -89,15 +93,6 @@ def smallest_held_stiffness(
         value[doubtful] = np.take_along_axis(eigenvalues, place, axis=-1)[:, 0]
         value[held == 0] = 1.0
     return value.reshape(K.shape[:-2])
-
-
-def _smallest_eigenvalue(A: np.ndarray) -> np.ndarray:
-    bound = np.atleast_1d(_determinant_bound(A))
-    doubtful = bound < _CERTAIN
-    if np.any(doubtful):
-        stack = A.reshape(*bound.shape, *A.shape[-2:])
-        bound[doubtful] = np.linalg.eigvalsh(stack[doubtful])[..., 0]
-    return bound.reshape(A.shape[:-2])
 
 
 def _determinant_bound(A: np.ndarray) -> np.ndarray:

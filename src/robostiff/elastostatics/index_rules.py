@@ -102,32 +102,22 @@ class IndexRules:
             (oblique, NOT_ALONG_AXES),
             (problem.nearly_dependent, J_NEARLY_DEPENDENT),
         )
-        K = problem.K0
+        K = problem.K0.copy()
         for i in range(J_q.shape[-1]):
             # Poses may differ in the axis of a joint: each coordinate in turn takes its own.
             for p in range(J_q.shape[-2]):
                 own = turns[..., p - t, i] if p >= t else moves[..., p, i] & ~turns[..., i].any(-1)
                 own = own & ~problem.redundant[..., i] & ~refused
-                if np.any(own):
-                    shifted = np.asarray(moves[..., i].any(axis=-1))
-                    K = _by_index(K, J_q[..., i], p, t, own, shifted)
+                # (19), or (18) where the axis is shifted.
+                trivial = own & ~moves[..., i].any(axis=-1) if p >= t else own
+                if np.any(trivial):
+                    K[trivial] = eliminate_index(K[trivial], p)
+                quasi = own & ~trivial
+                if np.any(quasi):
+                    J = J_q[..., i][quasi]
+                    K[quasi] = eliminate_quasi_trivial(K[quasi], p, J[..., :t] / J[..., p, None])
         return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))
 
 
 def _nonzero(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
     return np.abs(part) > _ZERO * np.max(np.abs(whole), axis=-2, keepdims=True, initial=0.0)
-
-
-def _by_index(
-    K: np.ndarray, J: np.ndarray, p: int, t: int, own: np.ndarray, shifted: np.ndarray
-) -> np.ndarray:
-    """Apply (19), or (18) where the axis is shifted, to the poses that own coordinate p."""
-    K, J = K.copy(), np.broadcast_to(J, (*own.shape, J.shape[-1]))
-    trivial = own & ~shifted if p >= t else own
-    if np.any(trivial):
-        K[trivial] = eliminate_index(K[trivial], p)
-    quasi = own & ~trivial
-    if np.any(quasi):
-        d = J[quasi][..., :t] / J[quasi][..., p, None]
-        K[quasi] = eliminate_quasi_trivial(K[quasi], p, d)
-    return K

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
-from robostiff.elastostatics.least_energy import least_energy
+from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
 from robostiff.elastostatics.leg import LegWrenches, felt_by_compliance, leg_wrenches
+from robostiff.elastostatics.result import one_batch
 from robostiff.elastostatics.tolerance import Tolerance, scaling
 from robostiff.spatial import Space
 from robostiff.spatial.shapes import Bool, Float
@@ -64,12 +64,8 @@ class BlockCompliance:
         """Results of several batches, each along one axis, under the shape of all poses."""
         whole = {}
         for name in _ARRAYS:
-            own = [getattr(part, name) for part in parts]
-            if len(own) > 1:  # poses with fewer freedoms have zero columns
-                most = np.max([a.shape[1:] for a in own], axis=0).astype(int)
-                pads = [[(0, 0), *((0, k) for k in most - a.shape[1:])] for a in own]
-                own = [np.concatenate([np.pad(a, p) for a, p in zip(own, pads, strict=True)])]
-            whole[name] = own[0].reshape((*batch, *own[0].shape[1:]))
+            own = one_batch([getattr(part, name) for part in parts])
+            whole[name] = own.reshape((*batch, *own.shape[1:]))
         branches = zip(*(part.inner for part in parts), strict=True)
         inner = tuple(
             tuple(BlockCompliance.joined(own, batch) for own in zip(*branch, strict=True))
@@ -146,7 +142,8 @@ def block_of(
     A = np.concatenate([branch.W for branch in branches], axis=-1)
     n = A.shape[-2]
     s = scaling(length, Space.of_size(n))
-    U, values, _ = np.linalg.svd(_padded(A))
+    missing = max(0, n - A.shape[-1])  # columns, which are zero
+    U, values, _ = np.linalg.svd(np.pad(A, [(0, 0)] * (A.ndim - 1) + [(0, missing)]))
     held = values > tolerance.independence
     doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
     for branch in branches:
@@ -170,11 +167,3 @@ def block_of(
         redundant=margins <= tolerance.independence,
         doubtful=doubtful | shared.doubtful | every.doubtful,
     )
-
-
-def _padded(A: np.ndarray) -> np.ndarray:
-    """The matrix with as many columns as rows at least: missing ones are zero."""
-    n, m = A.shape[-2:]
-    if m >= n:
-        return A
-    return np.concatenate([A, np.zeros((*A.shape[:-1], n - m))], axis=-1)

@@ -70,7 +70,13 @@ class Recursive:
         # A refused pose must not stop the others.
         skipped = problem.redundant | refused[..., None]
         for group in self._groups(problem.J_q.shape[-1]):
-            K = _eliminate_group(K, problem.J_q, skipped, group)
+            # A redundant joint of a group is left out by giving it a unit pivot and no effect.
+            kept = ~skipped[..., group]
+            J = np.where(kept[..., None, :], problem.J_q[..., group], 0.0)
+            U = K @ J
+            M = np.swapaxes(J, -1, -2) @ U
+            M = M + np.where(kept, 0.0, 1.0)[..., None, :] * np.eye(len(group))
+            K = K - U @ np.linalg.solve(M, np.swapaxes(U, -1, -2))
         return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))
 
     def _groups(self, joints: int) -> tuple[tuple[int, ...], ...]:
@@ -83,15 +89,3 @@ class Recursive:
                 expected=f"each of the {joints} joints 0 to {joints - 1} once",
             )
         return self.groups
-
-
-def _eliminate_group(
-    K: np.ndarray, J_q: np.ndarray, redundant: np.ndarray, group: tuple[int, ...]
-) -> np.ndarray:
-    # A redundant joint of a group is left out by giving it a unit pivot and no effect.
-    kept = ~redundant[..., group]
-    J = np.where(kept[..., None, :], J_q[..., group], 0.0)
-    U = K @ J
-    M = np.swapaxes(J, -1, -2) @ U
-    M = M + np.where(kept, 0.0, 1.0)[..., None, :] * np.eye(len(group))
-    return K - U @ np.linalg.solve(M, np.swapaxes(U, -1, -2))

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
-from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
-from robostiff.elastostatics.least_energy import least_energy
+from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
@@ -115,8 +114,9 @@ class CartesianStiffness:
         Each row has unit length when rotations are multiplied by `length`.
         """
         self._single("free motions")
-        scaled = _orthogonal_complement(self.held, self.tolerance.independence)
-        return scaled / scaling(self.length, self.space)
+        U, values, _ = np.linalg.svd(self.held)
+        free = U[:, np.count_nonzero(values > self.tolerance.independence) :].T
+        return free / scaling(self.length, self.space)
 
     @property
     def rigid_directions(self) -> np.ndarray:
@@ -178,17 +178,13 @@ class CartesianStiffness:
             length=float(self.length),
         )
 
-    def with_status(self, status_codes: np.ndarray) -> CartesianStiffness:
-        """The same result under another status."""
-        return replace(self, status_codes=status_codes)
-
     @staticmethod
     def joined(parts: Sequence[CartesianStiffness]) -> CartesianStiffness:
         """Results of several batches, each along one axis, as one batch."""
         if len(parts) == 1:
             return parts[0]
         return CartesianStiffness(
-            **{name: _one_batch([getattr(part, name) for part in parts]) for name in _ARRAYS},
+            **{name: one_batch([getattr(part, name) for part in parts]) for name in _ARRAYS},
             tolerance=parts[0].tolerance,
             reason="; ".join(dict.fromkeys(part.reason for part in parts if part.reason)),
             carried=_joined([part.carried for part in parts]),
@@ -233,20 +229,11 @@ def _joined(parts: Sequence[ConjugateWrenches | None]) -> ConjugateWrenches | No
     known = [part for part in parts if part is not None]
     if len(known) < len(parts):
         return None
-    return ConjugateWrenches(*map(_one_batch, zip(*(part.arrays for part in known), strict=True)))
+    return ConjugateWrenches(*map(one_batch, zip(*(part.arrays for part in known), strict=True)))
 
 
-def _one_batch(stacks: Sequence[np.ndarray]) -> np.ndarray:
-    """Arrays of several batches as one; columns may differ in number, and zero ones fill up."""
-    if stacks[0].ndim > 1:
-        most = max(stack.shape[-1] for stack in stacks)
-        stacks = [np.pad(s, [(0, 0)] * (s.ndim - 1) + [(0, most - s.shape[-1])]) for s in stacks]
-    return np.concatenate(stacks)
-
-
-def _orthogonal_complement(W: np.ndarray, tolerance: float) -> np.ndarray:
-    n = W.shape[-2]
-    if W.shape[-1] == 0:
-        return np.eye(n)
-    U, values, _ = np.linalg.svd(W)
-    return U[:, np.count_nonzero(values > tolerance) :].T
+def one_batch(stacks: Sequence[np.ndarray]) -> np.ndarray:
+    """Arrays of several batches, each along one axis, as one; zeros fill up the other axes."""
+    most = np.max([stack.shape[1:] for stack in stacks], axis=0).astype(int)
+    missing = [[(0, 0), *((0, k) for k in most - stack.shape[1:])] for stack in stacks]
+    return np.concatenate([np.pad(s, k) for s, k in zip(stacks, missing, strict=True)])

@@ -84,8 +84,12 @@ def wrenches_and_margins(
         lost = margins[..., i] <= independence
         if not np.any(lost):
             W = _without(W, drive, size)
-        elif not np.all(lost):
-            return _pose_groups_apart(J_q, lost, independence)
+        elif not np.all(lost):  # poses that decide differently, each group on its own
+            several, margins = np.zeros((*lost.shape, n, n)), np.zeros((*lost.shape, joints))
+            for group in (lost, ~lost):
+                own, margins[group] = wrenches_and_margins(J_q[group], independence)
+                several[group, :, : own.shape[-1]] = own
+            return several, margins
     # Unit vectors carry no smaller parts than these: an axis-aligned chain keeps its exact zeros.
     return np.where(np.abs(W) <= _ROUNDING, 0.0, W), margins
 
@@ -97,16 +101,3 @@ def _without(W: np.ndarray, drive: np.ndarray, size: np.ndarray | np.floating) -
     towards = np.einsum("...nm,...m->...n", W, drive) + W[..., 0] * (leading - first)[..., None]
     towards = towards / (size * np.abs(leading))[..., None]
     return W[..., 1:] - towards[..., :, None] * drive[..., None, 1:]
-
-
-def _pose_groups_apart(
-    J_q: np.ndarray, lost: np.ndarray, independence: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Poses that decide differently, each group on its own."""
-    n, joints = J_q.shape[-2:]
-    W = np.zeros((*lost.shape, n, n))
-    margins = np.zeros((*lost.shape, joints))
-    for group in (lost, ~lost):
-        W_group, margins[group] = wrenches_and_margins(J_q[group], independence)
-        W[group, :, : W_group.shape[-1]] = W_group
-    return W, margins

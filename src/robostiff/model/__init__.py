@@ -1,7 +1,7 @@
 """Robots as frozen data: joints, links, legs, snapshots."""
 
 from robostiff.model.body_spring import BodyPoint, BodySpring
-from robostiff.model.chain import Chain, Element
+from robostiff.model.chain import Branch, Chain, Element, ParallelBlock, parallelogram
 from robostiff.model.coupled_joints import Coupling, coupling
 from robostiff.model.entries import with_entries
 from robostiff.model.flexible_platform import (
@@ -29,7 +29,6 @@ from robostiff.model.joint import (
 )
 from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
 from robostiff.model.mass import STANDARD_GRAVITY, Mass, PlacedMass, gravity_vector
-from robostiff.model.parallel_block import Branch, ParallelBlock, parallelogram
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
 from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
 from robostiff.model.snapshot import (

@@ -146,7 +146,19 @@ def transmission(
     passive joint to follow, or follows from those before it.
     """
     for own in couplings:
-        _check_joints(own, joints)
+        for name, _ in own.terms:
+            if name not in joints:
+                known = ", ".join(map(repr, joints)) or "none"
+                expected = f"a joint of the same chain: {known}"
+                raise InputError(f"joint of {own.name!r}", got=name, expected=expected)
+            element = joints[name][1]
+            if not isinstance(element, Joint) or element.size != 1:
+                raise InputError(
+                    f"joint {name!r} of {own.name!r}",
+                    got=element.kind.value if isinstance(element, Joint) else "telescope",
+                    expected="a joint with one coordinate",
+                    hint="write its freedoms as joints one after the other",
+                )
     at = {name: place for name, (place, _) in joints.items()}
     flat = iter(exact_together(*(factor for own in couplings for _, factor in own.terms)))
     rows = [{name: next(flat) for name, _ in own.terms} for own in couplings]
@@ -192,24 +204,6 @@ def _followers(
     raise cast("InputError", first)
 
 
-def _check_joints(own: Coupling, joints: Mapping[str, tuple[int, Any]]) -> None:
-    for name, _ in own.terms:
-        if name not in joints:
-            names = ", ".join(repr(known) for known in joints) or "none"
-            raise InputError(
-                f"joint of {own.name!r}", got=name, expected=f"a joint of the same chain: {names}"
-            )
-        element = joints[name][1]
-        if not isinstance(element, Joint) or element.size != 1:
-            kind = element.kind.value if isinstance(element, Joint) else "telescope"
-            raise InputError(
-                f"joint {name!r} of {own.name!r}",
-                got=kind,
-                expected="a joint with one coordinate",
-                hint="write its freedoms as joints one after the other",
-            )
-
-
 def _follower(
     own: Coupling,
     row: Mapping[str, Any],
@@ -232,7 +226,7 @@ def _follower(
         for name in in_order
         if name in passive
         and name not in taken
-        and not _is_nothing(row[name], _size(factors.get(name, 1.0)))
+        and not _is_nothing(row[name], 0.0 if is_formula(x := factors.get(name, 1.0)) else abs(x))
     ]
     if not left:
         raise InputError(
@@ -251,10 +245,6 @@ def _follower(
         expected=f"a passive {kind}, as the sum is {unit}",
         hint="write first a joint that is passive",
     )
-
-
-def _size(factor: Any) -> float:
-    return 0.0 if is_formula(factor) else abs(float(factor))
 
 
 def _is_nothing(value: Any, scale: float) -> bool:

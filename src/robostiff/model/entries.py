@@ -79,25 +79,25 @@ def as_meant(robot: Part) -> Part:
     >>> meant.transform.p, bool(meant.transform.R[0, 0] == 0)
     (array([0.3, 0. , 0. ]), True)
     """
-    return _converted(robot, _meant, {}, _without_remainders)
+
+    def meant(value: Any) -> Any:
+        if is_formula(value):
+            return value
+        short = float(f"{value:.{_SHORT}g}")
+        return short if abs(value - short) <= _ROUNDING * abs(short) else value
+
+    def without_remainders(values: np.ndarray) -> np.ndarray:
+        if values.dtype == object or values.shape not in ((3,), (3, 3)):
+            return values
+        size = np.linalg.norm(values, axis=0)
+        return np.where(np.abs(values) <= _ROUNDING * size, 0.0, values)
+
+    return _converted(robot, meant, {}, without_remainders)
 
 
 _ROUNDING = 4 * float(np.finfo(float).eps)
 _SHORT = 12  # digits of a number as it is written
 _IN_DIGITS = Context(prec=30)  # a formula before it is rounded to a float
-
-
-def _meant(value: Any) -> Any:
-    if is_formula(value):
-        return value
-    short = float(f"{value:.{_SHORT}g}")
-    return short if abs(value - short) <= _ROUNDING * abs(short) else value
-
-
-def _without_remainders(values: np.ndarray) -> np.ndarray:
-    if values.dtype == object or values.shape not in ((3,), (3, 3)):
-        return values
-    return np.where(np.abs(values) <= _ROUNDING * np.linalg.norm(values, axis=0), 0.0, values)
 
 
 def are_equal(one: Any, other: Any) -> bool:
@@ -330,7 +330,17 @@ class Symbolic:
                 expected=", ".join(names) or "none, as it has no symbols",
             )
         own = [symbol for symbol in self.symbols if str(symbol) in given]
-        chosen = {x: _allowed(x, exact_number(given[str(x)])) for x in own}
+        chosen = {x: exact_number(given[str(x)]) for x in own}
+        for symbol, value in chosen.items():
+            if (symbol.is_positive and value.is_positive is False) or (
+                symbol.is_real and value.is_real is False
+            ):
+                raise InputError(
+                    f"value of {symbol}",
+                    got=str(value),
+                    expected="a positive number" if symbol.is_positive else "a real number",
+                    hint="the formulas were made for a symbol with this assumption",
+                )
         left = set(self.symbols) - chosen.keys()
         left = left.union(*(value.free_symbols for value in chosen.values()))
 
@@ -349,21 +359,6 @@ class Symbolic:
         if not left:
             vars(found).update(symbols=(), has_formulas=False)  # as they are, without looking
         return found
-
-
-def _allowed(symbol: Any, value: Any) -> Any:
-    """The value, if the symbol may have it: formulas were made for positive symbols, say."""
-    wrong = (symbol.is_positive and value.is_positive is False) or (
-        symbol.is_real and value.is_real is False
-    )
-    if wrong:
-        raise InputError(
-            f"value of {symbol}",
-            got=str(value),
-            expected="a positive number" if symbol.is_positive else "a real number",
-            hint="the formulas were made for a symbol with this assumption",
-        )
-    return value
 
 
 def _number(formula: Any, values: Mapping[Any, Any]) -> float:

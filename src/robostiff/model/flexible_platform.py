@@ -111,24 +111,19 @@ class FlexiblePlatform:
                     got=part.a,
                     expected="two different nodes",
                 )
-        loose = [name for name in names if name not in self._connected]
+        connected, size = {self.tool}, 0  # by a chain of parts
+        while len(connected) > size:
+            size = len(connected)
+            for part in self.parts:
+                if part.a in connected or part.b in connected:
+                    connected |= {part.a, part.b}
+        loose = [name for name in names if name not in connected]
         if loose or not self.parts:
             raise InputError(
                 "nodes of the platform",
                 got=f"{', '.join(loose) or self.tool} without connection to the others",
                 expected=f"beams, springs or rigid members from every node to {self.tool!r}",
             )
-
-    @property
-    def _connected(self) -> set[str]:
-        """Nodes that a chain of parts leads to from the tool."""
-        found, size = {self.tool}, 0
-        while len(found) > size:
-            size = len(found)
-            for part in self.parts:
-                if part.a in found or part.b in found:
-                    found |= {part.a, part.b}
-        return found
 
     def point_of(self, name: str) -> np.ndarray:
         """Point of a node in the platform frame (3,) [m]."""

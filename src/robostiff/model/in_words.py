@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from robostiff.markup import Table, block_html, element, escaped
+from robostiff.model.chain import ParallelBlock
 from robostiff.model.joint import Joint
 from robostiff.model.link import Telescope
-from robostiff.model.parallel_block import ParallelBlock
 from robostiff.model.snapshot import PlacedBlock
 
 if TYPE_CHECKING:

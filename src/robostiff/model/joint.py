@@ -184,7 +184,16 @@ def helical(
     0.005
     """
     direction = unit_vector("axis of the helical joint", axis)
-    advance = _advance("pitch of the helical joint", pitch)
+    subject, expected = "pitch of the helical joint", "a finite length per turn, not zero [m]"
+    refuse_quantities(subject, pitch, expected)
+    if is_formula(pitch):
+        fits = is_possible(pitch) and getattr(pitch, "is_zero", None) is not True
+    else:
+        fits = np.isfinite(pitch) and pitch != 0
+    if not fits:
+        hint = "a joint of no pitch is a revolute joint"
+        raise InputError(subject, got=pitch, expected=expected, hint=hint)
+    advance = pitch if is_formula(pitch) else float(pitch)
     freedoms = (Screw(direction, np.zeros(3), advance / full_turn(advance)),)
     return Joint(JointKind.HELICAL, freedoms, role, tuple(home), name)
 
@@ -247,21 +256,6 @@ def planar(
     first = unit_vector("slide", start - n * (n @ start))
     freedoms = (_slide(first), _slide(np.cross(n, first)), _turn(n))
     return Joint(JointKind.PLANAR, freedoms, role, tuple(home), name)
-
-
-def _advance(subject: str, value: Any) -> Any:
-    """A finite length per turn of either sign, as a float or a formula."""
-    expected = "a finite length per turn, not zero [m]"
-    refuse_quantities(subject, value, expected)
-    if is_formula(value):
-        fits = is_possible(value) and getattr(value, "is_zero", None) is not True
-    else:
-        fits = np.isfinite(value) and value != 0
-    if not fits:
-        raise InputError(
-            subject, got=value, expected=expected, hint="a joint of no pitch is a revolute joint"
-        )
-    return value if is_formula(value) else float(value)
 
 
 def _turn(axis: np.ndarray) -> Screw:

@@ -232,26 +232,22 @@ def beam_axes(to: Entries, y_axis: Entries | None) -> np.ndarray:
     x = unit_vector("direction of the beam", to)
     start = axis_across(x) if y_axis is None else unit_vector("y axis", y_axis)
     if object in (x.dtype, start.dtype):
-        return _axes_of_formulas(x, vector3("direction of the beam", to), start, y_axis)
-    across = start - x * (x @ start)
-    if np.linalg.norm(across) < 1e-6:
+        # z first, from vectors that are not yet of unit length: no roots within roots.
+        x, along, start = exact_arrays(x, vector3("direction of the beam", to), start)
+        across = np.cross(along, start)
+        is_along = vanishes(across)
+    else:
+        across = start - x * (x @ start)
+        is_along = np.linalg.norm(across) < 1e-6
+    if is_along:
         raise InputError(
             "y axis of the section", got=y_axis, expected="a direction across the beam"
         )
+    if across.dtype == object:
+        z = across / length_of(across)
+        return np.stack([x, tidied(np.cross(z, x)), z], axis=-1)
     y = across / np.linalg.norm(across)
     return np.stack([x, y, np.cross(x, y)], axis=-1)
-
-
-def _axes_of_formulas(x: np.ndarray, to: np.ndarray, start: np.ndarray, y_axis: Any) -> np.ndarray:
-    # z first, from vectors that are not yet of unit length: no roots within roots.
-    x, to, start = exact_arrays(x, to, start)
-    across = np.cross(to, start)
-    if vanishes(across):
-        raise InputError(
-            "y axis of the section", got=y_axis, expected="a direction across the beam"
-        )
-    z = across / length_of(across)
-    return np.stack([x, tidied(np.cross(z, x)), z], axis=-1)
 
 
 def beam_link(

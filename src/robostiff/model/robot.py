@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
@@ -97,16 +97,6 @@ class Leg:
             )
 
 
-def _sharing_chains(legs: Iterable[Leg]) -> tuple[Leg, ...]:
-    """Legs of which those with equal chains have one: what is asked of it is found once."""
-    found: list[Leg] = []
-    for leg in legs:
-        equal = (own.chain for own in found if are_equal(own.chain, leg.chain))
-        chain = next(equal, leg.chain)
-        found.append(leg if chain is leg.chain else replace(leg, chain=chain))
-    return tuple(found)
-
-
 @dataclass(frozen=True, repr=False)
 class Robot(InNotebooks, Symbolic):
     """A serial or parallel robot.
@@ -181,7 +171,12 @@ class Robot(InNotebooks, Symbolic):
             self.legs[0].check_has_compliance()
         parts = [f"{leg.name}/{name}" for leg in self.legs for name in leg.chain.part_names]
         check_distinct("names of the parts, leg/part", parts)
-        object.__setattr__(self, "legs", _sharing_chains(self.legs))
+        legs: list[Leg] = []  # those with equal chains have one: what is asked of it is found once
+        for leg in self.legs:
+            equal = (own.chain for own in legs if are_equal(own.chain, leg.chain))
+            chain = next(equal, leg.chain)
+            legs.append(leg if chain is leg.chain else replace(leg, chain=chain))
+        object.__setattr__(self, "legs", tuple(legs))
         object.__setattr__(self, "springs", tuple(self.springs))
         object.__setattr__(self, "laws", dict(self.laws))
         check_distinct("names of the springs", [spring.name for spring in self.springs])

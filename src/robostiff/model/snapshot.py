@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from robostiff.elasticity import Elasticity
-from robostiff.errors import InputError
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
@@ -338,16 +337,6 @@ class Snapshot:
     def is_coupled(self) -> bool:
         """Whether any of its joints are coupled."""
         return any(isinstance(e, CoupledFreedom) for leg in self.legs for e in leg.parts)
-
-    def check_has_no_couplings(self, subject: str) -> None:
-        """Raise an InputError if joints are coupled, in a question that does not take them."""
-        if self.is_coupled:
-            raise InputError(
-                f"{subject} of {self.name!r}",
-                got="coupled joints",
-                expected="joints that move by themselves, in this question",
-                hint="stiffness, compliance, deflection and maps take couplings",
-            )
 
     def check_has_no_springs(self, subject: str) -> None:
         """Raise an InputError if there are springs between its bodies; see `Robot`."""

@@ -1,7 +1,14 @@
-from robostiff.network.beam_loads import DistributedForce, ForceOnBeam
-from robostiff.network.condensation import NetworkStiffness, compliance_between, condense
+from robostiff.network.condensation import (
+    NetworkStiffness,
+    PlatformFlexibility,
+    compliance_between,
+    condense,
+    platform_flexibility,
+)
 from robostiff.network.elements import (
     BeamElement,
+    DistributedForce,
+    ForceOnBeam,
     JointElement,
     Node,
     NodeForce,
@@ -18,7 +25,6 @@ from robostiff.network.internal_loads import (
     motions_under,
 )
 from robostiff.network.network import Network, network_of_snapshot
-from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
 from robostiff.network.response import NetworkResponse, SectionForces, network_response
 
 __all__ = [

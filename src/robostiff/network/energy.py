@@ -7,7 +7,7 @@ import numpy as np
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import NoAnswerError, TooFewDigitsError
 from robostiff.kinematics import freedom_twist
-from robostiff.network.elements import BeamElement, JointElement, SpringElement, beam_stiffness_12
+from robostiff.network.elements import JointElement, SpringElement, beam_stiffness_12
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.network import Network
 from robostiff.spatial import block_rotation
@@ -110,7 +110,15 @@ def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equatio
     before = np.linalg.norm(E @ Z)
     if N.shape[1]:
         A = E[:, others] @ N
-        _check_digits(A, np.linalg.norm(E, axis=1).max())
+        # Soft motions are lost in the rounding of stiff springs that they do not deflect: it leaves
+        # them an error of eps largest / smallest, and the energy its square.
+        largest = np.linalg.norm(E, axis=1).max()
+        smallest = np.linalg.svd(A, compute_uv=False)[-1]
+        if (np.finfo(float).eps * largest) ** 2 > _LOST * smallest**2:
+            raise TooFewDigitsError(
+                f"no stiffness by least energy: springs differ by {(largest / smallest) ** 2:.0e}, "
+                "which leaves the energy fewer than nine digits"
+            )
         Z[others] -= N @ _least_squares(A, E @ Z)
     if np.linalg.norm(E @ Z) <= _ROUNDING * before:
         return np.zeros((n, n))  # every motion of the platform is free
@@ -120,19 +128,6 @@ def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equatio
     Z = Z @ np.linalg.inv(to_reference)
     stored = E @ Z
     return stored.T @ stored * np.outer(equations.scale, equations.scale) * equations.stiffness
-
-
-def _check_digits(A: np.ndarray, largest: float) -> None:
-    """Raise where soft motions are lost in the rounding of stiff springs that they do not deflect.
-
-    It leaves the motions an error of ``eps largest / smallest``, and the energy its square.
-    """
-    smallest = np.linalg.svd(A, compute_uv=False)[-1]
-    if (np.finfo(float).eps * largest) ** 2 > _LOST * smallest**2:
-        raise TooFewDigitsError(
-            f"no stiffness by least energy: springs differ by {(largest / smallest) ** 2:.0e}, "
-            "which leaves the energy fewer than nine digits"
-        )
 
 
 def _least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -195,7 +190,10 @@ def _beam_energy(equations: Equations, bodies: dict[str, slice], size: int) -> n
     energies = [np.zeros((0, size))]
     for beam in equations.network.beams:
         R = np.kron(np.eye(2), block_rotation(beam.rotation))
-        K = R @ beam_stiffness_12(_inverse(beam), beam.length) @ R.T
+        # Inverted in units in which lengths and angles are comparable.
+        units = np.outer(*[np.repeat([1.0, beam.length], 3)] * 2)
+        tip_stiffness = np.linalg.inv(beam.tip_compliance * units) * units
+        K = R @ beam_stiffness_12(tip_stiffness, beam.length) @ R.T
         K = K[np.ix_(both, both)] / np.outer(s, s) / equations.stiffness
         stored = np.linalg.solve(np.linalg.cholesky(K[n:, n:]), K[n:])
         energies.append(np.zeros((n, size)))
@@ -204,12 +202,6 @@ def _beam_energy(equations: Equations, bodies: dict[str, slice], size: int) -> n
             if name in bodies:
                 energies[-1][:, bodies[name]] += own @ equations.transport(name, point)
     return np.vstack(energies)
-
-
-def _inverse(beam: BeamElement) -> np.ndarray:
-    """Stiffness of the tip, inverted in units in which lengths and angles are comparable."""
-    s = np.repeat([1.0, beam.length], 3)
-    return np.linalg.inv(beam.tip_compliance * np.outer(s, s)) * np.outer(s, s)
 
 
 def _point(element: SpringElement | JointElement, equations: Equations) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -238,7 +238,13 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
     points = _points(network)
     length = network.characteristic_length
     connections = _connections(network, points, length or 1.0, tolerance)
-    of_elements = _length_of_elements(connections) * (length or 1.0)
+    # The largest length that the springs have, as a part of the one that scales them.
+    lengths = [
+        float(matrix_length(c.W @ c.S @ c.W.T, c.freedoms))
+        for c in connections
+        if isinstance(c, RelativeMotion) and np.any(c.S)
+    ]
+    of_elements = max(lengths, default=0.0) * (length or 1.0)
     if length <= tolerance.independence * of_elements:  # all in one point, relative to the springs
         length = of_elements or 1.0
         connections = _connections(network, points, length, tolerance)
@@ -273,13 +279,3 @@ def _points(network: Network) -> dict[str, np.ndarray]:
     if distance <= _FAR * network.characteristic_length:
         points[network.platform] = reference
     return points
-
-
-def _length_of_elements(connections: Sequence[Motion]) -> float:
-    """Largest length given by the springs, as a part of the one that scales them; 0 for none."""
-    lengths = [
-        float(matrix_length(c.W @ c.S @ c.W.T, c.freedoms))
-        for c in connections
-        if isinstance(c, RelativeMotion) and np.any(c.S)
-    ]
-    return max(lengths, default=0.0)

@@ -193,7 +193,9 @@ def motions_under(
     rows = system.rows_of[network.platform]
     missing = equations.scale * move_twist(twist, to_own) - x[rows]
     if np.linalg.norm(missing) > _MISSED * np.linalg.norm(x[rows] + missing):  # a free motion
-        x = x + _led(equations, missing)
+        held, _, _ = system_of(equations, platform_fixed=True)
+        x += held.solve(-(held.matrix[:, rows] @ missing)[:, None])[0][:, 0]
+        x[rows] += missing
     twists = {}
     for name, point in equations.points.items():
         t = np.zeros(6)
@@ -210,15 +212,6 @@ def _under(
     platform = equations.network.platform
     right = system.forces(equations, [(platform, wrench, equations.points[platform])])
     return system, system.solve(right)[0][:, 0], dependent
-
-
-def _led(equations: Equations, moved: np.ndarray) -> np.ndarray:
-    """Displacements and wrenches, scaled, where the platform is displaced and nothing else acts."""
-    system, _, _ = system_of(equations, platform_fixed=True)
-    rows = system.rows_of[equations.network.platform]
-    x = system.solve(-(system.matrix[:, rows] @ moved)[:, None])[0][:, 0]
-    x[rows] = moved
-    return x
 
 
 def loads_of_parts(
@@ -243,7 +236,9 @@ def loads_of_parts(
         if not (isinstance(element, JointElement) and isinstance(c, RelativeMotion)):
             if np.any(c.S):
                 energy = 0.5 * equations.stiffness * float(f @ c.S @ f)
-                energies.append((*_two(c.name), energy + (of_beam_loads or {}).get(k, 0.0)))
+                before, _, name = c.name.rpartition("/")
+                energy += (of_beam_loads or {}).get(k, 0.0)
+                energies.append((before or "network", name, energy))
             continue
         F = carried_wrench(equations, c, f)
         is_determined = k not in undetermined
@@ -267,8 +262,3 @@ def carried_wrench(equations: Equations, c: RelativeMotion, f: np.ndarray) -> np
     F = np.zeros(6)
     F[list(equations.network.space.rows)] = equations.scale * (c.W @ f) * equations.stiffness
     return F
-
-
-def _two(name: str) -> tuple[str, str]:
-    before, _, after = name.rpartition("/")
-    return before or "network", after

@@ -208,7 +208,20 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     ends = [_ends(c, clusters) & set(free) for c in open_]
     for labels, numbers in independent_parts(free, ends):
         connections = [open_[k] for k in numbers]
-        G, G_p = _unit_wrenches(equations, clusters, labels, connections, platform, still)
+        # Wrenches of connections on free clusters, and on a fixed platform, as rows.
+        column = {label: np.arange(n * i, n * (i + 1)) for i, label in enumerate(labels)}
+        blocks, row = BlockEntries(), 0
+        G_p = np.zeros((sum(len(c.S) for c in connections), n))
+        for c in connections:
+            rows = np.arange(row, row := row + len(c.S))
+            for node, point, part in c.ends:
+                label = clusters.label_of[node]
+                wrenches = part @ equations.between(clusters.points[label], point)
+                if label in column:
+                    blocks.add(wrenches, rows, column[label])
+                elif label == platform and platform in still:
+                    G_p[rows] += wrenches
+        G = blocks.matrix((row, n * len(labels)))
         if max(len(G_p), equations.size * len(labels)) <= _DENSE:
             spaces = null_spaces(G.toarray(), equations.tolerance)
             motions, doubt = spaces.right, spaces.doubtful
@@ -218,38 +231,18 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
             held.append(wrenches)
         doubtful |= doubt
         if motions.shape[1]:
-            mechanisms.append(_mechanism(equations, clusters, labels, motions))
+            nodes, stack = [], []  # the bodies of these clusters, and how they move
+            for label in labels:
+                for name in clusters.members[label]:
+                    D = equations.between(clusters.points[label], equations.points[name])
+                    nodes.append(name)
+                    stack.append(D @ motions[column[label]])
+            moved = np.array(stack)
+            pins = pinning_coordinates(moved.reshape(-1, moved.shape[-1]))
+            mechanisms.append(Mechanism(tuple(nodes), moved, pins))
     by_ground = platform == ground
     wrenches = np.eye(n) if by_ground else np.hstack([np.zeros((n, 0)), *held])
     return Mobility(tuple(mechanisms), wrenches, doubtful)
-
-
-def _unit_wrenches(
-    equations: Equations,
-    clusters: _Clusters,
-    labels: list[int],
-    connections: list[Motion],
-    platform: int,
-    still: set[int],
-) -> tuple[csc_array, np.ndarray]:
-    """Wrenches of connections on free clusters, and on a fixed platform, as rows."""
-    n = equations.size
-    column = {label: n * i for i, label in enumerate(labels)}
-    blocks = BlockEntries()
-    G_p = np.zeros((sum(len(c.S) for c in connections), n))
-    row = 0
-    for c in connections:
-        rows = np.arange(row, row := row + len(c.S))
-        for node, point, part in c.ends:
-            label = clusters.label_of[node]
-            if label not in column and label != platform:
-                continue
-            wrenches = part @ equations.between(clusters.points[label], point)
-            if label in column:
-                blocks.add(wrenches, rows, np.arange(column[label], column[label] + n))
-            elif label in still:
-                G_p[rows] += wrenches
-    return blocks.matrix((row, n * len(labels))), G_p
 
 
 def _large(
@@ -320,22 +313,6 @@ def connected_parts(pairs: list[tuple[int, int]], size: int) -> np.ndarray:
         group[high] = low
     firsts = [representative(group, node) for node in range(size)]
     return np.unique(firsts, return_inverse=True)[1]
-
-
-def _mechanism(
-    equations: Equations, clusters: _Clusters, labels: list[int], motions: np.ndarray
-) -> Mechanism:
-    """Motions of clusters as motions of their bodies."""
-    n = equations.size
-    nodes, displacements = [], []
-    for i, label in enumerate(labels):
-        of_cluster = motions[n * i : n * (i + 1)]
-        for name in clusters.members[label]:
-            D = equations.between(clusters.points[label], equations.points[name])
-            nodes.append(name)
-            displacements.append(D @ of_cluster)
-    stack = np.array(displacements)
-    return Mechanism(tuple(nodes), stack, pinning_coordinates(stack.reshape(-1, stack.shape[-1])))
 
 
 def held_coordinates(equations: Equations) -> set[tuple[str, int]]:

@@ -14,7 +14,6 @@ from robostiff.errors import InputError
 from robostiff.model import (
     CoupledFreedom,
     PlacedBlock,
-    PlacedElement,
     PlacedFreedom,
     PlacedLeg,
     PlacedMass,
@@ -245,7 +244,17 @@ def network_of_snapshot(snapshot: Snapshot) -> Network:
         )
     parts = _Parts([Node(_GROUND, snapshot.centre), Node(_PLATFORM, snapshot.reference_point)])
     if snapshot.platform is not None:
-        _add_platform(snapshot.platform, parts)
+        placed, platform = snapshot.platform, snapshot.platform.platform
+        parts.nodes += [
+            Node(platform_node(placed, node.name), placed.in_world(node.at))
+            for node in platform.nodes
+            if node.name != platform.tool
+        ]
+        for part in platform.parts:
+            ends = platform_node(placed, part.a), platform_node(placed, part.b)
+            place = placed.in_world(part.point), placed.rotation @ part.axes, part.elasticity
+            name = f"{_PLATFORM}/{part.name}"
+            parts.springs.append(SpringElement(name, *ends, *place, placed.masses[part.name]))
     for number, leg in enumerate(snapshot.legs):
         end = _PLATFORM
         if snapshot.platform is not None:
@@ -296,7 +305,9 @@ def _add_chain(
             after = last
         else:
             after = f"{prefix}, after {i + 1} {element.name}"
-            parts.nodes.append(Node(after, _point_of(element)))
+            is_block = isinstance(element, PlacedBlock)
+            point = element.branches[0].end if is_block else element.point
+            parts.nodes.append(Node(after, np.asarray(point, dtype=float)))
         own = f"{name}/{element.name}"
         if isinstance(element, PlacedBlock):
             for j, branch in enumerate(element.branches):
@@ -326,31 +337,6 @@ def _add_chain(
         parts.joints.append(JointElement(name, *ends))
 
 
-def _add_platform(placed: PlacedPlatform, parts: _Parts) -> None:
-    platform = placed.platform
-    for node in platform.nodes:
-        if node.name != platform.tool:
-            parts.nodes.append(Node(platform_node(placed, node.name), placed.in_world(node.at)))
-    for part in platform.parts:
-        parts.springs.append(
-            SpringElement(
-                f"{_PLATFORM}/{part.name}",
-                platform_node(placed, part.a),
-                platform_node(placed, part.b),
-                placed.in_world(part.point),
-                placed.rotation @ part.axes,
-                part.elasticity,
-                placed.masses[part.name],
-            )
-        )
-
-
 def platform_node(placed: PlacedPlatform, name: str) -> str:
     """Name in the network of a node of a flexible platform; its tool is the platform."""
     return _PLATFORM if name == placed.platform.tool else f"{_PLATFORM}, {name}"
-
-
-def _point_of(element: PlacedElement) -> np.ndarray:
-    """A point of a body, for its node."""
-    point = element.branches[0].end if isinstance(element, PlacedBlock) else element.point
-    return np.asarray(point, dtype=float)

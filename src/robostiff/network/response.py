@@ -11,14 +11,13 @@ from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.network.beam_loads import BeamLoad, DistributedForce, ForceOnBeam, beam_load
+from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load
 from robostiff.network.equations import Equations, RelativeMotion, equations_of
 from robostiff.network.internal_loads import InternalLoads, carried_wrench, loads_of_parts
 from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import (
     CONVERGED,
-    Redundancy,
     SaddlePointSystem,
     driven_mechanism,
     system_of,
@@ -151,7 +150,14 @@ def network_response(
     moved = {name: _settlement(network, name, t) for name, t in (settlements or {}).items()}
     points = {node.name: node.point for node in network.nodes}
     system, mobile, dependent = system_of(equations)
-    right = _right_side(equations, system, points, at_nodes, on_beams)
+    right = system.forces(equations, ((name, F, points[name]) for name, F in at_nodes.items()))
+    rows = list(network.space.rows)
+    for k, (_, load) in on_beams.items():
+        beam, c = network.beams[k], cast("RelativeMotion", equations.connections[k])
+        axes = block_rotation(beam.rotation)
+        total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
+        right += system.forces(equations, [(beam.a, total, beam.start)])
+        right[system.wrench_rows[k], 0] += c.W.T @ (equations.scale * tip)
     driven = driven_mechanism(equations, mobile, system, right)
     if driven is not None:
         nodes = ", ".join(driven.moving[:6])
@@ -168,7 +174,13 @@ def network_response(
         raise NoAnswerError(f"no response: {Status.ILL_CONDITIONED.advice[0]}")
     x = x + given
     gap = (system.matrix @ x - right)[:, 0]
-    _check_gaps(equations, system, dependent, x[:, 0], gap)
+    size = max(np.abs(x[rows, 0]).max() for rows in system.rows_of.values())
+    for k, numbers in dependent.dropped.items():  # constraints that were left out hold, too
+        if np.any(np.abs(gap[system.wrench_rows[k][numbers]]) > _GAP * size):
+            raise NoAnswerError(
+                f"no response of {network.name!r}: rigid parts cannot follow the supports, at "
+                f"{equations.connections[k].name!r}; give an elasticity to a part between them"
+            )
     beams = _beams(equations, system, x[:, 0], on_beams)
     undetermined = {
         end for k in dependent.undetermined for end, _, _ in equations.connections[k].ends
@@ -274,25 +286,6 @@ def _settlement(network: Network, name: str, value: Any) -> np.ndarray:
     return as_floats(f"displacement of node {name!r}", value, expected, units, (space.size,))
 
 
-def _right_side(
-    equations: Equations,
-    system: SaddlePointSystem,
-    points: Mapping[str, np.ndarray],
-    at_nodes: Mapping[str, np.ndarray],
-    on_beams: Mapping[int, tuple[str, BeamLoad]],
-) -> np.ndarray:
-    """Right side (size, 1) of the scaled equations."""
-    network, rows = equations.network, list(equations.network.space.rows)
-    right = system.forces(equations, ((name, F, points[name]) for name, F in at_nodes.items()))
-    for k, (_, load) in on_beams.items():
-        beam, c = network.beams[k], cast("RelativeMotion", equations.connections[k])
-        axes = block_rotation(beam.rotation)
-        total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
-        right += system.forces(equations, [(beam.a, total, beam.start)])
-        right[system.wrench_rows[k], 0] += c.W.T @ (equations.scale * tip)
-    return right
-
-
 def _check_balance(
     equations: Equations,
     points: Mapping[str, np.ndarray],
@@ -324,24 +317,6 @@ def _check_balance(
             f"no response of {network.name!r}: the reactions do not balance the loads; "
             f"{Status.ILL_CONDITIONED.advice[0]}"
         )
-
-
-def _check_gaps(
-    equations: Equations,
-    system: SaddlePointSystem,
-    dependent: Redundancy,
-    x: np.ndarray,
-    gap: np.ndarray,
-) -> None:
-    """Raise where a constraint that was left out does not hold."""
-    size = max(np.abs(x[rows]).max() for rows in system.rows_of.values())
-    for k, numbers in dependent.dropped.items():
-        if np.any(np.abs(gap[system.wrench_rows[k][numbers]]) > _GAP * size):
-            raise NoAnswerError(
-                f"no response of {equations.network.name!r}: rigid parts cannot follow the "
-                f"supports, at {equations.connections[k].name!r}; give an elasticity to a part "
-                "between them"
-            )
 
 
 def _beams(

@@ -132,7 +132,15 @@ def redundant_freedoms(
         rate[start : start + len(own)] = own
         rates.append(rate)
         start += len(own)
-    return _last_moved(np.hstack(rates), equations.tolerance.independence), names
+    left = np.hstack(rates)
+    redundant = np.zeros(len(left), dtype=bool)
+    for i in range(len(left) - 1, -1, -1):
+        size = float(np.linalg.norm(left[i]))
+        if size > np.sqrt(equations.tolerance.independence):
+            redundant[i] = True
+            direction = left[i] / size
+            left = left - np.outer(left @ direction, direction)
+    return redundant, names
 
 
 def freedom_rates(equations: Equations, mechanism: Mechanism) -> np.ndarray:
@@ -146,19 +154,6 @@ def freedom_rates(equations: Equations, mechanism: Mechanism) -> np.ndarray:
             of_a = equations.transport(c.a, c.point) @ of_node.get(c.a, still)
             rates.append(np.linalg.pinv(c.freedoms) @ (of_b - of_a))
     return np.vstack(rates)
-
-
-def _last_moved(rates: np.ndarray, independence: float) -> np.ndarray:
-    """Rows, taken from the last, that are independent of those after them (q,)."""
-    redundant = np.zeros(len(rates), dtype=bool)
-    left = rates.copy()
-    for i in range(len(rates) - 1, -1, -1):
-        size = float(np.linalg.norm(left[i]))
-        if size > np.sqrt(independence):
-            redundant[i] = True
-            direction = left[i] / size
-            left = left - np.outer(left @ direction, direction)
-    return redundant
 
 
 _REFINEMENTS = 2

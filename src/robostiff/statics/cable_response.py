@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis import CableResponse, CableStiffness, SlackEvent, cable_stiffness
-from robostiff.analysis.cable_stiffness import judged
-from robostiff.analysis.loaded_cables import beyond_limits, status_of_cables
+from robostiff.analysis.cable_stiffness import beyond_limits, judged, status_of_cables
 from robostiff.analysis.result import given_wrenches, require_one_pose
 from robostiff.cables import TensionRule, structure_matrix
 from robostiff.cables.equilibrium import Hanging

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.loaded_cables import status_of_cables
+from robostiff.analysis.cable_stiffness import status_of_cables
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import Near

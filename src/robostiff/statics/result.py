@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.analysis import PartShare
-from robostiff.analysis.loaded_cables import beyond_limits
+from robostiff.analysis.cable_stiffness import beyond_limits
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import InNotebooks

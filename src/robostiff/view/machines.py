@@ -14,7 +14,6 @@ import numpy as np
 from robostiff.analysis.result_tables import (
     blocks_html,
     cable_load_blocks,
-    cable_stiffness_html,
 )
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
@@ -271,7 +270,7 @@ class CableMachine(Machine):
             kind_of(status.is_bad, not status),
             advice,
             layers,
-            cable_stiffness_html(before),
+            before._repr_html_(),
             UNDER_LOAD + blocks_html(blocks) if blocks else "",
             tuple(words),
         )

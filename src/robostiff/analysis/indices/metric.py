@@ -29,11 +29,6 @@ def index_length(result: RobotStiffness, length: float | None) -> float:
     return given
 
 
-def length_factors(result: RobotStiffness, length: float) -> np.ndarray:
-    """Factors (n,) that turn a twist into lengths: (1, 1, 1, L, L, L) or (1, 1, L)."""
-    return scaling(np.array(length), result.space)
-
-
 def checked_metric(metric: ArrayLike, size: int) -> np.ndarray:
     """A symmetric positive definite matrix (n, n) that measures twists."""
     expected = f"a symmetric positive definite matrix {size} x {size}, in units 1, m, m^2"
@@ -118,7 +113,7 @@ def eigenstiffness(
         raise InputError("length and metric", expected="one of them")
     if metric is None:
         L = index_length(result, length)
-        inverse_root = np.diag(1 / length_factors(result, L))
+        inverse_root = np.diag(1 / scaling(np.array(L), parts.space))
     else:
         L = None
         inverse_root = np.linalg.inv(np.linalg.cholesky(checked_metric(metric, n)))
@@ -196,7 +191,7 @@ def condition_number(result: RobotStiffness, *, length: float | None = None) -> 
     L = index_length(result, length)
     if parts.C is None:
         return ConditionNumber(None, None, L, parts.status)
-    s = length_factors(result, L)
+    s = scaling(np.array(L), parts.space)
     scale = np.outer(s, s)
     K, C = parts.K / scale, parts.C * scale
     values = np.linalg.eigvalsh(K)
@@ -269,7 +264,7 @@ def virtual_work(result: RobotStiffness, *, length: float | None = None) -> Virt
         unbalanced = parts.rank < parts.space.size
         status = parts.status | Status.UNBALANCED if unbalanced else parts.status
         return VirtualWork(None, None, None, L, status)
-    s = length_factors(result, L)
+    s = scaling(np.array(L), parts.space)
     scaled = eigenparts(parts.C * np.outer(s, s), parts.space.size)
     return VirtualWork(
         worst=float(scaled.values[-1] / 2),

@@ -53,49 +53,38 @@ from robostiff.network import Network
 
 def principal_table(found: StiffnessIndices) -> Table:
     """Principal stiffnesses with their directions, the smallest first."""
-    return Table(["load", "principal stiffness", "direction"], list(_principal(found)))
+    principal, rows = found.principal, []
+    forces = zip(principal.translational, principal.translational_directions, strict=True)
+    moments = zip(principal.rotational, principal.rotational_directions, strict=True)
+    nothing = "free" if Status.FREE_MOTIONS in found.status else "less than rounding"
+    for kind, unit, pairs in (("force", "N/m", forces), ("moment", "N m/rad", moments)):
+        for value, direction in pairs:
+            meets = Number(float(value), unit) if value else nothing
+            rows.append([kind, meets, direction_in_words(direction)])
+    return Table(["load", "principal stiffness", "direction"], rows)
 
 
 def ratio_table(found: StiffnessIndices) -> Table:
     """Worst deflections, ratios and centres."""
-    return Table(["", "value"], list(_ratios(found)))
+    unlimited = "unlimited" if Status.FREE_MOTIONS in found.status else "unknown: below rounding"
 
+    def shown(value: float | None, unit: str) -> Cell:
+        return unlimited if value is None else Number(float(value), unit)
 
-def _principal(found: StiffnessIndices) -> Iterator[list[Cell]]:
-    principal = found.principal
-    forces = zip(principal.translational, principal.translational_directions, strict=True)
-    moments = zip(principal.rotational, principal.rotational_directions, strict=True)
-    for kind, unit, pairs in (("force", "N/m", forces), ("moment", "N m/rad", moments)):
-        for value, direction in pairs:
-            meets = Number(float(value), unit) if value else _free(found)
-            yield [kind, meets, direction_in_words(direction)]
+    def place(centre: Centre) -> str:
+        return "none" if centre.point is None else f"({row(np.asarray(centre.point))}) m"
 
-
-def _ratios(found: StiffnessIndices) -> Iterator[list[Cell]]:
     worst, ratio = found.worst_deflection, found.anisotropy
-    yield ["largest displacement of a unit force", _with_unit(worst.translational, "m/N", found)]
-    yield ["largest rotation of a unit moment", _with_unit(worst.rotational, "rad/(N m)", found)]
-    yield ["largest over smallest displacement", _with_unit(ratio.translational, "", found)]
-    yield [
-        f"condition number, rotations times {number(found.length)} m",
-        _with_unit(found.condition.two_norm, "", found),
+    condition = f"condition number, rotations times {number(found.length)} m"
+    rows: list[list[Cell]] = [
+        ["largest displacement of a unit force", shown(worst.translational, "m/N")],
+        ["largest rotation of a unit moment", shown(worst.rotational, "rad/(N m)")],
+        ["largest over smallest displacement", shown(ratio.translational, "")],
+        [condition, shown(found.condition.two_norm, "")],
+        ["centre of stiffness", place(found.centre_of_stiffness)],
+        ["centre of compliance", place(found.centre_of_compliance)],
     ]
-    for name, centre in (
-        ("centre of stiffness", found.centre_of_stiffness),
-        ("centre of compliance", found.centre_of_compliance),
-    ):
-        where = "none" if centre.point is None else f"({row(np.asarray(centre.point))}) m"
-        yield [name, where]
-
-
-def _with_unit(value: float | None, unit: str, found: StiffnessIndices) -> Cell:
-    if value is not None:
-        return Number(float(value), unit)
-    return "unlimited" if Status.FREE_MOTIONS in found.status else "unknown: below rounding"
-
-
-def _free(found: StiffnessIndices) -> str:
-    return "free" if Status.FREE_MOTIONS in found.status else "less than rounding"
+    return Table(["", "value"], rows)
 
 
 @dataclass(frozen=True)

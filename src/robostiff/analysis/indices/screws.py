@@ -120,35 +120,31 @@ def eigenscrews(result: RobotStiffness) -> Eigenscrews:
     [12198795, 20545339, 20545339]
     """
     parts = _parts(result)
-    wrenches, twists = _wrenches(parts), _twists(parts)
-    length = float(result.about_reference.length)
-    return Eigenscrews(wrenches, twists, _compliant_axes(wrenches, twists, length), parts.status)
-
-
-def _wrenches(parts: StiffnessParts) -> tuple[Eigenwrench, ...]:
-    d = parts.space.translations
-    forces = parts.forces_rotations_held
-    found = []
+    d, length = parts.space.translations, float(result.about_reference.length)
+    forces, moments = parts.forces_rotations_held, parts.moments_translations_free
+    wrenches, twists = [], []
     for k, u in zip(forces.values, forces.directions, strict=True):
         screw, force = None, _spatial_shift(u)
         if k > 0:
             # A wrench is a twist with its halves exchanged: moment for displacement.
             moment = _spatial_turn(parts.K[d:, :d] @ u / k)
             screw = _screw(parts, np.concatenate([moment, force]))
-        found.append(Eigenwrench(float(k), force, screw))
-    return tuple(found)
-
-
-def _twists(parts: StiffnessParts) -> tuple[Eigentwist, ...]:
-    d = parts.space.translations
-    forces, moments = parts.forces_rotations_held, parts.moments_translations_free
-    found = []
+        wrenches.append(Eigenwrench(float(k), force, screw))
     for k, w in zip(moments.values, moments.directions, strict=True):
         shift = -forces.solve((parts.K[:d, d:] @ w)[:, None])[:, 0]
         turn = _spatial_turn(w)
         screw = _screw(parts, np.concatenate([_spatial_shift(shift), turn]))
-        found.append(Eigentwist(float(k), turn, screw))
-    return tuple(found)
+        twists.append(Eigentwist(float(k), turn, screw))
+    axes = tuple(
+        CompliantAxis(twist.direction, twist.screw.point, wrench.stiffness, twist.stiffness)
+        for wrench in wrenches
+        for twist in twists
+        if wrench.screw is not None
+        and twist.screw.point is not None
+        and twist.stiffness > 0
+        and _same_line(wrench.screw, twist.screw, length)
+    )
+    return Eigenscrews(tuple(wrenches), tuple(twists), axes, parts.status)
 
 
 def _screw(parts: StiffnessParts, twist: np.ndarray) -> Screw:
@@ -162,20 +158,6 @@ def _spatial_shift(u: np.ndarray) -> np.ndarray:
 
 def _spatial_turn(w: np.ndarray) -> np.ndarray:
     return w if len(w) == 3 else np.array([0.0, 0.0, w[0]])
-
-
-def _compliant_axes(
-    wrenches: tuple[Eigenwrench, ...], twists: tuple[Eigentwist, ...], length: float
-) -> tuple[CompliantAxis, ...]:
-    return tuple(
-        CompliantAxis(twist.direction, twist.screw.point, wrench.stiffness, twist.stiffness)
-        for wrench in wrenches
-        for twist in twists
-        if wrench.screw is not None
-        and twist.screw.point is not None
-        and twist.stiffness > 0
-        and _same_line(wrench.screw, twist.screw, length)
-    )
 
 
 def _same_line(one: Screw, other: Screw, length: float) -> bool:
@@ -338,12 +320,8 @@ def _centre(
     status = parts.status
     if line is not None and np.count_nonzero(parts.forces_rotations_held.values) > 1:
         status |= Status.ILL_CONDITIONED  # the point along the line is lost in rounding
-    return Centre(point, line, moved, _coupling(moved, d, nothing), status)
-
-
-def _coupling(M: np.ndarray, d: int, nothing: float) -> float:
-    """|M_tr| / sqrt(|M_tt| |M_rr|); exactly zero where M_tr is below what counts as nothing."""
-    coupled = np.linalg.norm(M[:d, d:], 2)
-    if coupled <= nothing:
-        return 0.0
-    return float(coupled / np.sqrt(np.linalg.norm(M[:d, :d], 2) * np.linalg.norm(M[d:, d:], 2)))
+    coupled, coupling = np.linalg.norm(moved[:d, d:], 2), 0.0
+    if coupled > nothing:
+        sizes = np.linalg.norm(moved[:d, :d], 2) * np.linalg.norm(moved[d:, d:], 2)
+        coupling = float(coupled / np.sqrt(sizes))
+    return Centre(point, line, moved, coupling, status)

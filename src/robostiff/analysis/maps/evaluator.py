@@ -9,14 +9,13 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness
+from robostiff.analysis.cable_stiffness import CableStiffness, are_beyond_limits, cable_stiffness
 from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_answer import CheckedResults
 from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
 from robostiff.analysis.deflection_under_load import carried_by
 from robostiff.analysis.leg_loads import leg_loads
-from robostiff.analysis.loaded_cables import are_beyond_limits
 from robostiff.analysis.maps.pose_columns import Mapped, PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (

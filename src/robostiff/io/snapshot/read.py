@@ -254,7 +254,7 @@ def snapshot_from_document(document: Document) -> Snapshot:
 
 def _question_alignment(snapshot: Snapshot, place: DocumentPlace) -> None:
     """Warn where rounding of the coordinates may decide a rank or whether a joint is redundant."""
-    from robostiff.analysis.stiffness_at_pose import stiffness
+    from robostiff.analysis.posed_stiffness import stiffness
 
     found = stiffness(snapshot, tolerance=Tolerance(near_independence=_ROUNDED))
     doubtful = Status.ILL_CONDITIONED
