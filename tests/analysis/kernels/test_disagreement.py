@@ -45,9 +45,7 @@ def plant(request, monkeypatch) -> Callable[[Callable[[RecordedRobot], RecordedR
 
     def planted(wrong: Callable[[RecordedRobot], RecordedRobot]) -> str:
         right = getattr(recorded_robot, request.param)
-        monkeypatch.setattr(
-            recorded_robot, request.param, lambda robot, finder: wrong(right(robot, finder))
-        )
+        monkeypatch.setattr(recorded_robot, request.param, lambda *given: wrong(right(*given)))
         return "gough-stewart-b" if request.param == "record_at_pose" else "3-rps"
 
     return planted

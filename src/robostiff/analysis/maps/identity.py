@@ -74,7 +74,9 @@ def differences(one: Any, other: Any, where: str) -> Iterator[str]:
         for name in one:
             yield from differences(one[name], other[name], f"{where}.{name}")
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        has_kind = bool(one) and isinstance(one[0], str) and one[0] == other[0]
+        # the kind of an object, which no number in base 16 is
+        has_kind = bool(one) and isinstance(one[0], str) and one[0].isidentifier()
+        has_kind = has_kind and one[0] == other[0]
         for i, (own, another) in enumerate(zip(one, other, strict=True)):
             name = _name(own)
             place = f" {name!r}" if name is not None and name == _name(another) else f"[{i}]"
