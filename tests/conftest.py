@@ -77,8 +77,9 @@ def pytest_collection_modifyitems(
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """A worker of xdist tells what it has left out."""
-    if hasattr(session.config, "workeroutput"):
-        session.config.workeroutput["left out"] = dict(session.config.stash.get(_LEFT_OUT, {}))
+    of_worker: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
+    if of_worker is not None:
+        of_worker["left out"] = dict(session.config.stash.get(_LEFT_OUT, {}))
 
 
 @pytest.hookimpl(optionalhook=True)

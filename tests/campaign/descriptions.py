@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import tempfile
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -127,8 +128,7 @@ def _mjcf(tree: Tree) -> str:
 
 def _of_mujoco(text: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Mass matrix, stiffness of springs and servos, weights' torques, Jacobian of the last body."""
-    import mujoco
-
+    mujoco = import_module("mujoco")
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     model.opt.gravity[:] = 0, 0, -1
@@ -151,7 +151,7 @@ def _of_mujoco(text: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarra
 
 
 def _of_pinocchio(text: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    import pinocchio as pin
+    pin = import_module("pinocchio")
 
     model = pin.buildModelFromXML(text)
     data, q = model.createData(), np.zeros(model.nq)

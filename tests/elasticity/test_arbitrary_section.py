@@ -21,13 +21,13 @@ def shape(name, **sizes):
 
 
 def material(name, E):
-    from sectionproperties.pre import Material
+    from sectionproperties.pre.pre import Material
 
     return Material(name, E, 0.0, 250e6, 7850, "grey")
 
 
 def meshed(geometry, size):
-    from sectionproperties.analysis import Section
+    from sectionproperties.analysis.section import Section
 
     return Section(geometry.create_mesh(mesh_sizes=size))
 

@@ -1,5 +1,6 @@
 """Objects of other programs are the robots of their files."""
 
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ def urdf_of_yourdfpy():
 
 
 def model_of_pinocchio():
-    import pinocchio
+    pinocchio = import_module("pinocchio")
 
     return pinocchio.buildModelFromUrdf(str(EXAMPLES / "ur5.urdf"))
 
@@ -103,7 +104,7 @@ def test_mujoco_model_of_an_arm(tmp_path):
 
 @pytest.mark.needs("pinocchio")
 def test_pinocchio_joints_of_all_kinds(tmp_path):
-    import pinocchio as pin
+    pin = import_module("pinocchio")
 
     model = pin.Model()
     model.name = "arm"
@@ -141,7 +142,7 @@ def test_pinocchio_joints_of_all_kinds(tmp_path):
 
 @pytest.mark.needs("pinocchio")
 def test_pinocchio_joint_without_counterpart():
-    import pinocchio as pin
+    pin = import_module("pinocchio")
 
     model = pin.Model()
     model.addJoint(0, pin.JointModelTranslation(), pin.SE3.Identity(), "table")

@@ -138,6 +138,7 @@ def test_a_platform_is_lifted_at_the_limit_of_its_path():
 def test_a_platform_whose_cables_are_all_slack_is_at_its_limit():
     """Lifted by its weight, it hangs no longer: the limit at every load beyond, however large."""
     robot = cable_robot("cable-3-suspended")
+    assert robot.weight is not None
     weight = float(np.linalg.norm(robot.weight.force))
     found = rs.critical_load(robot, wrench=[0, 0, 1200.0, 0, 0, 0])
     assert np.isclose(1200 * found.factor, weight, rtol=1e-6)

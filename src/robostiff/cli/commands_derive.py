@@ -198,7 +198,7 @@ _WRITERS: dict[str, Callable[[Any], str]] = {
     "matlab": matlab_function,
 }
 _ENDINGS = (".txt", ".tex", ".pdf", ".md", ".html", ".json", ".py", ".c", ".jl", ".m")
-_SUFFIXES = dict(zip(_ENDINGS, FORMATS, strict=True))
+_SUFFIXES: dict[str, str] = dict(zip(_ENDINGS, FORMATS, strict=True))
 
 
 # What the library advises in Python, as options of this command or another.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +68,7 @@ def network_of(description: Path, side: Path) -> rs.Network:
 
 def pinocchio_model(path: Path) -> Any:
     """The robot as pinocchio reads it, with its data."""
-    import pinocchio as pin
+    pin = import_module("pinocchio")
 
     model = pin.buildModelFromUrdf(str(path))
     return pin, model, model.createData()
