@@ -24,6 +24,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-com
 # Tests start some two hundred processes; without bytecode each compiles all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 CAMPAIGN_ARGS ?=
+EXTRAS ?=
 .PHONY: help demo test slow peers processors campaign extras lint format docs outputs bench proof clean
 .NOTPARALLEL:
 
@@ -67,7 +68,7 @@ peers: $(STAMP)-peers
 
 extras: $(STAMP)-runtime
 	$(PIP) uv
-	$(BIN)/python tests/project/extras_alone.py
+	$(BIN)/python tests/project/extras_alone.py $(EXTRAS)
 
 # OpenBLAS and NumPy choose their loops by processor, and these round differently.
 NUMERICAL := $(addprefix tests/,paper laws cases elastostatics recorded compiled)

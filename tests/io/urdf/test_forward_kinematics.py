@@ -14,7 +14,13 @@ from tests.io.urdf.examples import (
     with_side,
 )
 
-pytestmark = needs_examples
+# Talos has a differential in its torso.
+pytestmark = [
+    needs_examples,
+    pytest.mark.filterwarnings(
+        "ignore:.*transmissions that connect several joints:robostiff.errors.PlausibilityWarning"
+    ),
+]
 PANDA_TOOL = "panda_link8"
 ARMS = [
     pytest.param(UR5, "world", "tool0", id="ur5"),

@@ -18,7 +18,13 @@ from tests.io.urdf.examples import (
     with_side,
 )
 
-pytestmark = needs_examples
+# Talos has a differential in its torso.
+pytestmark = [
+    needs_examples,
+    pytest.mark.filterwarnings(
+        "ignore:.*transmissions that connect several joints:robostiff.errors.PlausibilityWarning"
+    ),
+]
 
 
 def _saddle_point(C, J_q):
