@@ -7,9 +7,8 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.linkage_stiffness import network_stiffness
-from robostiff.analysis.result import RobotStiffness, require_one_pose
+from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.result import Stiffness, require_one_pose
 from robostiff.analysis.result_tables import verification_html
 from robostiff.elastostatics import (
     DEFAULT_TOLERANCE,
@@ -109,14 +108,14 @@ class Verification:
 
     Attributes
     ----------
-    reference : RobotStiffness
+    reference : Stiffness
         With what the others are compared: the wrench basis form, or the network.
     comparisons : tuple of Comparison
     agreement : float
         Distance up to which matrices agree.
     """
 
-    reference: RobotStiffness
+    reference: Stiffness
     comparisons: tuple[Comparison, ...]
     agreement: float
 
@@ -178,7 +177,7 @@ def verify(
             got=f"cable robot {robot.name!r}",
             expected="a Robot, a Snapshot or a Network: there is one method for cables",
         )
-    reference = careful_stiffness(robot, pose, near=near, tolerance=tolerance)
+    reference = direct_stiffness(robot, pose, near=near, tolerance=tolerance)
     require_one_pose("a verification", reference.batch_shape)
     if Status.UNREACHABLE in reference.status:
         raise NoAnswerError(f"nothing to verify: {'; '.join(reference.advice)}")
@@ -186,7 +185,7 @@ def verify(
         network, others = robot, ()
     else:
         others = tuple(
-            careful_stiffness(robot, pose, method=form, near=near, tolerance=tolerance)
+            direct_stiffness(robot, pose, method=form, near=near, tolerance=tolerance)
             for form in _FORMS
         )
         snapshot = (
@@ -195,16 +194,16 @@ def verify(
             else find_posture(robot, pose, near=near).snapshot.one(0)
         )
         network = network_of_snapshot(snapshot)
-        others = (*others, network_stiffness(network, tolerance))
+        others = (*others, direct_stiffness(network, tolerance=tolerance))
     comparisons = [_compared(reference, other, agreement) for other in others]
     comparisons.append(_energy(reference, network, agreement, tolerance))
     return Verification(reference, tuple(comparisons), agreement)
 
 
-def _compared(reference: RobotStiffness, other: RobotStiffness, agreement: float) -> Comparison:
+def _compared(reference: Stiffness, other: Stiffness, agreement: float) -> Comparison:
     name, rank = other.method.name, int(other.rank)
     if Status.FORM_DOES_NOT_HOLD in other.status:
-        reason = other.about_reference.reason
+        reason = other.details().whole.reason
         return Comparison(name, Outcome.DOES_NOT_HOLD, None, None, reason)
     rigid, other_rigid = (Status.RIGID_DIRECTION in r.status for r in (reference, other))
     doubtful = Status.ILL_CONDITIONED in other.status | reference.status
@@ -219,7 +218,7 @@ def _compared(reference: RobotStiffness, other: RobotStiffness, agreement: float
 
 
 def _energy(
-    reference: RobotStiffness, network: Network, agreement: float, tolerance: Tolerance
+    reference: Stiffness, network: Network, agreement: float, tolerance: Tolerance
 ) -> Comparison:
     rigid = Status.RIGID_DIRECTION in reference.status
     doubtful = Status.ILL_CONDITIONED in reference.status
@@ -237,5 +236,5 @@ def _energy(
     return Comparison("energy", outcome, distance, None, "")
 
 
-def _distance(K: np.ndarray, reference: RobotStiffness) -> float:
-    return matrix_distance(K, reference.K, float(reference.about_reference.length))
+def _distance(K: np.ndarray, reference: Stiffness) -> float:
+    return matrix_distance(K, reference.K, float(reference.length))
