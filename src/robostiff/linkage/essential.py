@@ -8,19 +8,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from robostiff.elasticity import moved
 from robostiff.errors import InputError
 from robostiff.kinematics import place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
 from robostiff.kinematics.spanning_tree import branches
 from robostiff.linkage.closure import Configuration
-from robostiff.linkage.linkage import Connection, Linkage
+from robostiff.linkage.linkage import Connection, Linkage, turned_round
 from robostiff.model import (
     Chain,
     Coupling,
     Element,
     Joint,
-    JointKind,
     Leg,
     Link,
     Mass,
@@ -264,47 +262,6 @@ def _spring(c: Connection, found: Configuration) -> SpringElement:
     masses = tuple(replace(mass, after=0) for mass in leg.masses)
     place = placed.point, placed.rotation, placed.elasticity
     return SpringElement(c.name, c.a, c.b, *place, masses)
-
-
-def turned_round(connection: Connection) -> Connection:
-    """The same connection from body b to body a; home coordinates give the same configuration.
-
-    A joint keeps its coordinates, in reverse order, for its axes are reversed.
-    """
-    element = connection.element
-    if isinstance(element, Joint):
-        element = _joint(element)
-    elif isinstance(element, Link):
-        element = _link(element)
-    return Connection(
-        connection.name,
-        connection.b,
-        connection.a,
-        connection.after.inverse,
-        element,
-        connection.before.inverse,
-    )
-
-
-def _joint(joint: Joint) -> Joint:
-    if joint.kind is JointKind.SPHERICAL:  # whose coordinates are a rotation vector
-        return replace(joint, home=tuple(-x for x in joint.home))
-    freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(joint.freedoms))
-    return replace(joint, freedoms=freedoms, home=joint.home[::-1])
-
-
-def _link(link: Link) -> Link:
-    # By energy: the wrench is the same at both ends, taken about the other one.
-    to = np.asarray(link.to)
-    elasticity = moved(link.elasticity, link.axes, -to)
-    return Link(-to, elasticity, np.eye(3), link.name, tuple(_mass(m, to) for m in link.masses))
-
-
-def _mass(mass: Mass, to: np.ndarray) -> Mass:
-    """The same mass seen from the other end of its link."""
-    if mass.centre is not None:
-        return replace(mass, centre=mass.centre - to)
-    return mass if mass.span is None else replace(mass, span=(1 - mass.span[1], 1 - mass.span[0]))
 
 
 def with_roles(part: Linkage, roles: Mapping[str, Role]) -> Linkage:

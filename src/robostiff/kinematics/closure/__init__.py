@@ -6,7 +6,7 @@ from geometry alone, for poses in numbers and for records; Newton's method from 
 configuration, in its assembly mode, for the rest.
 """
 
-from robostiff.kinematics.closure.assembly_mode import AssemblyMode, ClosurePart, nearest
+from robostiff.kinematics.closure.assembly_mode import AssemblyMode, nearest
 from robostiff.kinematics.closure.leg_equations import (
     Followed,
     NewtonTask,
@@ -20,6 +20,7 @@ from robostiff.kinematics.closure.legs_alike import (
     leg_solvers,
     legs_alike,
 )
+from robostiff.kinematics.closure.loop_equations import ClosurePart, LoopEquations
 
 __all__ = [
     "AssemblyMode",
@@ -27,6 +28,7 @@ __all__ = [
     "Followed",
     "LegSolver",
     "LegsAlike",
+    "LoopEquations",
     "NewtonTask",
     "attachment_frame",
     "closing_rates",
