@@ -407,13 +407,13 @@ class _Loops(LoopEquations):
         """Places of the joints that move."""
         return np.array([i for c in self.moving for i in self._read[1][c.name][0]], dtype=int)
 
-    @property
+    @cached_property
     def parts(self) -> tuple[ClosurePart, ...]:
         """All loops together."""
         equations = np.arange(6 * len(self.tree.ends))
         return (ClosurePart(np.arange(0), equations, np.arange(len(self.unknowns))),)
 
-    @property
+    @cached_property
     def tree(self) -> MotionTree:
         """Frames of the bodies along the spanning tree, and of the connections that close loops."""
         return self._read[0]
@@ -422,7 +422,8 @@ class _Loops(LoopEquations):
     def _read(self) -> tuple[MotionTree, dict[str, tuple[list[int], float]]]:
         """The tree, and the places of the coordinates of each connection, with their sign."""
         tree, own = MotionTree(), self.linkage.tree
-        frames, led = {self.linkage.base: AT_REST}, {self.linkage.base: ()}
+        frames = {self.linkage.base: AT_REST}
+        led: dict[str, tuple[int, ...]] = {self.linkage.base: ()}
         places: dict[str, tuple[list[int], float]] = {}
 
         def beyond(c: Connection, direction: float = 1.0) -> tuple[Fixed, tuple[int, ...]]:

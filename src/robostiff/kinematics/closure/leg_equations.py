@@ -106,7 +106,7 @@ class NewtonTask(LoopEquations):
         ends = np.concatenate([part.ends for part in parts])
         return (*parts, ClosurePart(loops, ends, np.arange(column + len(self.open))))
 
-    @property
+    @cached_property
     def tree(self) -> MotionTree:
         """Moving frames of the platform and of all legs; of each its end, then loops inside it."""
         return self._read[0]

@@ -165,29 +165,33 @@ class LoopEquations(ABC):
     """
 
     length: float  # characteristic length [m] that weighs turns against shifts
-    spins: Sequence[Spin] = ()  # screws whose turns another joint takes back
     # Coordinates of a spherical joint whose rotation vector moves by sums; all others are turned
     summed: slice | None = None
 
-    @property
+    @cached_property
     @abstractmethod
     def tree(self) -> MotionTree:
         """The frames, and the pairs that loops bring together."""
 
-    @property
+    @cached_property
     @abstractmethod
     def unknowns(self) -> np.ndarray:
         """Places of the unknown coordinates (n,)."""
 
-    @property
+    @cached_property
     @abstractmethod
     def given(self) -> np.ndarray:
         """Places of the prescribed coordinates (g,)."""
 
-    @property
+    @cached_property
     @abstractmethod
     def parts(self) -> Sequence[ClosurePart]:
         """What has an assembly mode of its own; the last has all equations and unknowns."""
+
+    @cached_property
+    def spins(self) -> Sequence[Spin]:
+        """Screws whose turns another joint takes back."""
+        return ()
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """All gaps as parts of the length and radians (N, 6 m)."""

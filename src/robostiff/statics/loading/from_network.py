@@ -184,7 +184,7 @@ class _Bodies:
         return body
 
     @cached_property
-    def sides(self) -> Mapping[int, Sequence[list[PlacedElement]]]:
+    def sides(self) -> Mapping[int, Sequence[Sequence[PlacedElement]]]:
         """Parts in series before and beyond each element, by its number, outwards from it.
 
         They end at bodies that others hold, too. Elements within one body have none.
@@ -192,7 +192,7 @@ class _Bodies:
         ends = [(self.of_node[e.a], self.of_node[e.b]) for e in self.network.elements]
         parts = [_parts(e) for e in self.network.elements]
         moving = [k for k, (a, b) in enumerate(ends) if a != b]
-        found: dict[int, Sequence[list[PlacedElement]]] = {k: ([], []) for k in moving}
+        found: dict[int, Sequence[Sequence[PlacedElement]]] = {k: ([], []) for k in moving}
         held = self.network.fixed[0], self.network.platform
         for _, _, path in branches([ends[k] for k in moving], held):
             way = [parts[moving[i]][:: 1 if forward else -1] for i, forward in path]
