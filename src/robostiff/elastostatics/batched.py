@@ -43,8 +43,8 @@ def _mapped(f: Callable[[Sequence[np.ndarray]], np.ndarray], values: Sequence[An
     first = values[0]
     if any(value is None for value in values):
         return None
-    if isinstance(first, np.ndarray):
-        return f(values)
+    if isinstance(first, np.ndarray | np.generic):
+        return f([np.asarray(value) for value in values])
     if isinstance(first, str):
         return "; ".join(dict.fromkeys(value for value in values if value))
     if isinstance(first, tuple):

@@ -240,70 +240,18 @@ class PathsFromHome:
     def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
         """Configurations at values (N, size) of each, closed or as near as they came."""
         passive, movable = _movable(self.linkage, frozenset(self.given))
-        found = self._path(all_follow=False).to(values)
+        found = self._loops(all_follow=False).followed(values)
         for i, one in enumerate(found):
             if not one.is_closed and len(passive) < len(movable):
                 here = {name: own[i : i + 1] for name, own in values.items()}
-                (found[i],) = self._path(all_follow=True).to(here)
+                (found[i],) = self._loops(all_follow=True).followed(here)
         return found
 
     @kept
-    def _path(self, *, all_follow: bool) -> _PathOfLoops:
-        """Along which passive joints keep the loops closed, or all that may move."""
+    def _loops(self, *, all_follow: bool) -> _Loops:
+        """Loops that passive joints keep closed, or all that may move."""
         moving = _movable(self.linkage, frozenset(self.given))[all_follow]
-        return _PathOfLoops.of(self.linkage, self.home, moving)
-
-
-@dataclass(frozen=True)
-class _PathOfLoops:
-    """Paths from a closed home along which some joints keep the loops closed."""
-
-    loops: _Loops
-    home: Configuration
-    mode: AssemblyMode  # of home
-
-    @classmethod
-    def of(
-        cls, linkage: Linkage, home: Configuration, moving: tuple[Connection, ...]
-    ) -> _PathOfLoops:
-        loops = _Loops.of(linkage, home.coordinates, moving)
-        return cls(loops, home, AssemblyMode(loops, loops.guess))
-
-    def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
-        """As `PathsFromHome.to`."""
-        given = self.loops.at_values(self.home, values)
-        if any(c.is_screw for c in self.loops.moving):
-            return [self._turn_by_turn(row) for row in given]
-        return self._configurations(self.mode.at(given))
-
-    def _configurations(self, found: FollowedPosture, lost: bool = False) -> list[Configuration]:
-        return [
-            replace(
-                self.loops.configuration(x),
-                elsewhere=lost or bool(elsewhere),
-                closes_at_home=True,
-            )
-            for x, elsewhere in zip(found.x, found.elsewhere, strict=True)
-        ]
-
-    def _turn_by_turn(self, given: np.ndarray) -> Configuration:
-        """Along the path from home in parts in which no joint that is given turns far."""
-        loops, mode, lost = self.loops, self.mode, False
-        begin = loops.guess[loops.given]
-        turned = np.max(np.abs(given - begin)[loops.tree.turns[loops.given]], initial=0.0)
-        if turned > _FURTHEST:
-            most = f"at most {_FURTHEST:g} rad from home"
-            raise InputError(
-                "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
-            )
-        parts = max(1, math.ceil(turned / PART_OF_A_TURN))
-        for k in range(1, parts):
-            found = mode.at((begin + (given - begin) * (k / parts))[None])
-            if lost := not found.kept[0]:
-                break
-            mode = AssemblyMode(loops, found.x[0])
-        (found,) = self._configurations(mode.at(given[None]), lost)
-        return found
+        return _Loops.of(self.linkage, self.home.coordinates, moving)
 
 
 def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) -> Configuration:
@@ -369,9 +317,37 @@ class _Loops(LoopEquations):
         own = [c for c in moving if c.name in in_loops]
         return cls(linkage, start, own, Bodies.of(linkage.tree, start).length)
 
-    def at_values(self, home: Configuration, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The prescribed coordinates (N, g): values (N, size), other joints as at home."""
-        return self._row({**home.coordinates, **values})[:, self.given]
+    def followed(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
+        """Configurations at values (N, size) of joints, on paths from where all loops close."""
+        given = self._row({**self.start, **values})[:, self.given]
+        if any(c.is_screw for c in self.moving):
+            return [self._turn_by_turn(row) for row in given]
+        return self._arrived(self.mode.at(given))
+
+    def _arrived(self, found: FollowedPosture, lost: bool = False) -> list[Configuration]:
+        each = zip(map(self.configuration, found.x), found.elsewhere, strict=True)
+        return [
+            replace(one, elsewhere=lost or bool(elsewhere), closes_at_home=True)
+            for one, elsewhere in each
+        ]
+
+    def _turn_by_turn(self, given: np.ndarray) -> Configuration:
+        """Along the path from home in parts in which no joint that is given turns far."""
+        begin, mode, lost = self.guess[self.given], self.mode, False
+        turned = np.max(np.abs(given - begin)[self.tree.turns[self.given]], initial=0.0)
+        if turned > _FURTHEST:
+            most = f"at most {_FURTHEST:g} rad from home"
+            raise InputError(
+                "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
+            )
+        parts = max(1, math.ceil(turned / PART_OF_A_TURN))
+        for k in range(1, parts):
+            found = mode.at((begin + (given - begin) * (k / parts))[None])
+            if lost := not found.kept[0]:
+                break
+            mode = AssemblyMode(self, found.x[0])
+        (arrived,) = self._arrived(mode.at(given[None]), lost)
+        return arrived
 
     def configuration(self, x: np.ndarray) -> Configuration:
         """The linkage at one posture."""
@@ -388,6 +364,11 @@ class _Loops(LoopEquations):
     def guess(self) -> np.ndarray:
         """Coordinates to start from (size,)."""
         return self._row(self.start)[0]
+
+    @cached_property
+    def mode(self) -> AssemblyMode:
+        """The assembly mode where they start."""
+        return AssemblyMode(self, self.guess)
 
     def _row(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
         """Postures (N, size) at coordinates of connections (size,) or (N, size)."""
