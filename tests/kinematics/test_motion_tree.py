@@ -9,14 +9,14 @@ from hypothesis import given, settings
 
 import robostiff as rs
 from robostiff import robots
-from robostiff.kinematics import PostureFinder, place_chain
+from robostiff.kinematics import PostureFinder, freedom_twists, place_chain
 from robostiff.kinematics.closure import (
     NewtonTask,
     assembly_mode,
     attachment_frame,
-    closing_rates,
     gaps,
 )
+from robostiff.kinematics.frames import Loop, PlacedChain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Chain, Leg, revolute
 from robostiff.spatial import Frame
@@ -37,6 +37,16 @@ class CountedTask(NewtonTask):
 
 HERE = Path(__file__).parent
 POSES = 3
+
+
+def closing_rates(gap: Loop, placed: PlacedChain) -> np.ndarray:
+    """Twists by which each coordinate of a leg closes a gap (..., 6, size)."""
+    freedoms = placed.freedoms
+    J = np.zeros((*gap.p.shape[:-1], 6, len(freedoms)))
+    J[..., gap.own] += freedom_twists([freedoms[i] for i in gap.own], gap.p)
+    if gap.leading:
+        J[..., gap.leading] -= freedom_twists([freedoms[i] for i in gap.leading], gap.p_wanted)
+    return J
 
 
 def check(legs: tuple[Leg, ...], rng: np.random.Generator) -> None:

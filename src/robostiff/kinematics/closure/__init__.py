@@ -11,7 +11,6 @@ from robostiff.kinematics.closure.leg_equations import (
     Followed,
     NewtonTask,
     attachment_frame,
-    closing_rates,
     gaps,
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver
@@ -31,7 +30,6 @@ __all__ = [
     "LoopEquations",
     "NewtonTask",
     "attachment_frame",
-    "closing_rates",
     "gaps",
     "leg_solvers",
     "legs_alike",

@@ -18,7 +18,6 @@ from robostiff.kinematics.closure.loop_equations import (
 )
 from robostiff.kinematics.closure.motion_tree import AT_REST, LoopEnd, MotionTree
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
-from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.model import Chain, Leg, Passive, prismatic, spherical
 from robostiff.spatial.batch import product
 from robostiff.spatial.rotation import vector_of_rotation
@@ -155,17 +154,6 @@ def gaps(
     main = tuple(leg.chain.main_places.tolist())
     yield Loop("", placed.R, placed.p, R_platform, p_platform, own=main, leading=())
     yield from placed.loops
-
-
-def closing_rates(gap: Loop, placed: PlacedChain) -> np.ndarray:
-    """Twists by which each coordinate of a leg closes a gap (..., 6, size)."""
-    freedoms = placed.freedoms
-    J = np.zeros((*gap.p.shape[:-1], 6, len(freedoms)))
-    if gap.own:
-        J[..., gap.own] += freedom_twists([freedoms[i] for i in gap.own], gap.p)
-    if gap.leading:
-        J[..., gap.leading] -= freedom_twists([freedoms[i] for i in gap.leading], gap.p_wanted)
-    return J
 
 
 def attachment_frame(
