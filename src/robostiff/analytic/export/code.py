@@ -18,8 +18,8 @@ from robostiff.analytic.export.code_printer import (
     unquoted,
     where_it_holds,
 )
-from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.outline import refuse_derivative
 from robostiff.analytic.export.program import FormulaProgram
 from robostiff.analytic.export.vocabulary import (
     C_WORDS,
