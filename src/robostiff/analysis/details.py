@@ -18,9 +18,9 @@ from robostiff.elastostatics import (
     Tolerance,
     scaling,
 )
+from robostiff.elastostatics.batched import Batched
 from robostiff.errors import DisagreementError
 from robostiff.spatial import Space
-from robostiff.spatial.batch import PoseBatch
 
 if TYPE_CHECKING:
     from robostiff.model import Snapshot
@@ -41,12 +41,17 @@ class StructuralAnalysis:
 
 
 @dataclass(frozen=True)
-class Matrices(PoseBatch):
+class Matrices(Batched):
     """Stiffness matrices about the robot's own reference point, with rank and status."""
 
     K: np.ndarray  # (..., n, n): meaningful where the status says that there is one
     rank: np.ndarray  # (...) of int: -1 where out of reach
     status_codes: np.ndarray  # (...) of uint16
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of poses, () for a single one."""
+        return self.status_codes.shape
 
     def differences(self, direct: Details, free: float) -> list[tuple[int, float | str]]:
         """Numbers of poses at which a record differs from the direct form, and by how much.
@@ -95,7 +100,7 @@ def distances(K: np.ndarray, other: np.ndarray, scale: np.ndarray, free: float) 
 
 
 @dataclass(frozen=True)
-class Details(PoseBatch):
+class Details(Batched):
     """What the direct form finds at poses: the whole and the legs about one point, the posture.
 
     Attributes
@@ -137,6 +142,11 @@ class Details(PoseBatch):
     joint_coordinates: Mapping[str, np.ndarray] = field(default_factory=dict)
     joint_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     reasons: tuple[str, ...] = ()
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of poses, () for a single one."""
+        return self.whole.batch_shape
 
     @cached_property
     def matrices(self) -> Matrices:
@@ -212,7 +222,7 @@ class Question(ABC):
         flat = rows.reshape(-1)
         found = self.solved(flat)
         if self.recorded is not None:
-            recorded = self.recorded.reshaped((-1,), self.rows.ndim)[flat]
+            recorded = self.recorded.reshaped((-1,))[flat]
             for i, distance in recorded.differences(found, self.free):
                 where = f"{self.name!r} at {self.place(flat[i])}"
                 raise DisagreementError(self.opinions, distance, where)

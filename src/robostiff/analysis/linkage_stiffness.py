@@ -172,6 +172,7 @@ class ConfigurationsOfLinkage(Question):
         the configuration is out of reach.
         """
         driven, part = self.driven, self.driven.part
+        names: tuple[str, ...] = ()
         found, serial, reasons = [], [], []
         for one in self._at(rows) or [driven.home]:
             network, lost = network_of(part, one), int(Status.UNREACHABLE)
@@ -185,8 +186,10 @@ class ConfigurationsOfLinkage(Question):
                     lost = int(Status.FORM_DOES_NOT_HOLD | Status.ILL_CONDITIONED)
                     reasons.append(str(error))
             serial.append(own.serial_compliance)
+            names = own.passive_joint_names or names
             at_one = replace(
                 own,
+                passive_joint_names=(),
                 whole=replace(own.whole, status_codes=own.whole.status_codes | np.uint16(lost)),
                 serial_compliance=None,
                 pose=six_coordinates(frame.R, frame.p),
@@ -194,14 +197,13 @@ class ConfigurationsOfLinkage(Question):
                     joint.name: np.asarray(one.coordinates[joint.name]) for joint in part.joints
                 },
             )
-            found.append(at_one.reshaped((1,), 0))
+            found.append(at_one.reshaped((1,)))
         compliance = None
         if any(C is not None for C in serial):
             others = [own.whole.compliance for own in found]
             each = [o if C is None else C for C, o in zip(serial, others, strict=True)]
             lost = np.full((6, 6), np.nan)
             compliance = np.array([lost if C is None else C.reshape(6, 6) for C in each])
-        names = max((own.passive_joint_names for own in found), key=len)
         whole = replace(
             Details.joined(found),
             passive_joint_names=names,

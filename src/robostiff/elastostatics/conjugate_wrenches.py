@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics.batched import Batched
 from robostiff.elastostatics.conditioning import smallest_singular_value
 from robostiff.elastostatics.tolerance import Tolerance
-from robostiff.spatial.batch import PoseBatch, product, transposed
+from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.shapes import Bool, Float
 
 # Rounding grows by this much before an answer is no longer certain to nine digits.
@@ -18,7 +19,7 @@ _FEW_DIGITS = 1e6
 
 
 @dataclass(frozen=True)
-class ConjugateWrenches(PoseBatch):
+class ConjugateWrenches(Batched):
     """Wrenches that a leg transmits, in scaled coordinates.
 
     Attributes

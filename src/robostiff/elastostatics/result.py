@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from robostiff.elastostatics.batched import Batched
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space, move_stiffness
-from robostiff.spatial.batch import PoseBatch
 
 
 def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
@@ -31,7 +30,7 @@ def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class CartesianStiffness(PoseBatch):
+class CartesianStiffness(Batched):
     """K_C about a point, at one pose or a batch of poses, with rank, free motions and status.
 
     Attributes
@@ -180,12 +179,6 @@ class CartesianStiffness(PoseBatch):
             tolerance=self.tolerance.independence,
             length=float(self.length),
         )
-
-    @classmethod
-    def joined(cls, parts: Sequence[CartesianStiffness]) -> CartesianStiffness:
-        """Results of several batches, each along one axis, as one batch."""
-        reasons = dict.fromkeys(part.reason for part in parts if part.reason)
-        return replace(super().joined(parts), reason="; ".join(reasons))
 
     def _single(self, what: str) -> None:
         if self.batch_shape:

@@ -7,9 +7,8 @@ arithmetic; where an array is made anew, it is made by the functions here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, replace
-from typing import Any, Self
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -120,62 +119,3 @@ def matrix_of_columns(
     for i, column in enumerate(columns):
         out[..., i] = column
     return out
-
-
-class PoseBatch:
-    """Base of frozen dataclasses about a batch of poses.
-
-    Their arrays have the axes of the batch first, alone or in tuples, mappings and other such
-    objects; whatever else they have holds for all poses.
-
-    Examples
-    --------
-    >>> from dataclasses import dataclass
-    >>> @dataclass(frozen=True)
-    ... class Forces(PoseBatch):
-    ...     robot: str
-    ...     of_legs: tuple[np.ndarray, ...]
-    >>> both = Forces.joined([Forces("a", (np.ones((2, 3)),)), Forces("a", (np.zeros((1, 3)),))])
-    >>> both.of_legs[0].shape, both[2].of_legs[0]
-    ((3, 3), array([0., 0., 0.]))
-    """
-
-    def __getitem__(self, index: Any) -> Self:
-        """The same at one pose, or at some poses, of the batch."""
-        return _with_arrays(lambda own: np.asarray(own[index]), self)
-
-    def reshaped(self, batch: tuple[int, ...], axes: int = 1) -> Self:
-        """The same under another shape of the batch, which has had so many axes."""
-        return _with_arrays(lambda own: own.reshape((*batch, *own.shape[axes:])), self)
-
-    @classmethod
-    def joined(cls, parts: Sequence[Self]) -> Self:
-        """Several batches, each along one axis, as one; what one part lacks the whole lacks."""
-        return parts[0] if len(parts) == 1 else _with_arrays(_one_after_the_other, *parts)
-
-
-def _with_arrays(made: Callable[..., np.ndarray], *parts: Any) -> Any:
-    """What the first part is, with an array made of those that stand at the same place of each."""
-    first = parts[0]
-    if any(part is None for part in parts):
-        return None
-    if isinstance(first, np.ndarray | np.generic):
-        return made(*map(np.asarray, parts))
-    if isinstance(first, PoseBatch):
-        every = {
-            own.name: _with_arrays(made, *(getattr(part, own.name) for part in parts))
-            for own in fields(first)  # type: ignore[arg-type]
-        }
-        return replace(first, **every)  # type: ignore[type-var]
-    if isinstance(first, tuple) and not all(isinstance(own, str) for own in first[:1]):
-        return tuple(_with_arrays(made, *own) for own in zip(*parts, strict=True))
-    if isinstance(first, Mapping):
-        return {name: _with_arrays(made, *(part[name] for part in parts)) for name in first}
-    return first
-
-
-def _one_after_the_other(*stacks: np.ndarray) -> np.ndarray:
-    """Arrays along their first axis; zeros fill up the others."""
-    most = np.max([stack.shape[1:] for stack in stacks], axis=0).astype(int)
-    missing = [[(0, 0), *((0, k) for k in most - stack.shape[1:])] for stack in stacks]
-    return np.concatenate([np.pad(s, k) for s, k in zip(stacks, missing, strict=True)])
