@@ -16,6 +16,7 @@ from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness, given_wrenches
 from robostiff.analysis.result_tables import deflection_html, shown_twist
 from robostiff.elastostatics import DEFAULT_TOLERANCE, BlockCompliance, Status, Tolerance
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, freedom_twist
 from robostiff.linkage import DriveValues, Linkage
@@ -292,7 +293,7 @@ def carried_by(
 
 
 @dataclass(frozen=True, repr=False)
-class DeflectionsOfPoses:
+class DeflectionsOfPoses(StatusOfPoses):
     """How a robot deflects at a batch of poses; shares of energy are computed when first used.
 
     ``found[i]`` is the `Deflection` of one pose, ``found[found.answered]`` are those of some.
@@ -352,11 +353,6 @@ class DeflectionsOfPoses:
     def status_codes(self) -> np.ndarray:
         """Status of every pose (...); ``UNBALANCED`` where a load drives a free motion."""
         return self._loads[0]
-
-    @property
-    def status(self) -> Status:
-        """Everything that happened at any pose."""
-        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
 
     @property
     def answered(self) -> np.ndarray:

@@ -19,6 +19,7 @@ from robostiff.elastostatics import (
     scaling,
 )
 from robostiff.elastostatics.batched import Batched
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import DisagreementError
 from robostiff.spatial import Space
 
@@ -41,17 +42,12 @@ class StructuralAnalysis:
 
 
 @dataclass(frozen=True)
-class Matrices(Batched):
+class Matrices(StatusOfPoses, Batched):
     """Stiffness matrices about the robot's own reference point, with rank and status."""
 
     K: np.ndarray  # (..., n, n): meaningful where the status says that there is one
     rank: np.ndarray  # (...) of int: -1 where out of reach
     status_codes: np.ndarray  # (...) of uint16
-
-    @property
-    def batch_shape(self) -> tuple[int, ...]:
-        """Shape of the batch of poses, () for a single one."""
-        return self.status_codes.shape
 
     def differences(self, direct: Details, free: float) -> list[tuple[int, float | str]]:
         """Numbers of poses at which a record differs from the direct form, and by how much.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -183,17 +183,29 @@ def stiffness(
     >>> rs.stiffness(linkage, {"screw": [-0.1, 0, 0.2]}).rank
     array([ 6,  6, -1])
     """
-    if not isinstance(robot, Robot):
-        from robostiff.model.cable import CableRobot
+    return _answered(robot, pose, at, method, near, tolerance, by_record=True)
 
-        if isinstance(robot, CableRobot):
-            _check_options(method, tolerance)
-            _check_is_default(method, near, "cable robot", robot.name)
-            from robostiff.analysis.cable_stiffness import cable_stiffness
 
-            return cable_stiffness(robot, cast("Pose", pose), at=at, tolerance=tolerance)
-    question = question_of(robot, pose, method, near, tolerance)
-    return Stiffness.of(question, at, by_record=True)
+def _answered(
+    robot: Any,
+    pose: Any,
+    at: ArrayLike | None,
+    method: Form,
+    near: Near,
+    tolerance: Tolerance,
+    *,
+    by_record: bool = False,
+) -> Any:
+    from robostiff.model.cable import CableRobot
+
+    if not isinstance(robot, CableRobot):
+        question = question_of(robot, pose, method, near, tolerance)
+        return Stiffness.of(question, at, by_record=by_record)
+    _check_options(method, tolerance)
+    _check_is_default(method, near, "cable robot", robot.name)
+    from robostiff.analysis.cable_stiffness import cable_stiffness
+
+    return cable_stiffness(robot, pose, at=at, tolerance=tolerance)
 
 
 def compliance(
@@ -228,15 +240,4 @@ def compliance(
     >>> C.shape
     (6, 6)
     """
-    from robostiff.model.cable import CableRobot
-
-    if isinstance(robot, CableRobot):
-        _check_options(DEFAULT_METHOD, tolerance)
-        _check_is_default(DEFAULT_METHOD, near, "cable robot", robot.name)
-        from robostiff.analysis.cable_stiffness import cable_stiffness
-
-        return cable_stiffness(
-            robot, cast("Pose", pose), at=at, tolerance=tolerance
-        ).required_compliance()
-    result = direct_stiffness(robot, pose, at, near=near, tolerance=tolerance)
-    return result.required_compliance()
+    return _answered(robot, pose, at, DEFAULT_METHOD, near, tolerance).required_compliance()

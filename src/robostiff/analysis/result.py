@@ -18,7 +18,7 @@ from robostiff.elastostatics import (
     RankDecision,
     Status,
 )
-from robostiff.elastostatics.status import WITHOUT_STIFFNESS
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Stiffness(InNotebooks):
+class Stiffness(StatusOfPoses, InNotebooks):
     """K_C of a machine about a point, in world axes, with rank and status, at one pose or many.
 
     Matrix, rank and status are those of the record of the machine where it has one. All else is
@@ -106,11 +106,6 @@ class Stiffness(InNotebooks):
         """Spatial (6 x 6) or planar (3 x 3)."""
         return self.question.space
 
-    @property
-    def batch_shape(self) -> tuple[int, ...]:
-        """Shape of the batch of poses, () for a single one."""
-        return self.rows.shape
-
     @cached_property
     def pose(self) -> np.ndarray | None:
         """x, y, z [m] and rotation vector [rad] of the platform (..., 6); None for a snapshot."""
@@ -170,19 +165,9 @@ class Stiffness(InNotebooks):
         return self._found.rank
 
     @property
-    def status(self) -> Status:
-        """Status of a single pose; of a batch, all flags that hold at any pose."""
-        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
-
-    @property
     def status_codes(self) -> np.ndarray:
         """Status of every pose (...) as uint16."""
         return self._found.status_codes
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Where there is a stiffness matrix (...)."""
-        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
 
     @property
     def has_compliance(self) -> np.ndarray:

@@ -21,7 +21,8 @@ from robostiff.elastostatics import (
     Tolerance,
 )
 from robostiff.errors import InputError, NoAnswerError, TooFewDigitsError
-from robostiff.kinematics import Near, Pose, find_posture
+from robostiff.kinematics import Near, Pose
+from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network, energy_stiffness, network_of_snapshot
@@ -130,8 +131,8 @@ class Verification:
 
 
 def verify(
-    robot: Robot | Snapshot | Network,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
     *,
     near: Near = None,
     agreement: float = _AGREEMENT,
@@ -145,8 +146,8 @@ def verify(
 
     Parameters
     ----------
-    robot : Robot, Snapshot or Network
-        Of a network only the two methods for networks hold.
+    robot : Robot, Snapshot, Network or Linkage
+        Of a network or a linkage only the two methods for networks hold.
     pose : as for `stiffness`
         One pose.
     near : joint coordinates, optional
@@ -175,26 +176,20 @@ def verify(
         raise InputError(
             "robot of a verification",
             got=f"cable robot {robot.name!r}",
-            expected="a Robot, a Snapshot or a Network: there is one method for cables",
+            expected="a Robot, a Snapshot, a Network or a Linkage: there is one method for cables",
         )
     reference = direct_stiffness(robot, pose, near=near, tolerance=tolerance)
     require_one_pose("a verification", reference.batch_shape)
     if Status.UNREACHABLE in reference.status:
         raise NoAnswerError(f"nothing to verify: {'; '.join(reference.advice)}")
-    if isinstance(robot, Network):
-        network, others = robot, ()
-    else:
-        others = tuple(
+    network, others = reference.placed(), []
+    if isinstance(network, Snapshot):
+        network = network_of_snapshot(network)
+        others = [
             direct_stiffness(robot, pose, method=form, near=near, tolerance=tolerance)
             for form in _FORMS
-        )
-        snapshot = (
-            robot
-            if isinstance(robot, Snapshot)
-            else find_posture(robot, pose, near=near).snapshot.one(0)
-        )
-        network = network_of_snapshot(snapshot)
-        others = (*others, direct_stiffness(network, tolerance=tolerance))
+        ]
+        others.append(direct_stiffness(network, tolerance=tolerance))
     comparisons = [_compared(reference, other, agreement) for other in others]
     comparisons.append(_energy(reference, network, agreement, tolerance))
     return Verification(reference, tuple(comparisons), agreement)

@@ -43,6 +43,7 @@ from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness
 from robostiff.analysis.result_tables import head_html
 from robostiff.elastostatics import Status
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
@@ -138,7 +139,7 @@ class StiffnessIndices:
 
 
 @dataclass(frozen=True, repr=False)
-class IndicesOfPoses:
+class IndicesOfPoses(StatusOfPoses):
     """The stiffness indices of a batch of poses, computed when they are taken from it.
 
     ``found[i]`` are those of one pose, and ``found[found.answered]`` those of all that have a
@@ -159,11 +160,6 @@ class IndicesOfPoses:
     def status_codes(self) -> np.ndarray:
         """Status of every pose (...) as uint16."""
         return self.result.status_codes
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Which poses have indices (...)."""
-        return self.result.answered
 
     def __repr__(self) -> str:
         poses, known = self.answered.size, int(np.count_nonzero(self.answered))
