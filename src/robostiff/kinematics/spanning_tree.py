@@ -1,4 +1,4 @@
-"""Connected bodies: the spanning tree, loops that other connections close, and branches."""
+"""Connected bodies: the spanning tree and loops that others close, branches, separate parts."""
 
 from __future__ import annotations
 
@@ -160,3 +160,37 @@ def representative(group: dict[Node, Node], node: Node) -> Node:
     while (nearer := group.get(node, node)) != node:
         group[node] = node = group.get(nearer, nearer)
     return node
+
+
+def connected_parts(nodes: Iterable[Node], edges: Iterable[Iterable[Node]]) -> dict[Node, Node]:
+    """For each node the first one, in their order, that edges connect with it.
+
+    Examples
+    --------
+    >>> connected_parts("ABCD", ["CB", "D"])
+    {'A': 'A', 'B': 'B', 'C': 'B', 'D': 'D'}
+    """
+    order = {node: i for i, node in enumerate(dict.fromkeys(nodes))}
+    group: dict[Node, Node] = {}
+    for ends in edges:
+        firsts = sorted({representative(group, node) for node in ends}, key=order.__getitem__)
+        for node in firsts[1:]:
+            group[node] = firsts[0]
+    return {node: representative(group, node) for node in order}
+
+
+def independent_parts(
+    nodes: Iterable[Node], edges: Sequence[Collection[Node]]
+) -> list[tuple[list[Node], list[int]]]:
+    """Nodes that edges connect, and the numbers of these edges; an edge without a node is alone."""
+    first = connected_parts(nodes, edges)
+    parts: dict[Node, tuple[list[Node], list[int]]] = {own: ([], []) for own in first.values()}
+    for node, own in first.items():
+        parts[own][0].append(node)
+    alone = []
+    for k, ends in enumerate(edges):
+        if ends:
+            parts[first[next(iter(ends))]][1].append(k)
+        else:
+            alone.append(([], [k]))
+    return [*parts.values(), *alone]

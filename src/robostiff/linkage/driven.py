@@ -13,6 +13,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.jacobians import freedom_twist
+from robostiff.kinematics.spanning_tree import independent_parts
 from robostiff.linkage.closure import PART_OF_A_TURN, Bodies, Configuration, PathsFromHome, close
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
@@ -329,20 +330,11 @@ def _groups(
     bodies: Bodies, following: Sequence[Connection]
 ) -> Iterator[tuple[list[tuple[Connection, Loop]], list[Connection]]]:
     """Loops that share joints that follow, and these joints."""
-    tree = bodies.tree
-    left = [(cut, {c.name for c, _ in tree.around(cut)}) for cut in tree.cuts]
-    names = {c.name for c in following}
-    while left:
-        cut, joints = left.pop(0)
-        cuts, grown = [cut], True
-        while grown:
-            near = [own for own in left if own[1] & joints & names]
-            left = [own for own in left if own not in near]
-            cuts += [one for one, _ in near]
-            joints = joints.union(*(own for _, own in near))
-            grown = bool(near)
-        moving = [c for c in following if c.name in joints]
-        yield [(one, bodies.gap(one)) for one in cuts], moving
+    cuts, by_name = bodies.tree.cuts, {c.name: c for c in following}
+    around = [[c.name for c, _ in bodies.tree.around(cut) if c.name in by_name] for cut in cuts]
+    for names, loops in independent_parts(list(by_name), around):
+        gaps = [(cuts[i], bodies.gap(cuts[i])) for i in loops]
+        yield gaps, [by_name[name] for name in names]
 
 
 def _rates(

@@ -19,7 +19,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
-from robostiff.kinematics.spanning_tree import branches
+from robostiff.kinematics.spanning_tree import branches, connected_parts
 from robostiff.model import Locked, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
@@ -29,7 +29,6 @@ from robostiff.statics.chains.beam_bowing import Beams, SpringElements, is_rigid
 from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
 from robostiff.statics.chains.chain import Element, FiniteChain, FiniteCoupling
 from robostiff.statics.chains.legs import LegGroup
-from robostiff.statics.loading.flexible_platform import held_together
 from robostiff.statics.loading.from_snapshot import finite_joint
 from robostiff.statics.loading.given_loads import DeadForce, load_vector, weights_of
 
@@ -144,9 +143,9 @@ class _Bodies:
     @staticmethod
     def of(network: Network) -> _Bodies:
         base = network.fixed[0]
-        alone = {n.name: base if n.name in network.fixed else n.name for n in network.nodes}
         rigid = [(e.a, e.b) for e in network.elements if all(map(is_rigid, _parts(e)))]
-        own = held_together(alone, rigid, (base, network.platform))
+        names = (base, network.platform, *(node.name for node in network.nodes))
+        own = connected_parts(names, [network.fixed, *rigid])
         if own[network.platform] == base:
             raise InputError(
                 f"platform of {network.name!r}",
