@@ -99,8 +99,8 @@ def branches(
 ) -> Iterator[tuple[str, str, list[tuple[int, bool]]]]:
     """Series paths between bodies at which the connections branch.
 
-    They pass through bodies of two connections, and end at all others and at the given `ends`. A
-    ring that touches none of these is left out.
+    They pass through bodies of two connections, and end at all others, at the given `ends`, and at
+    one body of a ring that touches none of these.
 
     Parameters
     ----------
@@ -130,10 +130,11 @@ def branches(
             at.setdefault(body, []).append(number)
     branching = {body for body, own in at.items() if len(own) != 2}.union(ends)
     seen: set[int] = set()
-    for start in (body for body in at if body in branching):
+    for start in sorted(at, key=lambda body: body not in branching):
         for first in at[start]:
             if first in seen:
                 continue
+            branching.add(start)
             body, own, path = start, first, []
             while True:
                 a, b = connections[own]
