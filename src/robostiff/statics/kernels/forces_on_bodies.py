@@ -382,10 +382,10 @@ def loads_on_legs(
     found = []
     for walk, leg in zip(walks, placed, strict=True):
         points: dict[str, np.ndarray] = {}
-        for element in leg.parts:  # the last freedom of a joint has its body behind it
+        for element in leg.parts:
             joint = getattr(element, "joint", element.name)  # of a coupling the one that follows
-            for name in (element.name, element.name.partition("[")[0], joint):
-                points[name] = element.point
+            points |= {element.name: element.point, joint: element.point}
+            points.setdefault(element.name.partition("[")[0], element.point)
         points |= {block.name: block.branches[0].end for block in leg.all_blocks}
         own: dict[int, list[BodyLoad]] = {}
         weights: dict[tuple[int, int], list[tuple[Any, np.ndarray]]] = {}
