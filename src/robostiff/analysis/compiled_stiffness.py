@@ -181,7 +181,9 @@ class CompiledStiffness(AtGeneralPoses):
         self, pose: Any, parameters: Mapping[str, ArrayLike] | None
     ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[[Any, np.ndarray], Question]]:
         """The kernel for such poses, its inputs, values of parameters, and the direct question."""
-        kernel, taken, pose = self.kernel, self.taken, self.taken.read(pose)
+        kernel: Kernel = self.kernel
+        taken: Any = self.taken  # which of the two takes such a pose
+        pose = taken.read(pose)
         of_joints = self.joint_kernel
         if isinstance(pose, JointCoordinates):
             if of_joints is not None and of_joints is not kernel:
@@ -477,7 +479,7 @@ def is_trusted(
 def _agrees(
     kernel: Kernel,
     general: AtGeneralPoses,
-    taken: KernelInputs | LinkageInputs,
+    taken: Any,
     seed: int,
     first: int,
 ) -> bool:
