@@ -307,8 +307,9 @@ def fitted(
     """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
 
     Its common factor stands in front where all fits, and has a name where it is long; otherwise
-    it stays in the entries, and those that are too wide get a name. The `room` is that of all columns side by side, in the
-    unit of `measure`; `stacked` says that the factor may stand above the matrix.
+    it stays in the entries, and those that are too wide get a name. The `room` is that of all
+    columns side by side, in the unit of `measure`; `stacked` says that the factor may stand above
+    the matrix.
     """
 
     def widths(matrix: Any) -> list[float]:
