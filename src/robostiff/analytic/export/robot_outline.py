@@ -115,7 +115,7 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
     columns = [[*w, c] for leg in legs for w, c in zip(leg.wrenches, leg.compliances, strict=True)]
     every = [*upper, *(entry for column in columns for entry in column)]
     named = name_combinations(sp.ImmutableMatrix([every]), names.given)
-    written = dict(zip(every, named.matrix, strict=True))
+    written = dict(zip(every, named.matrix.flat(), strict=True))
     found = [
         replace(
             leg,
