@@ -36,7 +36,9 @@ def test_the_angle_of_a_triangle_has_a_name():
     assert named is not None
     angle = next(d for d in named.definitions if d.expression.has(sp.acos))
     assert angle.symbol.name.startswith("theta")
-    assert not any(x.exp == sp.S.Half for d in named.definitions for x in d.expression.atoms(sp.Pow))
+    assert not any(
+        x.exp == sp.S.Half for d in named.definitions for x in d.expression.atoms(sp.Pow)
+    )
 
 
 def test_a_sum_of_angles_has_a_name():
