@@ -183,6 +183,7 @@ class _Search:
         yield from self.by_sums(w)
         yield from self.by_unit_lengths(w)
         yield from self.by_angles(w)
+        yield from self.by_compliances(w)
 
     def without(self, w: Written, d: Definition) -> Iterator[Written]:
         """A name written out, in squares, or as a ratio times what it is divided by."""
@@ -317,6 +318,19 @@ class _Search:
                 put |= {radicand**half: sine ** (2 * half) for half in (sp.S.Half, -sp.S.Half)}
                 yield self.changed(w, lambda x, put=put: x.xreplace(put), (), new)
 
+    def by_compliances(self, w: Written) -> Iterator[Written]:
+        """Ratios of compliances where moduli are multiplied out below a fraction bar."""
+        parts = frozenset[Any]().union(*map(parts_of, w.formulas))
+        below = [x.base for x in parts if x.is_Pow and x.exp is sp.S.NegativeOne and x.base.is_Add]
+        for d in w.definitions if below else ():
+            if d.symbol in self.kept and d.expression.is_Add:
+                for total in sorted(below, key=str):
+                    factor = _multiple(total, d.expression)
+                    if factor is not None and total != d.expression:
+                        by = total, d.symbol, factor
+                        symbols = symbols_in(total)
+                        yield self.changed(w, lambda x, by=by: _over(x, *by), symbols, d)
+
     def name(self, letter: str, expression: Any, *, positive: bool = False) -> Definition:
         """A name for an expression in names, the same wherever it is given."""
         if expression not in self.given:
@@ -400,6 +414,29 @@ def _used(written: Written, kept: Iterable[Any]) -> Written:
 
     left = tuple(d for d in written.definitions if d.symbol in wanted)
     return Written(written.results, left, cache(others), written.given)
+
+
+@cacheit
+def _multiple(total: Any, compliance: Any) -> Any:
+    """The factor by which a sum is a compliance times moduli and lengths; None of others."""
+    above, below = sp.fraction(sp.together(compliance))
+    ratio = sp.factor_terms(total).as_coeff_Mul()[0] / sp.factor_terms(above).as_coeff_Mul()[0]
+    return ratio * below if sp.expand(total - ratio * above) == 0 else None
+
+
+@cacheit
+def _over(expression: Any, total: Any, name: Any, factor: Any) -> Any:
+    """An expression with a name times a factor for a sum below its fraction bars."""
+    if total not in parts_of(expression):
+        return expression
+    parts = [_over(x, total, name, factor) for x in expression.args]
+    if not (expression.is_Mul and 1 / total in parts):
+        return made_of(expression, parts) if parts else expression
+    parts.remove(1 / total)
+    sums = [x for x in parts if x.is_Add]
+    rest = [x for x in parts if not x.is_Add]
+    inside, outside = (sums[0], sums[1:]) if sums else (sp.S.One, [])
+    return sp.Mul(*rest, *outside, sp.factor_terms(sp.expand(inside / factor))) / name
 
 
 @cacheit
