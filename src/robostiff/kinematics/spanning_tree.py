@@ -1,9 +1,9 @@
-"""A spanning tree of connected bodies, and the loops that the other connections close."""
+"""Connected bodies: the spanning tree, loops that other connections close, and branches."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic, Protocol, TypeVar
@@ -92,6 +92,58 @@ def spanning_tree(base: str, connections: Iterable[Edge]) -> SpanningTree[Edge]:
                 ways[other] = (*ways[body], (connection, 1.0 if forward else -1.0))
                 waiting.append(other)
     return SpanningTree(ways, tuple(cut for cut in cuts if cut.a in ways))
+
+
+def branches(
+    connections: Sequence[tuple[str, str]], ends: Collection[str]
+) -> Iterator[tuple[str, str, list[tuple[int, bool]]]]:
+    """Series paths between bodies at which the connections branch.
+
+    They pass through bodies of two connections, and end at all others and at the given `ends`. A
+    ring that touches none of these is left out.
+
+    Parameters
+    ----------
+    connections : sequence of (str, str)
+        The two bodies of each, which differ.
+    ends : collection of str
+        Bodies at which every path ends. Paths begin at the first of them where they can.
+
+    Yields
+    ------
+    start, end : str
+        Bodies.
+    path : list of (int, bool)
+        Numbers of connections on the way, each with whether it is passed forwards.
+
+    Examples
+    --------
+    >>> bars = [("wall", "knee"), ("foot", "knee"), ("wall", "foot")]
+    >>> for start, end, path in branches(bars, ["wall", "foot"]):
+    ...     print(start, end, path)
+    wall foot [(0, True), (1, False)]
+    wall foot [(2, True)]
+    """
+    at: dict[str, list[int]] = {body: [] for body in ends}
+    for number, pair in enumerate(connections):
+        for body in pair:
+            at.setdefault(body, []).append(number)
+    branching = {body for body, own in at.items() if len(own) != 2}.union(ends)
+    seen: set[int] = set()
+    for start in (body for body in at if body in branching):
+        for first in at[start]:
+            if first in seen:
+                continue
+            body, own, path = start, first, []
+            while True:
+                a, b = connections[own]
+                path.append((own, body == a))
+                body = b if body == a else a
+                if body in branching:
+                    break
+                (own,) = (other for other in at[body] if other != own)
+            seen.update(number for number, _ in path)
+            yield start, body, path
 
 
 def representative(group: dict[Node, Node], node: Node) -> Node:

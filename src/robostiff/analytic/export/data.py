@@ -8,7 +8,7 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation, Stage
 from robostiff.analytic.exact.definition import Condition, Definition
-from robostiff.analytic.export.derivative_outline import refuse_derivative
+from robostiff.analytic.export.outline import refuse_derivative
 from robostiff.analytic.robot_derivation import InNames, LegDerivation
 
 _SCHEMA = "robostiff derive 2"

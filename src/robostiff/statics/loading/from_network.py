@@ -13,11 +13,13 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
+from robostiff.kinematics.spanning_tree import branches
 from robostiff.model import Locked, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
@@ -62,7 +64,7 @@ def group_of(
     carried: list[CarriedMass] = []
     left = dict(preload)
     places: dict[tuple[str, str, str, str], tuple[int, int]] = {}
-    for element in network.elements:
+    for number, element in enumerate(network.elements):
         a, b = bodies.of_node[element.a], bodies.of_node[element.b]
         of_part = () if isinstance(element, JointElement) else element.masses
         along = [m for m in of_part if a != b and m.start is not None]
@@ -78,8 +80,7 @@ def group_of(
                 push = left.pop(part.name, 0.0)
                 own.append(replace(joint, preload=joint.preload + push))
             else:
-                sides = (bodies.outwards(element, node) for node in (element.a, element.b))
-                own += elements.of(part, sides)
+                own += elements.of(part, bodies.sides[number])
         end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
         part = parts[0] if isinstance(parts[0], PlacedSpring) else None
         place = len(chains), len(own), len(own), part, end
@@ -183,27 +184,22 @@ class _Bodies:
         return body
 
     @cached_property
-    def held_by(self) -> Mapping[str, Sequence[NetworkElement]]:
-        """Elements that move, by the bodies at their ends."""
-        found: dict[str, list[NetworkElement]] = defaultdict(list)
-        for element in self.network.elements:
-            a, b = self.of_node[element.a], self.of_node[element.b]
-            if a != b:
-                found[a].append(element)
-                found[b].append(element)
-        return found
+    def sides(self) -> Mapping[int, Sequence[Sequence[PlacedElement]]]:
+        """Parts in series before and beyond each element, by its number, outwards from it.
 
-    def outwards(self, element: NetworkElement, node: str) -> list[PlacedElement]:
-        """Parts in series beyond an end of an element, up to a body that others hold, too."""
-        found: list[PlacedElement] = []
-        own, body = element, self.of_node[node]
-        while body in self.between and len(self.held_by[body]) == 2:
-            own = next(other for other in self.held_by[body] if other is not own)
-            if own is element:  # a ring
-                break
-            forwards = self.of_node[own.a] == body
-            found += _parts(own)[:: 1 if forwards else -1]
-            body = self.of_node[own.b if forwards else own.a]
+        They end at bodies that others hold, too. Elements within one body have none.
+        """
+        ends = [(self.of_node[e.a], self.of_node[e.b]) for e in self.network.elements]
+        parts = [_parts(e) for e in self.network.elements]
+        moving = [k for k, (a, b) in enumerate(ends) if a != b]
+        found: dict[int, Sequence[Sequence[PlacedElement]]] = {k: ([], []) for k in moving}
+        held = self.network.fixed[0], self.network.platform
+        for _, _, path in branches([ends[k] for k in moving], held):
+            way = [parts[moving[i]][:: 1 if forward else -1] for i, forward in path]
+            for place, (i, forward) in enumerate(path):
+                before = list(chain.from_iterable(way[:place]))[::-1]
+                beyond = list(chain.from_iterable(way[place + 1 :]))
+                found[moving[i]] = (before, beyond) if forward else (beyond, before)
         return found
 
     def number(self, body: str) -> int | None:
