@@ -270,7 +270,7 @@ def _drawn(rng: np.random.Generator) -> Case | None:
     snapshot = posture.snapshot.one(0)
     length = float(snapshot.characteristic_length) or 1.0
     unloaded = rs.stiffness(robot, pose)
-    C = unloaded.compliance if unloaded.answered or unloaded.serial_compliance is None else None
+    C = unloaded.compliance
     doubt = rs.Status.ILL_CONDITIONED | rs.Status.UNREACHABLE | rs.Status.FREE_MOTIONS
     if C is None or unloaded.status & doubt or not np.any(C):
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, Self
 
@@ -40,15 +40,15 @@ class Batched:
 
 def _mapped(f: Callable[[Sequence[np.ndarray]], np.ndarray], values: Sequence[Any]) -> Any:
     """The first of several values that are alike, its arrays made from those of all."""
-    first = values[0]
-    if any(value is None for value in values):
-        return None
+    first = None if any(value is None for value in values) else values[0]
     if isinstance(first, np.ndarray | np.generic):
         return f([np.asarray(value) for value in values])
     if isinstance(first, str):
         return "; ".join(dict.fromkeys(value for value in values if value))
     if isinstance(first, tuple):
         return tuple(_mapped(f, own) for own in zip(*values, strict=True))
+    if isinstance(first, Mapping):
+        return {key: _mapped(f, [value[key] for value in values]) for key in first}
     if not (isinstance(first, Batched) and is_dataclass(first)):
         return first
     names = [own.name for own in fields(first)]

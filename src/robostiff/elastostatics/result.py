@@ -9,10 +9,10 @@ import numpy as np
 from robostiff.elastostatics.batched import Batched
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
-from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status, StatusOfPoses
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
-from robostiff.spatial import Space
+from robostiff.spatial import Space, move_stiffness
 
 
 def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
@@ -30,7 +30,7 @@ def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class CartesianStiffness(Batched):
+class CartesianStiffness(StatusOfPoses, Batched):
     """K_C about a point, at one pose or a batch of poses, with rank, free motions and status.
 
     Attributes
@@ -75,16 +75,6 @@ class CartesianStiffness(Batched):
         return Space.of_size(self.matrix.shape[-1])
 
     @property
-    def batch_shape(self) -> tuple[int, ...]:
-        """Shape of the batch of poses, () for a single one."""
-        return self.matrix.shape[:-2]
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Where there is a stiffness matrix (...)."""
-        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
-
-    @property
     def K(self) -> np.ndarray:
         """Stiffness matrix (..., n, n) [N/m, N, N m].
 
@@ -99,10 +89,10 @@ class CartesianStiffness(Batched):
             raise NoAnswerError(self._complaint(answered))
         return self.matrix
 
-    @property
-    def status(self) -> Status:
-        """Status of a single pose; of a batch, all flags that hold at any pose."""
-        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+    def moved(self, v: np.ndarray) -> np.ndarray:
+        """K (..., n, n) about a point that is v (..., 3) away [m], unchecked."""
+        v = v[..., : self.space.translations]
+        return move_stiffness(self.matrix, v) if np.any(v) else self.matrix
 
     @property
     def free_motions(self) -> np.ndarray:

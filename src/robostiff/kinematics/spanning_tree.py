@@ -1,4 +1,4 @@
-"""Connected bodies: the spanning tree, loops that other connections close, and branches."""
+"""Connected bodies: the spanning tree and loops that others close, branches, separate parts."""
 
 from __future__ import annotations
 
@@ -99,8 +99,8 @@ def branches(
 ) -> Iterator[tuple[str, str, list[tuple[int, bool]]]]:
     """Series paths between bodies at which the connections branch.
 
-    They pass through bodies of two connections, and end at all others and at the given `ends`. A
-    ring that touches none of these is left out.
+    They pass through bodies of two connections, and end at all others, at the given `ends`, and at
+    one body of a ring that touches none of these.
 
     Parameters
     ----------
@@ -130,10 +130,11 @@ def branches(
             at.setdefault(body, []).append(number)
     branching = {body for body, own in at.items() if len(own) != 2}.union(ends)
     seen: set[int] = set()
-    for start in (body for body in at if body in branching):
+    for start in sorted(at, key=lambda body: body not in branching):
         for first in at[start]:
             if first in seen:
                 continue
+            branching.add(start)
             body, own, path = start, first, []
             while True:
                 a, b = connections[own]
@@ -160,3 +161,37 @@ def representative(group: dict[Node, Node], node: Node) -> Node:
     while (nearer := group.get(node, node)) != node:
         group[node] = node = group.get(nearer, nearer)
     return node
+
+
+def connected_parts(nodes: Iterable[Node], edges: Iterable[Iterable[Node]]) -> dict[Node, Node]:
+    """For each node the first one, in their order, that edges connect with it.
+
+    Examples
+    --------
+    >>> connected_parts("ABCD", ["CB", "D"])
+    {'A': 'A', 'B': 'B', 'C': 'B', 'D': 'D'}
+    """
+    order = {node: i for i, node in enumerate(dict.fromkeys(nodes))}
+    group: dict[Node, Node] = {}
+    for ends in edges:
+        firsts = sorted({representative(group, node) for node in ends}, key=order.__getitem__)
+        for node in firsts[1:]:
+            group[node] = firsts[0]
+    return {node: representative(group, node) for node in order}
+
+
+def independent_parts(
+    nodes: Iterable[Node], edges: Sequence[Collection[Node]]
+) -> list[tuple[list[Node], list[int]]]:
+    """Nodes that edges connect, and the numbers of these edges; an edge without a node is alone."""
+    first = connected_parts(nodes, edges)
+    parts: dict[Node, tuple[list[Node], list[int]]] = {own: ([], []) for own in first.values()}
+    for node, own in first.items():
+        parts[own][0].append(node)
+    alone = []
+    for k, ends in enumerate(edges):
+        if ends:
+            parts[first[next(iter(ends))]][1].append(k)
+        else:
+            alone.append(([], [k]))
+    return [*parts.values(), *alone]

@@ -259,7 +259,7 @@ class Linkage(Symbolic):
         Every path begins at the same home, which is closed once.
         """
         given = self.checked(values or {})
-        driven = _driven_by(self, tuple(given))
+        driven = driven_by(self, tuple(given))
         row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
         (found,) = driven.at(row[None])
         if not found.is_closed:
@@ -270,7 +270,11 @@ class Linkage(Symbolic):
 
 
 @kept
-def _driven_by(linkage: Linkage, joints: tuple[str, ...]) -> DrivenLinkage:
+def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
+    """The part between base and platform, closed at home and driven by some joints, or by all.
+
+    As `DrivenLinkage.moved_by`; found once for each choice of joints.
+    """
     from robostiff.linkage.driven import DrivenLinkage
 
     return DrivenLinkage.moved_by(linkage, joints)

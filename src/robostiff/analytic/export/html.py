@@ -119,6 +119,13 @@ class _Html(Typeset):
     cross, dot, apart = "<mo>×</mo>", "<mo>·</mo>", '<mspace width="0.17em"/>'
     transposed = '<msup><mrow></mrow><mi mathvariant="normal">T</mi></msup>'
     inverse = "<msup><mrow></mrow><mrow><mo>−</mo><mn>1</mn></mrow></msup>"
+    matrix_signs = (
+        "<mrow><mo>[</mo><mtable><mtr><mtd>",
+        "</mtd><mtd>",
+        "</mtd></mtr><mtr><mtd>",
+        "</mtd></mtr></mtable><mo>]</mo></mrow>",
+    )
+    list_signs = (["<dl>"], "<dt>{}</dt><dd>{}</dd>", ["</dl>"])
     total, total_over = "<mo>∑</mo>", "<munder><mo>∑</mo><mi>{}</mi></munder>"
 
     def word(self, word: str) -> str:
@@ -141,11 +148,6 @@ class _Html(Typeset):
         below = f"<mrow>{below}</mrow>" if len(subscripts) > 1 else below
         return f"<msub>{letter}{below}</msub>"
 
-    def matrix(self, rows: list[list[str]]) -> str:
-        cells = ("".join(f"<mtd>{entry}</mtd>" for entry in row) for row in rows)
-        body = "".join(f"<mtr>{row}</mtr>" for row in cells)
-        return f"<mrow><mo>[</mo><mtable>{body}</mtable><mo>]</mo></mrow>"
-
     def inline(self, formula: str) -> str:
         return element("math", mathml(formula))
 
@@ -157,10 +159,6 @@ class _Html(Typeset):
 
     def paragraph(self, text: str) -> str:
         return element("p", text)
-
-    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
-        terms = (element("dt", names) + element("dd", meaning) for names, meaning in rows)
-        return element("dl", "".join(terms))
 
     def table(self, rows: list[list[str]]) -> str:
         kinds = ["th", *["td"] * (len(rows) - 1)]

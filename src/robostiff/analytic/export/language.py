@@ -88,6 +88,9 @@ class Language(ABC):
     total_over: str  # an index
     apart: str  # between a word and what it multiplies
     zero: str = "0"
+    below: str  # subscripts
+    matrix_signs: tuple[str, str, str, str]  # start, between cells, between rows, end
+    list_signs: tuple[Sequence[str], str, Sequence[str]]  # lines before, names and meaning, after
     dots: str = "…"
 
     def __init__(self, room: float = math.inf, first: int = 1) -> None:
@@ -98,25 +101,27 @@ class Language(ABC):
     def write(self, expression: Any) -> str:
         """An expression of SymPy."""
 
-    @abstractmethod
     def word(self, word: str) -> str:
         """A part of a name: a letter, a number, or a word."""
+        return word
 
-    @abstractmethod
     def bold(self, letter: str) -> str:
         """The letter of a vector or matrix."""
+        return letter
 
-    @abstractmethod
     def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
         """A written letter with primes and written subscripts."""
+        below = self.below.format(",".join(subscripts)) if subscripts else ""
+        return letter + "'" * primes + below
 
-    @abstractmethod
     def matrix(self, rows: list[list[str]]) -> str:
         """Written entries in brackets."""
+        start, cells, lines, end = self.matrix_signs
+        return start + lines.join(cells.join(row) for row in rows) + end
 
-    @abstractmethod
     def inline(self, formula: str) -> str:
         """A formula in a sentence."""
+        return f"${formula}$"
 
     @abstractmethod
     def words(self, text: str) -> str:
@@ -130,9 +135,10 @@ class Language(ABC):
         """Written sentences."""
         return text
 
-    @abstractmethod
     def listed(self, rows: Sequence[tuple[str, str]]) -> str:
         """Written names with their meanings."""
+        start, item, end = self.list_signs
+        return "\n".join([*start, *(item.format(*row) for row in rows), *end])
 
     @abstractmethod
     def table(self, rows: list[list[str]]) -> str:

@@ -156,7 +156,11 @@ class _Latex(Language):
     fraction, partial, norm = r"\frac{{{}}}{{{}}}", "\\partial ", r"\lvert {} \rvert"
     cross, dot, apart, dots = r"\times", r"\cdot", r" \, ", r"\ldots"
     transposed, inverse = r"^{\mathsf{T}}", "^{-1}"
-    total, total_over = r"\sum", r"\sum_{{{}}}"
+    total, total_over, below = r"\sum", r"\sum_{{{}}}", "_{{{}}}"
+    matrix_signs = ("\\begin{bmatrix}\n", " & ", " \\\\\n", "\n\\end{bmatrix}")
+    # Not a description: its labels are never broken over lines.
+    _start = r"\begin{itemize}\itemsep=0pt\parsep=0pt"
+    list_signs = ([_start], r"\item {}: {}", [r"\end{itemize}"])
 
     def write(self, expression: Any) -> str:
         symbols = expression.atoms(sp.Symbol)
@@ -178,33 +182,18 @@ class _Latex(Language):
     def bold(self, letter: str) -> str:
         return f"\\mathbf{{{latex_words(letter)}}}"
 
-    def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
-        below = f"_{{{','.join(subscripts)}}}" if subscripts else ""
-        return letter + "'" * primes + below
-
     def matrix(self, rows: list[list[str]]) -> str:
-        lines = [" & ".join(row) for row in rows]
-        apart = "[4pt]" if any("\\frac" in line for line in lines) else ""  # fractions do not meet
-        body = f" \\\\{apart}\n".join(lines)
-        return f"\\begin{{bmatrix}}\n{body}\n\\end{{bmatrix}}"
+        written = super().matrix(rows)  # fractions do not meet
+        return written.replace(" \\\\\n", " \\\\[4pt]\n") if "\\frac" in written else written
 
     def in_brackets(self, written: str) -> str:
         return _bracketed(written)
-
-    def inline(self, formula: str) -> str:
-        return f"${formula}$"
 
     def words(self, text: str) -> str:
         return _SLASH.sub(r"/\\allowbreak{}", latex_words(text))
 
     def heading(self, text: str, level: int) -> str:
         return f"\\{'subsection' if level == 1 else 'paragraph'}*{{{text}}}"
-
-    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
-        # Not a description: its labels are never broken over lines.
-        items = [f"\\item {names}: {meaning}" for names, meaning in rows]
-        start = "\\begin{itemize}\\itemsep=0pt\\parsep=0pt"
-        return "\n".join([start, *items, "\\end{itemize}"])
 
     def table(self, rows: list[list[str]]) -> str:
         head, *lines = map(" & ".join, rows)
@@ -229,16 +218,13 @@ class _Latex(Language):
 class _Markdown(_Latex):
     """Words in Markdown, formulas in LaTeX."""
 
-    dots = "…"
+    dots, list_signs = "…", ((), "- {}: {}", ())
 
     def words(self, text: str) -> str:
         return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
 
     def heading(self, text: str, level: int) -> str:
         return f"{'#' * level} {text}"
-
-    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
-        return "\n".join(f"- {names}: {meaning}" for names, meaning in rows)
 
     def table(self, rows: list[list[str]]) -> str:
         each = [rows[0], ["---"] * len(rows[0]), *rows[1:]]

@@ -66,7 +66,7 @@ class _PlainText(Language):
     opening, closing, slash, power = "(", ")", "/", "^{}"
     cross, dot, norm, apart = "x", ".", "|{}|", " "
     transposed, inverse, total, total_over = "^T", "^-1", "sum of", "sum over {} of"
-    dots = "..."
+    dots, matrix_signs = "...", ("[", ", ", "; ", "]")
 
     def __init__(self, width: int = 88) -> None:
         super().__init__()
@@ -79,21 +79,15 @@ class _PlainText(Language):
     def name(self, name: str, *, bold: bool = False) -> str:
         return name
 
-    def word(self, word: str) -> str:
-        return word
+    def inline(self, formula: str) -> str:
+        return formula
 
-    bold = inline = words = word
-
-    def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
-        return "_".join([f"{letter}{chr(39) * primes}", *subscripts])
+    words = inline
 
     def over(self, above: str, below: str) -> str:
         if above.endswith(self.transposed):
             return f"{above} / {below}"
         return "/".join(f"({x})" if " " in x and x[0] != "|" else x for x in (above, below))
-
-    def matrix(self, rows: list[list[str]]) -> str:
-        return f"[{'; '.join(', '.join(row) for row in rows)}]"
 
     def heading(self, text: str, level: int) -> str:
         title = " ".join(text.split())

@@ -150,6 +150,9 @@ class _Typst(Typeset):
     opening, closing, slash, power = r"\(", r"\)", r"\/", "^({})"
     fraction, root, in_a_line, raised = "frac({}, {})", "sqrt({})", r"{}\/{}", "{}^({})"
     partial, norm, cross, dot, apart = "partial ", "abs({})", "times", "dot", " thin "
+    below, matrix_signs = "_({})", ('mat(delim: "[",\n  ', ", ", ";\n  ", ")")
+    _shape = "columns: (16%, 1fr), stroke: none, inset: (x: 0pt, y: 3pt), column-gutter: 1em,"
+    list_signs = ([f"#table({_shape}"], "  [{}], [{}],", [")"])
     transposed, inverse, total, total_over = "^sans(upright(T))", "^(-1)", "sum", "sum_{}"
 
     def word(self, word: str) -> str:
@@ -159,27 +162,11 @@ class _Typst(Typeset):
     def bold(self, letter: str) -> str:
         return f"bold(upright({self.word(letter)}))"
 
-    def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
-        below = f"_({','.join(subscripts)})" if subscripts else ""
-        return letter + "'" * primes + below
-
-    def matrix(self, rows: list[list[str]]) -> str:
-        body = ";\n  ".join(", ".join(row) for row in rows)
-        return f'mat(delim: "[",\n  {body})'
-
-    def inline(self, formula: str) -> str:
-        return f"${formula}$"
-
     def words(self, text: str) -> str:
         return typst_text(text)
 
     def heading(self, text: str, level: int) -> str:
         return f"{'=' * (self.first + level - 1)} {text}"
-
-    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
-        shape = "columns: (16%, 1fr), stroke: none, inset: (x: 0pt, y: 3pt), column-gutter: 1em,"
-        cells = (f"  [{names}], [{meaning}]," for names, meaning in rows)
-        return "\n".join([f"#table({shape}", *cells, ")"])
 
     def table(self, rows: list[list[str]]) -> str:
         cells = [f"  {' '.join(f'[{cell}],' for cell in row)}" for row in rows]

@@ -13,8 +13,6 @@ from robostiff.kinematics.closure.assembly_mode import CLOSED, AssemblyMode, nea
 from robostiff.kinematics.closure.loop_equations import (
     ClosurePart,
     LoopEquations,
-    Spin,
-    spins_of,
 )
 from robostiff.kinematics.closure.motion_tree import AT_REST, LoopEnd, MotionTree
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
@@ -131,14 +129,9 @@ class NewtonTask(LoopEquations):
         return np.array([*(6 + np.flatnonzero(free)), *self.open], dtype=int)
 
     @cached_property
-    def spins(self) -> tuple[Spin, ...]:
-        """The screws whose turns another joint takes back."""
-        starts = np.cumsum([6, *(leg.chain.size for leg in self.legs)]).tolist()
-        return tuple(
-            spin.after(start)
-            for leg, start in zip(self.legs, starts, strict=False)
-            for spin in spins_of(leg.chain, self.length)
-        )
+    def guess(self) -> np.ndarray:
+        """No pose, and the home coordinates of all legs."""
+        return np.concatenate([np.zeros(6), *(leg.chain.home for leg in self.legs)])
 
     def _apart(self, x: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """Views of the pose coordinates and of the coordinates of each leg."""

@@ -13,17 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree
-from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
-from robostiff.model import (
-    Chain,
-    Joint,
-    JointKind,
-    Locked,
-    ParallelBlock,
-    PlacedFreedom,
-    Telescope,
-)
 from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.rotation import vector_of_rotation
 
@@ -39,14 +29,10 @@ class Spin:
     back. One step of Newton's method goes that far only where both turn together.
     """
 
-    place: int  # of the screw in the coordinate vector of its leg
+    place: int  # of the screw
     back: tuple[int, ...]  # places of a coaxial turn, or of a spherical joint on the axis
     # Angle that advances by the characteristic length, or one radian if that is more [rad]
     unit: float
-
-    def after(self, start: int) -> Spin:
-        """The same in a vector that has other coordinates before those of the chain."""
-        return Spin(self.place + start, tuple(i + start for i in self.back), self.unit)
 
     def add_to(self, rates: np.ndarray, axes: np.ndarray) -> None:
         """In rates (N, ends, 6, size), the screw's become those of an advance without a turn.
@@ -70,67 +56,41 @@ class Spin:
             yield i, -np.einsum("...i,...i->...", axes[:, self.place], axes[:, i])
 
 
-def spins_of(chain: Chain, length: float) -> tuple[Spin, ...]:
-    """The screws of a chain whose turns another of its joints takes back, at any posture."""
-    if chain.is_coupled or not any(screw.turns and screw.slides for screw in chain.freedoms):
-        return ()  # what turns back must be free to turn alone
-    drawn = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, chain.size))
-    q = np.where(chain.free, drawn, chain.home)
-    freedoms = place_chain(chain, q, np.eye(3), np.zeros(3)).freedoms
+def _spins_of(loops: LoopEquations) -> tuple[Spin, ...]:
+    """The screws whose turns another joint of their chain takes back, at any posture."""
+    tree, free = loops.tree, loops.unknowns.tolist()
+    screws = [i for i in free if tree.screws[i].turns and tree.screws[i].slides]
+    if not screws:
+        return ()
+    x = np.tile(loops.guess, (2, 1))
+    x[:, free] = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, len(free)))
+    placed = tree.placed(x)
+    balls = [tuple(own) for own in tree.balls.tolist() if own[0] in free]
+    of_balls = {i for own in balls for i in own}
+    turning = [(i,) for i in free if tree.screws[i].is_rotation and i not in of_balls]
     found = []
-    for moving in _of_one_chain(chain):
-        turning = list(_turning(moving))
-        for i in (i for _, where in moving for i in range(where.start, where.stop)):
-            screw = freedoms[i]
-            if not (screw.turns and screw.slides) or not chain.free[i]:
-                continue
-            fits = [back for back in turning if _is_on_axis(screw, [freedoms[k] for k in back])]
-            if fits:
-                nearest = min(fits, key=lambda back: abs(back[0] - i))
-                unit = max(1.0, length / abs(float(screw.pitch)))
-                found.append(Spin(i, nearest, unit))
+    for i in screws:
+        chain, pitch = tree.chains[i], abs(float(tree.screws[i].pitch))
+        fits = [
+            back
+            for back in (*balls, *turning)
+            if tree.chains[back[0]] == chain and chain is not None
+            if _is_on_axis(placed, i, back, pitch)
+        ]
+        if fits:
+            nearest = min(fits, key=lambda back: abs(back[0] - i))
+            found.append(Spin(i, nearest, max(1.0, loops.length / pitch)))
     return tuple(found)
 
 
-_Moving = list[tuple[Joint | Telescope, slice]]
-
-
-def _of_one_chain(chain: Chain, start: int = 0) -> Iterator[_Moving]:
-    """What moves, with its places, in the branches of blocks and in the chain itself."""
-    own: _Moving = []
-    for element in chain.elements:
-        if isinstance(element, ParallelBlock):
-            for branch in element.branches:
-                yield from _of_one_chain(branch.chain, start)
-                start += branch.chain.size
-        elif isinstance(element, Joint | Telescope):
-            own.append((element, slice(start, start + len(element.freedoms))))
-            start += len(element.freedoms)
-    yield own
-
-
-def _turning(moving: _Moving) -> Iterator[tuple[int, ...]]:
-    """Places of pure turns, each alone, and of spherical joints, all three."""
-    for element, where in moving:
-        places = tuple(range(where.start, where.stop))
-        if isinstance(element.role, Locked):
-            continue
-        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
-            yield places
-        else:
-            yield from (
-                (i,) for i, screw in zip(places, element.freedoms, strict=True) if screw.is_rotation
-            )
-
-
-def _is_on_axis(screw: PlacedFreedom, back: list[PlacedFreedom]) -> bool:
+def _is_on_axis(placed: PlacedTree, screw: int, back: tuple[int, ...], pitch: float) -> bool:
     """Whether the axis of a turn is that of a screw, or a spherical joint is on it."""
-    apart = back[0].point - screw.point
-    size = np.linalg.norm(apart, axis=-1).max() + abs(float(screw.pitch))
-    off = np.linalg.norm(np.cross(screw.axis, apart), axis=-1).max()
+    apart, axis = placed.points[:, back[0]] - placed.points[:, screw], placed.axes[:, screw]
+    size = np.linalg.norm(apart, axis=-1).max() + pitch
+    off = np.linalg.norm(np.cross(axis, apart), axis=-1).max()
     turned = 0.0
     if len(back) == 1:
-        turned = float(np.linalg.norm(np.cross(screw.axis, back[0].axis), axis=-1).max())
+        turned = float(np.linalg.norm(np.cross(axis, placed.axes[:, back[0]]), axis=-1).max())
     return bool(off <= _COAXIAL * size and turned <= _COAXIAL)
 
 
@@ -191,7 +151,12 @@ class LoopEquations(ABC):
     @cached_property
     def spins(self) -> Sequence[Spin]:
         """Screws whose turns another joint takes back."""
-        return ()
+        return _spins_of(self)
+
+    @cached_property
+    @abstractmethod
+    def guess(self) -> np.ndarray:
+        """Coordinates (size,) to start from; those that are not unknown stay there."""
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """All gaps as parts of the length and radians (N, 6 m)."""

@@ -96,6 +96,10 @@ class MotionTree:
     ends : list of LoopEnd
     beams : list of (int, float, float)
         Of telescopes: place of the coordinate, length where it is 0 [m], and part of it.
+    screws : list of Screw
+        Of each coordinate.
+    chains : list of int or None
+        Of each coordinate the chain or branch in which it is; None where joints are coupled.
     """
 
     def __init__(self) -> None:
@@ -103,7 +107,9 @@ class MotionTree:
         self.beams: list[tuple[int, float, float]] = []
         self._motions: list[tuple[int, np.ndarray]] = []  # of coupled chains, with first places
         self._before: list[Fixed] = []
-        self._screws: list[Screw] = []
+        self.screws: list[Screw] = []
+        self.chains: list[int | None] = []
+        self._count = 0  # of chains
         self._coordinates: list[int] = []  # of each frame
         self._frames: list[int] = []  # of each coordinate
         self._axes: list[np.ndarray] = []  # of each coordinate, in the frame before
@@ -114,16 +120,20 @@ class MotionTree:
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return len(self._screws)
+        return len(self.screws)
 
     def along(self, chain: Chain, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
         """Where a chain ends, and the places of coordinates that lead there."""
-        if (T := chain.joint_motions) is not None:
-            self._motions.append((self.size, T))
-        return self._along(chain, at)
+        first, T = self.size, chain.joint_motions
+        found = self._along(chain, at)
+        if T is not None:
+            self._motions.append((first, T))
+            self.chains[first:] = [None] * len(T)
+        return found
 
     def _along(self, chain: Chain, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
         led_by: list[int] = []
+        self._count = number = self._count + 1
         for element in chain.elements:
             first = self.size
             if isinstance(element, Rigid):
@@ -149,6 +159,7 @@ class MotionTree:
                     at = self._moved(at, screw, led_by[-1], share)
             else:
                 at = at.to(np.eye(3), element.to)
+            self.chains += [number] * (self.size - len(self.chains))
         return at, tuple(led_by)
 
     def _across(self, block: ParallelBlock, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
@@ -169,7 +180,7 @@ class MotionTree:
         """A coordinate whose line passes through the origin of the frame made next."""
         self._frames.append(len(self._levels))
         self._axes.append(at.R @ screw.axis)
-        self._screws.append(screw)
+        self.screws.append(screw)
 
     def _moved(self, at: Fixed, screw: Screw, place: int, share: float = 1.0) -> Fixed:
         """The frame that a screw moves, by a share of its advance."""
@@ -188,7 +199,7 @@ class MotionTree:
     @cached_property
     def turns(self) -> np.ndarray:
         """Which coordinates turn (size,) bool."""
-        return np.array([screw.turns for screw in self._screws], dtype=bool)
+        return np.array([screw.turns for screw in self.screws], dtype=bool)
 
     @cached_property
     def _sorted(self) -> _Sorted:
@@ -197,7 +208,7 @@ class MotionTree:
         number[order] = 1 + np.arange(len(order))
         before = [self._before[i - 1] for i in order]
         places = np.array([self._coordinates[i - 1] for i in order], dtype=int)
-        screws = [self._screws[i] for i in places]
+        screws = [self.screws[i] for i in places]
         A = np.array([one.R for one in before], dtype=float).reshape(-1, 3, 3)
         E = np.array([skew(screw.axis) * screw.turns for screw in screws]).reshape(-1, 3, 3)
         level = np.array(self._levels, dtype=int)[order]
@@ -275,7 +286,7 @@ class MotionTree:
         ends, places, leads = self._pairs
         at = np.where(leads[:, None], placed.p_wanted[:, ends], placed.p[:, ends])
         e, r = placed.axes[:, places], at - placed.points[:, places]
-        pitches = [self._screws[i].pitch for i in places]
+        pitches = [self.screws[i].pitch for i in places]
         twist = twists_of_screws(transposed(e), transposed(r), pitches)
         J = np.zeros((len(at), len(self.ends), 6, self.size))
         J[:, ends, :, places] = np.moveaxis(np.where(leads, -twist, twist), -1, 0)

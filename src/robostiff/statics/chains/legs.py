@@ -50,6 +50,8 @@ class LegGroup:
     nodes : mapping of str to int or None
         Of a flexible platform, and the moving ones of a network, the body of each node: its place
         in `points`, None for the platform.
+    within : mapping of str to (int, int)
+        Nodes of a network through which chains pass: the chain, and how many elements lie before.
     """
 
     indices: tuple[int, ...]
@@ -62,6 +64,7 @@ class LegGroup:
     owners: tuple[int, ...] = ()
     couplings: tuple[FiniteCoupling, ...] = ()
     nodes: Mapping[str, int | None] = field(default_factory=dict)
+    within: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     @staticmethod
     def stacked(legs: Sequence[LegGroup]) -> LegGroup:
