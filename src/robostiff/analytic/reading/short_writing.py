@@ -28,7 +28,7 @@ from robostiff.analytic.exact.operation_count import count_of, operations_in, pa
 from robostiff.analytic.reading.combinations import free_names
 
 _LINES = 10  # lines that are read at a glance
-_A_NAME, _A_NEW_NAME = 2, 3  # operations that a name costs, and one that the search gives
+_A_NAME, _A_NEW_NAME = 1, 3  # operations that a name costs, and one that the search gives
 _A_LINE = 6  # and each line beyond ten
 _WIDTH, _ALIKE = 6, 2  # ways that are followed at a time, and those of as many lines
 _ROUNDS = 30
@@ -168,12 +168,8 @@ class _Search:
                     seen.add(key)
                     found.append(one)
             states, stale = _shortest_of_each_length(found), stale + 1
-            for one in states:
-                # Lines are worth more operations where there are too many, and not below.
-                is_short = one.operations <= self.start.operations
-                is_better = (one.cost, one.lines) < (best.cost, best.lines)
-                if is_better and (is_short or self.start.lines > _LINES):
-                    best, stale = one, 0
+            if states and states[0].cost < best.cost:
+                best, stale = states[0], 0
             if not states or stale > _PATIENCE:
                 break
         return best
