@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.result_tables import stiffness_html
 from robostiff.elastostatics import BlockCompliance, CartesianStiffness, Form, RankDecision, Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
@@ -249,9 +248,6 @@ class RobotStiffness(InNotebooks):
         if point is None:
             return self
         return replace(self, reference_point=points_given(point, self.batch_shape))
-
-    def _repr_html_(self) -> str:
-        return stiffness_html(self)
 
     def __repr__(self) -> str:
         return in_short(self, "RobotStiffness")

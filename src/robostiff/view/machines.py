@@ -11,18 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.result_tables import (
-    blocks_html,
-    cable_load_blocks,
-)
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.linkage import Linkage
+from robostiff.markup import blocks_html, page_html
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.page.cables import cable_load_blocks, cable_stiffness_page
 from robostiff.plot.geometry.displacement import at_rest, network_motion, spatial
 from robostiff.plot.geometry.ellipsoid import Quality, Stiffness
 from robostiff.plot.geometry.legs import points_of
@@ -270,7 +268,7 @@ class CableMachine(Machine):
             kind_of(status.is_bad, not status),
             advice,
             layers,
-            before._repr_html_(),
+            page_html(cable_stiffness_page(before)),
             UNDER_LOAD + blocks_html(blocks) if blocks else "",
             tuple(words),
         )
