@@ -45,44 +45,13 @@ def indices_page(result: RobotStiffness, found: StiffnessIndices | None) -> Page
 
 
 def _blocks(found: StiffnessIndices) -> list[Block | None]:
-    worst, ratio, screws = found.worst_deflection, found.anisotropy, found.eigenscrews
-    unit_force = f"along {direction_in_words(worst.translational_direction)}"
-    unit_moment = f"about {direction_in_words(worst.rotational_direction)}"
     condition, work, status = found.condition, found.virtual_work, found.status
     return [
         _along_axes(found),
-        _listed(f"principal stiffness: {found.principal.about}", _loads(found.principal)),
+        principal_table(found),
         _listed(f"collinear stiffness: {found.collinear.about}", _loads(found.collinear)),
-        _listed(
-            f"worst deflection {worst.about}",
-            [
-                _worst(worst.translational, "m/N", unit_force, status),
-                _worst(worst.rotational, "rad/(N m)", unit_moment, status),
-            ],
-            [
-                f"anisotropy: {_known(ratio.translational, status)} of displacements, "
-                f"{_known(ratio.rotational, status)} of rotations"
-            ],
-        ),
-        _listed(
-            f"eigenscrews: {screws.about}",
-            [
-                *(_entry(w.stiffness, "N/m", _wrench(w)) for w in screws.wrenches),
-                *(
-                    _entry(t.stiffness, "N m/rad", str(FreeMotion(np.zeros(6), t.screw)))
-                    for t in screws.twists
-                ),
-            ],
-            [
-                *(
-                    f"compliant axis: {direction_in_words(axis.direction)} through "
-                    f"({_place(axis.point)}) m"
-                    for axis in screws.compliant_axes
-                ),
-                f"centre of stiffness:  {_centre(found.centre_of_stiffness)}",
-                f"centre of compliance: {_centre(found.centre_of_compliance)}",
-            ],
-        ),
+        worst_table(found),
+        screw_table(found),
         _listed(
             f"rotations multiplied by the characteristic length {number(found.length)} m:",
             [
@@ -128,31 +97,49 @@ def _listed(title: str, entries: Iterable[_Entry], further: Sequence[str] = ()) 
 
 def principal_table(found: StiffnessIndices) -> Table:
     """Principal stiffnesses with their directions, the smallest first."""
-    rows = [[words, value] for value, _, words in _loads(found.principal)]
-    return Table(["load", "principal stiffness"], rows)
+    return _listed(f"principal stiffness: {found.principal.about}", _loads(found.principal))
 
 
-def ratio_table(found: StiffnessIndices) -> Table:
-    """Worst deflections, ratios and centres."""
-    unlimited = "unlimited" if Status.FREE_MOTIONS in found.status else "unknown: below rounding"
+def worst_table(found: StiffnessIndices) -> Table:
+    """The largest deflections of unit loads, and how much they differ by direction."""
+    worst, ratio, status = found.worst_deflection, found.anisotropy, found.status
+    unit_force = f"along {direction_in_words(worst.translational_direction)}"
+    unit_moment = f"about {direction_in_words(worst.rotational_direction)}"
+    return _listed(
+        f"worst deflection {worst.about}",
+        [
+            _worst(worst.translational, "m/N", unit_force, status),
+            _worst(worst.rotational, "rad/(N m)", unit_moment, status),
+        ],
+        [
+            f"anisotropy: {_known(ratio.translational, status)} of displacements, "
+            f"{_known(ratio.rotational, status)} of rotations"
+        ],
+    )
 
-    def shown(value: float | None, unit: str) -> Cell:
-        return unlimited if value is None else Number(float(value), unit)
 
-    def place(centre: Centre) -> str:
-        return "none" if centre.point is None else f"({row(np.asarray(centre.point))}) m"
-
-    worst, ratio = found.worst_deflection, found.anisotropy
-    condition = f"condition number, rotations times {number(found.length)} m"
-    rows: list[list[Cell]] = [
-        ["largest displacement of a unit force", shown(worst.translational, "m/N")],
-        ["largest rotation of a unit moment", shown(worst.rotational, "rad/(N m)")],
-        ["largest over smallest displacement", shown(ratio.translational, "")],
-        [condition, shown(found.condition.two_norm, "")],
-        ["centre of stiffness", place(found.centre_of_stiffness)],
-        ["centre of compliance", place(found.centre_of_compliance)],
-    ]
-    return Table(["", "value"], rows)
+def screw_table(found: StiffnessIndices) -> Table:
+    """Eigenscrews, compliant axes and centres."""
+    screws = found.eigenscrews
+    return _listed(
+        f"eigenscrews: {screws.about}",
+        [
+            *(_entry(w.stiffness, "N/m", _wrench(w)) for w in screws.wrenches),
+            *(
+                _entry(t.stiffness, "N m/rad", str(FreeMotion(np.zeros(6), t.screw)))
+                for t in screws.twists
+            ),
+        ],
+        [
+            *(
+                f"compliant axis: {direction_in_words(axis.direction)} through "
+                f"({_place(axis.point)}) m"
+                for axis in screws.compliant_axes
+            ),
+            f"centre of stiffness:  {_centre(found.centre_of_stiffness)}",
+            f"centre of compliance: {_centre(found.centre_of_compliance)}",
+        ],
+    )
 
 
 def _loads(found: PrincipalStiffnesses | CollinearStiffness) -> Iterator[_Entry]:

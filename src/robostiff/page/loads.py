@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from robostiff.analysis.deflection_under_load import part_name
+from robostiff.analysis import PartShare
 from robostiff.elastostatics import Status
 from robostiff.markup import (
     COMPLIANCE_UNITS,
@@ -297,15 +297,8 @@ def response_page(network: Network, result: NetworkResponse) -> Page:
         )
     energies = sorted(result.loads.energies, key=lambda part: -part[2])
     whole = sum(energy for *_, energy in energies) or 1.0
-    shares = [(part_name(*of), 100 * energy / whole) for *of, energy in energies[:_MOST]]
-    blocks.append(
-        Table(
-            ["part", "share of the elastic energy"],
-            [[name, Number(share, "%")] for name, share in shares],
-            f"elastic energy {result.energy:.4g} J, by part:",
-            [f"{share:7.2f} %  {name}" for name, share in shares],
-        )
-    )
+    shares = [PartShare(of, part, energy, energy / whole) for of, part, energy in energies]
+    blocks.append(energy_table(shares, result.energy))
     displacements = {
         node.name: [*result.shifts[node.name], *[None] * turns]
         if node.name in result.shifts
