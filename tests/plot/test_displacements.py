@@ -97,7 +97,7 @@ def test_legs_of_random_robots_close(free: FreeRobot, seed: int):
     if not bent.has_answer:
         return
     motions = motion_under(free.snapshot, bent)
-    s = np.repeat([1.0, float(answer.about_reference.length)], 3)
+    s = np.repeat([1.0, float(answer.length)], 3)
     size = np.linalg.norm(motions["platform"].twist * s)
     for leg in free.snapshot.legs:
         gap = (bodies_of(leg, motions)[-1].twist - motions["platform"].twist) * s

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis.posed_stiffness import stiffness
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.cli.command import BAD_STATUS, answered, slips
 from robostiff.cli.options import Answer, Length, Model, Posing
 from robostiff.cli.options_of_answers import CheckDetails, Method, WrittenLoads, WrittenTensions
-from robostiff.cli.output import draw, picture_beside, show
+from robostiff.cli.output import draw, picture_beside
 from robostiff.cli.written_arguments import (
     chosen,
     gravity_from,
@@ -45,7 +45,7 @@ METHODS: dict[str, Form] = {
 def check_robot(model: Model, details: CheckDetails, answer: Answer) -> int:
     """Print the parts of a robot; reading the file checks it."""
     from robostiff.analysis.parts_at_home import mobility_at_home, parts_at_home
-    from robostiff.cli.robot_facts import facts_of, facts_text
+    from robostiff.page.facts import facts_of, facts_page
 
     picture = picture_beside(details.plot, answer)
     doubts: list[str] = []
@@ -63,8 +63,7 @@ def check_robot(model: Model, details: CheckDetails, answer: Answer) -> int:
 
         draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)
         facts["picture"] = str(picture)
-    show(facts if answer.as_json else facts_text(facts))
-    return 0
+    return answered(facts_page(facts), answer)
 
 
 def print_stiffness(model: Model, place: Posing, method: Method, answer: Answer) -> int:
@@ -72,7 +71,7 @@ def print_stiffness(model: Model, place: Posing, method: Method, answer: Answer)
     form = chosen("--method", method.method, METHODS)
     robot = loaded(model, place)
     result = stiffness(robot, method=form, **where_from(robot, place))
-    if not isinstance(result, RobotStiffness):
+    if not isinstance(result, Stiffness):
         from robostiff.page.cables import cable_stiffness_page
 
         return answered(cable_stiffness_page(result), answer)

@@ -71,7 +71,7 @@ def print_modes(
     answer: Answer,
 ) -> int:
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
-    from robostiff.cli.robot_facts import masses_at_home, masses_in_words
+    from robostiff.page.facts import masses_at_home, masses_in_words
 
     picture = picture_beside(shown.plot, answer)
     robot = loaded(model, place)

@@ -1,10 +1,10 @@
 from robostiff.page.cables import cable_response_page, cable_stiffness_page
 from robostiff.page.data import page_data
+from robostiff.page.facts import facts_of, facts_page, robot_page
 from robostiff.page.indices import indices_page, principal_table
 from robostiff.page.loads import equilibrium_page, modes_page, response_page
 from robostiff.page.matlab import write_matlab
 from robostiff.page.of_result import page_of
-from robostiff.page.robot import robot_page
 from robostiff.page.stiffness import deflection_page, stiffness_page, verification_page
 
 __all__ = [
@@ -12,6 +12,8 @@ __all__ = [
     "cable_stiffness_page",
     "deflection_page",
     "equilibrium_page",
+    "facts_of",
+    "facts_page",
     "indices_page",
     "modes_page",
     "page_data",

@@ -103,7 +103,7 @@ def cable_response_page(found: CableResponse) -> Page:
     )
 
 
-def cable_load_blocks(found: CableResponse) -> list[Block | None]:
+def cable_load_blocks(found: CableResponse) -> list[Block]:
     """A load that cables carry: displacement, tensions, the first slack cable, K of taut cables."""
     before, after = found.before, found.after
     if after is None or found.displacement is None:

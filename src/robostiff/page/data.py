@@ -24,10 +24,11 @@ def page_data(page: Page) -> dict[str, Any]:
     JSON-ready; what there is none of is null. ``status`` joins what happened with ``+``, and is
     ``ok`` for a plain answer.
     """
+    status = {} if page.status is None else {"status": str(page.status)}
     return {
         "robostiff": __version__,
         "robot": page.name,
-        "status": str(page.status),
+        **status,
         "advice": list(page.advice),
         **{name: plain(value) for name, value in page.data.items()},
     }

@@ -7,7 +7,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness
+from robostiff.analysis import Stiffness
 from robostiff.analysis.free_motion import FreeMotion, direction_in_words
 from robostiff.analysis.indices import (
     Centre,
@@ -24,7 +24,7 @@ from robostiff.page.stiffness import place_of, stiffness_page
 _SMALL = 1e-9
 
 
-def indices_page(result: RobotStiffness, found: StiffnessIndices | None) -> Page:
+def indices_page(result: Stiffness, found: StiffnessIndices | None) -> Page:
     """The indices at a pose; where there is no matrix None, and the stiffness is shown."""
     names = [own.name for own in fields(StiffnessIndices) if own.name not in {"result", "length"}]
     blocks = stiffness_page(result).blocks if found is None else _blocks(found)
@@ -91,7 +91,7 @@ def _listed(title: str, entries: Iterable[_Entry], further: Sequence[str] = ()) 
         shown = number(value.value) if isinstance(value, Number) else value
         rows.append([words, value])
         lines.append(f"  {shown:>11} {unit:<9} {words}")
-    rows += [[words, ""] for words in further]
+    rows.extend([words, ""] for words in further)
     return Table(("", ""), rows, title, [*lines, *further])
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness
+from robostiff.analysis import Stiffness
 from robostiff.errors import InputError
 from robostiff.io.whole_file import whole_file
 from robostiff.page.data import page_data
@@ -18,7 +18,7 @@ _LONGEST = 63  # letters of a name of MATLAB
 _LEFT_OUT = ("equation", "decided_by")
 
 
-def write_matlab(path: Path, result: RobotStiffness) -> None:
+def write_matlab(path: Path, result: Stiffness) -> None:
     """Write the stiffness of a robot at a single pose as a .mat file.
 
     Its variables are those of ``robostiff stiffness --json`` (`stiffness`, `compliance`, `pose`,
@@ -29,7 +29,7 @@ def write_matlab(path: Path, result: RobotStiffness) -> None:
     ----------
     path : Path
         Replaced if it is there.
-    result : RobotStiffness
+    result : Stiffness
 
     Raises
     ------

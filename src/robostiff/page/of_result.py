@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection, RobotStiffness
+from robostiff.analysis import CableResponse, CableStiffness, Deflection, Stiffness
 from robostiff.analysis.indices import StiffnessIndices
 from robostiff.analysis.verification import Verification
 from robostiff.markup import Page
 from robostiff.model import Robot
 from robostiff.page.cables import cable_response_page, cable_stiffness_page
+from robostiff.page.facts import robot_page
 from robostiff.page.indices import indices_page
 from robostiff.page.loads import equilibrium_page, modes_page
-from robostiff.page.robot import robot_page
 from robostiff.page.stiffness import deflection_page, stiffness_page, verification_page
 from robostiff.statics import Equilibrium, Modes
 
 _WRITERS: dict[type, Any] = {
     Robot: robot_page,
-    RobotStiffness: stiffness_page,
+    Stiffness: stiffness_page,
     Deflection: deflection_page,
     Verification: verification_page,
     StiffnessIndices: lambda found: indices_page(found.result, found),

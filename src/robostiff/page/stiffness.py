@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness
+from robostiff.analysis import Stiffness
 from robostiff.elastostatics import Status
 from robostiff.markup import (
     COMPLIANCE_UNITS,
@@ -33,7 +33,7 @@ MOST_PARTS = 10
 _NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
 
 
-def stiffness_page(result: RobotStiffness) -> Page:
+def stiffness_page(result: Stiffness) -> Page:
     """The stiffness of a robot at a single pose."""
     reached, answered = Status.UNREACHABLE not in result.status, bool(np.all(result.answered))
     rank, found, facts = None, [], []
@@ -144,7 +144,7 @@ def verification_page(result: Verification) -> Page:
     )
 
 
-def place_of(result: RobotStiffness | CableStiffness) -> str:
+def place_of(result: Stiffness | CableStiffness) -> str:
     """Pose, reference point and axes, behind a name."""
     point = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is None:
@@ -152,7 +152,7 @@ def place_of(result: RobotStiffness | CableStiffness) -> str:
     return f", pose [{row(result.pose)}] (m, rad) {point}"
 
 
-def _posture(result: RobotStiffness) -> str:
+def _posture(result: Stiffness) -> str:
     """Joint coordinates of a robot with one leg, which a pose may not determine.
 
     With passive joints those of the drives, by name.
@@ -160,37 +160,35 @@ def _posture(result: RobotStiffness) -> str:
     if len(result.joint_coordinates) != 1 or Status.UNREACHABLE in result.status:
         return ""
     ((leg, q),) = result.joint_coordinates.items()
-    names = result.joint_names.get(leg, [leg] * len(q))
+    names = result.details().joint_names.get(leg, [leg] * len(q))
     drives = [
         f"{name}={value:.5g}"
         for name, value in zip(names, q, strict=True)
-        if f"{leg}/{name}" not in result.passive_joint_names
+        if f"{leg}/{name}" not in result.details().passive_joint_names
     ]
     if len(drives) == len(q):
         return f"joints [{row(q)}] (m, rad)"
     return f"drives at {', '.join(drives)} (m, rad)" if drives else ""
 
 
-def _posture_data(answer: RobotStiffness) -> dict[str, object]:
+def _posture_data(answer: Stiffness) -> dict[str, object]:
     """Where a robot is, and the order of what follows."""
     return {
         "pose": answer.pose,
         "joint_coordinates": dict(answer.joint_coordinates),
-        "joint_names": dict(answer.joint_names),
+        "joint_names": dict(answer.details().joint_names),
         "reference_point": answer.reference_point,
         "order": order(answer.space),
     }
 
 
-def stiffness_matrix(result: RobotStiffness | CableStiffness) -> LabelledMatrix:
+def stiffness_matrix(result: Stiffness | CableStiffness) -> LabelledMatrix:
     """K_C."""
     space = result.space
     return LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
 
 
-def free_motion_table(
-    result: RobotStiffness | CableStiffness, label: str = "free: "
-) -> Table | None:
+def free_motion_table(result: Stiffness | CableStiffness, label: str = "free: ") -> Table | None:
     """Free motions in words, with their twists; None where there are none."""
     motions = result.free_motions
     if not motions:
@@ -200,11 +198,11 @@ def free_motion_table(
     return Table(header, rows, lines=[f"{label}{motion}" for motion in motions])
 
 
-def _unit_load(wrench: np.ndarray, result: RobotStiffness) -> str:
+def _unit_load(wrench: np.ndarray, result: Stiffness) -> str:
     """A wrench (n,) with a unit force, or a unit moment where it has no force."""
     force, moment = np.split(wrench, [result.space.translations])
     size = np.linalg.norm(force)
-    pulls = size * float(result.about_reference.length) > 1e-9 * np.linalg.norm(moment)
+    pulls = size * float(result.length) > 1e-9 * np.linalg.norm(moment)
     unit = wrench / (size if pulls else np.linalg.norm(moment))
     unit = unit * np.sign(unit[np.argmax(np.abs(unit))])
     return named(result.space.wrench_order, np.round(unit, 9) + 0.0, "N", "N m")
@@ -212,7 +210,7 @@ def _unit_load(wrench: np.ndarray, result: RobotStiffness) -> str:
 
 def shown_twist(result: Deflection) -> np.ndarray:
     """Displacement (n,) [m, rad]; rounding errors are shown as zero."""
-    length = float(result.stiffness.about_reference.length)
+    length = float(result.stiffness.length)
     return result.stiffness.space.without_rounding(result.twist, length)
 
 
@@ -261,7 +259,7 @@ def actuator_table(result: Deflection) -> Table | None:
     """
     if not result.actuators:
         return None
-    length = float(result.stiffness.about_reference.length)
+    length = float(result.stiffness.length)
     sizes = [abs(a.load) / (length if a.unit == "N m" else 1.0) for a in result.actuators]
     forces = (float(np.linalg.norm(own.wrench[:3])) for own in result.reactions)
     least = 1e-9 * max([*sizes, *forces], default=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -135,7 +135,7 @@ def picture_of_robot(
     words: tuple[str, ...] = ()
     posed: Posed
     if isinstance(robot, CableRobot):
-        posed = cable_stiffness(robot, pose) if bent is None else bent.before
+        posed = cable_stiffness(robot, pose) if bent is None else cast("CableResponse", bent).before
     elif isinstance(robot, Linkage):
         posed, words = robot.network_at(pose), joints_in_words(robot, pose)
     elif isinstance(robot, Network):
@@ -179,7 +179,7 @@ def picture_of_posed(
         motions, outline = moved_cables(bent)
         F, point = bent.load, outline.point.point
     else:
-        motions, parts = motion_of(posed, bent), bent.parts
+        motions, parts = motion_of(cast("Snapshot | Network", posed), bent), bent.parts
         F, point = bent.wrench, bent.stiffness.reference_point
     shares = energy_shares(parts, colouring, outline)
     sketch = Sketch(
@@ -197,7 +197,8 @@ def picture_of_posed(
 def moved_cables(found: CableResponse) -> tuple[Motions, Outline]:
     """Motion of the platform under a load that is carried, and the cables that are taut there."""
     tensions = found.tensions  # raises with the reason where the load is not carried
-    placed, d = found.before.placed, spatial(found.displacement, found.before.space.rows)
+    placed, moved = found.before.placed, cast("np.ndarray", found.displacement)
+    d = spatial(moved, found.before.space.rows)
     R = matrix_of_rotation(d[3:])
     p = placed.reference_point
     motions = {PLATFORM: FiniteMotion(np.zeros(6), np.zeros(3), R - np.eye(3), d[:3] + p - R @ p)}
@@ -243,7 +244,7 @@ def energy_shares(
 
 def _check_fit(snapshot: Snapshot, bent: Deflection, motions: Motions) -> None:
     """Raise unless the deflection is that of this pose: otherwise the legs do not close."""
-    length, o = float(bent.stiffness.about_reference.length), bent.stiffness.origin
+    length, o = float(bent.stiffness.length), bent.stiffness.origin
     s = np.repeat([1.0, length], 3)
     size = np.linalg.norm(motions[PLATFORM].twist * s)
     for i, leg in enumerate(snapshot.legs):

@@ -7,15 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness
-from robostiff.analysis.posed_stiffness import PosedStiffness
+from robostiff.analysis import CableStiffness, Stiffness, cable_stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.plot.geometry.ellipsoid import Stiffness
+from robostiff.plot.geometry.ellipsoid import AnyStiffness
 from robostiff.plot.outline import outline_of
 from robostiff.plot.picture import Item
 from robostiff.plot.sketch import Sketch, unit_of
@@ -70,7 +69,7 @@ class Surroundings:
     items: tuple[Item, ...]
 
 
-def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None:
+def surroundings(robot: Around | None, result: AnyStiffness) -> Surroundings | None:
     """The robot around a result, at its pose; a cable robot is always drawn.
 
     Raises InputError when `robot` is none that can be drawn at the pose of the result.
@@ -87,17 +86,17 @@ def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None
     return Surroundings(sketch.size, sketch.factor, unit, sketch.outline.is_level, items)
 
 
-def _placed(robot: Any, result: RobotStiffness) -> Snapshot | Network:
+def _placed(robot: Any, result: Stiffness) -> Snapshot | Network:
     if isinstance(robot, Network):
         return robot
     if isinstance(robot, Snapshot):
         return snapshot_at(robot, None)
-    if isinstance(result, PosedStiffness) and robot.name == result.name:
+    if isinstance(result, Stiffness) and robot.name == result.name:
         return result.snapshot()  # in the posture that the result is of
     return snapshot_at(robot, _pose(result))
 
 
-def _pose(result: RobotStiffness) -> np.ndarray:
+def _pose(result: AnyStiffness) -> np.ndarray:
     if result.pose is None:
         raise InputError(
             "robot around a result",
@@ -108,9 +107,9 @@ def _pose(result: RobotStiffness) -> np.ndarray:
     return result.pose
 
 
-def single_stiffness(result: object, what: str) -> Stiffness:
+def single_stiffness(result: object, what: str) -> AnyStiffness:
     """The stiffness at one pose; other values and several poses are an `InputError`."""
-    if not isinstance(result, Stiffness):
+    if not isinstance(result, AnyStiffness):
         raise InputError(
             f"stiffness for {what}",
             got=result,

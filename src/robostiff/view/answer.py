@@ -11,7 +11,7 @@ from robostiff.analysis import Deflection
 from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Tone, block_html, element, escaped, page_html
 from robostiff.page.stiffness import displacement_table, energy_table, stiffness_page
-from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, Stiffness, principal_axes
+from robostiff.plot.geometry.ellipsoid import AnyStiffness, PrincipalAxes, Quality, principal_axes
 from robostiff.plot.picture import Item, Paint, colour_of
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.stiffness_pictures import ellipsoid_items
@@ -106,7 +106,9 @@ class Ellipsoids:
     def __init__(self) -> None:
         self._sizes: dict[Quality, float] = {}
 
-    def items(self, result: Stiffness, quality: Quality, extent: float) -> tuple[list[Item], str]:
+    def items(
+        self, result: AnyStiffness, quality: Quality, extent: float
+    ) -> tuple[list[Item], str]:
         """Items of one ellipsoid, and what its size means; nothing where there is none."""
         try:
             axes = principal_axes(result, quality)

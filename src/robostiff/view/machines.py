@@ -23,7 +23,7 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.page.cables import cable_load_blocks, cable_stiffness_page
 from robostiff.plot.geometry.displacement import spatial
-from robostiff.plot.geometry.ellipsoid import Quality, Stiffness
+from robostiff.plot.geometry.ellipsoid import AnyStiffness, Quality
 from robostiff.plot.outline import Outline, outline_of
 from robostiff.plot.picture import Item, PlainColour
 from robostiff.plot.posed_robot import motion_of, moved_cables
@@ -79,7 +79,7 @@ class Machine(ABC):
     def _layers(
         self,
         sketch: Sketch,
-        result: Stiffness,
+        result: AnyStiffness,
         load: tuple[np.ndarray, np.ndarray],
         look: Look,
     ) -> tuple[dict[str, Sequence[Item]], list[str]]:
@@ -184,7 +184,7 @@ class RobotMachine(Machine):
 
 
 def shapes_of(
-    result: Stiffness, ellipsoids: Ellipsoids, size: float, look: Look
+    result: AnyStiffness, ellipsoids: Ellipsoids, size: float, look: Look
 ) -> tuple[dict[str, list[Item]], list[str]]:
     """Ellipsoids and free motions of a result, as far as they are wanted, and what they mean."""
     layers: dict[str, list[Item]] = {}

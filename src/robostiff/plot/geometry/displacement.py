@@ -92,7 +92,7 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> Motions:
     to_origin = answer.origin - answer.reference_point
     to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
     t = move_twist(bent.twist, to_origin)
-    held = answer.about_reference
+    held = answer.details().whole
     found = {PLATFORM: BodyMotion(spatial(t, rows), answer.origin)}
     if snapshot.platform is not None:
         placed = snapshot.platform
@@ -100,7 +100,7 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> Motions:
         for node in placed.platform.nodes:
             found[node_key(node.name)] = moved[platform_node(placed, node.name)]
     solver = _LegSolver(answer.origin, answer.space, held.length, held.tolerance, found)
-    legs = zip(snapshot.legs, answer.leg_blocks, bent.leg_wrenches, strict=True)
+    legs = zip(snapshot.legs, answer.details().leg_blocks, bent.leg_wrenches, strict=True)
     for i, (leg, blocks, F) in enumerate(legs):
         end = found[end_key(snapshot, i)].twist_about(answer.origin)
         solver.solve(leg, f"{leg.name}/", blocks, np.zeros(6), end, spatial(F, rows))
@@ -112,7 +112,7 @@ def network_motion(network: Network, bent: Deflection) -> Motions:
 
     Raises NoAnswerError when there is no deflection.
     """
-    tolerance = bent.stiffness.about_reference.tolerance
+    tolerance = bent.stiffness.details().whole.tolerance
     v = network.reference_point - bent.stiffness.reference_point
     v = v[: network.space.translations]
     F, t = move_wrench(bent.wrench, v), move_twist(bent.twist, v)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection, RobotStiffness
+from robostiff.analysis import CableResponse, CableStiffness, Deflection, Stiffness
 from robostiff.errors import NoAnswerError
 from robostiff.markup import (
     COMPLIANCE_UNITS,
@@ -90,7 +90,7 @@ def matrices_section(contents: ReportContents) -> Section:
     return section("stiffness", _TITLE, parts)
 
 
-def _compliance_matrix(result: RobotStiffness | CableStiffness) -> LabelledMatrix | None:
+def _compliance_matrix(result: Stiffness | CableStiffness) -> LabelledMatrix | None:
     """The compliance; None where there is none."""
     C, space = result.compliance, result.space
     if C is None:
