@@ -2,12 +2,15 @@
 
 import subprocess
 import sys
+from typing import assert_type, get_args
 
 import pytest
 
+from robostiff import robots
 from robostiff.errors import FileError, InputError
 from robostiff.model import Robot, Snapshot
-from robostiff.robots import describe, load, robot_file, shipped_robots
+from robostiff.model.cable import CableRobot
+from robostiff.robots import describe, load, robot_file, shipped_cable_robots, shipped_robots
 
 SNAPSHOT = """\
 {"name": "jack", "reference_point": [0, 0, 0.5], "legs": [{"name": "jack", "end": [0, 0, 0.5],
@@ -18,6 +21,13 @@ SNAPSHOT = """\
 def test_names_are_those_of_the_files():
     assert shipped_robots() == tuple(sorted(shipped_robots()))
     assert {"3-rrr", "gough-stewart-a", "hexapod", "tripteron"} <= set(shipped_robots())
+
+
+def test_names_have_the_types_of_their_robots():
+    assert get_args(robots.ShippedRobot) == shipped_robots()
+    assert get_args(robots.ShippedCableRobot) == shipped_cable_robots()
+    assert isinstance(assert_type(load("hexapod"), Robot), Robot)
+    assert isinstance(assert_type(load("cable-8"), CableRobot), CableRobot)
 
 
 def test_name_or_path_gives_the_same_robot(tmp_path):

@@ -49,12 +49,15 @@ def column(parts: tuple, guide: PlacedLeg | None, name: str = "column") -> Snaps
 
 FOOT, HEAD = hinges([0, 0, 0], "foot"), hinges(TIP, "head")
 FLEXURES = tuple(joint(f"flexure {n}", TIP, a, "R", 0.02) for n, a in (("y", Y), ("z", Z)))
+# At 1.1 of Euler's load the column alone buckles, against what turns its head.
+SOFT = tuple(joint(f"soft {n}", TIP, a, "R", 30.0) for n, a in (("y", Y), ("z", Z)))
 COLUMNS = {
     "clamped, free": (column((COLUMN,), None), 0.25),
     "clamped, guided": (column((COLUMN,), rail(shifts=True)), 1.0),
     "hinged, guided": (column((*FOOT, COLUMN), rail(shifts=True)), 0.25),
     "hinged, hinged": (column((*FOOT, COLUMN, *HEAD), rail()), 1.0),
     "hinged, hinged by the guide": (column((*FOOT, COLUMN), rail(HEAD)), 1.0),
+    "hinged, hinged behind soft joints": (column((*FOOT, COLUMN, *SOFT), rail(HEAD)), 1.0),
     "clamped, hinged": (column((COLUMN, *HEAD), rail()), TAN),
     "clamped, hinged by the guide": (column((COLUMN,), rail(HEAD)), TAN),
     "clamped, on flexures": (column((COLUMN, *FLEXURES), rail()), TAN),

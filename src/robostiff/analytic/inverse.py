@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
@@ -81,11 +81,6 @@ class ComplianceSteps(Formula):
     @property
     def _expressions(self) -> Any:
         return self.C
-
-    def subs(self, values: Any, value: Any = None) -> ComplianceSteps:
-        """The same with values in place of some of its symbols, see `Derivation.subs`."""
-        found = self._computed.subs(values, value)
-        return replace(self, C=found.K, definitions=found.definitions, conditions=found.conditions)
 
     def deflection(self, wrench: Sequence[Any]) -> sp.ImmutableMatrix:
         """Twist C w of the reference point under a wrench there (n, 1), in the same names.

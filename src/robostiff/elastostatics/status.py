@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntFlag
 
+import numpy as np
+
 
 class Status(IntFlag):
     """Status of a pose; several flags may hold at once, and 0 means that nothing is to be reported.
@@ -125,3 +127,24 @@ _ADVICE = {
     ),
     Status.SLACK: "a cable is slack under the load: it carries no force until taut again",
 }
+
+
+class StatusOfPoses:
+    """Base of results that have a status at each pose."""
+
+    status_codes: np.ndarray  # (...) of uint16
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of poses, () for a single one."""
+        return self.status_codes.shape
+
+    @property
+    def status(self) -> Status:
+        """Status of a single pose; of a batch, all flags that hold at any pose."""
+        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Where there is a stiffness matrix (...)."""
+        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0

@@ -6,13 +6,14 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:
     from robostiff.io.model_file.symbols import Symbols
     from robostiff.model import Robot
+    from robostiff.model.cable import CableRobot
 
 __all__ = [
     "RobotInfo",
@@ -127,6 +128,53 @@ def describe(name: str) -> RobotInfo:
     return RobotInfo(name, data["title"], data["source"])
 
 
+ShippedRobot: TypeAlias = Literal[
+    "3-prs",
+    "3-puu",
+    "3-rpr",
+    "3-rpr-beams",
+    "3-rps",
+    "3-rrr",
+    "3-upu",
+    "agile-eye",
+    "capaman",
+    "delta",
+    "gantry-tau",
+    "gough-stewart-a",
+    "gough-stewart-a-beams",
+    "gough-stewart-b",
+    "gough-stewart-b-beams",
+    "h4",
+    "hexa",
+    "hexaglide",
+    "hexapod",
+    "hexapod-pus",
+    "orthoglide",
+    "planar-link",
+    "scara",
+    "six-joint-arm",
+    "t3r1",
+    "tripteron",
+    "two-link-arm",
+    "us-ups",
+]
+ShippedCableRobot: TypeAlias = Literal[
+    "cable-3-suspended", "cable-4-planar", "cable-8", "cable-8-suspended"
+]
+
+
+@overload
+def load(
+    name_or_path: ShippedRobot,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    symbols: Symbols = (),
+) -> Robot: ...
+@overload
+def load(
+    name_or_path: ShippedCableRobot, parameters: Mapping[str, str | float] | None = None
+) -> CableRobot: ...
+@overload
 def load(
     name_or_path: Any,
     parameters: Mapping[str, str | float] | None = None,
@@ -134,7 +182,15 @@ def load(
     symbols: Symbols = (),
     side: str | Path | None = None,
     allow_xacro: bool = False,
-) -> Any:  # which kind of robot it is, the file decides
+) -> Any: ...  # the file decides; write robot: rs.Robot = rs.load("arm.yaml")
+def load(
+    name_or_path: Any,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    symbols: Symbols = (),
+    side: str | Path | None = None,
+    allow_xacro: bool = False,
+) -> Any:
     """A robot by its name, from a file, or from an object of another program.
 
     Parameters

@@ -1,6 +1,7 @@
 """What is shown is what was derived: only the form of a formula may change."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 import sympy as sp
@@ -8,7 +9,7 @@ from hypothesis import given
 
 import robostiff as rs
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.export.broken_lines import Breaks, broken_lines, wrapped_formula
+from robostiff.analytic.export.broken_lines import broken_lines, wrapped_formula
 from robostiff.analytic.export.entries import factored_matrix, in_decimals, readable
 from tests.analytic.export.derivations import ALL
 from tests.analytic.export.expressions import expressions
@@ -101,7 +102,7 @@ def test_what_would_explode_is_left_as_it_is():
     assert factored_matrix(K) == (1, K)
 
 
-PLAIN = Breaks(str, "(", ")", "/", "**{}")
+PLAIN = SimpleNamespace(write=str, opening="(", closing=")", slash="/", power="**{}")
 
 
 def test_a_wide_power_of_a_sum_is_broken_inside():

@@ -52,9 +52,14 @@ class FiniteJoint:
     size = 1
 
     @property
+    def kind(self) -> str:
+        """``turn`` or ``slide``."""
+        return "turn" if self.turns else "slide"
+
+    @property
     def signature(self) -> tuple[object, ...]:
         """What must be alike in legs that are computed together."""
-        return ("joint", self.turns)
+        return (self.kind,)
 
     def under(self, laws: Sequence[Law | None]) -> FiniteJoint:
         """The joint of all legs, some of which follow laws of their own."""
@@ -98,6 +103,8 @@ class FiniteSpring:
     stiffness: np.ndarray  # (N, m): k
     axial: np.ndarray  # (N,): EA/L of a beam with bowing [N/m]; 0 of a linear spring
     bowing: np.ndarray  # (N, m, m): S; y^T S y is twice the shortening by bending [m]
+
+    kind = "spring"
 
     @property
     def size(self) -> int:
@@ -236,14 +243,19 @@ class FiniteCoupling:
 class ChainTerms:
     """What chains contribute to the equations of their legs."""
 
-    end: BodyPlace  # where the body at the end is, as the chain has it
+    # (N, 3, 3) and (N, 3): where the body at the end is, as the chain has it, and its point [m]
+    R: np.ndarray
+    P: np.ndarray
     # (N, 6, n): velocity of the end point and angular velocity, by the unknowns that move the
     # chain: of the body at its start, where that moves, then its own
     J: np.ndarray
-    # (N, n, n): curvature of the energy, less what wrench and loads do in second order
+    # (N, n, n): curvature of the energy, less what wrench and loads do in second order, symmetric
+    # part; what moments add to it, antisymmetric
     tangent: np.ndarray
+    bracket: np.ndarray
     gradient: np.ndarray  # (N, n): of the energy, less the work of wrench and loads
     by_share: np.ndarray  # (N, n): derivative of the gradient by the share of loads and preloads
+    turns: np.ndarray  # (N, S, 1): squares of the turns of elastic parts [rad^2]
 
 
 @dataclass(frozen=True)

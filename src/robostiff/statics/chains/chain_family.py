@@ -15,8 +15,6 @@ from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.body_springs import SpringTerms
 from robostiff.statics.chains.chain import (
     BodyLoad,
-    BodyPlace,
-    FiniteJoint,
     LegEquations,
     LegState,
     Share,
@@ -48,8 +46,6 @@ class ChainFamily:
         Where each coordinate stands among those of the states, one after the other, and a zero.
     starts, ends : (rows,) arrays of int
         Bodies at their ends: those between chains from 1 on; 0 for the base, and for the platform.
-    points, end_points : (bodies, 3) and (rows, 3) arrays
-        Of the bodies, and of those at the ends, at the unloaded posture [m].
     held : tuple of (int, int, int)
         Chain, place among its anchors, and place among the loads, of every anchor.
     """
@@ -62,8 +58,6 @@ class ChainFamily:
     taken: np.ndarray
     starts: np.ndarray
     ends: np.ndarray
-    points: np.ndarray
-    end_points: np.ndarray
     held: tuple[tuple[int, int, int], ...]
 
     @staticmethod
@@ -73,13 +67,7 @@ class ChainFamily:
         counts = [group.count for group in groups for _ in group.chains]
         stops = np.cumsum([0, *counts]).tolist()
         rows = tuple(itertools.starmap(slice, itertools.pairwise(stops)))
-        kinds = [
-            tuple(
-                ("turn" if e.turns else "slide") if isinstance(e, FiniteJoint) else "spring"
-                for e in chain.elements
-            )
-            for chain in chains
-        ]
+        kinds = [tuple(e.kind for e in chain.elements) for chain in chains]
         common: tuple[str, ...] = ()
         for own in sorted(dict.fromkeys(kinds), key=len, reverse=True):
             common = _merged(common, own)
@@ -123,23 +111,14 @@ class ChainFamily:
                 held.append((c, place, len(stacked)))
                 at_anchor = np.tile(anchor.point, (stops[-1], 1))
                 stacked.append(BodyLoad(anchor.after, at_anchor, np.zeros(at_anchor.shape)))
+        of_ends = (g.end_point(i) for g in groups for i in range(len(g.chains)))
+        end_points = points[starts], np.concatenate([np.zeros((0, 3)), *of_ends])
+        moves = starts > 0
+        arrays = MovingChains(
+            common, sizes, chains, slots, stacked, rows, end_points, body_rows, moves
+        )
         return ChainFamily(
-            tuple(groups),
-            MovingChains(common, sizes, chains, slots, stacked, rows, body_rows, starts > 0),
-            rows,
-            tuple(slots),
-            columns,
-            taken,
-            starts,
-            ends,
-            points,
-            np.concatenate(
-                [
-                    np.zeros((0, 3)),
-                    *(g.end_point(i) for g in groups for i in range(len(g.chains))),
-                ]
-            ),
-            tuple(held),
+            tuple(groups), arrays, rows, tuple(slots), columns, taken, starts, ends, tuple(held)
         )
 
     @cached_property
@@ -168,24 +147,18 @@ class ChainFamily:
             return [LegEquations(*none, own.carried[None], own.beside) for own in held]
         W = np.zeros((len(self.taken), 6))
         W[:, rows] = np.concatenate([own for state in states for own in state.W])
-        terms = self.arrays.terms(
-            self.coordinates(states),
-            *self.starting(states),
-            self.end_points,
-            W,
-            share.value,
-            self._pulls(springs),
-        )
-        J = terms.J[:, rows]
+        x, (R_start, p_start) = self.coordinates(states), self.starting(states)
+        terms = self.arrays.terms(x, R_start, p_start, W, share.value, self._pulls(springs))
+        J, tangent = terms.J[:, rows], terms.tangent + terms.bracket
         R_end, p_end = self._bodies(states, R, p, self.ends)
-        turn = vector_of_rotation(terms.end.R @ np.swapaxes(R_end, -1, -2))
-        gap = np.concatenate([terms.end.of(self.end_points) - p_end, turn], axis=-1)[:, rows]
+        turn = vector_of_rotation(terms.R @ np.swapaxes(R_end, -1, -2))
+        gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
         by_J, found, at = -np.swapaxes(J, -1, -2), [], 0
         parts = zip(self.groups, states, springs, self.places, strict=True)
         for group, state, spring, known in parts:
             N, n = group.count, group.size
             own = slice(at, at := at + N * len(group.chains))
-            A = known.summed(known.entries, (terms.tangent[own], J[own], by_J[own]), (N, n, n))
+            A = known.summed(known.entries, (tangent[own], J[own], by_J[own]), (N, n, n))
             A += known.constant
             residual = known.summed(known.sides, (terms.gradient[own], gap[own]), (N, n))
             r_factor = known.summed(known.shares, (terms.by_share[own],), (N, n)) * share.rate
@@ -227,14 +200,11 @@ class ChainFamily:
         flat = [x.ravel() for state in states for x in state.x]
         return np.concatenate([*flat, np.zeros(1)])[self.taken]
 
-    def starting(
-        self, states: Sequence[LegState]
-    ) -> tuple[BodyPlace, np.ndarray] | tuple[None, None]:
-        """The bodies at the starts, and points of them (rows, 3) [m]; None of the base alone."""
+    def starting(self, states: Sequence[LegState]) -> tuple[np.ndarray, np.ndarray]:
+        """Axes and points of the bodies at the starts [m]; those of the base alone."""
         if not self.arrays.body_rows:
-            return None, None
-        R, p = self._bodies(states, np.eye(3), np.zeros(3), self.starts)
-        return BodyPlace(R, p - (R @ self.points[self.starts, :, None])[..., 0]), p
+            return np.eye(3), np.zeros(3)
+        return self._bodies(states, np.eye(3), np.zeros(3), self.starts)
 
     def _bodies(
         self, states: Sequence[LegState], R: np.ndarray, p: np.ndarray, which: np.ndarray

@@ -50,6 +50,8 @@ class LegGroup:
     nodes : mapping of str to int or None
         Of a flexible platform, and the moving ones of a network, the body of each node: its place
         in `points`, None for the platform.
+    within : mapping of str to (int, int)
+        Nodes of a network through which chains pass: the chain, and how many elements lie before.
     """
 
     indices: tuple[int, ...]
@@ -62,6 +64,7 @@ class LegGroup:
     owners: tuple[int, ...] = ()
     couplings: tuple[FiniteCoupling, ...] = ()
     nodes: Mapping[str, int | None] = field(default_factory=dict)
+    within: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     @staticmethod
     def stacked(legs: Sequence[LegGroup]) -> LegGroup:
@@ -175,12 +178,9 @@ class LegGroup:
     def moved(self, state: LegState) -> list[list[BodyPlace]]:
         """Of every chain, where the bodies at its start and behind every element are."""
         family = self.family
-        T = family.arrays.moved(family.coordinates([state]), family.starting([state])[0])
+        R, t = family.arrays.moved(family.coordinates([state]), *family.starting([state]))
         pairs = zip(family.rows, family.slots, strict=True)
-        return [
-            [BodyPlace(T[rows, k, :3, :3], T[rows, k, :3, 3]) for k in (0, *(own + 1))]
-            for rows, own in pairs
-        ]
+        return [[BodyPlace(R[rows, k], t[rows, k]) for k in (0, *(own + 1))] for rows, own in pairs]
 
     @cached_property
     def arrow(self) -> Arrowhead | None:
@@ -260,9 +260,8 @@ class LegGroup:
         family = self.family
         if not family.held:
             return found
-        start, centre = family.starting([state])
         x = family.coordinates([state])
-        points, rates = family.arrays.loaded(x, start, centre)
+        points, rates = family.arrays.loaded(x, *family.starting([state]))
         for c, place, load in family.held:
             found[c][0][place] = points[c, load]
             to = self.moving_places(c)
@@ -307,8 +306,8 @@ class LegGroup:
             float(np.sum(own.drive.preload * s))
             for own, s in zip(self.couplings, self.sums(state), strict=True)
         )
-        x, starts = self.family.coordinates([state]), self.family.starting([state])[0]
-        return share * (total + float(np.sum(self.family.arrays.load_potential(x, starts))))
+        x, start = self.family.coordinates([state]), self.family.starting([state])
+        return share * (total + float(np.sum(self.family.arrays.load_potential(x, *start))))
 
     def twists(self, state: LegState, about: np.ndarray) -> list[np.ndarray]:
         """Of the body at the start of every chain, and of that behind each of its elements.
@@ -318,8 +317,8 @@ class LegGroup:
         if not self.chains:
             return []
         family, found = self.family, []
-        start, centre = family.starting([state])
-        by_all = family.arrays.twists(family.coordinates([state]), start, centre, about)
+        x = family.coordinates([state])
+        by_all = family.arrays.twists(x, *family.starting([state]), about)
         parts = zip(family.rows, family.slots, family.columns, strict=True)
         for i, (own, slots, columns) in enumerate(parts):
             behind = np.append(0, slots + 1)

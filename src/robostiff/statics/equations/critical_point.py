@@ -106,7 +106,13 @@ def refined(
         if abs(value) < smallest:
             smallest, best = abs(value), found
         if smallest < small:
-            break
+            # A leg that buckles alone may follow the platform: then that lost its margin before.
+            before = step.along(problem, loading, h + _ASIDE * (left - h))
+            earlier = least_margin(problem, before)[1].value if before.converged else value
+            if abs(earlier) <= 10 * small or earlier * at_left > 0:
+                break
+            h, found, value, smallest = h + _ASIDE * (left - h), before, earlier, np.inf
+            met = {own: factor for own, factor in met.items() if own * at_left > 0}
         if value * at_right < 0:
             left, at_left, at_ends[0] = right, at_right, at_ends[1]
         else:

@@ -287,7 +287,7 @@ def _check_all_act(
 
     The forces are as they are given, by their points, and the masses as the robot has them.
     """
-    moving = {name for group in problem.groups for name in group.nodes}
+    moving = {name for group in problem.groups for name in (*group.nodes, *group.within)}
     wanted = list(given)
     if np.any(pull):
         wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(moving)]
@@ -350,7 +350,8 @@ def places_of(posed: Snapshot | Network | CableRobot) -> dict[str, np.ndarray]:
         for part in leg.parts:
             joint = getattr(part, "joint", part.name)  # of a coupling the one that follows
             for name in (part.name, part.name.partition("[")[0], joint):
-                found[f"{leg.name}/{name}"] = np.asarray(part.point, dtype=float)
+                # a joint of several freedoms stands where its first does
+                found.setdefault(f"{leg.name}/{name}", np.asarray(part.point, dtype=float))
     return found
 
 
