@@ -303,3 +303,22 @@ def test_batches_say_where_a_clamped_rod_buckles(tmp_path: Path):
         robot, np.zeros((2, 1)), np.outer([0.95, 1.05], [0, 0, critical, 0, 0, 0])
     )
     assert list(answers.stable) == [True, False]  # pyright: ignore
+
+
+def test_rods_that_meet_in_a_point():
+    """A tripod of clamped rods, to 1 nm: its size is that of its rods."""
+    angles = 2 * np.pi / 3 * np.arange(3)
+    ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    legs = []
+    for i, (foot, head) in enumerate(zip(0.5 * ring, 1e-9 * ring + [0, 0, 0.8], strict=True)):
+        rod = beam("rod", foot.tolist(), head.tolist(), 6e6, 13.4, 10.2)
+        legs.append(PlacedLeg(f"leg{i + 1}", (rod,), head))
+    tripod = Snapshot("tripod", tuple(legs), np.array([0, 0, 0.8]))
+    assert 0.3 < float(tripod.characteristic_length) < 0.8
+    assert rs.stiffness(tripod).status == rs.Status.OK
+    down = np.array([0, 0, -1.0, 0, 0, 0])
+    default, fine = (
+        rs.critical_load(tripod, wrench=down, up_to=1e5, beams=own).factor
+        for own in (rs.Bowing(), rs.Bowing(8))
+    )
+    assert abs(default / fine - 1) < 1e-3
