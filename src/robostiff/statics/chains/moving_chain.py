@@ -320,11 +320,6 @@ class MovingChains:
         self.block_pairs = width * self.full[a] + self.full[b] % width
         self.block_places = self.spring_columns[a] * n + self.spring_columns[b]
 
-    @property
-    def is_loaded(self) -> bool:
-        """Whether forces act on its bodies, or preloads in its joints."""
-        return bool(self.load_after.size) or bool(np.any(self.preload))
-
     def moved(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The bodies at the start and behind every element, at coordinates x (N, size).
 
@@ -347,7 +342,7 @@ class MovingChains:
         q = x[:, self.joint_places][..., None]
         half = (q * (self.turning * 0.5))[..., None]
         s, c = (sine(half), cosine(half)) if x.dtype == object else (np.sin(half), np.cos(half))
-        th = (self.modes @ self._spring_coordinates(x)[..., None])[..., 0]
+        th = (self.modes @ self.spring_coordinates(x)[..., None])[..., 0]
         turned = FiniteTurn.of(th[..., 3:])
         own = self._zeros(N, K, 4, 4)
         own[:, self.joint_elements, :3, :3] = (
@@ -367,7 +362,8 @@ class MovingChains:
         np.matmul(behind[:, K], self.frames[:, K], out=before[:, K])
         return before, behind, turned
 
-    def _spring_coordinates(self, x: np.ndarray) -> np.ndarray:
+    def spring_coordinates(self, x: np.ndarray) -> np.ndarray:
+        """Coordinates of the elastic parts (N, S, c) among those of the chains (N, size)."""
         y = self._zeros(self.count, self.modes.shape[1] * self.modes.shape[3])
         y[:, self.full] = x[:, self.spring_places]
         return y.reshape(self.mode_stiffness.shape)
@@ -436,7 +432,7 @@ class MovingChains:
             column, own, k = columns[i], float(q[n, i]), self.stiffness[n, i]
             gradient[n, column] += law.at(own) - k * own
             tangent[n, column, column] += law.tangent(own) - k
-        y = self._spring_coordinates(x)
+        y = self.spring_coordinates(x)
         beams = self.bending.terms(y, axial, self.along, self.axial)
         if len(self.spring_elements):
             force = self.mode_stiffness * y + beams.gradient
@@ -556,25 +552,11 @@ class MovingChains:
         found[:, self.joint_elements] = 0.5 * self.stiffness * x[:, self.joint_places] ** 2
         for n, i, law in self.laws:
             found[n, self.joint_elements[i]] = law.energy(float(x[n, self.joint_places[i]]))
-        y = self._spring_coordinates(x)
+        y = self.spring_coordinates(x)
         linear = 0.5 * np.sum(self.mode_stiffness * y * y, axis=-1)
         beams = self.bending.terms(y, axial, self.along, self.axial)
         found[:, self.spring_elements] = linear + beams.energy
         return found
-
-    def amplitude_rates(
-        self, x: np.ndarray, axial: np.ndarray, dx: np.ndarray, d_axial: np.ndarray
-    ) -> np.ndarray:
-        """Rates (N, S, 6, 2) of the amplitudes of inner modes of beams, see `Bending`."""
-        y, dy = (self._spring_coordinates(own) for own in (x, dx))
-        return self.bending.amplitude_rates(y, axial, dy, d_axial)
-
-    def with_modes(
-        self, x: np.ndarray, axial: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Curvatures (N, S, ...) with inner modes of beams, see `Bending.with_modes`."""
-        y = self._spring_coordinates(x)
-        return self.bending.with_modes(y, axial, self.along, self.axial)
 
     def load_potential(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Potential of whole loads and preloads, 0 at the unloaded posture (N,) [J]."""
