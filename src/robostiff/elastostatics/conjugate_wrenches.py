@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.elastostatics.batched import Batched
 from robostiff.elastostatics.conditioning import smallest_singular_value
+from robostiff.elastostatics.batched import Batched
 from robostiff.elastostatics.tolerance import Tolerance
 from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.shapes import Bool, Float

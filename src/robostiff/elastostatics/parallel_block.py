@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.elastostatics.batched import Batched
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
 from robostiff.elastostatics.leg import LegWrenches, felt_by_compliance, leg_wrenches
+from robostiff.elastostatics.batched import Batched
 from robostiff.elastostatics.tolerance import Tolerance, scaling
 from robostiff.spatial import Space
 from robostiff.spatial.shapes import Bool, Float

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.elastostatics.batched import Batched
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
+from robostiff.elastostatics.batched import Batched
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status, StatusOfPoses
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
