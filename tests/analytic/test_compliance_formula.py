@@ -6,6 +6,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import Steps, compliance_formula, compliance_steps, derive_chain
+from robostiff.analytic.export import derivation_text
 from robostiff.analytic.placement.agreement import closed_places
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.elasticity import cantilever_stiffness
@@ -98,3 +99,13 @@ def test_the_deflection_of_a_chain_in_steps_is_that_of_its_closed_form():
     assert (written - exact).applyfunc(sp.simplify) == sp.zeros(6, 1)
     with pytest.raises(rs.InputError, match="wrench"):
         steps.deflection([0, F])
+
+
+def test_compliance_in_steps_is_printed_with_the_meanings_of_its_names():
+    found = compliance_steps(rs.derive("3-rrr"))
+    text = derivation_text(found)
+    assert text.startswith("Cartesian compliance of 3-rrr\n")
+    assert "    [ 1/K11  0      0     ]\n" in text
+    assert "\nK11, K33: entry of the stiffness matrix\n" in text
+    assert "R: length, 0.4 m in the model" in text
+    assert "<math>" in found._repr_html_()

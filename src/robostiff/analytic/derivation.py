@@ -150,6 +150,11 @@ class Formula(WrittenWhole, ABC):
 
         return latex_snippet(self._computed)
 
+    def _repr_html_(self) -> str:
+        from robostiff.analytic.export.html import derivation_html
+
+        return derivation_html(self, first_heading=3)
+
     def evalf(self, n: int = 15, subs: Mapping[Any, Any] | None = None) -> Any:
         """The same in n digits, at values of all or some of the symbols.
 
@@ -244,11 +249,6 @@ class Derivation(Formula):
     exact: ExactMatrix | None = field(default=None, compare=False, repr=False)
     conditions: WrittenField = WrittenField(())
     meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
-
-    def _repr_html_(self) -> str:
-        from robostiff.analytic.export.html import derivation_html
-
-        return derivation_html(self, first_heading=3)
 
     @property
     def _known(self) -> set[sp.Symbol]:

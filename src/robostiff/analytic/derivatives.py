@@ -53,11 +53,6 @@ class FormulaDerivative(Formula):
         """The matrix that was differentiated (n x n)."""
         return self.derivation.K
 
-    def _repr_html_(self) -> str:
-        from robostiff.analytic.export.html import derivation_html
-
-        return derivation_html(self, first_heading=3)
-
     @property
     def _expressions(self) -> Any:
         return (*self.K, *self.dK, *(c.expression for c in self.conditions))

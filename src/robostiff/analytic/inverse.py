@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import sympy as sp
@@ -65,18 +65,25 @@ class ComplianceSteps(Formula):
         What names stand for, in the order in which they can be computed.
     conditions : tuple of Condition
         Under which the stiffness holds.
+    meanings : mapping of str to str
+        Of given symbols.
     """
 
     name: str
     C: sp.ImmutableMatrix
     definitions: tuple[Definition, ...]
     conditions: tuple[Condition, ...] = ()
+    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def derivation(self) -> Derivation:
+        """C as programs are written of it."""
+        own: dict[str, Any] = {"conditions": self.conditions, "meanings": self.meanings}
+        return Derivation(self.name, self.C, (), self.C, self.definitions, **own)
 
     @property
     def _computed(self) -> Derivation:
-        return Derivation(
-            self.name, self.C, (), self.C, self.definitions, conditions=self.conditions
-        )
+        return self.derivation
 
     @property
     def _expressions(self) -> Any:
@@ -160,7 +167,7 @@ def compliance_steps(derivation: Derivation) -> ComplianceSteps:
     C = inverse_in_steps(K, named)
     used = used_definitions(steps, [C])
     name = f"compliance of {derivation.name}"
-    return ComplianceSteps(name, C, used, derivation.conditions)
+    return ComplianceSteps(name, C, used, derivation.conditions, derivation.meanings)
 
 
 def inverse_in_steps(M: Any, named: Callable[[int, int, int, Any], Any]) -> sp.ImmutableMatrix:

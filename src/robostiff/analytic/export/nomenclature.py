@@ -59,6 +59,8 @@ _OF_RECURRING = {
     "p": "expression that recurs",
     "s": "expression that recurs",
     "t": "expression that recurs",
+    "K": "entry of the stiffness matrix",
+    "a": "step of an inversion",
     "mu": "stiffness against the unit motion of a joint",
 }
 _OF_NAMES = {
@@ -278,7 +280,7 @@ def _recurring(blocks: Sequence[Equations], rows: Sequence[Meaning]) -> list[Mea
     listed = {getattr(name, "name", name) for names, _ in rows for name in names}
     found: dict[str, dict[Any, None]] = {}
     for equation in (e for b in blocks for e in b.rows if not e.is_vector):
-        letter = equation.name.partition("_")[0].rstrip("'")
+        letter = equation.name.partition("_")[0].rstrip("'0123456789")
         if not {equation.name, letter, f"{letter}_1"} & listed and letter in _OF_RECURRING:
             found.setdefault(_OF_RECURRING[letter], {})[equation.name] = None
     each = ((list(names), meaning) for meaning, names in found.items())

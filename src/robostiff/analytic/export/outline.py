@@ -38,6 +38,7 @@ from robostiff.analytic.export.nomenclature import (
     with_springs,
 )
 from robostiff.analytic.export.robot_outline import robot_outline
+from robostiff.analytic.inverse import ComplianceSteps
 from robostiff.analytic.legs.leg_elimination import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import RobotDerivation
@@ -63,6 +64,7 @@ def outline_of(derivation: Any) -> tuple[Block, ...]:
         RobotDerivation: robot_outline,
         LegElimination: _leg,
         StiffnessUnderLoad: _loaded,
+        ComplianceSteps: _compliance,
         Derivation: _chain,
     }
     blocks = outlines[type(derivation)](derivation)
@@ -289,6 +291,23 @@ def _loaded(loaded: StiffnessUnderLoad) -> list[Block]:
         Heading("What the load adds"),
         stiffness_equation(added, K1),
         Nomenclature(tuple(rows)),
+    ]
+
+
+def _compliance(found: ComplianceSteps) -> list[Block]:
+    """Its steps, and the matrix in their names."""
+    names = EntryNames(found.derivation)
+    C = names.free("C")
+    space = Space.of_size(found.C.rows)
+    wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
+    meaning = f"compliance about the reference point: twist ({twist}) for wrench ({wrench})"
+    given = meanings_of_given(names.given, found.meanings)
+    return [
+        Heading(f"Cartesian {found.name}", level=1),
+        Paragraph("The inverse of the stiffness matrix, in named steps."),
+        equations(found.definitions),
+        MatrixEquation(C, readable_matrix(found.C)),
+        Nomenclature((((Vector(C),), meaning), *given)),
     ]
 
 
