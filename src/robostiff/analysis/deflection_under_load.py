@@ -14,7 +14,6 @@ from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness, given_wrenches
-from robostiff.analysis.result_tables import deflection_html, shown_twist
 from robostiff.elastostatics import DEFAULT_TOLERANCE, BlockCompliance, Status, Tolerance
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
@@ -167,11 +166,10 @@ class Deflection(InNotebooks):
     def __repr__(self) -> str:
         if not self.has_answer:
             return f"<Deflection of {self.stiffness.name!r}, status {self.status}>"
-        twist = ", ".join(f"{x:.4g}" for x in shown_twist(self))
+        length = float(self.stiffness.length)
+        moved = self.stiffness.space.without_rounding(self.twist, length)
+        twist = ", ".join(f"{x:.4g}" for x in moved)
         return f"<Deflection of {self.stiffness.name!r}: ({twist}) m, rad, status {self.status}>"
-
-    def _repr_html_(self) -> str:
-        return deflection_html(self)
 
     @property
     def has_answer(self) -> bool:
@@ -208,11 +206,10 @@ def deflection_at(
             return Deflection(F, answer, answer.status | held.status, None)
         F_origin = F_origin + held.wrench
     loads = leg_loads(answer, F_origin)
-    if loads is None:
+    if loads is None or loads.status_codes:
         few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
-        return Deflection(F, answer, answer.status | few, None)
-    if not loads.balanced:
-        return Deflection(F, answer, answer.status | Status.UNBALANCED, None)
+        code = few if loads is None else Status(int(loads.status_codes))
+        return Deflection(F, answer, answer.status | code, None)
     t_origin, leg_wrenches = loads.twist, loads.wrenches
     parts: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
@@ -223,6 +220,8 @@ def deflection_at(
     placed = answer.placed()
     if isinstance(placed, Network):
         carried = loads_under(placed, F_origin, tolerance, held)
+        if not carried.balanced:
+            return Deflection(F, answer, answer.status | Status.ILL_CONDITIONED, None)
         work = None if held is None else carried.work
         parts += carried.energies
         reactions += [JointReaction(*own) for own in carried.reactions]
@@ -323,9 +322,8 @@ class DeflectionsOfPoses(StatusOfPoses):
             if loads is None:
                 known[rows] = False
                 continue
-            balanced = np.asarray(loads.balanced)
-            codes[rows] |= np.where(balanced, np.uint16(0), np.uint16(Status.UNBALANCED))
-            held = balanced[..., None]
+            codes[rows] |= loads.status_codes
+            held = (loads.status_codes == 0)[..., None]
             twist[rows] = np.where(held, loads.twist, np.nan)
             for own, wrench in zip(of_legs, loads.wrenches, strict=True):
                 own[rows] = np.where(held, wrench, np.nan)
