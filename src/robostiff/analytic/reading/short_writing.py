@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from itertools import combinations, permutations
 from typing import Any
 
@@ -30,7 +30,8 @@ from robostiff.analytic.reading.combinations import free_names
 _LINES = 10  # lines that are read at a glance
 _A_NAME, _A_NEW_NAME = 1, 3  # operations that a name costs, and one that the search gives
 _A_LINE = 6  # and each line beyond ten
-_WIDTH, _ALIKE = 6, 2  # ways that are followed at a time, and those of as many lines
+_FOLLOWED, _ALIKE = 66, 2  # lines of all ways that are followed, and ways of as many lines
+_WIDTH = 6  # the most ways
 _ROUNDS = 30
 _PATIENCE = 2  # rounds that may find nothing shorter
 _SAME = 1e-10
@@ -59,7 +60,7 @@ class Written:
     @cached_property
     def operations(self) -> int:
         """Of all of them."""
-        return sum(map(operations_in, self.formulas))
+        return sum(_facts(x).operations for x in self.formulas)
 
     @property
     def lines(self) -> int:
@@ -79,12 +80,12 @@ class Written:
         """Whether the root of a named sum stands somewhere: it should have a name itself."""
         given = [d for d in self.definitions if d.symbol in self.given]
         named = {x for d in given for x in (d.symbol, d.expression)}
-        return any(not _rooted(f).isdisjoint(named) for f in self.formulas)
+        return any(not _facts(f).rooted.isdisjoint(named) for f in self.formulas)
 
     @cached_property
     def below(self) -> frozenset[Any]:
         """Given symbols below fraction bars; names that are positive are no pole."""
-        found = frozenset[Any]().union(*map(_below, self.formulas))
+        found = frozenset[Any]().union(*(_facts(f).below for f in self.formulas))
         names = {d.symbol: d for d in self.definitions}
         pending = [x for x in found if x in names and not x.is_positive]
         while pending:
@@ -94,17 +95,40 @@ class Written:
         return found - names.keys()
 
 
-@cacheit
-def _rooted(formula: Any) -> frozenset[Any]:
-    """What stands below the roots of a formula."""
-    return frozenset(x.base for x in parts_of(formula) if x.is_Pow and abs(x.exp) is sp.S.Half)
+@dataclass(frozen=True)
+class _Facts:
+    """What the moves ask of a formula."""
+
+    parts: tuple[Any, ...]
+    operations: int
+    symbols: frozenset[Any]
+    below: frozenset[Any]  # symbols below its fraction bars
+    rooted: frozenset[Any]  # what stands below its roots
+    powers: frozenset[Any]  # bases of its powers
+    sums: tuple[Any, ...]
+    products: tuple[Any, ...]
 
 
-@cacheit
-def _below(formula: Any) -> frozenset[Any]:
-    """Symbols below the fraction bars of a formula."""
-    powers = (x for x in parts_of(formula) if x.is_Pow and x.exp.is_Rational and x.exp.is_negative)
-    return frozenset[Any]().union(*(symbols_in(x.base) for x in powers))
+@lru_cache(maxsize=2**14)
+def _facts(formula: Any) -> _Facts:
+    parts = {formula: None}  # in the order of the formula, the same in every run
+    pending = [formula]
+    while pending:
+        new = [x for x in pending.pop().args if x not in parts]
+        parts |= dict.fromkeys(new)
+        pending += new
+    powers = [x for x in parts if x.is_Pow]
+    below = (x.base for x in powers if x.exp.is_Rational and x.exp.is_negative)
+    return _Facts(
+        tuple(parts),
+        operations_in(formula),
+        symbols_in(formula),
+        frozenset[Any]().union(*map(symbols_in, below)),
+        frozenset(x.base for x in powers if abs(x.exp) is sp.S.Half),
+        frozenset(x.base for x in powers),
+        tuple(x for x in parts if x.is_Add),
+        tuple(x for x in parts if x.is_Mul),
+    )
 
 
 def shortest(
@@ -158,6 +182,7 @@ class _Search:
         """The shortest of all that are followed."""
         best = self.start
         states, seen, stale = [best], set[Any](), 0
+        width = min(_WIDTH, max(2, _FOLLOWED // best.lines))
         for _ in range(_ROUNDS):
             found: list[Written] = []
             for own in states:
@@ -167,7 +192,7 @@ class _Search:
                         continue
                     seen.add(key)
                     found.append(one)
-            states, stale = _shortest_of_each_length(found), stale + 1
+            states, stale = _shortest_of_each_length(found, width), stale + 1
             if states and states[0].cost < best.cost:
                 best, stale = states[0], 0
             if not states or stale > _PATIENCE:
@@ -189,7 +214,7 @@ class _Search:
         """A name written out, in squares, or as a ratio times what it is divided by."""
         name, expression = d.symbol, d.expression
         yield self.changed(w, lambda x: _written_out(x, name, expression), {name}, out=d)
-        is_squared = any(x.is_Pow and x.base == name for f in w.formulas for x in parts_of(f))
+        is_squared = any(name in _facts(f).powers for f in w.formulas)
         if is_squared and self.start.lines > _LINES and not name.name.startswith("L_"):
             square = self.name("p", expression**2, positive=True)
             by = name, square.symbol, expression
@@ -199,12 +224,10 @@ class _Search:
                 below = name / ratio.expression
                 if any(name in needed_for(x, w.definitions) for x in symbols_in(below)):
                     continue
-                new, put = (
-                    Definition(ratio.symbol, expression / below),
-                    {name: ratio.symbol * below},
-                )
+                new = Definition(ratio.symbol, expression / below)
                 left = replace(w, definitions=tuple(x for x in w.definitions if x is not ratio))
-                change = lambda x, put=put: sp.factor_terms(x.xreplace(put))  # noqa: E731
+                by = name, ratio.symbol * below
+                change = lambda x, by=by: _with_multiple(x, *by)  # noqa: E731
                 yield self.changed(left, change, {name}, new, d)
 
     def by_ratios(self, w: Written) -> Iterator[Written]:
@@ -215,7 +238,7 @@ class _Search:
         below = ({x for x, power in _powers(f).items() if power < 0} for f in w.results)
         in_front = set.intersection(*below) if w.results else set()
         pairs: Counter[Any] = Counter()
-        for powers in (_powers(x) for f in w.formulas for x in parts_of(f) if x.is_Mul):
+        for powers in (_powers(x) for f in w.formulas for x in _facts(f).products):
             bases = (b for b in powers if b.is_Symbol and not b.name.startswith(_NO_LENGTHS))
             for a, b in combinations(sorted(bases, key=str), 2):
                 is_named = any(x.name.startswith(("L_", "d_")) for x in (a, b))
@@ -248,7 +271,7 @@ class _Search:
     def by_sums(self, w: Written) -> Iterator[Written]:
         """A name for a difference, a sum or an angle that recurs; named sums in other sums."""
         names = {d.symbol for d in w.definitions}
-        parts = [x for f in w.formulas for x in parts_of(f)]
+        parts = [x for f in w.formulas for x in _facts(f).parts]
         angles = {x.args[0] for x in parts if isinstance(x, sp.sin | sp.cos)}
         sums = Counter(x for x in parts if x.is_Add)
         differences: Counter[Any] = Counter()
@@ -276,7 +299,7 @@ class _Search:
     def with_name(self, w: Written, total: Any, letter: str) -> Written:
         """With a name for a sum as it stands, or for its root where that occurs."""
         root = root_of(total)
-        has_root = any(x in parts_of(f) for f in w.formulas for x in (root, 1 / root))
+        has_root = any(total in _facts(f).rooted for f in w.formulas)
         new = self.name("s", root) if has_root else self.name(letter, total)
         square = new.symbol**2 if has_root else new.symbol
         put = {root: new.symbol, 1 / root: 1 / new.symbol, total: square, -total: -square}
@@ -285,7 +308,7 @@ class _Search:
     def by_unit_lengths(self, w: Written) -> Iterator[Written]:
         """What x^2 + y^2 = 1 makes of names: x^2 for 1 - y^2, sqrt(1 - y^2) for x, or neither."""
         real = [d for d in w.definitions if not d.symbol.name.startswith(("L_", *_SPRINGS))]
-        sums = {x for f in w.formulas for x in parts_of(f) if x.is_Add}
+        sums = {x for f in w.formulas for x in _facts(f).sums}
         for a, b in permutations(real, 2):
             x, y = a.symbol, b.symbol
             if not self.are_equal(self.at[x] ** 2, 1 - self.at[y] ** 2):
@@ -304,11 +327,11 @@ class _Search:
 
     def by_angles(self, w: Written) -> Iterator[Written]:
         """The angle of a triangle of three known sides, b sin(theta) = sqrt(b^2 - a^2)."""
-        parts = frozenset[Any]().union(*map(parts_of, w.formulas))
+        parts = dict.fromkeys(x for f in w.formulas for x in _facts(f).parts)
         roots = (x.base for x in parts if x.is_Pow and abs(x.exp) is sp.S.Half)
         squared = [x.base for x in parts if x.is_Pow and x.exp == 2 and x.base.is_Add]
-        for radicand in sorted((x for x in roots if x.is_Mul), key=str):
-            for above in sorted(squared, key=str):
+        for radicand in (x for x in roots if x.is_Mul):
+            for above in squared:
                 side = _side(radicand, above)
                 if side is None:
                     continue
@@ -320,11 +343,11 @@ class _Search:
 
     def by_compliances(self, w: Written) -> Iterator[Written]:
         """Ratios of compliances where moduli are multiplied out below a fraction bar."""
-        parts = frozenset[Any]().union(*map(parts_of, w.formulas))
+        parts = dict.fromkeys(x for f in w.formulas for x in _facts(f).parts)
         below = [x.base for x in parts if x.is_Pow and x.exp is sp.S.NegativeOne and x.base.is_Add]
         for d in w.definitions if below else ():
             if d.symbol in self.kept and d.expression.is_Add:
-                for total in sorted(below, key=str):
+                for total in below:
                     factor = _multiple(total, d.expression)
                     if factor is not None and total != d.expression:
                         by = total, d.symbol, factor
@@ -363,7 +386,7 @@ class _Search:
         wanted = frozenset(symbols)
 
         def own(x: Any) -> Any:
-            return change(x) if wanted <= symbols_in(x) else x
+            return change(x) if wanted <= _facts(x).symbols else x
 
         names = [d for d in w.definitions if d is not out]
         if new is not None:
@@ -380,11 +403,11 @@ class _Search:
         return _used(found, self.kept)
 
 
-def _shortest_of_each_length(found: Iterable[Written]) -> list[Written]:
+def _shortest_of_each_length(found: Iterable[Written], width: int) -> list[Written]:
     """The shortest ways, a few of them of the same number of lines."""
     left, states = Counter[int](), []
     for one in sorted(found, key=lambda one: one.cost):
-        if left[one.lines] < _ALIKE and len(states) < _WIDTH:
+        if left[one.lines] < _ALIKE and len(states) < width:
             left[one.lines] += 1
             states.append(one)
     return states
@@ -501,6 +524,14 @@ def _by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> A
     if inside and inside <= {first}:
         other = sp.expand(other)
     return other if count_of(other) < count_of(expression) else expression
+
+
+@cacheit
+def _with_multiple(expression: Any, length: Any, multiple: Any) -> Any:
+    """An expression with a multiple for a length, which comes out of the sums inside."""
+    found = expression.xreplace({length: multiple})
+    sums = (x for x in _facts(expression).sums if x is not expression)
+    return sp.factor_terms(found) if any(length in symbols_in(x) for x in sums) else found
 
 
 @cacheit
