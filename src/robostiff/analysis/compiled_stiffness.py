@@ -16,10 +16,9 @@ from robostiff.analysis.compiled_answer import (
     RecordedRanks,
     attempted,
     checked_chunks,
-    closes,
     put_direct,
 )
-from robostiff.analysis.details import Matrices, Question
+from robostiff.analysis.details import Question
 from robostiff.analysis.kernel_inputs import (
     InputRows,
     KernelInputs,
@@ -27,8 +26,7 @@ from robostiff.analysis.kernel_inputs import (
     ParameterValues,
     with_parameters,
 )
-from robostiff.analysis.posed_stiffness import direct_stiffness
-from robostiff.analysis.questions import PosesOfRobot
+from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_trusted
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     Backend,
@@ -39,9 +37,9 @@ from robostiff.compiled import (
     kernel_of,
     whole_threads,
 )
-from robostiff.elastostatics import Status, Tolerance
+from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, OpenAtHomeError
-from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
+from robostiff.kinematics import JointCoordinates, posture_finder
 from robostiff.linkage import DrivenLinkage, Linkage
 from robostiff.linkage.driven import coordinate_names
 from robostiff.linkage.recorded_stiffness import record_linkage
@@ -52,6 +50,9 @@ from robostiff.recorded import (
     record_robot,
     sample_postures,
 )
+
+# Ranks are decided about a reference point that is nearer to the robot than so many lengths.
+_NEAR = 5.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -181,7 +182,9 @@ class CompiledStiffness(AtGeneralPoses):
         self, pose: Any, parameters: Mapping[str, ArrayLike] | None
     ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[[Any, np.ndarray], Question]]:
         """The kernel for such poses, its inputs, values of parameters, and the direct question."""
-        kernel, taken, pose = self.kernel, self.taken, self.taken.read(pose)
+        kernel: Kernel = self.kernel
+        taken: Any = self.taken  # which of the two takes such a pose
+        pose = taken.read(pose)
         of_joints = self.joint_kernel
         if isinstance(pose, JointCoordinates):
             if of_joints is not None and of_joints is not kernel:
@@ -329,7 +332,7 @@ def compile_robot(
     robot = replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder, most)
-    if _depends_on_what_is_held(recorded, robot, finder):
+    if depends_on_what_is_held(recorded, robot, finder):
         recorded = record_at_joints(robot, finder, most)
     # A derivative may need more of the closure than its Newton steps give.
     if recorded.joints and not robot.is_posed_by_joints:
@@ -353,32 +356,6 @@ def compile_robot(
             ranks = RecordedRanks.of(recorded)
     rank, status = recorded.factors.rank, recorded.status
     return CompiledStiffness(rank, status, verified, kernel, taken, joint_kernel, ranks=ranks)
-
-
-def _depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: PostureFinder) -> bool:
-    """Whether K differs between postures of one pose that differ in coordinates that are held.
-
-    A rod that spins between spherical joints is held by nothing, and transmits the same. A passive
-    joint that folds a chain of beams is held by nothing either, but K depends on the fold: there
-    the record and the careful closure may be at different postures.
-    """
-    held = () if recorded.closure is None else recorded.closure.held
-    if not held:
-        return False
-    posture = sample_postures(finder)
-    moved = np.isin(recorded.joints, held) * _SPUN
-    ends = np.cumsum([leg.chain.size for leg in robot.legs])[:-1]
-    for row, pose in enumerate(posture.pose):
-        q = [own[row] for own in posture.coordinates]
-        here, there = (
-            direct_stiffness(finder.robot, pose, near=near)
-            for near in (q, np.split(np.concatenate(q) + moved, ends))
-        )
-        if not (here.answered and there.answered):
-            return True
-        if here.details().matrices[None].differences(there.details()[None], PosesOfRobot.free):
-            return True
-    return False
 
 
 def compile_linkage(
@@ -410,7 +387,7 @@ def _record_of(
 
     They are as near as home's surroundings are regular.
     """
-    for nearer in range(_NEARER):
+    for nearer in range(NEARER):
         samples = driven.samples(nearer=nearer)
         recorded, undetermined = record_linkage(driven, samples)
         if recorded is not None:
@@ -446,73 +423,3 @@ def _check_derivatives(name: str, recorded: RecordedRobot, outputs: Sequence[Out
                 expected="first derivatives, of what has a kernel from pose to matrix",
                 hint="take differences of rs.stiffness at two poses instead",
             )
-
-
-# Generic poses must keep away from the tolerances that decide, by what poses may differ.
-_STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
-_OTHER_SEED = 47
-_NEAR = 5.0  # lengths
-_NEARER = 4  # how often poses are drawn nearer to home
-_SPUN = 0.2  # what coordinates that nothing determines are changed by [m, rad]
-
-
-def is_trusted(
-    recorded: RecordedRobot, taken: KernelInputs | LinkageInputs, nearer: int = 0
-) -> bool:
-    """Whether generic poses are regular, and a record has been confirmed at them.
-
-    Once at the poses at which it was recorded, and once at others: what a record takes for zero or
-    for the same at its own samples must be so elsewhere. Both forms decide for themselves where
-    they hold; where both do, they must give the same K, rank and status, else it is a
-    `DisagreementError`. Where the recorded closure arrives at no pose, nearer ones are drawn.
-
-    Without trust no pose is left to the record.
-    """
-    general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
-    kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
-    at = [_agrees(kernel, general, taken, seed, nearer) for seed in (0, _OTHER_SEED)]
-    return all(at)
-
-
-def _agrees(
-    kernel: Kernel,
-    general: AtGeneralPoses,
-    taken: KernelInputs | LinkageInputs,
-    seed: int,
-    first: int,
-) -> bool:
-    """Whether a kernel gives what the direct form gives, and nothing is in doubt."""
-    subject: Any = taken.subject
-    for nearer in range(first, _NEARER):
-        pose, samples = taken.drawn(seed, nearer)
-        given = np.asarray(pose.values if isinstance(pose, JointCoordinates) else pose)
-        values = ParameterValues.of(subject, samples, len(given))
-        rows = taken.rows(pose, given, values)
-        met = closes(kernel, kernel.evaluate(rows.rows)) & ~rows.missed
-        if met.any():
-            break
-    else:
-        return False
-    answer = attempted(kernel, rows, general, 1)
-    recorded = Matrices(answer.values[StiffnessMatrix.name], answer.rank, answer.status_codes)
-    regular = np.zeros(len(given), dtype=bool)
-    trusted = True
-    for other, own in values.groups(met):
-        question = taken.question(other, pose, given[own])
-        direct = Stiffness.of(question)
-        decided = ~(answer.guarded[own] | _doubtful(direct))
-        for k, distance in recorded[own].differences(direct.details(), question.free):
-            if decided[k]:
-                place = f"{subject.name!r} at {question.place(k)}"
-                for name, x in zip(samples, values.rows[:, own[k]].tolist(), strict=True):
-                    place += f", {name} = {x!r}"
-                raise DisagreementError(question.opinions, distance, place)
-            trusted = False
-        strict = taken.question(other, pose, given[own], _STRICT)
-        regular[own] = ~_doubtful(Stiffness.of(strict))
-    # One of them may be singular by chance: of an arm that is stretched out at home.
-    return trusted and bool(2 * np.count_nonzero(met & ~regular) < np.count_nonzero(met))
-
-
-def _doubtful(result: Stiffness) -> np.ndarray:
-    return (result.status_codes & int(Status.ILL_CONDITIONED)) != 0

@@ -18,7 +18,7 @@ from robostiff.elastostatics import (
     Tolerance,
     scaling,
 )
-from robostiff.elastostatics.batched import Batched
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import DisagreementError
 from robostiff.spatial import Space
@@ -42,7 +42,7 @@ class StructuralAnalysis:
 
 
 @dataclass(frozen=True)
-class Matrices(StatusOfPoses, Batched):
+class Matrices(StatusOfPoses, PoseBatch):
     """Stiffness matrices about the robot's own reference point, with rank and status."""
 
     K: np.ndarray  # (..., n, n): meaningful where the status says that there is one
@@ -96,7 +96,7 @@ def distances(K: np.ndarray, other: np.ndarray, scale: np.ndarray, free: float) 
 
 
 @dataclass(frozen=True)
-class Details(Batched):
+class Details(PoseBatch):
     """What the direct form finds at poses: the whole and the legs about one point, the posture.
 
     Attributes

@@ -196,16 +196,17 @@ def _answered(
     *,
     by_record: bool = False,
 ) -> Any:
-    from robostiff.model.cable import CableRobot
+    if not isinstance(robot, Robot | Snapshot):
+        from robostiff.model.cable import CableRobot
 
-    if not isinstance(robot, CableRobot):
-        question = question_of(robot, pose, method, near, tolerance)
-        return Stiffness.of(question, at, by_record=by_record)
-    _check_options(method, tolerance)
-    _check_is_default(method, near, "cable robot", robot.name)
-    from robostiff.analysis.cable_stiffness import cable_stiffness
+        if isinstance(robot, CableRobot):
+            _check_options(method, tolerance)
+            _check_is_default(method, near, "cable robot", robot.name)
+            from robostiff.analysis.cable_stiffness import cable_stiffness
 
-    return cable_stiffness(robot, pose, at=at, tolerance=tolerance)
+            return cable_stiffness(robot, pose, at=at, tolerance=tolerance)
+    question = question_of(robot, pose, method, near, tolerance)
+    return Stiffness.of(question, at, by_record=by_record)
 
 
 def compliance(

@@ -51,7 +51,7 @@ class PosesOfRobot(Question):
         near: Near = None,
         tolerance: Tolerance = DEFAULT_TOLERANCE,
     ) -> None:
-        self.finder, self.near = posture_finder(robot), near
+        self.finder, self.form, self.near = posture_finder(robot), method, near
         #: A PoseRequest, or joint coordinates (..., size).
         self.request = request = self.finder.request(pose)
         by_joints = isinstance(request, np.ndarray)
@@ -105,7 +105,7 @@ class PosesOfRobot(Question):
         if (
             self.near is not None
             or isinstance(request, SolvedRequest)
-            or self.method != DEFAULT_METHOD
+            or self.form != DEFAULT_METHOD
             or self.tolerance != DEFAULT_TOLERANCE
         ):
             return None
@@ -141,7 +141,7 @@ class PosesOfRobot(Question):
 
     def _solved(self, rows: np.ndarray) -> Details:
         posture = self._posture(rows)
-        found = solve_snapshot(posture.snapshot, self.method, self.tolerance)
+        found = solve_snapshot(posture.snapshot, self.form, self.tolerance)
         reached, whole = posture.reached, found.whole
         status = (
             np.where(reached, whole.status_codes, np.uint16(Status.UNREACHABLE))

@@ -113,9 +113,9 @@ class Formula(WrittenWhole, ABC):
         left = tuple(c for c in found.conditions if c.expression.free_symbols)
         return replace(found, conditions=left)
 
-    @abstractmethod
     def substituted(self, values: Mapping[Any, Any]) -> Any:
-        """Its matrix, or two of them, at values of its symbols."""
+        """Its matrix, or two of them, at values of its symbols, see `Derivation.substituted`."""
+        return self._computed.substituted(values)
 
     def lambdify(self, *arguments: Any) -> FormulaFunction:
         """Its matrix as a function of numbers and of arrays that broadcast, in milliseconds.

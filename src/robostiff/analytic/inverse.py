@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -101,10 +101,6 @@ class ComplianceSteps(Formula):
                 "wrench", got=f"{len(entries)} entries", expected=f"{self.C.rows}: force and moment"
             )
         return sp.ImmutableMatrix(self.C * sp.Matrix(entries))
-
-    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
-        """C at given values of all symbols, see `Derivation.substituted`."""
-        return self._computed.substituted(values)
 
 
 def compliance_steps(derivation: Derivation) -> ComplianceSteps:

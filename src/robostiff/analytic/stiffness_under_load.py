@@ -90,10 +90,6 @@ class StiffnessUnderLoad(Formula):
         conditions = [c.expression for c in self.conditions]
         return [*self.K0, *self.K1, *self.wrench, *conditions]
 
-    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
-        """K at values of its symbols, see `Derivation.substituted`."""
-        return self.derivation.substituted(values)
-
 
 def stiffness_under_load(
     robot: Robot,

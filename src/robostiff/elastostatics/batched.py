@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 
-class Batched:
+class PoseBatch:
     """A frozen dataclass; its arrays, and those of parts of it, begin with the axes of a batch."""
 
     doubtful: np.ndarray  # (...) of bool
@@ -49,7 +49,7 @@ def _mapped(f: Callable[[Sequence[np.ndarray]], np.ndarray], values: Sequence[An
         return tuple(_mapped(f, own) for own in zip(*values, strict=True))
     if isinstance(first, Mapping):
         return {key: _mapped(f, [value[key] for value in values]) for key in first}
-    if not (isinstance(first, Batched) and is_dataclass(first)):
+    if not (isinstance(first, PoseBatch) and is_dataclass(first)):
         return first
     names = [own.name for own in fields(first)]
     own = {name: _mapped(f, [getattr(value, name) for value in values]) for name in names}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.elastostatics.batched import Batched
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_singular_value
 from robostiff.elastostatics.tolerance import Tolerance
 from robostiff.spatial.batch import product, transposed
@@ -19,7 +19,7 @@ _FEW_DIGITS = 1e6
 
 
 @dataclass(frozen=True)
-class ConjugateWrenches(Batched):
+class ConjugateWrenches(PoseBatch):
     """Wrenches that a leg transmits, in scaled coordinates.
 
     Attributes

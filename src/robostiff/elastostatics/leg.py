@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.elastostatics.batched import Batched
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, conjugate_wrenches
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
@@ -26,7 +26,7 @@ Felt = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
-class LegWrenches(Batched):
+class LegWrenches(PoseBatch):
     """Wrenches that a leg transmits, in scaled coordinates.
 
     Attributes

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.elastostatics.batched import Batched
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
 from robostiff.elastostatics.leg import LegWrenches, felt_by_compliance, leg_wrenches
 from robostiff.elastostatics.tolerance import Tolerance, scaling
@@ -18,7 +18,7 @@ _ROUNDING = 4 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class BlockCompliance(Batched):
+class BlockCompliance(PoseBatch):
     """A parallel block as an element of a chain, about a point and in world axes.
 
     Attributes

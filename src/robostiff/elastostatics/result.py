@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.elastostatics.batched import Batched
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status, StatusOfPoses
@@ -30,7 +30,7 @@ def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class CartesianStiffness(StatusOfPoses, Batched):
+class CartesianStiffness(StatusOfPoses, PoseBatch):
     """K_C about a point, at one pose or a batch of poses, with rank, free motions and status.
 
     Attributes

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -216,17 +216,16 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
         When a name in `values` is no joint's, or its numbers do not fit.
     """
     given = linkage.checked(values or {})
-    near_home = partial(_nearest, linkage, {})
-    home = _first_closed(linkage, linkage.held, near_home)
+    home = _nearest(linkage, linkage.held, {})
     if not given:
         return home
     # A joint with a given value may contradict one that keeps its home coordinate.
     if not home.is_closed:
-        home = _first_closed(linkage, frozenset(), near_home)
+        home = _nearest(linkage, frozenset(), {})
     if home.is_closed:
         each = {name: own[None] for name, own in given.items()}
         return PathsFromHome(linkage, home, tuple(given)).to(each)[0]
-    return _first_closed(linkage, frozenset(given), partial(_nearest, linkage, given))
+    return _nearest(linkage, frozenset(given), given)
 
 
 @dataclass(frozen=True)
@@ -271,17 +270,6 @@ def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) ->
     return loops.configuration(loops.moved(loops.guess[None], step[None])[0])
 
 
-def _first_closed(
-    linkage: Linkage,
-    held: frozenset[str],
-    attempt: Callable[[tuple[Connection, ...]], Configuration],
-) -> Configuration:
-    """The attempt with passive joints where that closes, otherwise that with all that may move."""
-    passive, movable = _movable(linkage, held)
-    found = attempt(passive)
-    return found if found.is_closed or passive == movable else attempt(movable)
-
-
 def _movable(
     linkage: Linkage, held: frozenset[str]
 ) -> tuple[tuple[Connection, ...], tuple[Connection, ...]]:
@@ -291,12 +279,21 @@ def _movable(
 
 
 def _nearest(
-    linkage: Linkage, values: Mapping[str, np.ndarray], moving: tuple[Connection, ...]
+    linkage: Linkage, held: frozenset[str], values: Mapping[str, np.ndarray]
 ) -> Configuration:
-    """Closed at values of some joints, as near to the home coordinates of the others as it goes."""
+    """Closed at values of some joints, as near to the home coordinates of the others as it goes.
+
+    Passive joints move, or all that may and are not held, where only these close the loops.
+    """
     guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
-    loops = _Loops.of(linkage, guess, moving)
-    return loops.configuration(nearest(loops, loops.guess[None])[0])
+    passive, movable = _movable(linkage, held)
+
+    def found(moving: tuple[Connection, ...]) -> Configuration:
+        loops = _Loops.of(linkage, guess, moving)
+        return loops.configuration(nearest(loops, loops.guess[None])[0])
+
+    first = found(passive)
+    return first if first.is_closed or len(passive) == len(movable) else found(movable)
 
 
 @dataclass(frozen=True)

@@ -111,15 +111,17 @@ def test_derivatives_by_parameters_are_limits_of_differences(name, by):
 
 
 def test_a_compiled_robot_with_parameters_travels():
-    compiled = rs.compile(model("3-rpr-beams"))
+    robot = model("3-rpr-beams")
+    compiled = rs.compile(robot)
     other = pickle.loads(pickle.dumps(compiled))  # noqa: S301
-    pose = around_home(compiled.subject, 3)
+    pose = around_home(robot, 3)
     np.testing.assert_array_equal(
         other.evaluate(pose).values["K"], compiled.evaluate(pose).values["K"]
     )
-    with_R = rs.compile(model("hexapod", "R"), parameters=("R",), backend=rs.Backend.ARRAYS)
+    robot = model("hexapod", "R")
+    with_R = rs.compile(robot, parameters=("R",), backend=rs.Backend.ARRAYS)
     again = pickle.loads(pickle.dumps(with_R))  # noqa: S301
-    pose = around_home(with_R.robot, 3)
+    pose = around_home(robot, 3)
     np.testing.assert_array_equal(
         again.evaluate(pose, parameters={"R": 0.55}).values["K"],
         with_R.evaluate(pose, parameters={"R": 0.55}).values["K"],

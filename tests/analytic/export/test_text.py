@@ -145,3 +145,12 @@ def test_every_name_that_is_printed_has_a_meaning(name, how):
     lefts += [e.name for b in blocks if isinstance(b, Equations) for e in b.rows]
     unsaid = {x for x in lefts if x not in listed and x.partition("_")[0] not in letters}
     assert unsaid <= {"0"}  # where the legs close
+
+
+def test_a_common_factor_that_is_long_has_a_name():
+    text = derivation_text(rs.derive("3-rrr", leg="leg1"))
+    lines = section(text, "Compliance without passive joints")
+    first = next(i for i, line in enumerate(lines) if "K_0 = K_0_f * [" in line)
+    assert lines[first - 1].lstrip().startswith("[ C_22*C_33 - C_23**2 ")
+    assert lines[first + 2].startswith("K_0_f = 1/(C_11*C_22*C_33")
+    assert text.count("C_11*C_22*C_33") == 1

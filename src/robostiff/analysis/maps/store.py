@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import sys
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -161,16 +162,21 @@ def already_there(path: Path) -> InputError:
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Keep other processes from filling the same store; the lock ends with the process."""
-    import fcntl  # of POSIX, as syncing folders is
-
     try:
         file = (path / _MARKS / _LOCK).open("w")
     except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
         raise damaged(path, f"no folder {_MARKS!r} of its own") from None
     with file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            if sys.platform == "win32":
+                import msvcrt
+
+                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                import fcntl
+
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):  # of POSIX, of Windows
             raise InputError(
                 f"map in {str(path)!r}",
                 got="a store that another process is filling",
@@ -181,8 +187,13 @@ def locked(path: Path) -> Iterator[None]:
 
 
 def _sync(path: Path) -> None:
-    """Wait until a file or the entries of a folder are on disk."""
-    handle = os.open(path, os.O_RDONLY)
+    """Wait until a file or the entries of a folder are on disk.
+
+    Windows syncs no folders, and files that may be written only.
+    """
+    if sys.platform == "win32" and path.is_dir():
+        return
+    handle = os.open(path, os.O_RDWR if sys.platform == "win32" else os.O_RDONLY)
     try:
         os.fsync(handle)
     finally:

@@ -70,6 +70,10 @@ class EntryNames:
             letter += "'"
         return f"{letter}_{stage}"
 
+    def generic(self, letter: str) -> str:
+        """A letter for what each leg i has; with the index where a given symbol is that letter."""
+        return f"{letter}_i" if letter in self.given else letter
+
     def free(self, name: str) -> str:
         """A name, primed where a given symbol has it."""
         while name in self.given:

@@ -306,9 +306,10 @@ def fitted(
 ) -> tuple[Any, sp.ImmutableMatrix, Equations]:
     """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
 
-    Its common factor stands in front where all fits; otherwise the factor stays in the entries,
-    and those that are too wide get a name. The `room` is that of all columns side by side, in the
-    unit of `measure`; `stacked` says that the factor may stand above the matrix.
+    Its common factor stands in front where all fits, and has a name where it is long; otherwise
+    it stays in the entries, and those that are too wide get a name. The `room` is that of all
+    columns side by side, in the unit of `measure`; `stacked` says that the factor may stand above
+    the matrix.
     """
 
     def widths(matrix: Any) -> list[float]:
@@ -316,9 +317,13 @@ def fitted(
 
     taken = 0 if block.factor == 1 else measure(block.factor)
     rest = block.whole if block.rest is None else block.rest
-    columns = widths(rest)
-    if sum(columns) + (0 if stacked else taken) <= room and taken <= room / 2:
+    needed = sum(widths(rest))
+    if needed + (0 if stacked else taken) <= room and taken <= room / 2:
         return block.factor, rest, Equations(())
+    name = f"{block.name}_f"
+    if needed + len(name) <= room and block.rest is not None and block.factor != 1:
+        named = Equation(name, block.factor, is_vector=False)
+        return sp.Symbol(name), rest, Equations((named,))
     columns = widths(block.whole)
     # The widest entry for which all columns fit; narrow columns leave space for the others.
     shares = [(room - sum(columns[:n])) / (len(columns) - n) for n in range(len(columns))]

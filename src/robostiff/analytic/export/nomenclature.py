@@ -179,8 +179,8 @@ def nomenclature_of_robot(
         ]
     else:
         rows += [
-            ((Vector("w"),), f"wrench ({wrench}) that a leg transmits"),
-            (("c",), "compliance of the leg under this wrench"),
+            ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
+            ((names.generic("c"),), "compliance of the leg under this wrench"),
         ]
     if not alone:
         defined = {d.symbol.name.partition("_")[0] for d in derivation.definitions}

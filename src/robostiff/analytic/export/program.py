@@ -249,9 +249,8 @@ def _in_order(
     temporary = [x for x in placed if x not in defined]
     in_order = dict(zip(temporary, _temporaries(set(names)), strict=False))
     n = matrix.cols
-    assignments = tuple(
-        Definition(in_order.get(x, x), value.xreplace(in_order)) for x, value in placed.items()
-    )
+    own |= {x: x for x in placed} | in_order
+    assignments = tuple(Definition(own[x], value.xreplace(in_order)) for x, value in placed.items())
     assignments, renamed = _in_range(assignments, [x.xreplace(in_order) for x in results])
     written: Any = sp.ImmutableMatrix(matrix.rows, n, renamed[: matrix.rows * n])
     beside = renamed[matrix.rows * n :]

@@ -53,7 +53,7 @@ _MOST_LINES = 15  # of entries of K and of names, beside which one leg and the t
 def robot_outline(derivation: RobotDerivation) -> list[Block]:
     """The blocks of the derivation of a robot: its legs, their sum, and the nomenclature."""
     names = EntryNames(derivation)
-    blocks: list[Block] = [Heading(names.title, level=1), _summary(derivation)]
+    blocks: list[Block] = [Heading(names.title, level=1), _summary(derivation, names)]
     blocks += [Paragraph(derivation.remark)] * bool(derivation.remark)
     named = _named(derivation, names)
     definitions = list(named.definitions)
@@ -115,7 +115,7 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
     columns = [[*w, c] for leg in legs for w, c in zip(leg.wrenches, leg.compliances, strict=True)]
     every = [*upper, *(entry for column in columns for entry in column)]
     named = name_combinations(sp.ImmutableMatrix([every]), names.given)
-    written = dict(zip(every, named.matrix, strict=True))
+    written = dict(zip(every, named.matrix.flat(), strict=True))
     found = [
         replace(
             leg,
@@ -128,7 +128,7 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
     return InNames(K.applyfunc({**lower, **written}.__getitem__), tuple(found), named.definitions)
 
 
-def _summary(derivation: RobotDerivation) -> Paragraph:
+def _summary(derivation: RobotDerivation, names: EntryNames) -> Paragraph:
     start = f"Stiffness about the reference point in world axes, {derivation.where}"
     if derivation.in_series is not None:
         return Paragraph(
@@ -146,7 +146,7 @@ def _summary(derivation: RobotDerivation) -> Paragraph:
     return Paragraph(
         f"{start}, {form}. Passive joints leave each chain the wrenches {{}} that they transmit, "
         f"{share_of_leg}. The stiffness is a sum over {legs}, eq. (12).",
-        (Vector("w"), "c"),
+        (Vector(names.generic("w")), names.generic("c")),
     )
 
 
@@ -200,7 +200,7 @@ def _leg_by_leg(
             blocks += unless_long(sp.ImmutableMatrix([*w, c]), f"w_{own}", written)
     of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
     rest = [d for d in derivation.definitions if d.symbol not in of_legs]
-    total = equation(names.result, Total("", share("w", "c")))
+    total = equation(names.result, Total("", share(*map(names.generic, "wc"))))
     return [*blocks, Heading("Sum of the legs"), total, equations(rest)]
 
 

@@ -82,7 +82,8 @@ class _PlainText(Language):
     def inline(self, formula: str) -> str:
         return formula
 
-    words = inline
+    def words(self, text: str) -> str:
+        return text
 
     def over(self, above: str, below: str) -> str:
         if above.endswith(self.transposed):

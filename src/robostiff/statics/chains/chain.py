@@ -18,6 +18,8 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import ForceLaw
 from robostiff.model.stiffness_law import ForceFromStiffness
+from robostiff.spatial import cross
+from robostiff.statics.chains.bending import Bending, BowingTerms
 
 Law = ForceLaw | ForceFromStiffness
 
@@ -92,7 +94,7 @@ class FiniteSpring:
     """An elastic part: its far end is displaced by d and turned by the rotation vector r.
 
     ``th = (d, r) = V y`` in its own axes; energy ``sum(k y^2) / 2``, with k zero along freedoms.
-    The columns of V are zero for inner modes of a beam, which has its bowing besides.
+    A beam has its bowing besides, under an axial force that is an unknown of its own.
     """
 
     names: tuple[str, ...]
@@ -101,7 +103,7 @@ class FiniteSpring:
     modes: np.ndarray  # (N, 6, m): V
     stiffness: np.ndarray  # (N, m): k
     axial: np.ndarray  # (N,): EA/L of a beam with bowing [N/m]; 0 of a linear spring
-    bowing: np.ndarray  # (N, m, m): S; y^T S y is twice the shortening by bending [m]
+    bending: Bending
 
     kind = "spring"
 
@@ -117,14 +119,12 @@ class FiniteSpring:
 
     def sizes(self, length: float) -> np.ndarray:
         """What a unit of each coordinate turns or shifts (N, m), shifts by the robot's length."""
-        V, S = np.abs(self.modes), np.diagonal(self.bowing, axis1=1, axis2=2)
-        # slopes of inner modes, or less
-        inside = np.where(np.any(V, axis=1), 0.0, np.sqrt(S / length))
-        return np.max([V[:, :3].max(1) / length, V[:, 3:].max(1), inside], axis=0)
+        V = np.abs(self.modes)
+        return np.maximum(V[:, :3].max(1) / length, V[:, 3:].max(1))
 
 
 Element = FiniteJoint | FiniteSpring
-_Alike = TypeVar("_Alike", bound=Element)
+_Alike = TypeVar("_Alike", bound=Element | Bending)
 
 
 def stacked(elements: Sequence[_Alike]) -> _Alike:
@@ -135,6 +135,8 @@ def stacked(elements: Sequence[_Alike]) -> _Alike:
             found[name] = np.concatenate([vars(e)[name] for e in elements])
         elif isinstance(value, tuple):
             found[name] = tuple(x for e in elements for x in vars(e)[name])
+        elif isinstance(value, Bending):
+            found[name] = stacked([vars(e)[name] for e in elements])
     return type(elements[0])(**found)
 
 
@@ -255,6 +257,7 @@ class ChainTerms:
     gradient: np.ndarray  # (N, n): of the energy, less the work of wrench and loads
     by_share: np.ndarray  # (N, n): derivative of the gradient by the share of loads and preloads
     turns: np.ndarray  # (N, S, 1): squares of the turns of elastic parts [rad^2]
+    beams: BowingTerms  # of elastic parts (N, S)
 
 
 @dataclass(frozen=True)
@@ -274,6 +277,7 @@ class LegState:
     W: tuple[np.ndarray, ...]
     bodies: tuple[MovingBody, ...]  # between the chains of a leg
     held: np.ndarray  # (N, c): what rigid couplings push their sums with [N or N m]
+    axial: np.ndarray  # (N, b): axial forces of beams with bowing [N]
 
 
 @dataclass(frozen=True)
@@ -301,8 +305,19 @@ class LegEquations:
     A_t: np.ndarray  # (N, n, r): derivative by the twist of the platform
     r_factor: np.ndarray  # (N, n): derivative by the factor of the loads
     carried: np.ndarray  # (N, r): what the platform exerts on the leg about its point [N, N m]
+    state: LegState
+    # (N, b), (N, b, c), (b, c): what axial forces of beams lack, how they follow coordinates, and
+    # places of these among the unknowns
+    axial: tuple[np.ndarray, np.ndarray, np.ndarray]
     # how that changes beside the wrenches of chains, where springs act on the platform
     beside: Beside | None = None
+
+    def completed(self, found: np.ndarray) -> np.ndarray:
+        """Steps (N, n, k) of the unknowns, those of axial forces behind; the first are Newton's."""
+        missing, rate, places = self.axial
+        axial = (rate[:, :, None] @ found[:, places])[:, :, 0]
+        axial[..., 0] += missing
+        return np.concatenate([found, axial], axis=1)
 
 
 @dataclass(frozen=True)
@@ -318,3 +333,8 @@ def unknown_name(subject: str, name: object, known: Iterable[str], what: str) ->
     known = list(known)
     near = get_close_matches(str(name), known, n=3) or known[:3]
     return InputError(subject, got=name, expected=f"{what}, such as {', '.join(map(repr, near))}")
+
+
+def wrench_at(about: np.ndarray, point: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Wrench (..., 6) about a point (3,) of forces (..., 3) at points (..., 3) [N, N m]."""
+    return np.concatenate([force, cross(point - about, force)], axis=-1)

@@ -2,8 +2,7 @@
 
 All elements of all chains alike are computed at once: a leading axis N counts the chains, K the
 elements. Arrays hold floats, or entries of a record: what is zero there leaves no operation. All
-elastic parts have the same number c of coordinates here, those that they lack being empty columns:
-six, or more where some beam has inner modes.
+elastic parts have the same number c of coordinates here, those that they lack being empty columns.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import numpy as np
 
 from robostiff.record import cosine, sine
 from robostiff.spatial import skew
-from robostiff.statics.chains.beam_bowing import bowing_energy
+from robostiff.statics.chains.bending import Bending
 from robostiff.statics.chains.chain import (
     BodyLoad,
     ChainTerms,
@@ -195,7 +194,8 @@ class MovingChains:
         within = [np.arange(sizes[k]) for k in self.spring_elements.tolist()]
         width = max((len(own) for own in within), default=0)
         self.modes, self.mode_stiffness = self._zeros(N, S, 6, width), self._zeros(N, S, width)
-        self.axial, self.bowing = self._zeros(N, S, 1), self._zeros(N, S, width, width)
+        self.axial, shapes = self._zeros(N, S), [(width,), (), (2,), (2,)]
+        self.bending = Bending(*(self._zeros(N, S, 6, *own) for own in shapes))
         for chain, own, here in zip(chains, slots, rows, strict=True):
             for e, k in zip(chain.elements, own, strict=True):
                 self._put(e, here, int(at[k]))
@@ -209,7 +209,9 @@ class MovingChains:
         self.full = np.concatenate([none, *(width * i + own for i, own in enumerate(within))])
         places = zip(starts[self.spring_elements], within, strict=True)
         self.spring_places = np.concatenate([none, *(k + own for k, own in places)])
-        self.has_bowing = bool(np.any(self.axial != 0))
+        is_beam = self.axial != 0
+        self.along = self.modes[:, :, 0] * is_beam[..., None].astype(int)
+        self.axial = np.where(is_beam, self.axial, 1)
         self._set_loads(loads)
         self.body_rows = list(body_rows)
         self.moves = moves.astype(int)[:, None, None]
@@ -257,7 +259,9 @@ class MovingChains:
             e.modes,
             e.stiffness,
         )
-        self.axial[rows, i, 0], self.bowing[rows, i, : e.size, : e.size] = e.axial, e.bowing
+        self.axial[rows, i], self.bending.z[rows, i, :, : e.size] = e.axial, e.bending.z
+        for name in ("s", "b", "l"):
+            getattr(self.bending, name)[rows, i] = getattr(e.bending, name)
 
     def _set_frames(
         self,
@@ -374,6 +378,7 @@ class MovingChains:
         R: np.ndarray,
         p: np.ndarray,
         W: np.ndarray,
+        axial: np.ndarray,
         share: float,
         pulls: np.ndarray | None = None,
     ) -> ChainTerms:
@@ -394,6 +399,8 @@ class MovingChains:
         W : (N, 6) array
             What the body at the end exerts on the chain, about the point where the chain has it [N,
             N m].
+        axial : (N, S) array
+            Axial forces of beams among the elastic parts, 0 of others [N].
         share, pulls : float, and (N, L, 3) array or None
             Share of loads and preloads; forces at the points of the loads beside these [N].
         """
@@ -429,8 +436,11 @@ class MovingChains:
             column, own, k = columns[i], float(q[n, i]), self.stiffness[n, i]
             gradient[n, column] += law.at(own) - k * own
             tangent[n, column, column] += law.tangent(own) - k
+        y = self._spring_coordinates(x)
+        beams = self.bending.terms(y, axial, self.along, self.axial)
         if len(self.spring_elements):
-            _, force, curvature = self._stored(x)
+            force = self.mode_stiffness * y + beams.gradient
+            curvature = self._elastic + beams.curvature
             gradient[:, self.spring_columns] += force.reshape(N, -1)[:, self.full]
             beyond = moment[:, self.spring_elements + (C.shape[1] - self.slots)]
             axes = before[:, self.spring_elements, :3, :3]
@@ -448,6 +458,7 @@ class MovingChains:
             gradient,
             by_share,
             turned.square,
+            beams,
         )
 
     def _second_order(
@@ -497,17 +508,6 @@ class MovingChains:
         columns = np.swapaxes(by, -1, -2).reshape(self.count, by.shape[1] * by.shape[3], 3)
         return columns[:, self.full]
 
-    def _stored(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Energy of the elastic parts (N, S), bowing of beams among it; gradient and curvature."""
-        y = self._spring_coordinates(x)
-        ky = self.mode_stiffness * y
-        value, gradient = (ky * y).sum(axis=-1) * 0.5, ky
-        curvature = self._elastic
-        if not self.has_bowing:
-            return value, gradient, curvature
-        more = bowing_energy(y, self.axial, self.modes[:, :, 0], self.bowing)
-        return value + more[0], gradient + more[1], curvature + more[2]
-
     @cached_property
     def _elastic(self) -> np.ndarray:
         return self.mode_stiffness[..., None] * np.eye(self.modes.shape[-1], dtype=int)
@@ -550,15 +550,31 @@ class MovingChains:
         after = self.load_after + (elements - self.slots)
         return (np.arange(elements)[:, None] < after).astype(int)
 
-    def energies(self, x: np.ndarray) -> np.ndarray:
-        """Elastic energy in every slot (N, K) [J], preloads left out."""
+    def energies(self, x: np.ndarray, axial: np.ndarray) -> np.ndarray:
+        """Elastic energy in every slot (N, K) [J], preloads left out; axial as for `terms`."""
         found = np.zeros((self.count, self.slots))
         found[:, self.joint_elements] = 0.5 * self.stiffness * x[:, self.joint_places] ** 2
         for n, i, law in self.laws:
             found[n, self.joint_elements[i]] = law.energy(float(x[n, self.joint_places[i]]))
-        if len(self.spring_elements):
-            found[:, self.spring_elements] = self._stored(x)[0]
+        y = self._spring_coordinates(x)
+        linear = 0.5 * np.sum(self.mode_stiffness * y * y, axis=-1)
+        beams = self.bending.terms(y, axial, self.along, self.axial)
+        found[:, self.spring_elements] = linear + beams.energy
         return found
+
+    def amplitude_rates(
+        self, x: np.ndarray, axial: np.ndarray, dx: np.ndarray, d_axial: np.ndarray
+    ) -> np.ndarray:
+        """Rates (N, S, 6, 2) of the amplitudes of inner modes of beams, see `Bending`."""
+        y, dy = (self._spring_coordinates(own) for own in (x, dx))
+        return self.bending.amplitude_rates(y, axial, dy, d_axial)
+
+    def with_modes(
+        self, x: np.ndarray, axial: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Curvatures (N, S, ...) with inner modes of beams, see `Bending.with_modes`."""
+        y = self._spring_coordinates(x)
+        return self.bending.with_modes(y, axial, self.along, self.axial)
 
     def load_potential(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Potential of whole loads and preloads, 0 at the unloaded posture (N,) [J]."""

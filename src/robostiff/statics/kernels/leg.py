@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg
-from robostiff.record import is_zero, reciprocal
+from robostiff.record import Entry, is_zero, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import Space, cross
@@ -91,6 +91,12 @@ class RecordedChain(FiniteChain):
     def springs(self) -> list[Any]:
         """Stiffness of each coordinate; 0 where it is free."""
         return [k for e in self.elements for k in e.stiffness.flat]
+
+    @property
+    def axial(self) -> list[str | None]:
+        """Names of the axial forces of its elastic parts; None of those that are no beams."""
+        springs = (e for e in self.elements if isinstance(e, FiniteSpring))
+        return [None if is_zero(e.axial[0]) else f"{self.name}.N{i}" for i, e in enumerate(springs)]
 
     def wrench(self, size: int) -> list[str]:
         """Names of the components of its wrench."""
@@ -203,7 +209,8 @@ class RecordedLoadedLeg:
         """Its unknowns at the unloaded posture."""
         found: dict[str, float] = {}
         for chain in self.chains:
-            found |= dict.fromkeys([*chain.coordinates, *chain.wrench(self.space.size)], 0.0)
+            names = *chain.coordinates, *filter(None, chain.axial), *chain.wrench(self.space.size)
+            found |= dict.fromkeys(names, 0.0)
         for body in self.bodies:
             found |= body.start
         for own in self.couplings:
@@ -229,6 +236,7 @@ class RecordedLoadedLeg:
         for chain in self.chains:
             sizes = [s for e in chain.elements for s in units(e, self.length)]
             found |= {n: s * small() for n, s in zip(chain.coordinates, sizes, strict=True)}
+            found |= {name: 1e3 * force * small() for name in chain.axial if name}
             for name, row in zip(chain.wrench(self.space.size), self.space.rows, strict=True):
                 found[name] = 1e3 * force * (1.0 if row < 3 else self.length) * small()
         for body in self.bodies:
@@ -281,7 +289,9 @@ class RecordedLoadedLeg:
             W = np.zeros(6, dtype=int).astype(object)
             W[rows] = [values[name] for name in chain.wrench(len(rows))]
             end = platform if chain.end is None else bodies[chain.end]
-            terms = moving[c].terms(*postures[c], W[None], 1.0, pulls[c])
+            axial = [0 if name is None else values[name] for name in chain.axial]
+            axial = np.array([[*axial, None]], dtype=object)[:, :-1]
+            terms = moving[c].terms(*postures[c], W[None], axial, 1.0, pulls[c])
             turns += terms.turns.flat
             wrench = chain.wrench(len(rows))
             ends = twist if chain.end is None else motions[chain.end]
@@ -313,6 +323,15 @@ class RecordedLoadedLeg:
     ) -> None:
         """Add the equations of a chain, by the unknowns that move it and those of its end."""
         (names, ends), rows = unknowns, self.space.rows
+        springs = [k for k, e in enumerate(chain.elements) if isinstance(e, FiniteSpring)]
+        for i, (k, name) in enumerate(zip(springs, chain.axial, strict=True)):
+            if name is not None:
+                rates = zip(
+                    chain.coordinates[chain.places[k]], terms.beams.rate[0, i], strict=False
+                )
+                elimination.follows(name, terms.beams.missing[0, i], dict(rates))
+        pivots = terms.beams.pivots.flat
+        elimination.pivots += [own for own in pivots if isinstance(own, Entry)]
         for name, row, end in zip(chain.wrench(len(rows)), rows, ends, strict=True):
             elimination.unknown(name, 1.0 if row >= 3 else self.length)
             for own, column in zip(names, terms.J[0, row], strict=True):
@@ -343,6 +362,7 @@ class RecordedLoadedLeg:
             for name, size in zip(chain.coordinates, sizes, strict=True):
                 after[name] = values[name] + found[name]
                 moved.append(found[name] * (1 / size))
+            after |= {name: values[name] + found[name] for name in chain.axial if name}
             turn = (platform_twist if chain.end is None else twists[chain.end])[3:]
             names = chain.wrench(len(rows))
             m = np.zeros(6, dtype=int).astype(object)

@@ -12,10 +12,9 @@ from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import (
     among_motions,
-    bending_planes,
-    bowing,
     part_of_beam,
 )
+from robostiff.statics.chains.bending import Bending, bending, bending_planes
 from robostiff.statics.chains.chain import Element, FiniteJoint, FiniteSpring
 
 # Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
@@ -59,15 +58,12 @@ def recorded_springs(
         x = rotation[:, 0] * beam
         shifts = [x * ((i + 1) / parts - 1) if i + 1 < parts else None for i in range(parts)]
     V, stiffness = _coordinates(C, free, rotation, space, length)
-    S: np.ndarray = np.zeros((len(stiffness),) * 2, dtype=int).astype(object)
-    if bows:
-        inner = like.size > len(stiffness)
-        planes = bending_planes(space, rotation)
-        S, more = bowing(V, C, beam * (1 / parts), planes, inner=inner)
-        V, stiffness = np.pad(V, ((0, 0), (0, len(more)))), [*stiffness, *more]
+    planes, inner = bending_planes(space, rotation) if bows else [], bool(np.any(like.bending.b))
+    bent = bending(V, C, beam * (1 / parts), planes, inner=inner)
     k, own = np.array([[*stiffness, None]], dtype=object)[:, :-1], np.array([axial], dtype=object)
     points = (point if shift is None else point + shift for shift in shifts)
-    parts_of = rotation[None], V[None], k, own, S[None]
+    bent = Bending(*(value[None] for value in (bent.z, bent.s, bent.b, bent.l)))
+    parts_of = rotation[None], V[None], k, own, bent
     return [FiniteSpring((spring.name,), at[None], *parts_of) for at in points]
 
 

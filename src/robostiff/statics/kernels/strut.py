@@ -323,12 +323,16 @@ def buckling_of(
             for i in range(group.count):
                 unit = np.concatenate([along[i], np.zeros(3)])
                 W[i] = move_wrench(unit, problem.point - ends[i, 1])
-            x = _stretched(group.chains[0], along)
+            x, chain = _stretched(group.chains[0], along), group.chains[0]
+            axial = np.zeros((group.count, len(group.beams)))
+            for i, (_, k, beam) in enumerate(group.beams):
+                axial[:, i] = beam.axial * np.sum(beam.modes[:, 0] * x[:, chain.places[k]], axis=1)
             rates = []
             for sign in (1.0, -1.0):
-                state = LegState((sign * force * x,), (sign * force * W,), start.bodies, start.held)
+                moved, exerted, beams = (sign * force * own for own in (x, W, axial))
+                state = LegState((moved,), (exerted,), start.bodies, start.held, beams)
                 (eq,) = group.family.equations([state], np.eye(3), problem.point, Share(0.0, 0.0))
-                found = margins_of(group, eq.A, problem.length)
+                found = margins_of(group, eq, problem.length)
                 # nothing is lost where the platform holds all, or something spins
                 lost = [1.0 - own.value if own and own.value else 0.0 for own in found]
                 rates.append([max(0.0, own) / force for own in lost])

@@ -114,11 +114,11 @@ def group_of(
         (0,),
         (network.name,),
         tuple(chains),
-        tuple(bodies.points[name][None] for name in (*bodies.between, *bodies.twice)),
+        tuple(bodies.points[name][None] for name in bodies.numbers),
         platform_point,
         network.space.rows,
         couplings=tuple(couplings),
-        nodes={name: bodies.number(body) for name, body in moving.items() if name not in within},
+        nodes={name: bodies.end(body) for name, body in moving.items() if name not in within},
         within=within,
     )
     on_platform = forces.get(network.platform, [])
@@ -304,20 +304,18 @@ class _Bodies:
                 found[k] = (before, beyond) if forward else (beyond, before)
         return found
 
-    def number(self, body: str) -> int | None:
-        """Of a body between chains; None for base and platform."""
-        return self.between.index(body) if body in self.between else None
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """Places of the bodies between chains, those that are base and platform the last."""
+        return {body: i for i, body in enumerate((*self.between, *self.twice))}
 
     def start(self, body: str) -> int | None:
         """Number of a body at which a chain begins; None for the base."""
-        return self._twice(body) if body == self.network.platform else self.number(body)
+        return None if body == self.base else self.numbers[body]
 
     def end(self, body: str) -> int | None:
         """Number of a body at which a chain ends; None for the platform."""
-        return self.number(body) if body not in self.network.fixed else self._twice(body)
-
-    def _twice(self, body: str) -> int:
-        return len(self.between) + self.twice.index(body)
+        return None if body == self.network.platform else self.numbers[body]
 
 
 def _parts(element: NetworkElement) -> list[PlacedSpring | PlacedFreedom]:
