@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.model import Actuated, Telescope
 
 K_ACTUATOR = 1e8  # N/m
@@ -53,7 +53,7 @@ def main() -> None:
 
     rows: list[tuple[str, Callable[[], np.ndarray]]] = [
         ("rs.stiffness, all poses at once", lambda: rs.stiffness(robot, poses).K),
-        ("the careful form, all poses at once", lambda: careful_stiffness(robot, poses).K),
+        ("the careful form, all poses at once", lambda: direct_stiffness(robot, poses).K),
         ("NumPy loop over poses, six legs stacked", lambda: loop(numbers, poses, legs_stacked)),
         ("NumPy loop over poses and legs", lambda: loop(numbers, poses, leg_by_leg)),
     ]

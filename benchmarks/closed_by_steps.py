@@ -121,7 +121,7 @@ def comparison(robot: Robot, kernel: Kernel, poses: np.ndarray) -> tuple[float, 
     unpack(results[: -len(kernel.checks), :FEW], K)
     result = rs.stiffness(robot, poses[:FEW])
     own = closed[:FEW] & result.answered
-    expected = result.about_reference.matrix[own]
+    expected = result.details().whole.matrix[own]
     size = np.sqrt(np.einsum("nii->ni", expected))
     apart = np.abs(K[own] - expected) / (size[:, :, None] * size[:, None, :])
     return 1 - float(np.mean(closed)), float(np.max(apart))

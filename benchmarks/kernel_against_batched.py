@@ -17,7 +17,7 @@ from tests.compiled.agreement import agreement
 from tests.generators.kernel_robots import ALL_ROBOTS, robot_called
 from tests.generators.planted_poses import PoseSpace
 
-from robostiff.analysis.compiled_robot import compile_robot
+from robostiff.analysis.compiled_stiffness import compile_stiffness
 from robostiff.compiled import Backend
 
 CHUNK = 20_000
@@ -35,7 +35,7 @@ def main() -> None:
         planted = space.planted(rng)
         for backend in (Backend.MACHINE, Backend.ARRAYS):
             start = time.perf_counter()
-            compiled = compile_robot(robot, backend=backend)
+            compiled = compile_stiffness(robot, backend=backend)
             totals = np.zeros(5, dtype=int)
             K = 0.0
             for left in range(count, 0, -CHUNK):

@@ -45,8 +45,8 @@ from peers.way import PeerMissing, Way
 from timed_rows import Row, kernel_run, timed
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.compiled_robot import compile_robot
+from robostiff.analysis.compiled_stiffness import compile_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import Backend, Checks, StiffnessMatrix, kernel_of
 from robostiff.compiled.codes import machine_code_is_available
 from robostiff.kinematics import PostureFinder
@@ -94,14 +94,14 @@ def hexapod_rows(count: int) -> tuple[list[Row], list[str]]:
             rows.append(Row(label, count, kernel_run(kernel, inputs)))
     arrays = kernel_of(recorded, [StiffnessMatrix()], Backend.ARRAYS, checks=Checks.NONE)
     rows.append(Row("the record on NumPy arrays, K", count, kernel_run(arrays, inputs)))
-    compiled = compile_robot(robot)
+    compiled = compile_stiffness(robot)
 
     def whole() -> np.ndarray:
         K = compiled.evaluate(poses).values["K"]
         return np.array([K[:, i, j] for i, j in PLACES])
 
     def batched() -> np.ndarray:
-        K = careful_stiffness(robot, few).K
+        K = direct_stiffness(robot, few).K
         return np.array([K[:, i, j] for i, j in PLACES])
 
     def lean() -> np.ndarray:

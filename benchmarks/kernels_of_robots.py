@@ -13,8 +13,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from timed_rows import Row, kernel_run, timed
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.compiled_robot import compile_robot
+from robostiff.analysis.compiled_stiffness import compile_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import Checks, StiffnessMatrix, kernel_of
 from robostiff.kinematics import JointCoordinates, PostureFinder
 from robostiff.model import Chain, Coordinate, Passive, Robot, universal
@@ -91,12 +91,12 @@ def largest_difference(robot: Robot, finder: PostureFinder, count: int = 200) ->
         names = list(Coordinate)
         home = finder.home_pose[[names.index(c) for c in robot.coordinates]]
         pose = home + rng.uniform(-0.05, 0.05, (count, home.size))
-    answer = compile_robot(robot).attempt(pose)
-    result = careful_stiffness(robot, pose)
+    answer = compile_stiffness(robot).attempt(pose)
+    result = direct_stiffness(robot, pose)
     own = ~answer.guarded & result.answered
     if not own.any():
         return np.inf
-    K = result.about_reference.matrix[own]
+    K = result.details().whole.matrix[own]
     size = np.sqrt(np.einsum("nii->ni", K))
     size = np.maximum(size, 1e-6 * size.max(axis=-1, keepdims=True))  # what rounding leaves of 0
     allowed = size[:, :, None] * size[:, None, :]

@@ -25,7 +25,7 @@ from timed_rows import Row, kernel_run, timed
 
 import robostiff as rs
 from robostiff.analysis import robot_record
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import machine_code_is_available
 from robostiff.kinematics import posture_finder
 
@@ -55,7 +55,7 @@ def poses_of(robot: Any, count: int) -> Any:
     return finder.home_pose[places] + size * random.uniform(-1, 1, (count, len(places)))
 
 
-def asked(result: rs.RobotStiffness) -> np.ndarray:
+def asked(result: rs.Stiffness) -> np.ndarray:
     """What is timed: K, rank and status."""
     _ = result.rank, result.status_codes
     return result.K
@@ -76,7 +76,7 @@ def many(name: str, backend: rs.Backend, count: int, turns: int) -> Times:
     rows = [
         Row("kernel", count, kernel_run(kernel, inputs)),
         Row("rs.stiffness", count, lambda: asked(rs.stiffness(robot, poses))),
-        Row("careful form", len(few), lambda: asked(careful_stiffness(robot, few))),
+        Row("careful form", len(few), lambda: asked(direct_stiffness(robot, few))),
     ]
     timed(rows, turns)
     K = rows[2].found
@@ -93,7 +93,7 @@ def one(name: str, turns: int) -> tuple[float, float]:
     else:
         pose = poses[0]
     rows = [
-        Row("careful form", 1, lambda: asked(careful_stiffness(robot, pose))),
+        Row("careful form", 1, lambda: asked(direct_stiffness(robot, pose))),
         Row("rs.stiffness", 1, lambda: asked(rs.stiffness(robot, pose))),
     ]
     timed(rows, turns)

@@ -89,7 +89,7 @@ def common_point(feet: np.ndarray, heads: np.ndarray) -> np.ndarray:
     return np.linalg.solve(across.sum(axis=0), np.einsum("lij,lj->i", across, feet))
 
 
-def draw_free_rotations(axes: Axes3D, result: rs.RobotStiffness) -> None:
+def draw_free_rotations(axes: Axes3D, result: rs.Stiffness) -> None:
     """An arrow about each line that the platform can turn about."""
     for motion in result.free_motions:
         centre, e = motion.screw.point, motion.screw.axis
@@ -120,10 +120,10 @@ def draw_arrow_head(axes: Axes3D, tip: np.ndarray, along: np.ndarray, colour: st
     axes.add_collection3d(head)
 
 
-def draw_matrix(axes: Axes, result: rs.RobotStiffness) -> None:
+def draw_matrix(axes: Axes, result: rs.Stiffness) -> None:
     """K as numbers, shaded by size with rotations multiplied by a length."""
     K = result.K
-    s = np.repeat([1.0, float(result.about_reference.length)], 3)
+    s = np.repeat([1.0, float(result.length)], 3)
     shade = K / np.outer(s, s)
     shade /= np.abs(shade).max()
     shade[np.abs(shade) < 1e-12] = 0.0

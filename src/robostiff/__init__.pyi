@@ -5,11 +5,10 @@ from robostiff.analysis import CableResponse as CableResponse
 from robostiff.analysis import CableStiffness as CableStiffness
 from robostiff.analysis import CableTensions as CableTensions
 from robostiff.analysis import CompiledAnswer as CompiledAnswer
-from robostiff.analysis import CompiledLinkage as CompiledLinkage
-from robostiff.analysis import CompiledRobot as CompiledRobot
+from robostiff.analysis import CompiledStiffness as CompiledStiffness
 from robostiff.analysis import Deflection as Deflection
 from robostiff.analysis import DeflectionsOfPoses as DeflectionsOfPoses
-from robostiff.analysis import RobotStiffness as RobotStiffness
+from robostiff.analysis import Stiffness as Stiffness
 from robostiff.analysis import cable_stiffness as cable_stiffness
 from robostiff.analysis import cable_tensions as cable_tensions
 from robostiff.analysis import compile as compile

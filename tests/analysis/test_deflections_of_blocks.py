@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import careful_form, snapshot_stiffness
+from robostiff.analysis import questions, snapshot_stiffness
 from robostiff.kinematics import PostureFinder
 from robostiff.model import PlacedBlock, PlacedSpring
 from robostiff.spatial import move_wrench
@@ -77,7 +77,7 @@ def test_deflection_is_the_slope_of_the_energy(name):
 @pytest.mark.parametrize("name", ["delta", "nested parallelograms"])
 def test_poses_worked_out_together_share_loads_as_each_alone(name, monkeypatch):
     """In chunks of two poses, whose blocks are joined; of one pose legs are solved together."""
-    monkeypatch.setattr(careful_form, "CHUNK", 2)
+    monkeypatch.setattr(questions, "CHUNK", 2)
     robot, pose, F = loaded(name)
     poses = pose + 0.01 * np.arange(3)[:, None]
     for one, bent in zip(poses, rs.deflection(robot, poses, F), strict=True):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.errors import InputError
 from robostiff.kinematics import legs_together, posture_finder
 from robostiff.model import Passive, PlacedFreedom, PlacedLeg, Snapshot
@@ -42,19 +42,19 @@ def test_legs_together_are_as_each_alone(
     assert [len(own.places) for own in together] == groups
     for count in (1, 4):
         poses = poses_of(robot, count)
-        found = careful_stiffness(robot, poses)
+        found = direct_stiffness(robot, poses)
         with monkeypatch.context() as alone:
             alone.setattr(legs_together, "FEW", 0)
-            expected = careful_stiffness(robot, poses)
+            expected = direct_stiffness(robot, poses)
         assert_equal(found, expected)
 
 
-def assert_equal(found: RobotStiffness, expected: RobotStiffness) -> None:
+def assert_equal(found: Stiffness, expected: Stiffness) -> None:
     assert np.all(expected.answered)
-    assert found.passive_joint_names == expected.passive_joint_names
+    assert found.details().passive_joint_names == expected.details().passive_joint_names
     for one, other in [
-        (found.about_reference, expected.about_reference),
-        *zip(found.legs, expected.legs, strict=True),
+        (found.details().whole, expected.details().whole),
+        *zip(found.details().legs, expected.details().legs, strict=True),
     ]:
         np.testing.assert_array_equal(one.status_codes, other.status_codes)
         np.testing.assert_array_equal(one.rank, other.rank)
@@ -76,9 +76,11 @@ def test_legs_of_different_ranks_together() -> None:
     snapshot = Snapshot("two legs", tuple(legs), 0.3 * far, Space.PLANAR)
     together = legs_together.legs_together(snapshot.legs, ())
     assert [own.places for own in together] == [(0, 1)]
-    both = careful_stiffness(snapshot)
-    for leg, found in zip(legs, both.legs, strict=True):
-        one = careful_stiffness(Snapshot("one leg", (leg,), 0.3 * far, Space.PLANAR)).legs[0]
+    both = direct_stiffness(snapshot)
+    for leg, found in zip(legs, both.details().legs, strict=True):
+        one = (
+            direct_stiffness(Snapshot("one leg", (leg,), 0.3 * far, Space.PLANAR)).details().legs[0]
+        )
         assert found.rank == one.rank
         np.testing.assert_array_equal(found.redundant, one.redundant)
 
@@ -91,4 +93,4 @@ def test_a_leg_that_leaves_the_plane_is_refused_beside_one_that_does_not() -> No
     ]
     snapshot = Snapshot("tilted", tuple(legs), np.eye(3)[0], Space.PLANAR)
     with pytest.raises(InputError, match="'hinge' of a planar robot"):
-        careful_stiffness(snapshot)
+        direct_stiffness(snapshot)

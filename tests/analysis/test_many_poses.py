@@ -1,4 +1,4 @@
-"""Many poses and one: the record of a robot and the careful form say the same, and no more."""
+"""Many poses and one: the record of a robot and the direct form say the same, and no more."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import careful_form, compiled_robot, robot_record
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis import compiled_stiffness, questions, robot_record
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import MachineCode
 from robostiff.elastostatics import CartesianStiffness
 from robostiff.kinematics import posture_finder
@@ -31,16 +31,16 @@ def recorded_at_once(monkeypatch):
 
 
 @pytest.fixture
-def asked_of_careful_form(monkeypatch) -> list[int]:
-    """How many poses the careful form was asked for, call by call."""
+def asked_of_direct_form(monkeypatch) -> list[int]:
+    """How many poses the direct form was asked for, call by call."""
     counts = []
-    solve = careful_form.AskedPoses.solved
+    solve = questions.PosesOfRobot.solved
 
     def counted(self: Any, rows: np.ndarray) -> Any:
         counts.append(rows.size)
         return solve(self, rows)
 
-    monkeypatch.setattr(careful_form.AskedPoses, "solved", counted)
+    monkeypatch.setattr(questions.PosesOfRobot, "solved", counted)
     return counts
 
 
@@ -94,7 +94,7 @@ def assert_same(one: Any, other: Any) -> None:
 def test_both_ways_say_the_same(name, spread, recorded_at_once):
     robot: Any = rs.load(name)
     pose = posed(robot, 40, spread)
-    found, expected = rs.stiffness(robot, pose), careful_stiffness(robot, pose)
+    found, expected = rs.stiffness(robot, pose), direct_stiffness(robot, pose)
     assert "_kept robostiff.analysis.robot_record.record_of" in vars(robot)
     np.testing.assert_array_equal(found.status_codes, expected.status_codes)
     np.testing.assert_array_equal(found.rank, expected.rank)
@@ -103,44 +103,41 @@ def test_both_ways_say_the_same(name, spread, recorded_at_once):
     assert known.any()
     assert_same(found[known].K, expected[known].K)
     for i in range(0, 40, 7):
-        alone = careful_stiffness(robot, row_of(pose, i))
+        alone = direct_stiffness(robot, row_of(pose, i))
         assert found[i].status == alone.status
         assert int(found[i].rank) == int(alone.rank)
         assert found[i].advice == alone.advice
 
 
 @pytest.mark.parametrize("name", ["hexapod", "delta", "3-prs", "six-joint-arm"])
-def test_one_pose_takes_the_record_as_well(name, recorded_at_once, asked_of_careful_form):
+def test_one_pose_takes_the_record_as_well(name, recorded_at_once, asked_of_direct_form):
     robot: Any = rs.load(name)
     pose = row_of(posed(robot, 3, 0.05), 1)
-    rs.stiffness(robot, pose)  # makes the record, which is compared with the careful form
-    asked_of_careful_form.clear()
+    rs.stiffness(robot, pose)  # makes the record, which is compared with the direct form
+    asked_of_direct_form.clear()
     found = rs.stiffness(robot, pose)
     K, rank, status, shape = found.K, found.rank, found.status, found.batch_shape
-    assert asked_of_careful_form == []
-    alone = careful_stiffness(robot, pose)
+    assert asked_of_direct_form == []
+    alone = direct_stiffness(robot, pose)
     assert (int(rank), status, shape) == (int(alone.rank), alone.status, ())
     assert_same(K, alone.K)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_what_else_a_result_holds_is_that_of_the_careful_form(name, recorded_at_once):
+def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_once):
     robot: Any = rs.load(name)
     pose = posed(robot, 6, 0.05)
     some = rs.stiffness(robot, pose)[1:5]
     for found, expected in (
-        (some, careful_stiffness(robot, pose)[1:5]),
-        (some[2], careful_stiffness(robot, row_of(pose, 3))),
-        (rs.stiffness(robot, row_of(pose, 2)), careful_stiffness(robot, row_of(pose, 2))),
+        (some, direct_stiffness(robot, pose)[1:5]),
+        (some[2], direct_stiffness(robot, row_of(pose, 3))),
+        (rs.stiffness(robot, row_of(pose, 2)), direct_stiffness(robot, row_of(pose, 2))),
     ):
         for attribute in (
             "pose",
             "reference_point",
-            "about_reference",
-            "legs",
-            "passive_joint_names",
-            "serial_compliance",
             "origin",
+            "length",
             "joint_coordinates",
             "has_compliance",
             "compliance",
@@ -149,44 +146,47 @@ def test_what_else_a_result_holds_is_that_of_the_careful_form(name, recorded_at_
             "space",
         ):
             assert_same(getattr(found, attribute), getattr(expected, attribute))
+        for attribute in ("whole", "legs", "passive_joint_names", "serial_compliance"):
+            one, other = found.details(), expected.details()
+            assert_same(getattr(one, attribute), getattr(other, attribute))
     for attribute in ("free_motions", "rigid_directions", "decision"):
-        one, other = some[0], careful_stiffness(robot, row_of(pose, 1))
+        one, other = some[0], direct_stiffness(robot, row_of(pose, 1))
         assert_same(getattr(one, attribute), getattr(other, attribute))
     with pytest.raises(AttributeError, match="stiffnesses"):
         _ = some.stiffnesses
 
 
 def test_a_part_is_worked_out_at_the_poses_of_which_it_is_asked(
-    recorded_at_once, asked_of_careful_form
+    recorded_at_once, asked_of_direct_form
 ):
     robot: Any = rs.load("hexapod")
     found = rs.stiffness(robot, posed(robot, 500, 0.05))
-    asked_of_careful_form.clear()
+    asked_of_direct_form.clear()
     _ = found.K, found.rank, found.status, found.status_codes, found.answered, found.advice
     _ = found.pose, found.reference_point, found.batch_shape, repr(found), found[3:9].K
-    assert asked_of_careful_form == []
-    assert len(found[7].legs) == 6
-    assert asked_of_careful_form == [1]
+    assert asked_of_direct_form == []
+    assert len(found[7].details().legs) == 6
+    assert asked_of_direct_form == [1]
     assert found[10:30].compliance is not None
-    assert asked_of_careful_form == [1, 20]
+    assert asked_of_direct_form == [1, 20]
     for i in range(100, 164):  # one by one they are worked out in blocks
-        assert found[i].about_reference.matrix.shape == (6, 6)
-    assert asked_of_careful_form[2:] == [64, 64]
-    _ = found.legs, found[3].legs, found[50:70].legs
-    assert asked_of_careful_form[4:] == [500]
+        assert found[i].details().whole.matrix.shape == (6, 6)
+    assert asked_of_direct_form[2:] == [64, 64]
+    _ = found.details(), found[3].details(), found[50:70].details()
+    assert asked_of_direct_form[4:] == [500]
 
 
-def test_the_record_waits_until_it_pays(asked_of_careful_form):
+def test_the_record_waits_until_it_pays(asked_of_direct_form):
     robot: Any = rs.load("3-rpr")
     poses = posed(robot, 10_000, 0.05)
     for _ in range(3):
         rs.stiffness(robot, poses[0])
     rs.stiffness(robot, poses[:500])
-    assert asked_of_careful_form == [1, 1, 1, 500]
+    assert asked_of_direct_form == [1, 1, 1, 500]
     rs.stiffness(robot, poses)
-    asked_of_careful_form.clear()
+    asked_of_direct_form.clear()
     one, few = rs.stiffness(robot, poses[0]), rs.stiffness(robot, poses[:30])
-    assert asked_of_careful_form == []
+    assert asked_of_direct_form == []
     assert_same(one.K, few.K[0])
 
 
@@ -198,27 +198,27 @@ def test_the_record_waits_until_it_pays(asked_of_careful_form):
         {"near": [[0.01, 0.3, 0.0]] * 3},
     ],
 )
-def test_other_questions_take_the_careful_form(options, recorded_at_once, asked_of_careful_form):
+def test_other_questions_take_the_direct_form(options, recorded_at_once, asked_of_direct_form):
     robot: Any = rs.load("3-rpr")
     rs.stiffness(robot, posed(robot, 4, 0.05), **options)
-    assert asked_of_careful_form == [4]
+    assert asked_of_direct_form == [4]
 
 
-def test_poses_in_other_ways(recorded_at_once, asked_of_careful_form):
+def test_poses_in_other_ways(recorded_at_once, asked_of_direct_form):
     robot: Any = rs.load("3-puu")
     home = rs.stiffness(robot)
-    asked_of_careful_form.clear()
+    asked_of_direct_form.clear()
     assert_same(home.K, rs.stiffness(robot).K)
-    assert asked_of_careful_form == []
+    assert asked_of_direct_form == []
     # All six coordinates fix what the legs would decide.
     six = rs.stiffness(robot, [0.01, 0, 0.3, 0, 0, 0.1])
-    assert asked_of_careful_form == [1]
+    assert asked_of_direct_form == [1]
     assert six.status is rs.Status.UNREACHABLE
     planar: Any = rs.load("3-rpr")
     pose = posed(planar, 5, 0.05)
     six_of_plane = np.zeros((5, 6))
     six_of_plane[:, [0, 1, 5]] = pose
-    assert_same(rs.stiffness(planar, six_of_plane).K, careful_stiffness(planar, pose).K)
+    assert_same(rs.stiffness(planar, six_of_plane).K, direct_stiffness(planar, pose).K)
 
 
 def test_a_point_and_a_shape_of_the_batch(recorded_at_once):
@@ -226,7 +226,7 @@ def test_a_point_and_a_shape_of_the_batch(recorded_at_once):
     poses = posed(robot, 6, 0.05).reshape(2, 3, 6)
     point = np.arange(18.0).reshape(2, 3, 3) / 20
     found = rs.stiffness(robot, poses, at=point)
-    expected = careful_stiffness(robot, poses).about(point)
+    expected = direct_stiffness(robot, poses).about(point)
     for one, other in ((found, expected), (found[1], expected[1]), (found[1, 2], expected[1, 2])):
         assert one.batch_shape == other.batch_shape
         assert_same(one.K, other.K)
@@ -234,7 +234,7 @@ def test_a_point_and_a_shape_of_the_batch(recorded_at_once):
         assert_same(one.compliance, other.compliance)
     again = pickle.loads(pickle.dumps(found))  # noqa: S301
     assert_same(again.K, found.K)
-    assert_same(again.legs, found.legs)
+    assert_same(again.details().legs, found.details().legs)
 
 
 def test_no_pose_is_an_empty_batch(recorded_at_once):
@@ -257,38 +257,38 @@ def test_a_wrong_record_is_an_error(recorded_at_once, monkeypatch):
     """Also where it goes wrong after it was compared at generic poses."""
     robot: Any = rs.load("gough-stewart-b")
     poses = posed(robot, 5, 0.05)
-    evaluate = compiled_robot.CompiledRobot.evaluate
+    evaluate = compiled_stiffness.CompiledStiffness.evaluate
 
     def wrong(self: Any, pose: Any, **options: Any) -> Any:
         answer = evaluate(self, pose, **options)
         answer.values["K"][2] *= 1 + 1e-6
         return answer
 
-    monkeypatch.setattr(compiled_robot.CompiledRobot, "evaluate", wrong)
+    monkeypatch.setattr(compiled_stiffness.CompiledStiffness, "evaluate", wrong)
     found = rs.stiffness(robot, poses)
-    assert found[1].legs
+    assert found[1].details().legs
     with pytest.raises(rs.DisagreementError, match=r"by 1\.0e-06 for 'gough-stewart-b' at"):
-        _ = found[2].legs
+        found[2].details()
 
     def other_status(self: Any, pose: Any, **options: Any) -> Any:
         answer = evaluate(self, pose, **options)
         codes = answer.status_codes | np.uint16(rs.Status.REDUNDANT_JOINTS)
         return replace(answer, status_codes=codes)
 
-    monkeypatch.setattr(compiled_robot.CompiledRobot, "evaluate", other_status)
+    monkeypatch.setattr(compiled_stiffness.CompiledStiffness, "evaluate", other_status)
     with pytest.raises(rs.DisagreementError, match="on the status, redundant-joints and ok"):
         _ = rs.stiffness(robot, poses).compliance
 
 
-def test_a_robot_without_a_trusted_record_keeps_the_careful_form(
-    recorded_at_once, asked_of_careful_form
+def test_a_robot_without_a_trusted_record_keeps_the_direct_form(
+    recorded_at_once, asked_of_direct_form
 ):
     robot = thin_legs()
     rs.stiffness(robot)
-    asked_of_careful_form.clear()
+    asked_of_direct_form.clear()
     found = rs.stiffness(robot)
-    assert asked_of_careful_form == [1]
-    assert found.status == careful_stiffness(robot).status
+    assert asked_of_direct_form == [1]
+    assert found.status == direct_stiffness(robot).status
 
 
 def test_a_leg_that_transmits_nothing_has_a_record(recorded_at_once):
@@ -305,4 +305,4 @@ def test_a_leg_that_transmits_nothing_has_a_record(recorded_at_once):
     assert rs.compile(robot, backend=rs.Backend.ARRAYS).evaluate(poses).rank.tolist() == [0, 0]
     found = rs.stiffness(robot, poses)
     assert not found.K.any()
-    assert not found.about_reference.matrix.any()  # the careful form, which must agree
+    assert not found.details().whole.matrix.any()  # the direct form, which must agree

@@ -69,7 +69,7 @@ def test_read_only_and_broadcast_poses_are_fine():
 
 def test_results_show_themselves_in_a_line():
     result = rs.stiffness(HEXAPOD, POSE)
-    assert repr(result).startswith("<RobotStiffness of 'hexapod' about (0.06, 0.02, 0.9) m, rank 6")
+    assert repr(result).startswith("<Stiffness of 'hexapod' about (0.06, 0.02, 0.9) m, rank 6")
     assert "2 poses, 2 with a matrix" in repr(rs.stiffness(HEXAPOD, [POSE, POSE]))
     assert "status ok" in repr(rs.deflection(HEXAPOD, POSE, [1, 0, 0, 0, 0, 0]))
 

@@ -247,11 +247,11 @@ def test_planar_robots_are_planar():
 def test_redundant_joints_are_named():
     result = stiffness(case_b())
     assert result.redundant_joints == ()
-    assert result.passive_joint_names[:5] == (
+    assert result.details().passive_joint_names[:5] == (
         "leg1/U[0]",
         "leg1/U[1]",
         "leg1/S[0]",
         "leg1/S[1]",
         "leg1/S[2]",
     )
-    assert len(result.passive_joint_names) == 30
+    assert len(result.details().passive_joint_names) == 30

@@ -1,5 +1,7 @@
 """Derivatives of formulas, against central differences and against each other."""
 
+import pickle
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -245,3 +247,15 @@ def test_the_derivative_of_a_sum_of_springs_is_not_multiplied_out(name, by):
     scale = np.abs(difference).max()
     assert written == pytest.approx(difference, abs=1e-7 * scale)
     assert found.lambdify()(**values)[1] == pytest.approx(written, abs=1e-12 * scale)
+
+
+def test_a_derivative_is_pickled_and_keeps_its_names_when_values_are_put_in():
+    whole = differentiate(rs.derive("gough-stewart-b"), "h")
+    again = pickle.loads(pickle.dumps(whole))  # noqa: S301
+    assert again.dK == whole.dK
+    at = whole.subs({"h": 0.75})
+    assert "h" not in map(str, at.symbols)
+    others = {str(s): 0.3 + 0.1 * i for i, s in enumerate(at.symbols)}
+    both = zip(at.substituted(others), whole.substituted(others | {"h": 0.75}), strict=True)
+    for found, expected in both:
+        assert np.allclose(np.array(found, float), np.array(expected, float), rtol=1e-12)

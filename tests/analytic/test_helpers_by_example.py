@@ -2,12 +2,14 @@
 
 import sympy as sp
 
+from robostiff.analytic import Derivation
 from robostiff.analytic.chain import rule_in_words
 from robostiff.analytic.exact.element import quotient_of
 from robostiff.analytic.exact.factors import bound_of_terms, completed_squares, product_of
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.export.code_printer import about_argument, plain_text
+from robostiff.analytic.export import python_function
+from robostiff.analytic.export.code_printer import plain_text
 from robostiff.analytic.export.entries import in_decimals, readable, without_lost_digits
 from robostiff.analytic.export.products import NameParts, name_parts, ordered_terms
 from robostiff.analytic.export.vocabulary import ascii_identifier
@@ -51,8 +53,9 @@ def test_names_and_digits():
         "v",
     ]
     assert plain_text('K "of"  a */ leg%') == "K of a / leg"
-    about = about_argument("lambda_", sp.Symbol("lambda"), {"lambda": "length"})
-    assert about == "lambda of the formula, length"
+    K = sp.ImmutableMatrix(sp.diag(sp.Symbol("lambda"), 0, 0))
+    source = python_function(Derivation("K", K, (), K, meanings={"lambda": "length"}))
+    assert "lambda_ : float or array\n        Lambda of the formula, length." in source
     assert name_parts("K_1_13") == NameParts("K", ("1", "13"), 0)
     assert name_parts("a_ix").subscripts == ("i", "x")
     assert name_parts("x'_E").primes == 1

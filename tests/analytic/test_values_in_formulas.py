@@ -349,3 +349,24 @@ def test_a_condition_that_fails_is_said_with_its_value():
         formula.subs(usual)
     with pytest.raises(rs.NoAnswerError, match=r"neither stretched nor folded.* should be > 0"):
         formula.lambdify()(**{s.name: usual[s.name] for s in formula.symbols})
+
+
+def test_a_symbol_may_have_a_shorter_name_than_its_parameter():
+    plain = rs.derive("3-rps")
+    short = rs.derive("3-rps", symbols={"cylinder": "c"})
+    assert {str(s) for s in short.symbols} == {str(s) for s in plain.symbols} - {"cylinder"} | {"c"}
+    assert short.meanings["c"] == plain.meanings["cylinder"]
+    values = rs.load("3-rps", symbols=rs.ALL_PARAMETERS).nominal
+    other = {"c" if name == "cylinder" else name: x for name, x in values.items()}
+    found, expected = short.substituted(other), plain.substituted(values)
+    assert np.allclose(np.array(found, float), np.array(expected, float), rtol=1e-12)
+    text = derivation_text(short)
+    assert "cylinder" not in text
+    assert "c: length, 0.4 m in the model" in text
+    assert "c_i: compliance of the leg under this wrench" in text  # c is the length
+
+
+@pytest.mark.parametrize("name", ["h", "a b", ""])
+def test_a_shorter_name_is_a_name_of_its_own(name):
+    with pytest.raises(InputError, match="not the name of another symbol"):
+        rs.derive("3-rps", symbols={"cylinder": name})

@@ -19,7 +19,6 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.export.displays import written_vector
 from robostiff.analytic.export.text import TEXT
 from robostiff.analytic.placement import robot_placement
 from robostiff.analytic.placement.agreement import check_form, matrix_distance
@@ -144,7 +143,7 @@ def forms():
 @pytest.mark.parametrize("name", RODS)
 def test_rods_on_slides_and_cranks_are_one_leg_at_a_general_pose(forms, name):
     _, form = forms(name)
-    lines = [f"{e.name} = {written_vector(e.expression, TEXT)}" for e in form.leg]
+    lines = [f"{e.name} = {TEXT.written(e.expression)}" for e in form.leg]
     assert set(RODS[name]) <= set(lines)
 
 

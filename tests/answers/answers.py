@@ -101,14 +101,14 @@ def _of_robot(name: str, robot: Robot) -> Iterator[tuple[str, Answers]]:
 _kernels: dict[int, Any] = {}
 
 
-def _kernel(robot: Robot) -> rs.CompiledRobot:
+def _kernel(robot: Robot) -> rs.CompiledStiffness:
     if id(robot) not in _kernels:
         _kernels.clear()
         _kernels[id(robot)] = rs.compile(robot, backend=rs.Backend.ARRAYS)
     return _kernels[id(robot)]
 
 
-def _entries(kernel: rs.CompiledRobot, pose: Any) -> list[float]:
+def _entries(kernel: rs.CompiledStiffness, pose: Any) -> list[float]:
     return _half(kernel.evaluate(pose).values["K"][0])
 
 

@@ -352,7 +352,7 @@ def judged_robot(rng: np.random.Generator) -> list[Complaint]:
 
 
 def _posture(
-    judge: Judge, robot: Robot, posture: Posture, i: int, found: rs.RobotStiffness
+    judge: Judge, robot: Robot, posture: Posture, i: int, found: rs.Stiffness
 ) -> ByForces | None:
     """The truth at a posture, if it is one."""
     codes = np.atleast_1d(found.status_codes)

@@ -193,7 +193,7 @@ def described(rng: np.random.Generator) -> list[Complaint]:
     known = np.sqrt(eigh(K, M, eigvals_only=True)) / (2 * np.pi)
     compliance = J @ np.linalg.solve(K, J.T)
     found = rs.stiffness(robot)
-    C = found.compliance if found.serial_compliance is None else found.serial_compliance
+    C = found.compliance
     words = f"{tree.kinds}, side {tree.side}, springs {tree.springs}, servos {servo}"
     if C is None or not judge.distance(C, compliance) <= 1e-8:
         judge.say(name, "another compliance", words)

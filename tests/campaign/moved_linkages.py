@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.analysis.compiled_answer import CompiledAnswer
-from robostiff.analysis.linkage_stiffness import AskedConfigurations
+from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.linkage import Configuration, Connection, Linkage, essential
@@ -303,8 +303,8 @@ def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
         joint.name: float(joint.home[0]) + spread * way
         for joint, way in zip(actuated, ways, strict=True)
     }
-    asked = AskedConfigurations.of(linkage, values)
-    configurations = asked.by.driven.at(asked.numbers)
+    asked = ConfigurationsOfLinkage.of(linkage, values)
+    configurations = asked.driven.at(asked.numbers)
     networks = rs.stiffness(linkage, values)
     for i, found in enumerate(configurations):
         one = networks[i] if networks.batch_shape else networks

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.document import parse_document
@@ -40,7 +40,7 @@ class Case:
     def __init__(self, posed: Posed, rng: np.random.Generator) -> None:
         self.posed, self.robot, self.rng = posed, posed.robot, rng
         self.complaints: list[Complaint] = []
-        self.batch = careful_stiffness(self.robot, posed.pose())
+        self.batch = direct_stiffness(self.robot, posed.pose())
         self.finder = posture_finder(self.robot)
         self.posture = self.finder.find(posed.pose())
         self.size = _extent(self.posture.snapshot.one(0))

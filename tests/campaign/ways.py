@@ -42,7 +42,7 @@ def answer_of(way: str, ask: Callable[[], Any]) -> Answer:
 
 
 #: What the default way says, which others begin with.
-Known = rs.RobotStiffness
+Known = rs.Stiffness
 Ask = Callable[[Snapshot, np.random.Generator, Known], Any]
 
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.linkage_stiffness import network_stiffness
-from robostiff.elastostatics import Tolerance
+from robostiff.analysis import stiffness
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.network import network_of_snapshot
@@ -73,5 +72,5 @@ def test_forms_of_stiffness_hold_for_the_orthoglide_or_say_why_not(method):
 def test_orthoglide_as_a_network_of_the_posture_found():
     expected = oracle("h_orthoglide_pose0")
     snapshot = rs.find_posture(rs.load("orthoglide")).snapshot.one(0)
-    result = network_stiffness(network_of_snapshot(snapshot), Tolerance())
+    result = stiffness(network_of_snapshot(snapshot))
     assert distance(result.K, np.array(expected["K"])) < expected["suggested_rtol"]

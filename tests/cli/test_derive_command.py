@@ -192,7 +192,7 @@ def test_a_child_passes_its_exit_status_and_its_messages_on():
     assert found.stderr.count("did you mean") == 1
     found = subprocess.run([*command, "planar-link"], capture_output=True, text=True, check=False)
     assert (found.returncode, found.stderr) == (0, "")
-    assert found.stdout.count("Cartesian stiffness matrix planar-link") == 1
+    assert found.stdout.count("Cartesian stiffness matrix of planar-link") == 1
 
 
 def test_progress_is_shown_on_a_terminal_alone():

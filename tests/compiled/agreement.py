@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.compiled_robot import CompiledRobot
+from robostiff.analysis.compiled_stiffness import CompiledStiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.elastostatics import Status
 from tests.generators.planted_poses import PoseSpace
 
@@ -38,16 +38,16 @@ class Agreement:
     K: np.ndarray
 
 
-def agreement(compiled: CompiledRobot, space: PoseSpace, rows: np.ndarray) -> Agreement:
+def agreement(compiled: CompiledStiffness, space: PoseSpace, rows: np.ndarray) -> Agreement:
     """Compare at rows of free coordinates."""
     pose = space.pose(rows)
     answer = compiled.evaluate(pose)
-    result = careful_stiffness(space.robot, pose)
+    result = direct_stiffness(space.robot, pose)
     answered = (result.status_codes & int(Status.UNREACHABLE | Status.RIGID_DIRECTION)) == 0
     own = answer.values["K"]
     if not np.array_equal(np.isfinite(own).all((-1, -2)), answered):
         raise AssertionError("finite K where there is none, or none where there is")
-    K = result.about_reference.matrix[answered]
+    K = result.details().whole.matrix[answered]
     size = np.sqrt(np.einsum("nii->ni", K))
     # What rounding leaves of a zero on the diagonal is no measure; the robots are about a metre.
     largest = size.max(axis=-1, keepdims=True, initial=0.0)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
+from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import Backend, machine_code_is_available
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture
@@ -44,8 +44,8 @@ OPEN = (
 SLOW = ("capaman", "h4")
 
 
-def compiled_with(robot: Robot, backend: Backend) -> CompiledRobot:
-    return compile_robot(robot, backend=backend)
+def compiled_with(robot: Robot, backend: Backend) -> CompiledStiffness:
+    return compile_stiffness(robot, backend=backend)
 
 
 @pytest.mark.parametrize("part", [8, pytest.param(1, marks=pytest.mark.slow)])
@@ -74,7 +74,7 @@ def test_one_row_of_all_wrenches_vanishes(backend: Backend):
     space, rng = PoseSpace(robot), np.random.default_rng(0)
     rows = space.home + 10.0 ** rng.uniform(-8, -3, (4000, 1)) * rng.uniform(-1, 1, (4000, 3))
     found = agreement(compiled_with(robot, backend), space, rows)
-    codes = careful_stiffness(robot, rows).status_codes
+    codes = direct_stiffness(robot, rows).status_codes
     assert np.count_nonzero(codes & int(Status.ILL_CONDITIONED)) > 100
     assert found.status.size == found.rank.size == 0
     assert found.K.max() <= 1e-9
@@ -93,7 +93,7 @@ def test_poses_out_of_reach_are_reported_at_once(backend: Backend):
     assert (answer.rank[lost] == -1).all()
     assert np.isnan(answer.values["K"][lost]).all()
     assert np.isfinite(answer.values["K"][~lost]).all()
-    assert np.array_equal(answer.status_codes, careful_stiffness(robot, rows).status_codes)
+    assert np.array_equal(answer.status_codes, direct_stiffness(robot, rows).status_codes)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -135,22 +135,22 @@ def test_actuators_at_their_limits(backend: Backend):
 
 def test_a_robot_far_from_generic_is_computed_in_full():
     robot = thin_legs()
-    answer = compile_robot(robot).evaluate(np.tile(PoseSpace(robot).home, (3, 1)))
+    answer = compile_stiffness(robot).evaluate(np.tile(PoseSpace(robot).home, (3, 1)))
     assert answer.guarded.all()
 
 
 def test_a_planar_robot_takes_the_coordinates_of_its_plane():
     robot = five_bar()
     assert robot.coordinates == ALL_COORDINATES
-    answer = compile_robot(robot).evaluate(np.array([[0.05, 0.8, 0.1]]))
-    expected = careful_stiffness(robot, [0.05, 0.8, 0, 0, 0, 0.1]).K
+    answer = compile_stiffness(robot).evaluate(np.array([[0.05, 0.8, 0.1]]))
+    expected = direct_stiffness(robot, [0.05, 0.8, 0, 0, 0, 0.1]).K
     assert np.abs(answer.values["K"][0] - expected).max() <= 1e-9 * np.abs(expected).max()
 
 
 def test_no_poses():
     robot = load("gough-stewart-b")
     assert isinstance(robot, Robot)
-    answer = compile_robot(robot).evaluate(np.empty((0, 6)))
+    answer = compile_stiffness(robot).evaluate(np.empty((0, 6)))
     assert answer.values["K"].shape == (0, 6, 6)
     assert answer.guarded_share == 0.0
 
@@ -205,7 +205,7 @@ def test_poses_computed_again_are_about_a_far_reference_point(backend: Backend):
     answer = compiled.evaluate(poses)
     assert answer.guarded.all()
     for i, pose in enumerate(poses):
-        K = careful_stiffness(robot, pose).K
+        K = direct_stiffness(robot, pose).K
         C = rs.compliance(robot, pose)
         expected = {
             "K": K,
@@ -238,7 +238,7 @@ def test_joint_coordinates_that_leave_a_loop_open(backend: Backend):
     )
     found, expected = (
         compiled_with(robot, backend).evaluate(joints),
-        careful_stiffness(robot, joints),
+        direct_stiffness(robot, joints),
     )
     assert expected.answered.tolist() == [True, False, True]
     assert found.status_codes.tolist() == expected.status_codes.tolist()

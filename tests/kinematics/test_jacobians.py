@@ -13,7 +13,8 @@ from robostiff.kinematics import (
     place_chain,
     spring_jacobian,
 )
-from robostiff.kinematics.closure.motion_tree import MotionTree, advanced
+from robostiff.kinematics.closure.loop_equations import advanced
+from robostiff.kinematics.closure.motion_tree import AT_REST, MotionTree
 from robostiff.model import (
     Actuated,
     Chain,
@@ -62,8 +63,9 @@ def test_columns_of_all_joints(case: tuple[Chain, Frame, np.random.Generator]):
         def frame(step: float, i: int = i) -> AxesAndPoint:
             delta = np.zeros(chain.size + 1)
             delta[i] = step
-            balls = MotionTree((with_extra,)).balls
-            moved = advanced(np.append(q, 0.0), delta, balls)[:-1]
+            tree = MotionTree()
+            tree.along(with_extra.chain, AT_REST)
+            moved = advanced(np.append(q, 0.0), delta, tree.balls)[:-1]
             end = place_chain(chain, moved, R_base, p_base)
             return end.R, end.p
 

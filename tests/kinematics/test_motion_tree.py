@@ -9,15 +9,14 @@ from hypothesis import given, settings
 
 import robostiff as rs
 from robostiff import robots
-from robostiff.kinematics import PostureFinder, place_chain
+from robostiff.kinematics import PostureFinder, freedom_twists, place_chain
 from robostiff.kinematics.closure import (
     NewtonTask,
     assembly_mode,
     attachment_frame,
-    closing_rates,
     gaps,
 )
-from robostiff.kinematics.closure.motion_tree import MotionTree
+from robostiff.kinematics.frames import Loop, PlacedChain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Chain, Leg, revolute
 from robostiff.spatial import Frame
@@ -40,19 +39,28 @@ HERE = Path(__file__).parent
 POSES = 3
 
 
+def closing_rates(gap: Loop, placed: PlacedChain) -> np.ndarray:
+    """Twists by which each coordinate of a leg closes a gap (..., 6, size)."""
+    freedoms = placed.freedoms
+    J = np.zeros((*gap.p.shape[:-1], 6, len(freedoms)))
+    J[..., gap.own] += freedom_twists([freedoms[i] for i in gap.own], gap.p)
+    if gap.leading:
+        J[..., gap.leading] -= freedom_twists([freedoms[i] for i in gap.leading], gap.p_wanted)
+    return J
+
+
 def check(legs: tuple[Leg, ...], rng: np.random.Generator) -> None:
     """Ends, rates and columns of all legs, at coordinates that close nothing."""
     pose = rng.uniform(-1.0, 1.0, (POSES, 6))
     R, p = turn_by_vector(pose[:, 3:]), pose[:, :3]
     q = [leg.chain.home + rng.uniform(-1.0, 1.0, (POSES, leg.chain.size)) for leg in legs]
-    tree = MotionTree(legs)
-    placed = tree.placed(R, p, np.concatenate(q, axis=-1))
+    tree = NewtonTask(legs, (), 1.0).tree
+    placed = tree.placed(np.concatenate([pose, *q], axis=-1))
     J = tree.closing_twists(placed)
-    end = column = 0
-    for leg, own, count in zip(legs, q, tree.ends_of_legs, strict=True):
+    end, column = 0, 6
+    for leg, own in zip(legs, q, strict=True):
         chain = place_chain(leg.chain, own, leg.base.R, leg.base.p)
         ends = list(gaps(leg, chain, *attachment_frame(leg, R, p)))
-        assert len(ends) == count
         for gap in ends:
             for wanted, found in (
                 (gap.R, placed.R),

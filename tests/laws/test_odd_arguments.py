@@ -301,10 +301,16 @@ LONG = {
 FEW = ("whole number", "word", "list of none", "object")
 #: Answers, which functions make.
 ANSWERS = {
-    *(rs.CableResponse, rs.CableStiffness, rs.CableTensions, rs.CompiledAnswer, rs.CompiledLinkage),
-    *(rs.CompiledRobot, rs.CompiledLoading, rs.CriticalLoad, rs.Deflection, rs.DeflectionsOfPoses),
+    *(
+        rs.CableResponse,
+        rs.CableStiffness,
+        rs.CableTensions,
+        rs.CompiledAnswer,
+        rs.CompiledStiffness,
+    ),
+    *(rs.CompiledLoading, rs.CriticalLoad, rs.Deflection, rs.DeflectionsOfPoses),
     *(rs.Equilibria, rs.Equilibrium, rs.IndicesOfPoses, rs.LoadedAnswer, rs.Mode, rs.Modes),
-    *(rs.RobotDerivation, rs.RobotStiffness, rs.StiffnessIndices),
+    *(rs.RobotDerivation, rs.Stiffness, rs.StiffnessIndices),
 }
 
 

@@ -38,7 +38,7 @@ def test_sum_of_the_legs_about_one_point(robot: FreeRobot):
 def test_rank_is_that_of_the_wrenches_that_hold_the_platform(robot: FreeRobot):
     result = stiffness(robot.snapshot)
     assert int(result.rank) == robot.rank()
-    free = result.about_reference.free_motions
+    free = result.details().whole.free_motions
     assert len(free) == 6 - robot.rank()
     assert (Status.FREE_MOTIONS in result.status) == (robot.rank() < 6)
     K = result.K
@@ -118,7 +118,7 @@ def test_recursion_and_wrenches_agree(robot: FreeRobot):
         default = stiffness(robot.snapshot)
         assert distance(recursive.K, default.K, sizes_of=np.asarray(K0)) <= 1e-9
         assert np.array_equal(
-            recursive.about_reference.redundant, default.about_reference.redundant
+            recursive.details().whole.redundant, default.details().whole.redundant
         )
 
 

@@ -99,7 +99,7 @@ def test_random_linkages_are_as_stiff_as_their_networks(seed, bridged):
     drives = [j.name for j in linkage.joints if isinstance(j.role, Actuated)]
     fast = rs.compile(linkage, joints=drives[1:] if bridged else None, backend=ARRAYS)
     assert fast.verified
-    home = fast.driven.at_home
+    home = fast.taken.driven.at_home  # pyright: ignore[reportAttributeAccessIssue]
     rows = home + np.random.default_rng([seed, 1]).uniform(-0.1, 0.1, (3, len(home)))
     answer = fast.attempt(rows)
     assert not answer.guarded.all()

@@ -18,7 +18,7 @@ def robot(name: str) -> Any:
 
 
 @cache
-def hexapod_stiffness() -> rs.RobotStiffness:
+def hexapod_stiffness() -> rs.Stiffness:
     return rs.stiffness(robot("hexapod"), POSE)
 
 
@@ -36,7 +36,7 @@ def tripod_map() -> Any:
 
 
 @cache
-def held_across_x() -> rs.RobotStiffness:
+def held_across_x() -> rs.Stiffness:
     """A platform on five springs that slides along x."""
     slide = rs.prismatic((1, 0, 0), rs.Passive())
     springs = [

@@ -77,7 +77,7 @@ def test_legs_of_random_robots_close(free: FreeRobot, seed: int):
     if not bent.has_answer:
         return
     motion = motion_under(free.snapshot, bent)
-    s = np.repeat([1.0, float(answer.about_reference.length)], 3)
+    s = np.repeat([1.0, float(answer.length)], 3)
     size = np.linalg.norm(motion.platform.twist * s)
     for own in motion.legs:
         gap = (own.bodies[-1].twist - motion.platform.twist) * s

@@ -250,7 +250,7 @@ def test_shade_is_a_signed_logarithm_and_zeros_are_plain():
     result = rs.stiffness(robot("gough-stewart-a"))
     K = result.K
     picture = matrix_picture(result)
-    s = np.repeat([1.0, float(result.about_reference.length)], 3)
+    s = np.repeat([1.0, float(result.length)], 3)
     scaled = K / np.outer(s, s)
     part = np.abs(scaled) / np.abs(scaled).max()
     plain = part <= 1e-12

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import compiled_robot
+from robostiff.analysis import compiled_stiffness
 from robostiff.compiled import closed, machine_code_is_available
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose
@@ -120,7 +120,7 @@ def test_poses_out_of_reach():
 def test_a_loop_over_one_step_is_the_same_as_all_steps_written_out(monkeypatch):
     robot = robot_called("exechon")
     poses = around_home(robot, 1500, 0.2)
-    monkeypatch.setattr(compiled_robot, "is_trusted", lambda *_: True)
+    monkeypatch.setattr(compiled_stiffness, "is_trusted", lambda *_: True)
     whole = rs.compile(robot, backend=rs.Backend.ARRAYS)
     monkeypatch.setattr(closed, "_LONGEST", 0)
     for backend in BACKENDS:

@@ -33,7 +33,7 @@ def test_a_record_grows_no_faster_than_its_leg():
     assert sizes[2] < 2.2 * sizes[1]
 
 
-def test_a_long_record_says_what_the_careful_form_says():
+def test_a_long_record_says_what_the_direct_form_says():
     robot = arm(24)
     pose = rs.JointCoordinates(robot.legs[0].chain.home + 0.01 * np.arange(72).reshape(3, 24))
     answer, sure = (

@@ -15,6 +15,8 @@ from robostiff.model import Actuated, Passive, PlacedFreedom, revolute
 from robostiff.network import JointElement, Network, Node, SpringElement
 from robostiff.network.network import network_of_snapshot
 from robostiff.spatial import Frame
+from robostiff.statics import Bowing
+from robostiff.statics.loading.from_network import group_of
 from tests.statics.robots_under_load import loaded, root
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -25,11 +27,12 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
     ["six-joint-arm", "3-puu", "gough-stewart-b-beams", "tricept.yaml", "exechon.yaml"],
 )
 def test_a_robot_and_its_network_are_the_same_far_from_rest(name: str):
-    """Legs as chains, and every part between bodies of its own; beams hinged at both ends alike."""
+    """Legs, parts in series, and every part between bodies of its own; hinged beams alike."""
     robot = rs.load(EXAMPLES / name if name.endswith("yaml") else name)
     snapshot = with_masses(rs.find_posture(robot)).one(0)
     F = np.array([80, -40, -160, 5, 10, 5.0])
-    both = [snapshot, network_of_snapshot(snapshot)]
+    whole = network_of_snapshot(snapshot)
+    both = [snapshot, whole]
     ways = [{"wrench": F}]
     if name.endswith("yaml"):
         ways += [{"gravity": [0, 0, -9.81]}, {"wrench": 30 * F, "gravity": [3.0, 0, -9.81]}]
@@ -40,6 +43,51 @@ def test_a_robot_and_its_network_are_the_same_far_from_rest(name: str):
         assert np.allclose(network.K, legs.K, rtol=0, atol=1e-10 * np.abs(legs.K).max())
         assert np.isclose(network.energy, legs.energy, rtol=1e-9, atol=0)
         assert np.isclose(network.margin, legs.margin, rtol=1e-6)
+    one = Bowing(elements=1)
+    legs, alone = (loaded(own, wrench=F, beams=one) for own in (snapshot, branching(whole)))
+    assert np.allclose(alone.displacement, legs.displacement, rtol=1e-9, atol=1e-13)
+    assert np.allclose(alone.K, legs.K, rtol=0, atol=1e-10 * np.abs(legs.K).max())
+
+
+def branching(network: Network) -> Network:
+    """The same with a part that hangs on every body, so that no two parts are in series."""
+    nodes = [node for node in network.nodes if node.name not in network.fixed]
+    ends = [Node(f"{node.name}, hanging", node.point) for node in nodes]
+    soft = Elasticity(np.diag([1e-6] * 3 + [1e-3] * 3))
+    hanging = [
+        SpringElement(f"on {node.name}", node.name, end.name, node.point, np.eye(3), soft)
+        for node, end in zip(nodes, ends, strict=True)
+    ]
+    return replace(network, nodes=(*network.nodes, *ends), springs=(*network.springs, *hanging))
+
+
+def turned_round(network: Network) -> Network:
+    """The same with every joint from its second node to its first."""
+
+    def back(joint: JointElement) -> JointElement:
+        own = tuple(replace(f, axis=-f.axis) for f in reversed(joint.freedoms))
+        return replace(joint, a=joint.b, b=joint.a, freedoms=own)
+
+    return replace(network, joints=tuple(map(back, network.joints)))
+
+
+@pytest.mark.parametrize("name", ["hexapod", "delta", "3-prs"])
+def test_parts_in_series_are_one_chain_whichever_way_their_joints_lead(name: str):
+    snapshot = rs.find_posture(rs.load(name)).snapshot.one(0)
+    network = network_of_snapshot(snapshot)
+    F = np.array([80, -40, -160, 5, 10, 5.0])
+    there, back = (loaded(own, wrench=F) for own in (network, turned_round(network)))
+    assert np.allclose(back.displacement, there.displacement, rtol=1e-9, atol=1e-13)
+    assert np.allclose(back.K, there.K, rtol=0, atol=1e-12 * np.abs(there.K).max())
+    chains, more = (_chains(own) for own in (network, branching(network)))
+    blocks = sum(len(block.branches) - 1 for leg in snapshot.legs for block in leg.all_blocks)
+    assert chains <= len(snapshot.legs) + 2 * blocks
+    assert more > 3 * chains
+
+
+def _chains(network: Network) -> int:
+    group, *_ = group_of(network, network.reference_point, Bowing(), {}, {}, np.zeros(3), {})
+    return len(group.chains)
 
 
 def column(parts: list[JointElement | SpringElement]) -> Network:

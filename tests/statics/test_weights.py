@@ -248,3 +248,23 @@ def test_centres_of_given_masses_are_in_the_frames_of_their_bodies():
         arm([rs.DHRow(a=1.0, masses=(Mass(1.0, point=[0, 1, 0]),))])
     with pytest.raises(rs.InputError, match="a centre and a point"):
         Mass(1.0, [0, 0, 1], point=[0, 0, 1])
+
+
+def test_a_joint_of_several_freedoms_stands_where_its_first_does():
+    """A cylindrical joint that has slid is as a slider and a hinge, by number and by kernel."""
+    slid, foot, bar = [0.3, 0.2], rod(0.5, name="foot"), rod(0.4)
+    drive = rs.Actuated(1e4)
+    whole = arm(foot, rs.cylindrical([0, 0, 1], drive, home=slid, name="joint"), bar)
+    single = arm(
+        foot,
+        rs.prismatic([0, 0, 1], drive, home=slid[:1], name="joint"),
+        rs.revolute([0, 0, 1], drive, home=slid[1:], name="hinge"),
+        bar,
+    )
+    force, place = np.array([30.0, -20.0, 10.0]), [0.5, 0.0, 0.0]
+    wanted = loaded(single, loads={"arm/hinge": rs.DeadForce(force, place)}).displacement
+    found = loaded(whole, loads={"arm/joint": force})
+    assert np.allclose(found.displacement, wanted, rtol=0, atol=1e-13)
+    kernel = rs.compile_loaded(whole, loads={"arm/joint": force}, backend=rs.Backend.ARRAYS)
+    answer = kernel.evaluate(rs.JointCoordinates([slid]), np.zeros(6))
+    assert np.allclose(answer.displacement, wanted, rtol=0, atol=1e-10)

@@ -6,9 +6,8 @@ from robostiff.analysis.cable_stiffness import (
 )
 from robostiff.analysis.cable_tensions import CableTensions, cable_tensions
 from robostiff.analysis.compiled_answer import CompiledAnswer
-from robostiff.analysis.compiled_linkage import CompiledLinkage
-from robostiff.analysis.compiled_robot import CompiledRobot
-from robostiff.analysis.compiled_robot import compile_robot as compile
+from robostiff.analysis.compiled_stiffness import CompiledStiffness
+from robostiff.analysis.compiled_stiffness import compile_stiffness as compile
 from robostiff.analysis.deflection_under_load import (
     ActuatorLoad,
     Deflection,
@@ -19,7 +18,7 @@ from robostiff.analysis.deflection_under_load import (
 )
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.posed_stiffness import compliance, stiffness
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.analysis.verification import Comparison, Outcome, Verification, verify
 
 __all__ = [
@@ -29,16 +28,15 @@ __all__ = [
     "CableTensions",
     "Comparison",
     "CompiledAnswer",
-    "CompiledLinkage",
-    "CompiledRobot",
+    "CompiledStiffness",
     "Deflection",
     "DeflectionsOfPoses",
     "FreeMotion",
     "JointReaction",
     "Outcome",
     "PartShare",
-    "RobotStiffness",
     "SlackEvent",
+    "Stiffness",
     "Verification",
     "cable_stiffness",
     "cable_tensions",

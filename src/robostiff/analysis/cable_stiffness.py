@@ -138,11 +138,6 @@ class CableStiffness(CableAnswer):
         return C
 
     @property
-    def answered(self) -> np.ndarray:
-        """Where there is a stiffness matrix (...)."""
-        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
-
-    @property
     def missing_wrench(self) -> np.ndarray:
         """Wrench (..., n) that cables, weight and the applied wrench do not balance [N, N m]."""
         self._require_answer()

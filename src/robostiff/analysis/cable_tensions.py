@@ -20,6 +20,7 @@ from robostiff.cables import (
     weight_wrench,
 )
 from robostiff.elastostatics import Status
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose
@@ -31,7 +32,7 @@ _WITHOUT_TENSIONS = int(Status.INFEASIBLE | Status.UNREACHABLE | Status.FORM_DOE
 
 
 @dataclass(frozen=True, repr=False)
-class CableAnswer:
+class CableAnswer(StatusOfPoses):
     """What results of cable robots have in common, at a pose or a batch of poses."""
 
     name: str
@@ -41,16 +42,6 @@ class CableAnswer:
     wrench: np.ndarray
     status_codes: np.ndarray
     rule: str
-
-    @property
-    def batch_shape(self) -> tuple[int, ...]:
-        """Shape of the batch of poses, () for a single one."""
-        return self.status_codes.shape
-
-    @property
-    def status(self) -> Status:
-        """Status of a single pose; of a batch, all flags that hold at any pose."""
-        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
 
     @property
     def advice(self) -> tuple[str, ...]:

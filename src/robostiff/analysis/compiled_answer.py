@@ -1,18 +1,16 @@
-"""Kernels of robots and linkages: answers, their checks, and the careful form where they fail."""
+"""Answers of kernels, and their checks pose by pose."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from robostiff.analysis.kernel_inputs import InputRows, ParameterValues
+from robostiff.analysis.kernel_inputs import InputRows
 from robostiff.analysis.measures import values_of
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     Backend,
     Checks,
@@ -22,13 +20,11 @@ from robostiff.compiled import (
     kernel_of,
     rows_of,
     unpack,
-    whole_threads,
 )
 from robostiff.compiled.codes import POSES_A_CHUNK, chunks_of, in_shares
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling
-from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.recorded import CLOSED, SHORT, RecordedRobot
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
@@ -304,14 +300,14 @@ def checked_chunks(
         yield where, checked_results(kernel, results, missed, loose, general, rows)
 
 
-def put_careful(
+def put_direct(
     answer: CompiledAnswer,
     rows: np.ndarray,
-    result: RobotStiffness,
+    result: Stiffness,
     outputs: Sequence[Output],
     rank: int,
 ) -> None:
-    """Write what the careful form gives at some poses into an answer of a general `rank`."""
+    """Write what the direct form gives at some poses into an answer of a general `rank`."""
     answer.status_codes[rows] = result.status_codes
     answer.rank[rows] = result.rank
     for output in outputs:
@@ -325,139 +321,3 @@ def put_careful(
         values, unbalanced = values_of(output, result)
         answer.values[output.name][rows] = values
         answer.status_codes[rows] |= unbalanced * np.uint16(Status.UNBALANCED)
-
-
-def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
-    """Outputs to compile, as they were given.
-
-    Raises InputError when there is none, one is no output, or two have the same name.
-    """
-    kinds = "StiffnessMatrix(), PrincipalStiffness()"
-    if not isinstance(outputs, Sequence) or not outputs:
-        raise InputError(
-            "outputs to compile", got=outputs, expected="several", hint=f"write [{kinds}]"
-        )
-    for output in outputs:
-        if isinstance(output, type) or not isinstance(output, Output):
-            raise InputError("output to compile", got=output, expected=f"such as {kinds}")
-    names = [output.name for output in outputs]
-    if len(set(names)) < len(names):
-        raise InputError(
-            "outputs to compile",
-            got=names,
-            expected="each name once",
-            hint="compile once for each load case",
-        )
-    return tuple(outputs)
-
-
-@dataclass(frozen=True, repr=False)
-class CompiledStiffness(AtGeneralPoses, ABC):
-    """Stiffness that is recorded once and evaluated at millions of poses; picklable.
-
-    Attributes
-    ----------
-    rank : int
-        At a general pose.
-    status : Status
-        At a general pose.
-    verified : bool
-        Whether the record was found to agree at generic poses with the form that recomputes unsafe
-        ones; False where those are ill-conditioned, or recorded steps reach none of them, and
-        every pose is then computed by that form.
-    """
-
-    kernel: Kernel
-
-    @property
-    @abstractmethod
-    def subject(self) -> Any:
-        """The robot or linkage; its symbols are the parameters of the kernel."""
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of the parameters, which may differ from pose to pose."""
-        return tuple(str(symbol) for symbol in self.subject.symbols)
-
-    def __repr__(self) -> str:
-        names = ", ".join(output.name for output in self.kernel.outputs)
-        inputs = ", ".join(self.kernel.inputs)
-        return (
-            f"<{type(self).__name__} {self.subject.name!r}: {names} at {inputs}, "
-            f"{self.kernel.operations} operations>"
-        )
-
-    def evaluate(
-        self,
-        pose: Any,
-        *,
-        parameters: Mapping[str, ArrayLike] | None = None,
-        threads: int = 1,
-    ) -> CompiledAnswer:
-        """Outputs, status and rank at many poses.
-
-        Parameters
-        ----------
-        pose : (N, n) array, JointCoordinates, or mapping of str to (N,) arrays
-            The robot's free pose coordinates, one pose a row [m, rad]; joint coordinates for a
-            serial arm. Of a linkage the coordinates of its drives, in the order of `inputs` or by
-            the names of the joints, (N, size) for a joint with several; those left out stay at
-            home. Fastest where equal coordinates of all poses lie side by side in memory.
-        parameters : mapping of str to a number or (N,) array, optional
-            Values of parameters, in SI units; nominal where left out.
-        threads : int
-
-        Raises
-        ------
-        InputError
-            When the poses or the parameters do not fit the robot.
-        """
-        threads = whole_threads(threads)
-        kernel, inputs, given, values = self._given(pose, parameters)
-        answer = attempted(kernel, inputs, self, threads)
-        for robot, rows in values.groups(answer.guarded):
-            try:
-                result = self._careful(robot, pose, given[rows])
-            except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
-                answer.status_codes[rows], answer.rank[rows] = int(Status.UNREACHABLE), -1
-                for values_of_output in answer.values.values():
-                    values_of_output[rows] = np.nan
-            else:
-                put_careful(answer, rows, result, self.kernel.outputs, self.rank)
-        return answer
-
-    def attempt(
-        self,
-        pose: Any,
-        *,
-        parameters: Mapping[str, ArrayLike] | None = None,
-        threads: int = 1,
-    ) -> CompiledAnswer:
-        """As `evaluate`, but poses that are ``guarded`` are left to the caller.
-
-        What stands there in the answer must not be used.
-        """
-        threads = whole_threads(threads)
-        kernel, inputs, _, _ = self._given(pose, parameters)
-        return attempted(kernel, inputs, self, threads)
-
-    def results(self, pose: Any) -> Iterator[tuple[slice, CheckedResults]]:
-        """Which poses, and rows of results at them, in chunks of a size that suits the cache.
-
-        Each chunk must be used before the next is asked for: it takes its place. Poses that are
-        ``guarded`` are left to the caller.
-
-        Raises InputError when the poses do not fit the robot.
-        """
-        kernel, inputs, _, _ = self._given(pose, None)
-        yield from checked_chunks(kernel, inputs, self, slice(0, len(inputs.missed)))
-
-    @abstractmethod
-    def _given(
-        self, pose: Any, parameters: Mapping[str, ArrayLike] | None
-    ) -> tuple[Kernel, InputRows, np.ndarray, ParameterValues[Any]]:
-        """The kernel for such poses, its inputs, coordinates (N, n), and values of parameters."""
-
-    @abstractmethod
-    def _careful(self, robot: Any, pose: Any, given: np.ndarray) -> RobotStiffness:
-        """What a robot of numbers has at some coordinates of the kind of `pose`."""

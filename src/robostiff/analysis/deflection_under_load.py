@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.leg_loads import leg_loads, loads_known
-from robostiff.analysis.posed_stiffness import PosedStiffness, answered_at
-from robostiff.analysis.result import RobotStiffness, given_wrenches
+from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.result import Stiffness, given_wrenches
 from robostiff.analysis.result_tables import deflection_html, shown_twist
 from robostiff.elastostatics import DEFAULT_TOLERANCE, BlockCompliance, Status, Tolerance
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, freedom_twist
 from robostiff.linkage import DriveValues, Linkage
@@ -119,7 +120,7 @@ class Deflection(InNotebooks):
     ----------
     wrench : (n,) array
         The load about the reference point, world axes [N, N m].
-    stiffness : RobotStiffness
+    stiffness : Stiffness
         What it was computed from.
     status : Status
         That of the stiffness, or ``UNBALANCED`` when the load would drive a free motion.
@@ -136,7 +137,7 @@ class Deflection(InNotebooks):
     """
 
     wrench: np.ndarray
-    stiffness: RobotStiffness
+    stiffness: Stiffness
     status: Status
     moved: np.ndarray | None
     parts: tuple[PartShare, ...] = ()
@@ -190,15 +191,13 @@ class Deflection(InNotebooks):
 
 
 def deflection_at(
-    answer: RobotStiffness,
+    answer: Stiffness,
     wrench: np.ndarray,
-    posed: Snapshot | Network | Callable[[], Snapshot | Network],
     held: HeldUnderLoads | None = None,
 ) -> Deflection:
     """How a robot deflects at the single pose of an answer, under a wrench about its point.
 
-    `posed` is the robot there, or what places it there; a network may be held under forces at its
-    bodies, which act too.
+    A network may be held under forces at its bodies, which act too.
     """
     F = wrench
     if Status.UNREACHABLE in answer.status:
@@ -219,8 +218,9 @@ def deflection_at(
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
     work = None
-    tolerance = answer.about_reference.tolerance
-    placed = posed if isinstance(posed, Snapshot | Network) else posed()
+    details = answer.details()
+    tolerance = details.whole.tolerance
+    placed = answer.placed()
     if isinstance(placed, Network):
         carried = loads_under(placed, F_origin, tolerance, held)
         work = None if held is None else carried.work
@@ -229,7 +229,8 @@ def deflection_at(
         actuators += [ActuatorLoad(*own) for own in carried.actuators]
     else:
         rows = list(answer.space.rows)
-        for leg, blocks, own in zip(placed.legs, answer.leg_blocks, leg_wrenches, strict=True):
+        of_legs = zip(placed.legs, details.leg_blocks, leg_wrenches, strict=True)
+        for leg, blocks, own in of_legs:
             F_leg = np.zeros(6)
             F_leg[rows] = own
             for element, F_element in carried_by(leg, blocks, F_leg, rows):
@@ -292,7 +293,7 @@ def carried_by(
 
 
 @dataclass(frozen=True, repr=False)
-class DeflectionsOfPoses:
+class DeflectionsOfPoses(StatusOfPoses):
     """How a robot deflects at a batch of poses; shares of energy are computed when first used.
 
     ``found[i]`` is the `Deflection` of one pose, ``found[found.answered]`` are those of some.
@@ -301,12 +302,12 @@ class DeflectionsOfPoses:
     ----------
     wrench : (..., n) array
         The load at each pose about its reference point, world axes [N, N m].
-    stiffness : RobotStiffness
+    stiffness : Stiffness
         What it was computed from.
     """
 
     wrench: np.ndarray
-    stiffness: PosedStiffness
+    stiffness: Stiffness
 
     @cached_property
     def _loads(self) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
@@ -315,7 +316,7 @@ class DeflectionsOfPoses:
         F = move_wrench(self.wrench, -answer.offset)
         codes = np.array(answer.status_codes)
         twist = np.full(shape, np.nan)
-        of_legs = tuple(np.full(shape, np.nan) for _ in answer.legs)
+        of_legs = tuple(np.full(shape, np.nan) for _ in answer.details().legs)
         known = np.array(loads_known(answer))
         for rows in self._alike(known):
             loads = leg_loads(answer[rows], F[rows])
@@ -335,8 +336,9 @@ class DeflectionsOfPoses:
     def _alike(self, known: np.ndarray) -> Iterator[np.ndarray]:
         """Poses that can be computed together: all, unless matrices alone are known."""
         answer = self.stiffness
-        serial = answer.serial_compliance
-        whole = answer.about_reference.carried is not None or (
+        details = answer.details()
+        serial = details.serial_compliance
+        whole = details.whole.carried is not None or (
             serial is not None and not np.isnan(serial).any()
         )
         if whole and known.any():
@@ -351,11 +353,6 @@ class DeflectionsOfPoses:
     def status_codes(self) -> np.ndarray:
         """Status of every pose (...); ``UNBALANCED`` where a load drives a free motion."""
         return self._loads[0]
-
-    @property
-    def status(self) -> Status:
-        """Everything that happened at any pose."""
-        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
 
     @property
     def answered(self) -> np.ndarray:
@@ -401,7 +398,7 @@ class DeflectionsOfPoses:
         some = self.stiffness[index]
         if some.batch_shape:
             return replace(self, wrench=self.wrench[index], stiffness=some)
-        return deflection_at(some, self.wrench[index], some.placed)
+        return deflection_at(some, self.wrench[index])
 
 
 def deflection(
@@ -434,12 +431,7 @@ def deflection(
             expected="a robot without cables: these may become slack, and need not stay near",
             hint="write cable_response(robot, pose, load=...), or 'robostiff cables'",
         )
-    answer = answered_at(robot, pose, at, near=near, tolerance=tolerance)
+    answer = direct_stiffness(robot, pose, at, near=near, tolerance=tolerance)
     hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
     F = given_wrenches(wrench, answer.space, answer.batch_shape, hint=hint)
-    if isinstance(robot, Snapshot | Network):
-        return deflection_at(answer, F, robot)
-    posed = cast("PosedStiffness", answer)
-    return (
-        DeflectionsOfPoses(F, posed) if posed.batch_shape else deflection_at(posed, F, posed.placed)
-    )
+    return DeflectionsOfPoses(F, answer) if answer.batch_shape else deflection_at(answer, F)

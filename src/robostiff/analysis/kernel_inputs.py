@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.careful_form import CHUNK
+from robostiff.analysis.details import Question
+from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
+from robostiff.analysis.questions import CHUNK, PosesOfRobot
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import (
     ActuatorCoordinates,
@@ -19,8 +22,10 @@ from robostiff.kinematics import (
     posture_finder,
 )
 from robostiff.kinematics.pose import check_held_sums, coordinate_units, joint_units
+from robostiff.linkage import DrivenLinkage, DriveValues, Linkage
 from robostiff.model import Robot
 from robostiff.model.entries import OfSymbols
+from robostiff.recorded import parameter_samples, sample_postures
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import is_rigid_transform
 
@@ -141,6 +146,37 @@ class KernelInputs:
     robot: Robot  # its symbols are the parameters of the kernel
     joints: int  # how many leg coordinates the kernel takes; 0 where it takes pose coordinates
 
+    @property
+    def subject(self) -> Robot:
+        """The robot."""
+        return self.robot
+
+    def read(self, pose: Pose) -> Pose:
+        """A pose, of an arm given by all its drives the coordinates of its joints."""
+        return at_joints(self.robot, pose)
+
+    def question(
+        self,
+        robot: Robot,
+        pose: Pose,
+        given: np.ndarray,
+        tolerance: Tolerance = DEFAULT_TOLERANCE,
+    ) -> Question:
+        """What is asked of a robot of numbers at some coordinates of the kind of `pose`."""
+        some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given
+        return PosesOfRobot(robot, some, tolerance=tolerance)
+
+    def drawn(self, seed: int, nearer: int) -> tuple[Pose, dict[str, np.ndarray]]:
+        """A few poses near home, and values of the parameters there by name (N,).
+
+        Those of the record for seed 0; each whole number of `nearer` takes a fifth of the way.
+        """
+        posture = sample_postures(posture_finder(self.robot.numeric), seed or None, nearer)
+        samples = parameter_samples(self.robot, seed or None)
+        if self.robot.is_posed_by_joints:
+            return JointCoordinates(posture.coordinates[0]), samples
+        return posture.pose[:, self.robot.coordinate_places], samples
+
     def checked(self, pose: Pose) -> np.ndarray:
         """The numbers of poses (N, n)."""
         subject = f"poses of {self.robot.name!r}"
@@ -212,3 +248,59 @@ class KernelInputs:
     def _needs_joints(self) -> bool:
         """Whether nothing but joint coordinates poses it."""
         return self.robot.is_posed_by_joints and self.robot.legs[0].chain.size > 0
+
+
+@dataclass(frozen=True)
+class LinkageInputs:
+    """Rows that the kernel of a linkage takes, made from coordinates of its drives."""
+
+    driven: DrivenLinkage
+
+    @property
+    def subject(self) -> Linkage:
+        """The part between base and platform; its symbols are the parameters."""
+        return self.driven.part
+
+    def read(self, pose: DriveValues) -> DriveValues:
+        """Coordinates of the drives as they are."""
+        return pose
+
+    def checked(self, pose: DriveValues) -> np.ndarray:
+        """Coordinates of the drives (N, n)."""
+        driven, rows = self.driven, self.driven.rows(pose)
+        if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
+            rows = rows[:, 0]
+        if rows.ndim != 2:
+            n = len(driven.inputs)
+            raise InputError(
+                f"driven joints of {driven.part.name!r}",
+                got=f"shape {rows.shape[:-1]} of poses",
+                expected=f"numbers (N,) of each joint, or an array (N, {n}), one pose a row",
+            )
+        return rows
+
+    def rows(
+        self, pose: DriveValues, given: np.ndarray, values: ParameterValues[Linkage]
+    ) -> InputRows:
+        """Rows of inputs; steps from home do not count the turns of screws."""
+        inputs = np.concatenate([given.T, values.rows]) if len(values.rows) else given.T
+        return InputRows(inputs, np.zeros(len(given), dtype=bool), self.driven.turned_far(given))
+
+    def question(
+        self,
+        part: Linkage,
+        pose: DriveValues,
+        given: np.ndarray,
+        tolerance: Tolerance = DEFAULT_TOLERANCE,
+    ) -> Question:
+        """What is asked of a linkage of numbers at coordinates of its drives."""
+        return ConfigurationsOfLinkage(replace(self.driven, part=part), given, tolerance)
+
+    def drawn(self, seed: int, nearer: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Some configurations near home, and values of the parameters; as `KernelInputs.drawn`.
+
+        Loops are closed at home once for all configurations, which share the parameters.
+        """
+        given = np.array([self.driven.given_in(one) for one in self.driven.samples(seed, nearer)])
+        samples = parameter_samples(self.subject)
+        return given, {name: values[int(seed > 0)] for name, values in samples.items()}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import ConjugateWrenches, least_energy, scaling
 
 _BALANCED = 1e-9  # part of a load that may do work on a free motion
@@ -22,21 +22,22 @@ class LegLoads:
     wrenches: tuple[np.ndarray, ...]  # tuple of (..., n): on each leg; none for a network
 
 
-def leg_loads(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
+def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads | None:
     """Loads of the legs under a wrench (..., n) about the origin of a result, all within reach.
 
     They share it with the least energy, the primary result of linear statics: that needs a
     stiffness matrix neither of a leg nor of the robot, and holds where a direction is rigid. None
     where the matrices alone are known, and cannot be solved at some pose.
     """
-    if answer.serial_compliance is not None and not np.isnan(answer.serial_compliance).any():
-        twist = np.einsum("...ij,...j->...i", answer.serial_compliance, wrench)
+    details = answer.details()
+    C, whole = details.serial_compliance, details.whole
+    if C is not None and not np.isnan(C).any():
+        twist = np.einsum("...ij,...j->...i", C, wrench)
         F = np.broadcast_to(wrench, twist.shape)
-        own = (F,) if answer.legs else ()
+        own = (F,) if details.legs else ()
         return LegLoads(twist, np.ones(twist.shape[:-1], dtype=bool), own)
-    whole = answer.about_reference
-    known = [leg.carried for leg in answer.legs if leg.carried is not None]
-    if whole.carried is None or len(known) < len(answer.legs):
+    known = [leg.carried for leg in details.legs if leg.carried is not None]
+    if whole.carried is None or len(known) < len(details.legs):
         return _by_matrices(answer, wrench)
     s = scaling(whole.length, whole.space)
     F = (wrench / s)[..., None]
@@ -59,21 +60,22 @@ def _is_balanced(missing: np.ndarray, F: np.ndarray, rank: np.ndarray) -> np.nda
     return (missed <= _BALANCED * size) | (rank == F.shape[-2])
 
 
-def loads_known(answer: RobotStiffness) -> np.ndarray:
+def loads_known(answer: Stiffness) -> np.ndarray:
     """Where `leg_loads` has an answer (...)."""
-    if answer.about_reference.carried is not None:
+    details = answer.details()
+    if details.whole.carried is not None:
         return answer.rank >= 0
-    by_matrices = answer.about_reference.invertible
-    if answer.serial_compliance is None:
+    by_matrices = details.whole.invertible
+    if details.serial_compliance is None:
         return by_matrices
     return by_matrices | answer.has_compliance
 
 
-def _by_matrices(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
+def _by_matrices(answer: Stiffness, wrench: np.ndarray) -> LegLoads | None:
     """From the stiffness matrices of the robot and of the legs."""
     if not np.all(answer.answered):
         return None
-    whole = answer.about_reference
+    whole, legs = answer.details().whole, answer.details().legs
     s = scaling(whole.length, whole.space)
     F, K = (wrench / s)[..., None], whole.matrix / (s[..., :, None] * s[..., None, :])
     among = np.arange(K.shape[-1]) < whole.rank[..., None]
@@ -91,5 +93,5 @@ def _by_matrices(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
     return LegLoads(
         twist=t,
         balanced=_is_balanced(F - load, F, whole.rank),
-        wrenches=tuple(np.einsum("...ij,...j->...i", leg.matrix, t) for leg in answer.legs),
+        wrenches=tuple(np.einsum("...ij,...j->...i", leg.matrix, t) for leg in legs),
     )

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from robostiff.analysis.cable_stiffness import CableStiffness
 from robostiff.analysis.leg_loads import leg_loads, loads_known
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     ComplianceMatrix,
     DeflectionUnder,
@@ -17,7 +15,6 @@ from robostiff.compiled import (
     StiffnessMatrix,
     WorstDeflection,
 )
-from robostiff.elastostatics import Status
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
 from robostiff.spatial import Space, move_twist, move_wrench
@@ -26,8 +23,6 @@ from robostiff.spatial.batch import empty_batch
 _SWEEPS = 12
 _ROUNDING = 1e-9  # of the largest eigenvalue, where the rank is decided
 _DONE = 1e-30  # of squares: rounding
-# Of the size of an entry: by what equal matrices may differ.
-_AGREEMENT = 1e-9
 
 
 def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
@@ -172,23 +167,23 @@ def stiffness_indices(K: np.ndarray, rank: np.ndarray, length: float) -> dict[st
     }
 
 
-def stiffness_where_answered(result: RobotStiffness | CableStiffness) -> np.ndarray:
+def stiffness_where_answered(result: Stiffness | CableStiffness) -> np.ndarray:
     """Stiffness matrices (N, n, n); NaN where there is none."""
     K, where = result.matrix, result.answered
     return K if np.all(where) else np.where(where[:, None, None], K, np.nan)
 
 
-def compliance_where_answered(result: RobotStiffness) -> np.ndarray:
+def compliance_where_answered(result: Stiffness) -> np.ndarray:
     """Compliance matrices (N, n, n); NaN where there is none."""
     known = result.has_compliance
-    C = empty_batch(known.shape, result.about_reference.matrix.shape[1:])
+    C = empty_batch(known.shape, (result.space.size, result.space.size))
     C[...] = np.nan
     if np.any(known):
         C[known] = result[known].compliance
     return C
 
 
-def values_of(output: Output, result: RobotStiffness) -> tuple[np.ndarray, np.ndarray]:
+def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray]:
     """Values (N, ...) of an output, and where a load of its own drives a free motion (N,).
 
     Not a number where there are none, which the status explains.
@@ -210,7 +205,7 @@ def values_of(output: Output, result: RobotStiffness) -> tuple[np.ndarray, np.nd
     raise InputError("output", got=output.name, expected="an output with a batched form")
 
 
-def twists_under(result: RobotStiffness, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def twists_under(result: Stiffness, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Twists (N, n) of the reference point under a wrench (n,), and where it is unbalanced (N,).
 
     The least displacement where free motions remain that the load does not feel; NaN where there is
@@ -227,51 +222,3 @@ def twists_under(result: RobotStiffness, wrench: np.ndarray) -> tuple[np.ndarray
             t = np.where(loads.balanced[:, None], loads.twist, np.nan)
             twist[rows], unbalanced[rows] = move_twist(t, v), ~loads.balanced
     return twist, unbalanced
-
-
-def differences(
-    K: np.ndarray,
-    rank: np.ndarray,
-    status_codes: np.ndarray,
-    careful: RobotStiffness,
-    *,
-    free: float,
-) -> Iterator[tuple[int, float | str]]:
-    """Numbers of poses at which a record differs from the careful form, and by how much.
-
-    K (N, n, n) about the reference point, rank and status (N,) are of the record; the careful form
-    is at the same poses, of any batch shape. `free` is what rounding leaves of zero, as a part of
-    the largest size. Differences of the status come first, then of the rank, then of K, the largest
-    first; none within rounding.
-    """
-    codes, ranks = careful.status_codes.reshape(-1), careful.rank.reshape(-1)
-    alike = status_codes == codes
-    for i in np.flatnonzero(~alike).tolist():
-        yield i, f"on the status, {Status(int(status_codes[i]))} and {Status(int(codes[i]))},"
-    for i in np.flatnonzero(alike & (rank != ranks)).tolist():
-        yield i, f"on the rank, {int(rank[i])} and {int(ranks[i])},"
-    rows = np.flatnonzero(alike & (rank == ranks) & careful.answered.reshape(-1))
-    if not rows.size:
-        return
-    own = careful.matrix.reshape(-1, *K.shape[1:])[rows]
-    scale = scaling(careful.about_reference.length.reshape(-1)[rows], careful.space)
-    distance = distances(K[rows], own, scale, free)
-    for i in np.argsort(-distance).tolist():
-        if not distance[i] <= _AGREEMENT:
-            yield int(rows[i]), float(distance[i])
-
-
-def distances(K: np.ndarray, other: np.ndarray, scale: np.ndarray, free: float) -> np.ndarray:
-    """How far stiffness matrices are from others, (..., n, n) each; scale (..., n) of wrenches.
-
-    Entries are judged by sqrt(K_ii K_jj) of the other, those of free motions not by zero. Where the
-    other vanishes as a whole, as that of legs that transmit nothing does, the distance is 0 or
-    infinite.
-    """
-    size = np.sqrt(np.maximum(np.einsum("...ii->...i", other), 0.0)) / scale
-    size = np.maximum(size, free * np.max(size, axis=-1, keepdims=True)) * scale
-    each = size[..., :, None] * size[..., None, :]
-    apart = np.abs(K - other)
-    parts = np.where(apart == 0, 0.0, np.inf)
-    np.divide(apart, each, out=parts, where=each > 0)
-    return np.max(parts, axis=(-1, -2))

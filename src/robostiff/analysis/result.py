@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.details import Details, Matrices, Question, StructuralAnalysis
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result_tables import stiffness_html
-from robostiff.elastostatics import BlockCompliance, CartesianStiffness, Form, RankDecision, Status
+from robostiff.elastostatics import (
+    Form,
+    RankDecision,
+    Status,
+)
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
+from robostiff.model import Snapshot
 from robostiff.spatial import (
     Space,
     as_floats,
@@ -28,74 +36,81 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
     from robostiff.analysis.cable_stiffness import CableStiffness
-
-
-@dataclass(frozen=True)
-class StructuralAnalysis:
-    """Matrix structural analysis: all bodies and all wrenches between them in one system."""
-
-    name = "network"
-    equation = "[[0, A^T], [A, -S]] [x; f] = [F; 0], condensed to the platform"
+    from robostiff.network import Network
 
 
 @dataclass(frozen=True, repr=False)
-class RobotStiffness(InNotebooks):
-    """K_C of a robot about a point, in world axes, with rank, free motions and status.
+class Stiffness(StatusOfPoses, InNotebooks):
+    """K_C of a machine about a point, in world axes, with rank and status, at one pose or many.
+
+    Matrix, rank and status are those of the record of the machine where it has one. All else is
+    worked out by the direct form at the poses of which it is asked; both must agree.
 
     Attributes
     ----------
-    name : str
-        Of the robot.
-    pose : (..., 6) array or None
-        x, y, z [m] and rotation vector [rad] of the platform; None for a snapshot.
-    reference_point : (..., 3) array
-        Point about which K is given, in the world [m].
-    about_reference : CartesianStiffness
-        About `origin`, where ranks are decided, independent of the reference point.
-    legs : tuple of CartesianStiffness
-        Each leg about `origin`.
-    passive_joint_names : tuple of str
-        ``leg/joint`` of every passive freedom.
-    method : Form or StructuralAnalysis
-    complaints : tuple of str
-        What keeps a single pose from being reached or allowed.
-    serial_compliance : (..., n, n) array or None
-        Compliance about `origin` of a single leg without passive joints, or of a network with a
-        rigid direction; not a number at poses of a batch that have none.
-    origin : (..., 3) array
-        Where it was computed: the robot's own reference point in the world [m], or the middle of a
-        robot that is far away from it.
-    joint_coordinates : mapping of str to (..., size) array
-        The posture: coordinates of the joints of each leg [m, rad], by its name.
-    joint_names : mapping of str to tuple of str
-        Names of these coordinates, of robots of legs.
-    leg_blocks : tuple of tuples of BlockCompliance
-        Parallel blocks of each leg about `origin`, by which their branches share a wrench.
+    question : Question
+        The machine, all poses of the batch, and the details at them.
+    rows : (...) array of int
+        Which of these poses it is about.
+    recorded : Matrices or None
+        What the record has given at them.
+    point : (..., 3) array or None
+        Point about which K is given, in the world [m]; None for the reference point of the machine.
     """
 
-    name: str
-    pose: np.ndarray | None
-    reference_point: np.ndarray
-    about_reference: CartesianStiffness
-    legs: tuple[CartesianStiffness, ...]
-    passive_joint_names: tuple[str, ...]
-    method: Form | StructuralAnalysis
-    complaints: tuple[str, ...]
-    serial_compliance: np.ndarray | None
-    origin: np.ndarray
-    joint_coordinates: Mapping[str, np.ndarray] = field(default_factory=dict)
-    joint_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    leg_blocks: tuple[tuple[BlockCompliance, ...], ...] = field(default_factory=tuple)
+    question: Question
+    rows: np.ndarray
+    recorded: Matrices | None = None
+    point: np.ndarray | None = None
+
+    @classmethod
+    def of(
+        cls, question: Question, at: ArrayLike | None = None, *, by_record: bool = False
+    ) -> Stiffness:
+        """The stiffness at all poses of a question, about the reference point or a point [m].
+
+        By the record of the machine where there is one and it pays, else by the direct form.
+        """
+        question.recorded = question.from_record() if by_record else None
+        found = cls(question, question.rows, question.recorded)
+        if question.recorded is None:
+            found.details()  # bad input is found now
+        return found.about(at)
+
+    def details(self) -> Details:
+        """What the direct form finds at these poses: legs, posture, and how ranks were decided.
+
+        Raises
+        ------
+        DisagreementError
+            When it is another answer than that of the record.
+        """
+        return self._details
+
+    @cached_property
+    def _details(self) -> Details:
+        return self.question.details(self.rows)
+
+    @property
+    def name(self) -> str:
+        """Of the machine."""
+        return self.question.name
+
+    @property
+    def method(self) -> Form | StructuralAnalysis:
+        """The form of K_C."""
+        return self.question.method
 
     @property
     def space(self) -> Space:
         """Spatial (6 x 6) or planar (3 x 3)."""
-        return self.about_reference.space
+        return self.question.space
 
-    @property
-    def batch_shape(self) -> tuple[int, ...]:
-        """Shape of the batch of poses, () for a single one."""
-        return self.about_reference.batch_shape
+    @cached_property
+    def pose(self) -> np.ndarray | None:
+        """x, y, z [m] and rotation vector [rad] of the platform (..., 6); None for a snapshot."""
+        given = self.question.pose_at(self.rows)
+        return self.details().pose if given is None else given
 
     @property
     def transform(self) -> RigidTransform | None:
@@ -106,6 +121,21 @@ class RobotStiffness(InNotebooks):
         T[..., :3, :3] = matrix_of_rotation(self.pose[..., 3:])
         T[..., :3, 3], T[..., 3, 3] = self.pose[..., :3], 1.0
         return rigid_transform(T)
+
+    @property
+    def reference_point(self) -> np.ndarray:
+        """Point about which K is given, in the world (..., 3) [m]."""
+        return self._own_point if self.point is None else self.point
+
+    @cached_property
+    def _own_point(self) -> np.ndarray:
+        known = self.recorded is None or "_details" in vars(self)
+        point = None if known else self.question.reference_points(self.rows)
+        return self.details().reference_point if point is None else point
+
+    @property
+    def _found(self) -> Matrices:
+        return self.details().matrices if self.recorded is None else self.recorded
 
     @property
     def K(self) -> np.ndarray:
@@ -119,19 +149,30 @@ class RobotStiffness(InNotebooks):
         self._require_answer()
         return self.matrix
 
-    @property
+    @cached_property
     def matrix(self) -> np.ndarray:
         """K (..., n, n) of all poses, unchecked: meaningful where they have a stiffness matrix."""
-        K, v = self.about_reference.matrix, self.offset
-        return move_stiffness(K, v) if np.any(v) else K
+        if self.point is None:
+            return self._found.K
+        if self.recorded is None:
+            return self.details().whole.moved(self.offset)
+        v = (self.point - self._own_point)[..., : self.space.translations]
+        return move_stiffness(self.recorded.K, v) if np.any(v) else self.recorded.K
+
+    @property
+    def rank(self) -> np.ndarray:
+        """How many independent wrenches hold the platform (...); -1 where out of reach."""
+        return self._found.rank
+
+    @property
+    def status_codes(self) -> np.ndarray:
+        """Status of every pose (...) as uint16."""
+        return self._found.status_codes
 
     @property
     def has_compliance(self) -> np.ndarray:
         """Where every load meets a finite compliance (...), also where a direction is rigid."""
-        if self.serial_compliance is None:
-            return self.about_reference.has_compliance
-        reached = (self.status_codes & int(Status.UNREACHABLE)) == 0
-        return reached & ~np.isnan(self.serial_compliance[..., 0, 0])
+        return self.details().has_compliance
 
     @property
     def compliance(self) -> np.ndarray | None:
@@ -140,8 +181,8 @@ class RobotStiffness(InNotebooks):
         The inverse of K. Where a direction is rigid, and K does not exist, C is zero for its
         wrench: legs without elastic links have the C of their drives.
         """
-        serial = self.serial_compliance
-        C = self.about_reference.compliance if serial is None else serial
+        serial = self.details().serial_compliance
+        C = self.details().whole.compliance if serial is None else serial
         if C is None or not np.all(self.has_compliance):
             return None
         return move_compliance(C, self.offset) if np.any(self.offset) else C
@@ -158,8 +199,7 @@ class RobotStiffness(InNotebooks):
         if C is not None:
             return C
         if not self.batch_shape:
-            whole = self.about_reference
-            if whole.carried is None or Status.UNREACHABLE in self.status:
+            if self.details().whole.carried is None or Status.UNREACHABLE in self.status:
                 self._require_answer()
             why = Status(self.status & (Status.FREE_MOTIONS | Status.ILL_CONDITIONED))
             raise NoAnswerError(
@@ -172,31 +212,16 @@ class RobotStiffness(InNotebooks):
             found[known] = self[known].compliance
         return found
 
-    @property
-    def rank(self) -> np.ndarray:
-        """How many independent wrenches hold the platform (...); -1 where out of reach."""
-        unreachable = self.about_reference.status_codes & int(Status.UNREACHABLE)
-        return np.where(unreachable, -1, self.about_reference.rank)
-
-    @property
-    def status(self) -> Status:
-        """Status of a single pose; of a batch, all flags that hold at any pose."""
-        return self.about_reference.status
-
-    @property
-    def status_codes(self) -> np.ndarray:
-        """Status of every pose (...) as uint16."""
-        return self.about_reference.status_codes
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Where there is a stiffness matrix (...)."""
-        return self.about_reference.answered
+    @cached_property
+    def complaints(self) -> tuple[str, ...]:
+        """What keeps a single pose from being reached or allowed, and postures not chosen."""
+        reasons = self.details().reasons if self.recorded is None else ()
+        return (*reasons, *self.question.complaints(self.rows, self.status))
 
     @property
     def advice(self) -> tuple[str, ...]:
         """What to know about this answer, a sentence each."""
-        reason = self._reason
+        reason = self.details().whole.reason if self.recorded is None else ""
         why = (f"{self.method.name}: {reason}",) if reason else ()
         return (*self.complaints, *why, *self.status.advice)
 
@@ -206,8 +231,9 @@ class RobotStiffness(InNotebooks):
         if Status.UNREACHABLE in self.status:
             return ()
         # About the robot's own point: from far away every rotation resembles a translation.
-        length = float(self.about_reference.length)
-        motions = free_motions_in_words(self.about_reference.free_motions, self.origin, length)
+        found = self.details()
+        length = float(found.whole.length)
+        motions = free_motions_in_words(found.whole.free_motions, found.origin, length)
         return tuple(
             FreeMotion(move_twist(motion.twist, self.offset), motion.screw) for motion in motions
         )
@@ -215,21 +241,34 @@ class RobotStiffness(InNotebooks):
     @property
     def rigid_directions(self) -> np.ndarray:
         """Rigid wrenches about the reference point, rows (r, n), at a single pose."""
-        return move_wrench(self.about_reference.rigid_directions, self.offset)
+        return move_wrench(self.details().whole.rigid_directions, self.offset)
 
     @property
     def redundant_joints(self) -> tuple[str, ...]:
         """``leg/joint`` of the passive freedoms that add nothing to those before, at any pose."""
-        redundant = self.about_reference.redundant
+        redundant, names = self.details().whole.redundant, self.details().passive_joint_names
         lost = np.atleast_1d(redundant.any(axis=tuple(range(redundant.ndim - 1))))
-        return tuple(
-            name for name, is_lost in zip(self.passive_joint_names, lost, strict=True) if is_lost
-        )
+        return tuple(name for name, is_lost in zip(names, lost, strict=True) if is_lost)
 
     @property
     def decision(self) -> RankDecision:
         """How the rank was decided, at a single pose."""
-        return self.about_reference.decision
+        return self.details().whole.decision
+
+    @property
+    def length(self) -> np.ndarray:
+        """Characteristic length (...) [m], by which rotations are compared with displacements."""
+        return self.details().whole.length
+
+    @property
+    def origin(self) -> np.ndarray:
+        """Point about which the details are, in the world (..., 3) [m]."""
+        return self.details().origin
+
+    @property
+    def joint_coordinates(self) -> Mapping[str, np.ndarray]:
+        """The posture: coordinates of the joints of each leg (..., size) [m, rad], by its name."""
+        return self.details().joint_coordinates
 
     @property
     def leg_stiffness(self) -> tuple[np.ndarray, ...]:
@@ -239,59 +278,63 @@ class RobotStiffness(InNotebooks):
         the legs share the bending of the platform.
         """
         self._require_answer()
-        return tuple(move_stiffness(leg.K, self.offset) for leg in self.legs)
+        return tuple(move_stiffness(leg.K, self.offset) for leg in self.details().legs)
 
-    def about(self, point: ArrayLike | None) -> RobotStiffness:
+    def about(self, point: ArrayLike | None) -> Stiffness:
         """The same answer about another point of the platform (..., 3), in the world [m].
 
         The answer itself for None.
         """
         if point is None:
             return self
-        return replace(self, reference_point=points_given(point, self.batch_shape))
+        return replace(self, point=points_given(point, self.batch_shape))
+
+    def placed(self) -> Snapshot | Network:
+        """The machine in the world at a single pose; a linkage as a network."""
+        return self.question.placed(self.rows)
+
+    def snapshot(self) -> Snapshot:
+        """The robot in the world at a single pose."""
+        found = self.placed()
+        if not isinstance(found, Snapshot):
+            raise InputError(
+                f"snapshot of {self.name!r}",
+                got="bodies in any arrangement",
+                expected="a robot with legs",
+                hint="result.placed() is the network",
+            )
+        return found
+
+    def __getitem__(self, index: Any) -> Stiffness:
+        """The answer at one pose, or at some poses, of a batch."""
+        return Stiffness(
+            self.question,
+            np.asarray(self.rows[index]),
+            None if self.recorded is None else self.recorded[index],
+            None if self.point is None else self.point[index],
+        )
 
     def _repr_html_(self) -> str:
         return stiffness_html(self)
 
     def __repr__(self) -> str:
-        return in_short(self, "RobotStiffness")
-
-    def __getitem__(self, index: Any) -> RobotStiffness:
-        """The answer at one pose, or at some poses, of a batch."""
-        return replace(
-            self,
-            pose=None if self.pose is None else self.pose[index],
-            reference_point=self.reference_point[index],
-            about_reference=self.about_reference[index],
-            legs=tuple(leg[index] for leg in self.legs),
-            serial_compliance=(
-                None if self.serial_compliance is None else self.serial_compliance[index]
-            ),
-            origin=self.origin[index],
-            joint_coordinates={leg: q[index] for leg, q in self.joint_coordinates.items()},
-            leg_blocks=tuple(tuple(block[index] for block in own) for own in self.leg_blocks),
-        )
+        return in_short(self, "Stiffness")
 
     @property
     def offset(self) -> np.ndarray:
-        """From the origin to the reference point, in the coordinates of the space (..., d) [m]."""
+        """From `origin` to the reference point, in the coordinates of the space (..., d) [m]."""
         v = self.reference_point - self.origin
-        return v if self.space is Space.SPATIAL else v[..., :2]
-
-    @property
-    def _reason(self) -> str:
-        """Why the form refused, where it did."""
-        return self.about_reference.reason
+        return v[..., : self.space.translations]
 
     def _require_answer(self) -> None:
         if np.all(self.answered):
             return
         if self.complaints:
             raise NoAnswerError(f"no stiffness matrix of {self.name!r}: {'; '.join(self.advice)}")
-        _ = self.about_reference.K
+        _ = self.details().whole.K
 
 
-def in_short(result: RobotStiffness | CableStiffness, kind: str) -> str:
+def in_short(result: Stiffness | CableStiffness, kind: str) -> str:
     """What is printed of a result: point, rank and status; how many matrices a batch has."""
     if result.batch_shape:
         answered = int(np.count_nonzero(result.answered))

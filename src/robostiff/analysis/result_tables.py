@@ -29,18 +29,18 @@ from robostiff.markup import (
 if TYPE_CHECKING:
     from robostiff.analysis.cable_stiffness import CableResponse, CableStiffness
     from robostiff.analysis.deflection_under_load import Deflection, PartShare
-    from robostiff.analysis.result import RobotStiffness
+    from robostiff.analysis.result import Stiffness
     from robostiff.analysis.verification import Verification
     from robostiff.spatial import Space
 
 
-def stiffness_matrix(result: RobotStiffness | CableStiffness) -> LabelledMatrix:
+def stiffness_matrix(result: Stiffness | CableStiffness) -> LabelledMatrix:
     """K_C."""
     space = result.space
     return LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
 
 
-def compliance_matrix(result: RobotStiffness | CableStiffness) -> LabelledMatrix | None:
+def compliance_matrix(result: Stiffness | CableStiffness) -> LabelledMatrix | None:
     """The compliance; None where there is none."""
     C = result.compliance
     if C is None:
@@ -49,7 +49,7 @@ def compliance_matrix(result: RobotStiffness | CableStiffness) -> LabelledMatrix
     return LabelledMatrix("C", C, space.twist_order, space.wrench_order, COMPLIANCE_UNITS)
 
 
-def free_motion_table(result: RobotStiffness | CableStiffness) -> Table | None:
+def free_motion_table(result: Stiffness | CableStiffness) -> Table | None:
     """Free motions in words, with their twists; None where there are none."""
     motions = result.free_motions
     if not motions:
@@ -63,7 +63,7 @@ _ROUNDING = 1e-9  # of the largest
 
 def shown_twist(result: Deflection) -> np.ndarray:
     """Displacement (n,) [m, rad]; rounding errors are shown as zero."""
-    length = float(result.stiffness.about_reference.length)
+    length = float(result.stiffness.length)
     return without_rounding(result.twist, result.stiffness.space, length)
 
 
@@ -76,7 +76,7 @@ def without_rounding(moved: np.ndarray, space: Space, length: float = 1.0) -> np
 
 def shown_loads(result: Deflection) -> list[float]:
     """Loads on the actuators; what is rounding beside them and the forces in joints is zero."""
-    length = float(result.stiffness.about_reference.length)
+    length = float(result.stiffness.length)
     arms = [length if a.unit == "N m" else 1.0 for a in result.actuators]
     loads = [abs(a.load) / arm for a, arm in zip(result.actuators, arms, strict=True)]
     largest = max(
@@ -178,7 +178,7 @@ def actuator_table(result: Deflection) -> Table | None:
 MOST_PARTS = 10
 
 
-def stiffness_html(result: RobotStiffness | CableStiffness, more: Block | None = None) -> str:
+def stiffness_html(result: Stiffness | CableStiffness, more: Block | None = None) -> str:
     """K with labels and units, rank, free motions, `more` and advice; of a batch, how many."""
     if result.batch_shape:
         return element("p", escaped(repr(result)))
@@ -230,7 +230,7 @@ def blocks_html(blocks: Sequence[Block | None]) -> str:
     return "".join(block_html(block) for block in blocks if block is not None)
 
 
-def head_html(result: RobotStiffness | CableStiffness, status: Status) -> str:
+def head_html(result: Stiffness | CableStiffness, status: Status) -> str:
     """Name, pose, reference point and status."""
     place = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is not None:

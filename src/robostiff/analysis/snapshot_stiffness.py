@@ -8,6 +8,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from robostiff.analysis.details import Details
 from robostiff.elastostatics import (
     BlockCompliance,
     CartesianStiffness,
@@ -196,20 +197,7 @@ _ROUNDING = 1e-12
 _FAR = 10.0
 
 
-@dataclass(frozen=True)
-class SnapshotStiffness:
-    """Stiffness of every leg of a snapshot and of the whole, about one point of its platform."""
-
-    whole: CartesianStiffness
-    legs: tuple[CartesianStiffness, ...]
-    passive_joint_names: tuple[str, ...]  # ``leg/joint`` of every column of `whole.redundant`
-    # (..., n, n) or None: of a single leg without passive joints, which needs no inverse
-    compliance: np.ndarray | None
-    origin: np.ndarray  # (..., 3): the point about which they are [m]
-    leg_blocks: tuple[tuple[BlockCompliance, ...], ...]  # the parallel blocks of each leg
-
-
-def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
+def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Details:
     """Stiffness of the legs of a snapshot and of the whole."""
     together = legs_alone(snapshot.legs)
     if method == DEFAULT_METHOD:
@@ -224,7 +212,7 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
 
 def _solved_together(
     snapshot: Snapshot, together: Sequence[LegsTogether], method: Form, tolerance: Tolerance
-) -> SnapshotStiffness:
+) -> Details:
     length = snapshot.characteristic_length
     # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
     of_parts = in_order(together, [_length_of_parts(own.leg, own.each(length)) for own in together])
@@ -272,13 +260,14 @@ def _solved_together(
         for own, one in zip(together, problems, strict=True)
         for k, i in enumerate(own.places)
     }
-    return SnapshotStiffness(
+    return Details(
         whole=whole,
-        legs=legs,
-        passive_joint_names=tuple(names),
-        compliance=C,
         origin=origin,
+        reference_point=snapshot.reference_point,
+        passive_joint_names=tuple(names),
+        legs=legs,
         leg_blocks=tuple(leg_blocks[i] for i in range(len(legs))),
+        serial_compliance=C,
     )
 
 

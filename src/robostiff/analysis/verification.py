@@ -7,9 +7,8 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.linkage_stiffness import network_stiffness
-from robostiff.analysis.result import RobotStiffness, require_one_pose
+from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.result import Stiffness, require_one_pose
 from robostiff.analysis.result_tables import verification_html
 from robostiff.elastostatics import (
     DEFAULT_TOLERANCE,
@@ -22,7 +21,8 @@ from robostiff.elastostatics import (
     Tolerance,
 )
 from robostiff.errors import InputError, NoAnswerError, TooFewDigitsError
-from robostiff.kinematics import Near, Pose, find_posture
+from robostiff.kinematics import Near, Pose
+from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network, energy_stiffness, network_of_snapshot
@@ -109,14 +109,14 @@ class Verification:
 
     Attributes
     ----------
-    reference : RobotStiffness
+    reference : Stiffness
         With what the others are compared: the wrench basis form, or the network.
     comparisons : tuple of Comparison
     agreement : float
         Distance up to which matrices agree.
     """
 
-    reference: RobotStiffness
+    reference: Stiffness
     comparisons: tuple[Comparison, ...]
     agreement: float
 
@@ -131,8 +131,8 @@ class Verification:
 
 
 def verify(
-    robot: Robot | Snapshot | Network,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
     *,
     near: Near = None,
     agreement: float = _AGREEMENT,
@@ -146,8 +146,8 @@ def verify(
 
     Parameters
     ----------
-    robot : Robot, Snapshot or Network
-        Of a network only the two methods for networks hold.
+    robot : Robot, Snapshot, Network or Linkage
+        Of a network or a linkage only the two methods for networks hold.
     pose : as for `stiffness`
         One pose.
     near : joint coordinates, optional
@@ -176,35 +176,29 @@ def verify(
         raise InputError(
             "robot of a verification",
             got=f"cable robot {robot.name!r}",
-            expected="a Robot, a Snapshot or a Network: there is one method for cables",
+            expected="a Robot, a Snapshot, a Network or a Linkage: there is one method for cables",
         )
-    reference = careful_stiffness(robot, pose, near=near, tolerance=tolerance)
+    reference = direct_stiffness(robot, pose, near=near, tolerance=tolerance)
     require_one_pose("a verification", reference.batch_shape)
     if Status.UNREACHABLE in reference.status:
         raise NoAnswerError(f"nothing to verify: {'; '.join(reference.advice)}")
-    if isinstance(robot, Network):
-        network, others = robot, ()
-    else:
-        others = tuple(
-            careful_stiffness(robot, pose, method=form, near=near, tolerance=tolerance)
+    network, others = reference.placed(), []
+    if isinstance(network, Snapshot):
+        network = network_of_snapshot(network)
+        others = [
+            direct_stiffness(robot, pose, method=form, near=near, tolerance=tolerance)
             for form in _FORMS
-        )
-        snapshot = (
-            robot
-            if isinstance(robot, Snapshot)
-            else find_posture(robot, pose, near=near).snapshot.one(0)
-        )
-        network = network_of_snapshot(snapshot)
-        others = (*others, network_stiffness(network, tolerance))
+        ]
+        others.append(direct_stiffness(network, tolerance=tolerance))
     comparisons = [_compared(reference, other, agreement) for other in others]
     comparisons.append(_energy(reference, network, agreement, tolerance))
     return Verification(reference, tuple(comparisons), agreement)
 
 
-def _compared(reference: RobotStiffness, other: RobotStiffness, agreement: float) -> Comparison:
+def _compared(reference: Stiffness, other: Stiffness, agreement: float) -> Comparison:
     name, rank = other.method.name, int(other.rank)
     if Status.FORM_DOES_NOT_HOLD in other.status:
-        reason = other.about_reference.reason
+        reason = other.details().whole.reason
         return Comparison(name, Outcome.DOES_NOT_HOLD, None, None, reason)
     rigid, other_rigid = (Status.RIGID_DIRECTION in r.status for r in (reference, other))
     doubtful = Status.ILL_CONDITIONED in other.status | reference.status
@@ -219,7 +213,7 @@ def _compared(reference: RobotStiffness, other: RobotStiffness, agreement: float
 
 
 def _energy(
-    reference: RobotStiffness, network: Network, agreement: float, tolerance: Tolerance
+    reference: Stiffness, network: Network, agreement: float, tolerance: Tolerance
 ) -> Comparison:
     rigid = Status.RIGID_DIRECTION in reference.status
     doubtful = Status.ILL_CONDITIONED in reference.status
@@ -237,5 +231,5 @@ def _energy(
     return Comparison("energy", outcome, distance, None, "")
 
 
-def _distance(K: np.ndarray, reference: RobotStiffness) -> float:
-    return matrix_distance(K, reference.K, float(reference.about_reference.length))
+def _distance(K: np.ndarray, reference: Stiffness) -> float:
+    return matrix_distance(K, reference.K, float(reference.length))

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self
 
 import sympy as sp
 
-from robostiff.analytic.exact.definition import Definition, Unwritten, WrittenField
+from robostiff.analytic.exact.definition import Definition, WrittenField, WrittenWhole
 from robostiff.analytic.substitution import (
     Substitution,
+    at_values,
     refuse_failing,
     refuse_names_of_steps,
     refuse_undefined,
@@ -25,10 +26,13 @@ if TYPE_CHECKING:
     from robostiff.analytic.formula_function import FormulaFunction
 
 
-class Formula(ABC):
+class Formula(WrittenWhole, ABC):
     """A formula in given symbols, perhaps by named steps."""
 
-    definitions: Any = ()  # of each kind of formula: its named steps, in order
+    # Of each kind of formula: its named steps, in order, and under which conditions it holds.
+    name: Any
+    definitions: Any = ()
+    conditions: Any = ()
 
     @property
     @abstractmethod
@@ -54,13 +58,64 @@ class Formula(ABC):
         return set(self.symbols)
 
     @property
+    def _known(self) -> set[sp.Symbol]:
+        """Symbols that may have values."""
+        return self.free_symbols
+
+    @property
     def _computed(self) -> Any:
         """The derivation, or derivative, that has its values."""
         return self
 
-    @abstractmethod
+    def subs(self, values: Any, value: Any = None) -> Self:
+        """The same with numbers or formulas in place of some of its symbols.
+
+        Steps that become numbers are put in where they are used.
+
+        Parameters
+        ----------
+        values : mapping of str or Symbol to numbers, quantities or formulas
+            In SI units; quantities of pint are converted. Exact numbers such as ``Rational(3, 4)``
+            stay exact, floats make floats.
+        value : number, quantity or formula, optional
+            For a single symbol: ``subs("h", 0.75)``.
+
+        Raises
+        ------
+        InputError
+            When a name is no symbol of the formula, or the formula does not hold at these values.
+
+        Examples
+        --------
+        >>> k, h = sp.symbols("k h", positive=True)
+        >>> K = sp.ImmutableMatrix(sp.diag(k * h, k, 0))
+        >>> Derivation("K_C", K, (), K).subs({"h": 2}).K[0, 0]
+        2*k
+        """
+        given = {values: value} if value is not None else values
+        if not isinstance(given, Mapping):
+            expected = "names or symbols with their values"
+            hint = 'write subs({"h": 0.75})'
+            raise InputError("values of symbols", got=given, expected=expected, hint=hint)
+        subject = f"formula {self.name!r}"
+        chosen = values_of_symbols(sorted(self._known, key=str), given, subject)
+        refuse_names_of_steps(chosen, self.definitions)
+        found = self._at_values(Substitution(chosen))
+        steps: tuple[Definition, ...] = found.definitions
+        refuse_undefined([*found._expressions, *(d.expression for d in steps)], subject)
+        return found
+
+    def _at_values(self, put_in: Substitution) -> Self:
+        """The same with values put in; InputError where a condition fails."""
+        put_in.definitions(self.definitions)
+        refuse_failing(self.conditions, put_in, f"formula {self.name!r}")
+        found: Any = at_values(self, put_in)
+        left = tuple(c for c in found.conditions if c.expression.free_symbols)
+        return replace(found, conditions=left)
+
     def substituted(self, values: Mapping[Any, Any]) -> Any:
-        """Its matrix, or two of them, at values of its symbols."""
+        """Its matrix, or two of them, at values of its symbols, see `Derivation.substituted`."""
+        return self._computed.substituted(values)
 
     def lambdify(self, *arguments: Any) -> FormulaFunction:
         """Its matrix as a function of numbers and of arrays that broadcast, in milliseconds.
@@ -119,7 +174,7 @@ class Formula(ABC):
 
 
 @dataclass(frozen=True)
-class Stage:
+class Stage(WrittenWhole):
     """One passive joint, eq. (15): u = K J, mu = J^T u, K <- K - u u^T / mu.
 
     A closed form writes u, mu and K in SymPy when they are first looked at.
@@ -149,9 +204,6 @@ class Stage:
     mu: WrittenField = WrittenField()
     K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Stage, tuple(getattr(self, attribute.name) for attribute in fields(self))
 
     @property
     def is_redundant(self) -> bool:
@@ -193,65 +245,20 @@ class Derivation(Formula):
     conditions: WrittenField = WrittenField(())
     meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Derivation, self._pickled
-
-    @property
-    def _pickled(self) -> tuple[Any, ...]:
-        """Its fields but `exact`: FLINT's polynomials cannot be pickled."""
-        own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
-        return (*own, self.meanings)
-
     def _repr_html_(self) -> str:
         from robostiff.analytic.export.html import derivation_html
 
         return derivation_html(self, first_heading=3)
 
     @property
+    def _known(self) -> set[sp.Symbol]:
+        # Some of those from which it begins cancel in K.
+        found = self.free_symbols.union(*(s.J.free_symbols for s in self.stages))
+        return found | self.K0.free_symbols - {d.symbol for d in self.definitions}
+
+    @property
     def _expressions(self) -> Any:
         return (*self.K, *(c.expression for c in self.conditions))
-
-    def subs(self, values: Any, value: Any = None) -> Self:
-        """The same derivation with numbers or formulas in place of some of its symbols.
-
-        Steps that become numbers are put in where they are used.
-
-        Parameters
-        ----------
-        values : mapping of str or Symbol to numbers, quantities or formulas
-            In SI units; quantities of pint are converted. Exact numbers such as ``Rational(3, 4)``
-            stay exact, floats make floats.
-        value : number, quantity or formula, optional
-            For a single symbol: ``subs("h", 0.75)``.
-
-        Raises
-        ------
-        InputError
-            When a name is no symbol of the formula, or the formula does not hold at these values.
-
-        Examples
-        --------
-        >>> k, h = sp.symbols("k h", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k * h, k, 0))
-        >>> Derivation("K_C", K, (), K).subs({"h": 2}).K[0, 0]
-        2*k
-        """
-        given = {values: value} if value is not None else values
-        if not isinstance(given, Mapping):
-            expected = "names or symbols with their values"
-            hint = 'write subs({"h": 0.75})'
-            raise InputError("values of symbols", got=given, expected=expected, hint=hint)
-        # Some of those from which it begins cancel in K.
-        known = {*self.symbols, *self.K0.free_symbols}.union(
-            *(s.J.free_symbols for s in self.stages)
-        )
-        known -= {d.symbol for d in self.definitions}
-        chosen = values_of_symbols(sorted(known, key=str), given, f"formula {self.name!r}")
-        refuse_names_of_steps(chosen, self.definitions)
-        found = replace(self, **self._parts_at(Substitution(chosen)))
-        where = f"formula {self.name!r}"
-        refuse_undefined([*found.K.flat(), *(d.expression for d in found.definitions)], where)
-        return found
 
     def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
         """K at given values of its symbols, the definitions computed one after the other.
@@ -298,31 +305,5 @@ class Derivation(Formula):
             put_in.value_of(definition.symbol, definition.expression)
         return put_in
 
-    def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
-        """The fields with values put in; InputError where a condition fails."""
-        kept = put_in.definitions(self.definitions)
-        refuse_failing(self.conditions, put_in, f"formula {self.name!r}")
-        conditions = [
-            replace(c, expression=put_in(c.expression), equations=tuple(map(put_in, c.equations)))
-            for c in self.conditions
-        ]
-        stages = tuple(
-            Stage(
-                stage.joint,
-                put_in.matrix(stage.J),
-                stage.rule,
-                Unwritten(lambda stage=stage: put_in.matrix(stage.u)),
-                Unwritten(lambda stage=stage: put_in(stage.mu)),
-                Unwritten(lambda stage=stage: put_in.matrix(stage.K)),
-                tuple(kept[d.symbol] for d in stage.definitions if d.symbol in kept),
-            )
-            for stage in self.stages
-        )
-        return {
-            "K0": put_in.matrix(self.K0),
-            "stages": stages,
-            "K": put_in.matrix(self.K),
-            "definitions": tuple(kept.values()),
-            "exact": None,
-            "conditions": tuple(c for c in conditions if c.expression.free_symbols),
-        }
+    def _at_values(self, put_in: Substitution) -> Self:
+        return super(Derivation, replace(self, exact=None))._at_values(put_in)

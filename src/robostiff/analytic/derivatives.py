@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import sympy as sp
 
@@ -18,6 +18,7 @@ from robostiff.analytic.exact.definition import (
     in_given_symbols,
 )
 from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.substitution import Substitution, at_values
 from robostiff.errors import InputError
 
 
@@ -60,6 +61,11 @@ class FormulaDerivative(Formula):
     @property
     def _expressions(self) -> Any:
         return (*self.K, *self.dK, *(c.expression for c in self.conditions))
+
+    def _at_values(self, put_in: Substitution) -> Self:
+        derivation = self.derivation._at_values(put_in)
+        definitions, dK = at_values((self.definitions, self.dK), put_in)
+        return replace(self, derivation=derivation, dK=dK, definitions=definitions)
 
     @cached_property
     def in_names(self) -> FormulaDerivative:

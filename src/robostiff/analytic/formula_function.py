@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.exact.definition import WrittenWhole
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.spatial.quantities import as_floats, is_pint, si_number
 
@@ -22,7 +23,7 @@ _CANCELLED = "no denominator vanishes up to rounding"
 
 
 @dataclass(frozen=True)
-class FormulaFunction:
+class FormulaFunction(WrittenWhole):
     """K, or K and dK, at numbers or at arrays that broadcast.
 
     It is called with its arguments in order or by name, and returns arrays (..., n, n). Where the
@@ -64,10 +65,6 @@ class FormulaFunction:
     conditions: tuple[tuple[str, str], ...]
     count: int
     positive: frozenset[str] = frozenset()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        own = self.name, self.arguments, self.source, self.conditions, self.count, self.positive
-        return FormulaFunction, own
 
     def __call__(self, *values: Any, **named: Any) -> Any:
         """K (..., n, n), or the pair K, dK of a derivative.

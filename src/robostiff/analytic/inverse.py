@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
@@ -82,11 +82,6 @@ class ComplianceSteps(Formula):
     def _expressions(self) -> Any:
         return self.C
 
-    def subs(self, values: Any, value: Any = None) -> ComplianceSteps:
-        """The same with values in place of some of its symbols, see `Derivation.subs`."""
-        found = self._computed.subs(values, value)
-        return replace(self, C=found.K, definitions=found.definitions, conditions=found.conditions)
-
     def deflection(self, wrench: Sequence[Any]) -> sp.ImmutableMatrix:
         """Twist C w of the reference point under a wrench there (n, 1), in the same names.
 
@@ -106,10 +101,6 @@ class ComplianceSteps(Formula):
                 "wrench", got=f"{len(entries)} entries", expected=f"{self.C.rows}: force and moment"
             )
         return sp.ImmutableMatrix(self.C * sp.Matrix(entries))
-
-    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
-        """C at given values of all symbols, see `Derivation.substituted`."""
-        return self._computed.substituted(values)
 
 
 def compliance_steps(derivation: Derivation) -> ComplianceSteps:

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition, WrittenField
-from robostiff.analytic.substitution import Substitution, refuse_negative
+from robostiff.analytic.exact.definition import Definition, WrittenField, WrittenWhole
+from robostiff.analytic.substitution import Substitution, at_values, refuse_negative
 from robostiff.analytic.vectors.vector_expressions import (
     ArmOfSprings,
     VectorForm,
-    with_formulas_changed,
 )
 
 
 @dataclass(frozen=True)
-class LegDerivation:
+class LegDerivation(WrittenWhole):
     """Transmitted wrenches and compliances of a leg.
 
     A closed form writes wrenches, compliances and K in SymPy when they are first looked at.
@@ -52,19 +51,6 @@ class LegDerivation:
     compliances: WrittenField = WrittenField()
     K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return LegDerivation, tuple(getattr(self, own.name) for own in fields(self))
-
-    def with_values(self, put_in: Substitution, kept: Mapping[sp.Symbol, Definition]) -> Self:
-        """The leg with values put in; `kept`: the definitions that remain."""
-        return replace(
-            self,
-            wrenches=tuple(map(put_in.matrix, self.wrenches)),
-            compliances=tuple(map(put_in, self.compliances)),
-            K=None if self.K is None else put_in.matrix(self.K),
-            definitions=tuple(kept[d.symbol] for d in self.definitions if d.symbol in kept),
-        )
 
 
 @dataclass(frozen=True)
@@ -109,32 +95,15 @@ class VectorLevel:
         own._form = form
         return own
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return VectorLevel.of, (self.form,)
+
     @property
     def form(self) -> _Form | None:
         """The form."""
         if self._find is not None:
             self._form, self._find = self._find(), None
         return self._form
-
-
-def _at(form: Any, values: Mapping[sp.Symbol, Any]) -> Any:
-    """A form at values of some of the symbols; names of numbers stay names."""
-    if form is None:
-        return None
-    put_in = Substitution(values)
-    names = "definitions" if isinstance(form, InSeries) else "names"
-
-    def changed(x: Any) -> Any:
-        return put_in.matrix(x) if isinstance(x, sp.MatrixBase) else put_in(x)
-
-    def at_values(one: Any) -> Any:
-        kept = put_in.definitions(getattr(one, names), with_numbers=True)
-        bare = with_formulas_changed(replace(one, **{names: ()}), changed)
-        return replace(bare, **{names: tuple(kept.values())})
-
-    found = at_values(form)
-    others = tuple(map(at_values, getattr(form, "others", ())))
-    return replace(found, others=others) if others else found
 
 
 @dataclass(frozen=True)
@@ -162,14 +131,6 @@ class InNames:
     def in_lengths(self) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
         """K and its names without those of components: what is zero in it is seen at once."""
         return (self.K, self.definitions) if self.before is None else self.before.in_lengths
-
-    def at(self, values: Mapping[sp.Symbol, Any]) -> InNames:
-        """The same at values of some of the symbols; names of numbers stay names."""
-        put_in = Substitution(values)
-        kept = put_in.definitions(self.definitions, with_numbers=True)
-        legs = tuple(leg.with_values(put_in, kept) for leg in self.legs)
-        before = None if self.before is None else self.before.at(values)
-        return InNames(put_in.matrix(self.K), legs, tuple(kept.values()), before)
 
 
 @dataclass(frozen=True)
@@ -235,39 +196,26 @@ class RobotDerivation(Derivation):
     def __repr__(self) -> str:
         return f"<RobotDerivation of {self.name!r}, {len(self.legs)} legs>"
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        of_robot = (
-            self.legs,
-            self.where,
-            self.coordinates,
-            self.following,
-            self.remark,
-            self.named,
-            VectorLevel.of(self.at_vector_level.form),
-            self.general_rank,
-            self.steps_asked,
-        )
-        return RobotDerivation, (*self._pickled, *of_robot)
-
     def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
         """K at given values of all its symbols, refused where the legs do not reach."""
         K = super().substituted(values)
         refuse_negative(K, f"formula {self.name!r}")
         return K
 
-    def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
-        parts = super()._parts_at(put_in)
-        refuse_negative(parts["K"], f"formula {self.name!r}")
-        kept = {d.symbol: d for d in parts["definitions"]}
-        legs = tuple(leg.with_values(put_in, kept) for leg in self.legs)
-        left = {str(x) for c in parts["conditions"] for x in c.expression.free_symbols}
-        left |= {str(x) for x in parts["K"].free_symbols}
-        left |= {str(x) for d in kept.values() for x in d.expression.free_symbols}
-        return parts | {
-            "legs": legs,
-            "coordinates": tuple(name for name in self.coordinates if name in left),
-            "following": tuple(name for name in self.following if name in left),
-            "named": None if self.named is None else self.named.at(put_in.values),
-            "at_vector_level": VectorLevel(lambda: _at(self.at_vector_level.form, put_in.values)),
-            "general_rank": None,
-        }
+    def _at_values(self, put_in: Substitution) -> Self:
+        bare = replace(self, named=None, at_vector_level=VectorLevel(None))
+        found = super(RobotDerivation, bare)._at_values(put_in)
+        refuse_negative(found.K, f"formula {self.name!r}")
+        left = {x.name for x in found.symbols}
+
+        def with_names(form: Any) -> Any:
+            return at_values(form, Substitution(put_in.values), with_numbers=True)
+
+        return replace(
+            found,
+            coordinates=tuple(name for name in self.coordinates if name in left),
+            following=tuple(name for name in self.following if name in left),
+            named=with_names(self.named),
+            at_vector_level=VectorLevel(lambda: with_names(self.at_vector_level.form)),
+            general_rank=None,
+        )

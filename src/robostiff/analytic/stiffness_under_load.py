@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,13 +22,6 @@ from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import AtCoordinates, AtHome, AtSymbols, PoseFormula
 from robostiff.analytic.reading.record_reading import ExactReading, StepReading
-from robostiff.analytic.substitution import (
-    Substitution,
-    refuse_failing,
-    refuse_names_of_steps,
-    refuse_undefined,
-    values_of_symbols,
-)
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
 from robostiff.model import Robot
 from robostiff.recorded import assembled
@@ -96,41 +89,6 @@ class StiffnessUnderLoad(Formula):
     def _expressions(self) -> list[Any]:
         conditions = [c.expression for c in self.conditions]
         return [*self.K0, *self.K1, *self.wrench, *conditions]
-
-    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
-        """K at values of its symbols, see `Derivation.substituted`."""
-        return self.derivation.substituted(values)
-
-    def subs(self, values: Mapping[Any, Any]) -> StiffnessUnderLoad:
-        """The same with numbers or formulas in place of some of its symbols.
-
-        Parameters
-        ----------
-        values : mapping of str or Symbol to numbers, quantities or formulas
-            In SI units.
-
-        Raises
-        ------
-        InputError
-            When a name is no symbol of the formula, or the formula does not hold at these values.
-        """
-        subject = f"formula {self.name!r}"
-        chosen = values_of_symbols(self.symbols, values, subject)
-        refuse_names_of_steps(chosen, self.definitions)
-        put_in = Substitution(chosen)
-        refuse_failing(self.conditions, put_in, subject)
-        kept = put_in.definitions(self.definitions)
-        K0, K1 = put_in.matrix(self.K0), put_in.matrix(self.K1)
-        refuse_undefined([*K0, *K1, *(d.expression for d in kept.values())], subject)
-        conditions = [replace(c, expression=put_in(c.expression)) for c in self.conditions]
-        return replace(
-            self,
-            wrench=put_in.matrix(self.wrench),
-            K0=K0,
-            K1=K1,
-            definitions=tuple(kept.values()),
-            conditions=tuple(c for c in conditions if c.expression.free_symbols),
-        )
 
 
 def stiffness_under_load(

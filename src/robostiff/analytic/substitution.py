@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.exact.definition import Definition, Unwritten
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_number, is_formula
 from robostiff.spatial.quantities import is_pint, si_number
@@ -208,6 +209,32 @@ class Substitution:
         if value.is_Float:
             return sp.Float(value, self._digits)
         return value.xreplace({x: sp.Float(x, self._digits) for x in value.atoms(sp.Float)})
+
+
+def at_values(part: Any, put_in: Substitution, *, with_numbers: bool = False) -> Any:
+    """A formula with values put in, its named steps first; what is not yet written stays so.
+
+    `with_numbers`: whether names stay that were those of numbers before.
+    """
+
+    def change(x: Any) -> Any:
+        return at_values(x, put_in, with_numbers=with_numbers)
+
+    if isinstance(part, sp.Basic | sp.MatrixBase):
+        return put_in.matrix(part) if isinstance(part, sp.MatrixBase) else put_in(part)
+    if isinstance(part, dict):
+        return {name: change(x) for name, x in part.items()}
+    if isinstance(part, tuple):
+        is_steps = bool(part) and isinstance(part[0], Definition)
+        steps = put_in.definitions(part, with_numbers=with_numbers) if is_steps else {}
+        return tuple(steps.values() if is_steps else map(change, part))
+    if not is_dataclass(part) or isinstance(part, type):
+        return part
+    own = sorted((f.name for f in fields(part)), key=lambda x: x not in ("definitions", "names"))
+    lazy = {name for name in own if isinstance(part.__dict__.get(name), Unwritten)}
+    found = {x: change(getattr(part, x)) for x in own if x not in lazy}
+    later = {x: Unwritten(lambda x=x: change(getattr(part, x))) for x in lazy}
+    return replace(part, **found, **later)
 
 
 def _digits(number: Any) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis.posed_stiffness import stiffness
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.cli.command import BAD_STATUS, answered, slips
 from robostiff.cli.options import Answer, Length, Model, Posing
 from robostiff.cli.options_of_answers import CheckDetails, Method, WrittenLoads, WrittenTensions
@@ -83,7 +83,7 @@ def print_stiffness(model: Model, place: Posing, method: Method, answer: Answer)
     form = chosen("--method", method.method, METHODS)
     robot = loaded(model, place)
     result = stiffness(robot, method=form, **where_from(robot, place))
-    if not isinstance(result, RobotStiffness):
+    if not isinstance(result, Stiffness):
         from robostiff.io.results.stiffness import cable_stiffness_data, cable_stiffness_text
 
         return answered(result, answer, cable_stiffness_data, cable_stiffness_text)

@@ -305,8 +305,12 @@ def _derived(
 ) -> RobotDerivation | LegElimination | StiffnessUnderLoad:
     """The formula of the robot, of one of its legs, or under a load."""
     names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
+    shorter = dict(name.split("=", 1) for name in names if "=" in name)
+    if shorter and {*names} - {"all"} != {f"{x}={own}" for x, own in shorter.items()}:
+        hint = "write --symbols all,cylinder=c: others keep their names"
+        raise InputError("--symbols", got=asked.symbols, expected="all, or names", hint=hint)
     every = {"all": ParameterChoice.ALL, "none": ParameterChoice.NONE}
-    whole = model.load(symbols=every.get(asked.symbols.strip(), tuple(names)))
+    whole = model.load(symbols=shorter or every.get(asked.symbols.strip(), tuple(names)))
     robot = robot_of_legs(whole, model.source)
     pose = pose_from(asked.pose, robot, asked.angles)
     options: dict[str, Any] = {"pose": pose, "form": form, "budget": asked.budget}

@@ -44,7 +44,8 @@ class FormulaRequest:
         "--symbols",
         metavar="NAMES",
         default="all",
-        help="Parameters that are symbols, such as R,r,h; all; or none. The others are numbers.",
+        help="Parameters that are symbols, such as R,r,h; all; or none. The others are numbers. "
+        "all,cylinder=c gives a symbol a shorter name.",
     )
     leg: str | None = option(
         "--leg",

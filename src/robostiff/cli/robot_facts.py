@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness, stiffness
+from robostiff.analysis import CableStiffness, Stiffness, cable_stiffness, stiffness
 from robostiff.analysis.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
@@ -176,7 +176,7 @@ def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
     return {**head_facts(snapshot, "snapshot", legs), **masses, "home": home}
 
 
-def home_facts(home: RobotStiffness | CableStiffness) -> dict[str, Any]:
+def home_facts(home: Stiffness | CableStiffness) -> dict[str, Any]:
     """Status, rank and free motions at home."""
     return {
         "status": str(home.status),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_singular_value
 from robostiff.elastostatics.tolerance import Tolerance
 from robostiff.spatial.batch import product, transposed
@@ -18,7 +19,7 @@ _FEW_DIGITS = 1e6
 
 
 @dataclass(frozen=True)
-class ConjugateWrenches:
+class ConjugateWrenches(PoseBatch):
     """Wrenches that a leg transmits, in scaled coordinates.
 
     Attributes
@@ -69,20 +70,6 @@ class ConjugateWrenches:
             found.append(elastic + own.rigid @ rigid_sizes[..., first:last, :])
             start, first = stop, last
         return found
-
-    def reshaped(self, batch: tuple[int, ...]) -> ConjugateWrenches:
-        """The same wrenches under another batch shape."""
-        axes = self.doubtful.ndim
-        return ConjugateWrenches(*(own.reshape((*batch, *own.shape[axes:])) for own in self.arrays))
-
-    def __getitem__(self, index: Any) -> ConjugateWrenches:
-        """The wrenches at one pose, or at some poses, of a batch."""
-        return ConjugateWrenches(*(own[index] for own in self.arrays))
-
-    @property
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        """All of them, one entry a pose."""
-        return self.unit, self.compliance, self.rigid, self.doubtful
 
 
 def conjugate_wrenches(

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, conjugate_wrenches
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
@@ -26,7 +26,7 @@ Felt = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
-class LegWrenches:
+class LegWrenches(PoseBatch):
     """Wrenches that a leg transmits, in scaled coordinates.
 
     Attributes
@@ -42,9 +42,10 @@ class LegWrenches:
     margins: Float[np.ndarray, "*batch q"]
     conjugate: ConjugateWrenches
 
-    def __getitem__(self, index: Any) -> LegWrenches:
-        """The wrenches at one pose, or at some poses, of a batch."""
-        return LegWrenches(self.W[index], self.margins[index], self.conjugate[index])
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of poses."""
+        return self.conjugate.batch_shape
 
 
 def leg_wrenches(

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
 from robostiff.elastostatics.leg import LegWrenches, felt_by_compliance, leg_wrenches
-from robostiff.elastostatics.result import one_batch
 from robostiff.elastostatics.tolerance import Tolerance, scaling
 from robostiff.spatial import Space
 from robostiff.spatial.shapes import Bool, Float
 
 _ROUNDING = 4 * np.finfo(float).eps
-_ARRAYS = ("modes", "length", "J_q", "present", "shares", "redundant", "doubtful")
 
 
 @dataclass(frozen=True)
-class BlockCompliance:
+class BlockCompliance(PoseBatch):
     """A parallel block as an element of a chain, about a point and in world axes.
 
     Attributes
@@ -53,25 +51,6 @@ class BlockCompliance:
     redundant: Bool[np.ndarray, "*batch q"]
     doubtful: Bool[np.ndarray, "*batch"]
     inner: tuple[tuple[BlockCompliance, ...], ...] = ()
-
-    def __getitem__(self, index: Any) -> BlockCompliance:
-        """The block at one pose, or at some poses, of a batch."""
-        inner = tuple(tuple(block[index] for block in own) for own in self.inner)
-        return replace(self, **{name: getattr(self, name)[index] for name in _ARRAYS}, inner=inner)
-
-    @staticmethod
-    def joined(parts: Sequence[BlockCompliance], batch: tuple[int, ...]) -> BlockCompliance:
-        """Results of several batches, each along one axis, under the shape of all poses."""
-        whole = {}
-        for name in _ARRAYS:
-            own = one_batch([getattr(part, name) for part in parts])
-            whole[name] = own.reshape((*batch, *own.shape[1:]))
-        branches = zip(*(part.inner for part in parts), strict=True)
-        inner = tuple(
-            tuple(BlockCompliance.joined(own, batch) for own in zip(*branch, strict=True))
-            for branch in branches
-        )
-        return BlockCompliance(**whole, inner=inner)
 
     @property
     def C(self) -> Float[np.ndarray, "*batch n n"]:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
-from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status, StatusOfPoses
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
-from robostiff.spatial import Space
-
-_ARRAYS = ("matrix", "status_codes", "rank", "held", "redundant", "length", "rigid")
+from robostiff.spatial import Space, move_stiffness
 
 
 def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
@@ -33,7 +30,7 @@ def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class CartesianStiffness:
+class CartesianStiffness(StatusOfPoses, PoseBatch):
     """K_C about a point, at one pose or a batch of poses, with rank, free motions and status.
 
     Attributes
@@ -78,16 +75,6 @@ class CartesianStiffness:
         return Space.of_size(self.matrix.shape[-1])
 
     @property
-    def batch_shape(self) -> tuple[int, ...]:
-        """Shape of the batch of poses, () for a single one."""
-        return self.matrix.shape[:-2]
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Where there is a stiffness matrix (...)."""
-        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
-
-    @property
     def K(self) -> np.ndarray:
         """Stiffness matrix (..., n, n) [N/m, N, N m].
 
@@ -102,10 +89,10 @@ class CartesianStiffness:
             raise NoAnswerError(self._complaint(answered))
         return self.matrix
 
-    @property
-    def status(self) -> Status:
-        """Status of a single pose; of a batch, all flags that hold at any pose."""
-        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+    def moved(self, v: np.ndarray) -> np.ndarray:
+        """K (..., n, n) about a point that is v (..., 3) away [m], unchecked."""
+        v = v[..., : self.space.translations]
+        return move_stiffness(self.matrix, v) if np.any(v) else self.matrix
 
     @property
     def free_motions(self) -> np.ndarray:
@@ -178,32 +165,6 @@ class CartesianStiffness:
             length=float(self.length),
         )
 
-    @staticmethod
-    def joined(parts: Sequence[CartesianStiffness]) -> CartesianStiffness:
-        """Results of several batches, each along one axis, as one batch."""
-        if len(parts) == 1:
-            return parts[0]
-        return CartesianStiffness(
-            **{name: one_batch([getattr(part, name) for part in parts]) for name in _ARRAYS},
-            tolerance=parts[0].tolerance,
-            reason="; ".join(dict.fromkeys(part.reason for part in parts if part.reason)),
-            carried=_joined([part.carried for part in parts]),
-        )
-
-    def reshaped(self, batch: tuple[int, ...]) -> CartesianStiffness:
-        """The same result under another batch shape."""
-        axes = len(self.batch_shape)
-        each = {name: getattr(self, name) for name in _ARRAYS}
-        arrays = {name: own.reshape((*batch, *own.shape[axes:])) for name, own in each.items()}
-        carried = None if self.carried is None else self.carried.reshaped(batch)
-        return replace(self, **arrays, carried=carried)
-
-    def __getitem__(self, index: Any) -> CartesianStiffness:
-        """The result at one pose, or at some poses, of a batch."""
-        arrays = {name: np.asarray(getattr(self, name)[index]) for name in _ARRAYS}
-        carried = None if self.carried is None else self.carried[index]
-        return replace(self, **arrays, carried=carried)
-
     def _single(self, what: str) -> None:
         if self.batch_shape:
             raise NoAnswerError(
@@ -223,17 +184,3 @@ class CartesianStiffness:
             f"first being {first} ({self.status}): {advice} "
             "result[result.answered] keeps the others."
         )
-
-
-def _joined(parts: Sequence[ConjugateWrenches | None]) -> ConjugateWrenches | None:
-    known = [part for part in parts if part is not None]
-    if len(known) < len(parts):
-        return None
-    return ConjugateWrenches(*map(one_batch, zip(*(part.arrays for part in known), strict=True)))
-
-
-def one_batch(stacks: Sequence[np.ndarray]) -> np.ndarray:
-    """Arrays of several batches, each along one axis, as one; zeros fill up the other axes."""
-    most = np.max([stack.shape[1:] for stack in stacks], axis=0).astype(int)
-    missing = [[(0, 0), *((0, k) for k in most - stack.shape[1:])] for stack in stacks]
-    return np.concatenate([np.pad(s, k) for s, k in zip(stacks, missing, strict=True)])

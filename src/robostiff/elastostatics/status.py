@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from enum import IntFlag
+from typing import Protocol
+
+import numpy as np
 
 
 class Status(IntFlag):
@@ -125,3 +128,27 @@ _ADVICE = {
     ),
     Status.SLACK: "a cable is slack under the load: it carries no force until taut again",
 }
+
+
+class _OfPoses(Protocol):
+    @property
+    def status_codes(self) -> np.ndarray: ...
+
+
+class StatusOfPoses:
+    """Base of results that have a status at each pose: ``status_codes`` (...) of uint16."""
+
+    @property
+    def batch_shape(self: _OfPoses) -> tuple[int, ...]:
+        """Shape of the batch of poses, () for a single one."""
+        return self.status_codes.shape
+
+    @property
+    def status(self: _OfPoses) -> Status:
+        """Status of a single pose; of a batch, all flags that hold at any pose."""
+        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+
+    @property
+    def answered(self: _OfPoses) -> np.ndarray:
+        """Where there is a stiffness matrix (...)."""
+        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0

@@ -214,7 +214,7 @@ def _elements(module: Module) -> Iterator[Element]:
         return
     homes = [solver.home for solver in posture_finder(part.numeric).solvers]
     legs = [
-        replace(leg, chain=_with_home(leg.chain, q))
+        replace(leg, chain=_with_home(leg.chain, iter(q)))
         for leg, q in zip(part.legs, homes, strict=True)
     ]
     if part.is_serial:
@@ -238,30 +238,22 @@ def _named(chain: Chain, module: str) -> Iterator[Element]:
     return (replace(element, name=f"{module}/{element.name}") for element in chain.elements)
 
 
-def _with_home(chain: Chain, q: np.ndarray) -> Chain:
-    """The chain with the home coordinates that close it, where others are given."""
-    elements, place = [], 0
-    for element in chain.elements:
-        size = Chain((element,)).size
-        elements.append(_element_with_home(element, q[place : place + size]))
-        place += size
-    return Chain(tuple(elements))
+def _with_home(chain: Chain, q: Iterator[float]) -> Chain:
+    """The chain with the next home coordinates, which close it, where others are given."""
 
-
-def _element_with_home(element: Element, q: np.ndarray) -> Element:
-    if isinstance(element, Joint):
-        home = tuple(map(_kept, element.home, q))
-        return replace(element, home=home, home_given=element.home_given)
-    if isinstance(element, Telescope):
-        return replace(element, home=_kept(element.home, q[0]), home_given=element.home_given)
-    if not isinstance(element, ParallelBlock):
+    def at(element: Element) -> Element:
+        if isinstance(element, Joint):
+            home = tuple(_kept(given, next(q)) for given in element.home)
+            return replace(element, home=home, home_given=element.home_given)
+        if isinstance(element, Telescope):
+            home = _kept(element.home, next(q))
+            return replace(element, home=home, home_given=element.home_given)
+        if isinstance(element, ParallelBlock):
+            own = (replace(one, chain=_with_home(one.chain, q)) for one in element.branches)
+            return replace(element, branches=tuple(own))
         return element
-    branches, place = [], 0
-    for branch in element.branches:
-        own = q[place : place + branch.chain.size]
-        branches.append(replace(branch, chain=_with_home(branch.chain, own)))
-        place += branch.chain.size
-    return replace(element, branches=tuple(branches))
+
+    return Chain(tuple(map(at, chain.elements)))
 
 
 def _kept(given: Any, found: float) -> Any:

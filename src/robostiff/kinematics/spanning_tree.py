@@ -1,9 +1,9 @@
-"""A spanning tree of connected bodies, and the loops that the other connections close."""
+"""Connected bodies: the spanning tree and loops that others close, branches, separate parts."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic, Protocol, TypeVar
@@ -94,6 +94,59 @@ def spanning_tree(base: str, connections: Iterable[Edge]) -> SpanningTree[Edge]:
     return SpanningTree(ways, tuple(cut for cut in cuts if cut.a in ways))
 
 
+def branches(
+    connections: Sequence[tuple[str, str]], ends: Collection[str]
+) -> Iterator[tuple[str, str, list[tuple[int, bool]]]]:
+    """Series paths between bodies at which the connections branch.
+
+    They pass through bodies of two connections, and end at all others, at the given `ends`, and at
+    one body of a ring that touches none of these.
+
+    Parameters
+    ----------
+    connections : sequence of (str, str)
+        The two bodies of each, which differ.
+    ends : collection of str
+        Bodies at which every path ends. Paths begin at the first of them where they can.
+
+    Yields
+    ------
+    start, end : str
+        Bodies.
+    path : list of (int, bool)
+        Numbers of connections on the way, each with whether it is passed forwards.
+
+    Examples
+    --------
+    >>> bars = [("wall", "knee"), ("foot", "knee"), ("wall", "foot")]
+    >>> for start, end, path in branches(bars, ["wall", "foot"]):
+    ...     print(start, end, path)
+    wall foot [(0, True), (1, False)]
+    wall foot [(2, True)]
+    """
+    at: dict[str, list[int]] = {body: [] for body in ends}
+    for number, pair in enumerate(connections):
+        for body in pair:
+            at.setdefault(body, []).append(number)
+    branching = {body for body, own in at.items() if len(own) != 2}.union(ends)
+    seen: set[int] = set()
+    for start in sorted(at, key=lambda body: body not in branching):
+        for first in at[start]:
+            if first in seen:
+                continue
+            branching.add(start)
+            body, own, path = start, first, []
+            while True:
+                a, b = connections[own]
+                path.append((own, body == a))
+                body = b if body == a else a
+                if body in branching:
+                    break
+                (own,) = (other for other in at[body] if other != own)
+            seen.update(number for number, _ in path)
+            yield start, body, path
+
+
 def representative(group: dict[Node, Node], node: Node) -> Node:
     """The node that stands for all that are connected with this one.
 
@@ -108,3 +161,37 @@ def representative(group: dict[Node, Node], node: Node) -> Node:
     while (nearer := group.get(node, node)) != node:
         group[node] = node = group.get(nearer, nearer)
     return node
+
+
+def connected_parts(nodes: Iterable[Node], edges: Iterable[Iterable[Node]]) -> dict[Node, Node]:
+    """For each node the first one, in their order, that edges connect with it.
+
+    Examples
+    --------
+    >>> connected_parts("ABCD", ["CB", "D"])
+    {'A': 'A', 'B': 'B', 'C': 'B', 'D': 'D'}
+    """
+    order = {node: i for i, node in enumerate(dict.fromkeys(nodes))}
+    group: dict[Node, Node] = {}
+    for ends in edges:
+        firsts = sorted({representative(group, node) for node in ends}, key=order.__getitem__)
+        for node in firsts[1:]:
+            group[node] = firsts[0]
+    return {node: representative(group, node) for node in order}
+
+
+def independent_parts(
+    nodes: Iterable[Node], edges: Sequence[Collection[Node]]
+) -> list[tuple[list[Node], list[int]]]:
+    """Nodes that edges connect, and the numbers of these edges; an edge without a node is alone."""
+    first = connected_parts(nodes, edges)
+    parts: dict[Node, tuple[list[Node], list[int]]] = {own: ([], []) for own in first.values()}
+    for node, own in first.items():
+        parts[own][0].append(node)
+    alone = []
+    for k, ends in enumerate(edges):
+        if ends:
+            parts[first[next(iter(ends))]][1].append(k)
+        else:
+            alone.append(([], [k]))
+    return [*parts.values(), *alone]

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kept import kept
-from robostiff.kinematics import freedom_twists
-from robostiff.kinematics.closure import AssemblyMode, ClosurePart, nearest
+from robostiff.kinematics.closure import AssemblyMode, ClosurePart, LoopEquations, nearest
 from robostiff.kinematics.closure.assembly_mode import FollowedPosture
+from robostiff.kinematics.closure.motion_tree import AT_REST, Fixed, LoopEnd, MotionTree
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.spanning_tree import SpanningTree
-from robostiff.kinematics.turn import turn_by_vector
-from robostiff.linkage.linkage import Connection, JointValues, Linkage
+from robostiff.linkage.linkage import Connection, JointValues, Linkage, turned_round
 from robostiff.model import Joint, JointKind
 from robostiff.spatial import Frame
 from robostiff.spatial.batch import product, transposed
-from robostiff.spatial.rotation import vector_of_rotation
 
 
 @dataclass(frozen=True)
@@ -218,17 +216,16 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
         When a name in `values` is no joint's, or its numbers do not fit.
     """
     given = linkage.checked(values or {})
-    near_home = partial(_nearest, linkage, {})
-    home = _first_closed(linkage, linkage.held, near_home)
+    home = _nearest(linkage, linkage.held, {})
     if not given:
         return home
     # A joint with a given value may contradict one that keeps its home coordinate.
     if not home.is_closed:
-        home = _first_closed(linkage, frozenset(), near_home)
+        home = _nearest(linkage, frozenset(), {})
     if home.is_closed:
         each = {name: own[None] for name, own in given.items()}
         return PathsFromHome(linkage, home, tuple(given)).to(each)[0]
-    return _first_closed(linkage, frozenset(given), partial(_nearest, linkage, given))
+    return _nearest(linkage, frozenset(given), given)
 
 
 @dataclass(frozen=True)
@@ -242,70 +239,18 @@ class PathsFromHome:
     def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
         """Configurations at values (N, size) of each, closed or as near as they came."""
         passive, movable = _movable(self.linkage, frozenset(self.given))
-        found = self._path(all_follow=False).to(values)
+        found = self._loops(all_follow=False).followed(values)
         for i, one in enumerate(found):
             if not one.is_closed and len(passive) < len(movable):
                 here = {name: own[i : i + 1] for name, own in values.items()}
-                (found[i],) = self._path(all_follow=True).to(here)
+                (found[i],) = self._loops(all_follow=True).followed(here)
         return found
 
     @kept
-    def _path(self, *, all_follow: bool) -> _PathOfLoops:
-        """Along which passive joints keep the loops closed, or all that may move."""
+    def _loops(self, *, all_follow: bool) -> _Loops:
+        """Loops that passive joints keep closed, or all that may move."""
         moving = _movable(self.linkage, frozenset(self.given))[all_follow]
-        return _PathOfLoops.of(self.linkage, self.home, moving)
-
-
-@dataclass(frozen=True)
-class _PathOfLoops:
-    """Paths from a closed home along which some joints keep the loops closed."""
-
-    loops: _Loops
-    home: Configuration
-    mode: AssemblyMode  # of home
-
-    @classmethod
-    def of(
-        cls, linkage: Linkage, home: Configuration, moving: tuple[Connection, ...]
-    ) -> _PathOfLoops:
-        loops = _Loops.of(linkage, home.coordinates, moving)
-        return cls(loops, home, AssemblyMode(loops, loops.guess))
-
-    def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
-        """As `PathsFromHome.to`."""
-        given = self.loops.at_values(self.home, values)
-        if any(c.is_screw for c in self.loops.unknowns):
-            return [self._turn_by_turn(row) for row in given]
-        return self._configurations(self.mode.at(given))
-
-    def _configurations(self, found: FollowedPosture, lost: bool = False) -> list[Configuration]:
-        return [
-            replace(
-                self.loops.configuration(x),
-                elsewhere=lost or bool(elsewhere),
-                closes_at_home=True,
-            )
-            for x, elsewhere in zip(found.x, found.elsewhere, strict=True)
-        ]
-
-    def _turn_by_turn(self, given: np.ndarray) -> Configuration:
-        """Along the path from home in parts in which no joint that is given turns far."""
-        loops, mode, lost = self.loops, self.mode, False
-        begin = loops.guess[loops.given]
-        turned = np.max(np.abs(given - begin)[loops.turning], initial=0.0)
-        if turned > _FURTHEST:
-            most = f"at most {_FURTHEST:g} rad from home"
-            raise InputError(
-                "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
-            )
-        parts = max(1, math.ceil(turned / PART_OF_A_TURN))
-        for k in range(1, parts):
-            found = mode.at((begin + (given - begin) * (k / parts))[None])
-            if lost := not found.kept[0]:
-                break
-            mode = AssemblyMode(loops, found.x[0])
-        (found,) = self._configurations(mode.at(given[None]), lost)
-        return found
+        return _Loops.of(self.linkage, self.home.coordinates, moving)
 
 
 def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) -> Configuration:
@@ -325,17 +270,6 @@ def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) ->
     return loops.configuration(loops.moved(loops.guess[None], step[None])[0])
 
 
-def _first_closed(
-    linkage: Linkage,
-    held: frozenset[str],
-    attempt: Callable[[tuple[Connection, ...]], Configuration],
-) -> Configuration:
-    """The attempt with passive joints where that closes, otherwise that with all that may move."""
-    passive, movable = _movable(linkage, held)
-    found = attempt(passive)
-    return found if found.is_closed or passive == movable else attempt(movable)
-
-
 def _movable(
     linkage: Linkage, held: frozenset[str]
 ) -> tuple[tuple[Connection, ...], tuple[Connection, ...]]:
@@ -345,139 +279,152 @@ def _movable(
 
 
 def _nearest(
-    linkage: Linkage, values: Mapping[str, np.ndarray], moving: tuple[Connection, ...]
+    linkage: Linkage, held: frozenset[str], values: Mapping[str, np.ndarray]
 ) -> Configuration:
-    """Closed at values of some joints, as near to the home coordinates of the others as it goes."""
+    """Closed at values of some joints, as near to the home coordinates of the others as it goes.
+
+    Passive joints move, or all that may and are not held, where only these close the loops.
+    """
     guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
-    loops = _Loops.of(linkage, guess, moving)
-    return loops.configuration(nearest(loops, loops.guess[None])[0])
+    passive, movable = _movable(linkage, held)
+
+    def found(moving: tuple[Connection, ...]) -> Configuration:
+        loops = _Loops.of(linkage, guess, moving)
+        return loops.configuration(nearest(loops, loops.guess[None])[0])
+
+    first = found(passive)
+    return first if first.is_closed or len(passive) == len(movable) else found(movable)
 
 
 @dataclass(frozen=True)
-class _Loops:
-    """The loops of a linkage as equations; a posture x has the coordinates of all connections."""
+class _Loops(LoopEquations):
+    """The loops of a linkage as equations; a posture x has the coordinates of its motion tree."""
 
-    tree: SpanningTree[Connection]
-    connections: Sequence[Connection]
-    guess: np.ndarray  # (size,): coordinates to start from
-    unknowns: Sequence[Connection]  # joints that move
-    length: float  # characteristic length [m]
+    linkage: Linkage
+    start: Mapping[str, np.ndarray]  # coordinates of all connections to start from
+    moving: Sequence[Connection]  # joints that may move
+    length: float
 
     @classmethod
     def of(
-        cls, linkage: Linkage, guess: Mapping[str, np.ndarray], moving: Sequence[Connection]
+        cls, linkage: Linkage, start: Mapping[str, np.ndarray], moving: Sequence[Connection]
     ) -> _Loops:
         """The loops that some joints may close."""
-        tree = linkage.tree
-        return cls(
-            tree,
-            linkage.connections,
-            np.concatenate([guess[c.name] for c in linkage.connections]),
-            [c for c in moving if c.name in tree.in_loops],
-            Bodies.of(tree, guess).length,
-        )
+        in_loops = linkage.tree.in_loops
+        own = [c for c in moving if c.name in in_loops]
+        return cls(linkage, start, own, Bodies.of(linkage.tree, start).length)
 
-    def at_values(self, home: Configuration, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The prescribed coordinates (N, g): values (N, size), other joints as at home."""
-        count = len(next(iter(values.values())))
-        still = {name: np.tile(own, (count, 1)) for name, own in home.coordinates.items()}
-        here = [values.get(c.name, still[c.name]) for c in self.connections]
-        return np.concatenate(here, axis=-1)[:, self.given]
+    def followed(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
+        """Configurations at values (N, size) of joints, on paths from where all loops close."""
+        given = self._row({**self.start, **values})[:, self.given]
+        if any(c.is_screw for c in self.moving):
+            return [self._turn_by_turn(row) for row in given]
+        return self._arrived(self.mode.at(given))
+
+    def _arrived(self, found: FollowedPosture, lost: bool = False) -> list[Configuration]:
+        each = zip(map(self.configuration, found.x), found.elsewhere, strict=True)
+        return [
+            replace(one, elsewhere=lost or bool(elsewhere), closes_at_home=True)
+            for one, elsewhere in each
+        ]
+
+    def _turn_by_turn(self, given: np.ndarray) -> Configuration:
+        """Along the path from home in parts in which no joint that is given turns far."""
+        begin, mode, lost = self.guess[self.given], self.mode, False
+        turned = np.max(np.abs(given - begin)[self.tree.turns[self.given]], initial=0.0)
+        if turned > _FURTHEST:
+            most = f"at most {_FURTHEST:g} rad from home"
+            raise InputError(
+                "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
+            )
+        parts = max(1, math.ceil(turned / PART_OF_A_TURN))
+        for k in range(1, parts):
+            found = mode.at((begin + (given - begin) * (k / parts))[None])
+            if lost := not found.kept[0]:
+                break
+            mode = AssemblyMode(self, found.x[0])
+        (arrived,) = self._arrived(mode.at(given[None]), lost)
+        return arrived
 
     def configuration(self, x: np.ndarray) -> Configuration:
         """The linkage at one posture."""
-        q = self._by_name(x)
-        bodies, gaps = Bodies.of(self.tree, q), {}
-        for cut in self.tree.cuts:
+        q = dict(self.start)
+        for name, (places, sign) in self._read[1].items():
+            q[name] = sign * x[places]
+        bodies, gaps = Bodies.of(self.linkage.tree, q), {}
+        for cut in self.linkage.tree.cuts:
             shift, turn = bodies.gap(cut).missed
             gaps[cut.name] = float(shift), float(turn)
         return Configuration(q, bodies.in_world, gaps, self.length)
 
     @cached_property
-    def given(self) -> np.ndarray:
-        """Places of the joints that do not move by themselves."""
-        moving = {c.name for c in self.unknowns}
-        own = [np.full(c.size, c.name not in moving) for c in self.connections]
-        return np.flatnonzero(np.concatenate(own))
+    def guess(self) -> np.ndarray:
+        """Coordinates to start from (size,)."""
+        return self._row(self.start)[0]
 
     @cached_property
-    def turning(self) -> np.ndarray:
-        """Which of the given coordinates turn a joint (g,)."""
-        own = [screw.turns for c in self.connections for screw in c.freedoms]
-        return np.array(own, dtype=bool)[self.given]
+    def mode(self) -> AssemblyMode:
+        """The assembly mode where they start."""
+        return AssemblyMode(self, self.guess)
 
-    @property
-    def parts(self) -> tuple[ClosurePart, ...]:
-        """All loops together."""
-        count = sum(c.size for c in self.unknowns)
-        equations = np.arange(6 * len(self.tree.cuts))
-        return (ClosurePart(np.arange(0), equations, np.arange(count)),)
-
-    def gaps(self, x: np.ndarray) -> np.ndarray:
-        """Gaps of all loops, turns as such and shifts as parts of the length (N, 6 m)."""
-        return self._gaps_of(len(x), Bodies.of(self.tree, self._by_name(x)))
-
-    def _gaps_of(self, count: int, bodies: Bodies) -> np.ndarray:
-        parts = [np.zeros((count, 0))]
-        for cut in self.tree.cuts:
-            gap = bodies.gap(cut)
-            turn = vector_of_rotation(product(gap.R_wanted, transposed(gap.R)))
-            parts += [(gap.p_wanted - gap.p) / self.length, turn]
-        return np.concatenate([np.broadcast_to(p, (count, p.shape[-1])) for p in parts], axis=-1)
-
-    def rates(self, x: np.ndarray) -> np.ndarray:
-        """Rates at which the unknown coordinates close the gaps (N, 6 m, n)."""
-        return self.gaps_and_rates(x)[1]
-
-    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Both, of bodies that are placed once."""
-        count, tree = len(x), self.tree
-        bodies = Bodies.of(tree, self._by_name(x))
-        starts = np.cumsum([0, *(c.size for c in self.unknowns)])
-        column = {c.name: start for c, start in zip(self.unknowns, starts, strict=False)}
-        J = np.zeros((count, 6 * len(tree.cuts), int(starts[-1])))
-        placed = {c.name: bodies.placed(c) for c in self.unknowns}
-        for i, cut in enumerate(tree.cuts):
-            rows, at = slice(6 * i, 6 * i + 6), bodies.frames[cut.b].p
-            for connection, sign in tree.around(cut):
-                own = placed.get(connection.name)
-                if own is not None:
-                    start = column[connection.name]
-                    twists = freedom_twists(own.freedoms, at)
-                    J[:, rows, start : start + connection.size] += sign * twists
-            J[:, 6 * i : 6 * i + 3] /= self.length
-        return self._gaps_of(count, bodies), J * self._units
-
-    def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Postures after steps; coordinates of a spherical joint turn it about axes of body a."""
-        x, start, at = x.copy(), 0, 0
-        step = step * self._units
-        moving = {c.name for c in self.unknowns}
-        for c in self.connections:
-            own = x[:, at : at + c.size]
-            at += c.size
-            if c.name not in moving:
-                continue
-            delta = step[:, start : start + c.size]
-            start += c.size
-            if isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL:
-                own[:] = vector_of_rotation(turn_by_vector(delta) @ turn_by_vector(own))
-            else:
-                own += delta
+    def _row(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Postures (N, size) at coordinates of connections (size,) or (N, size)."""
+        own = {name: sign * np.atleast_2d(q[name]) for name, (_, sign) in self._read[1].items()}
+        x = np.empty((max(map(len, own.values()), default=1), self.tree.size))
+        for name, (places, _) in self._read[1].items():
+            x[:, places] = own[name]
         return x
 
-    def lengths(self, x: np.ndarray) -> np.ndarray:
-        """None: a linkage has no telescopes."""
-        return np.zeros((len(x), 0))
-
-    def _by_name(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        ends = np.cumsum([c.size for c in self.connections])[:-1]
-        parts = np.split(x, ends, axis=-1)
-        return dict(zip((c.name for c in self.connections), parts, strict=True))
+    @cached_property
+    def given(self) -> np.ndarray:
+        """Places of the joints that do not move by themselves."""
+        return np.setdiff1d(np.arange(self.tree.size), self.unknowns)
 
     @cached_property
-    def _units(self) -> np.ndarray:
-        """Units of the coordinates: the length for a slide, a radian for a turn."""
-        joints = [c.element for c in self.unknowns if isinstance(c.element, Joint)]
-        freedoms = [screw for joint in joints for screw in joint.freedoms]
-        return np.array([1.0 if screw.turns else self.length for screw in freedoms])
+    def unknowns(self) -> np.ndarray:
+        """Places of the joints that move."""
+        return np.array([i for c in self.moving for i in self._read[1][c.name][0]], dtype=int)
+
+    @cached_property
+    def parts(self) -> tuple[ClosurePart, ...]:
+        """All loops together."""
+        equations = np.arange(6 * len(self.tree.ends))
+        return (ClosurePart(np.arange(0), equations, np.arange(len(self.unknowns))),)
+
+    @cached_property
+    def tree(self) -> MotionTree:
+        """Frames of the bodies along the spanning tree, and of the connections that close loops."""
+        return self._read[0]
+
+    @cached_property
+    def _read(self) -> tuple[MotionTree, dict[str, tuple[list[int], float]]]:
+        """The tree, and the places of the coordinates of each connection, with their sign."""
+        tree, own = MotionTree(), self.linkage.tree
+        frames = {self.linkage.base: AT_REST}
+        led: dict[str, tuple[int, ...]] = {self.linkage.base: ()}
+        places: dict[str, tuple[list[int], float]] = {}
+
+        def beyond(c: Connection, direction: float = 1.0) -> tuple[Fixed, tuple[int, ...]]:
+            """Where the body behind a connection is, and the coordinates that lead there."""
+            way = c if direction > 0 else turned_round(c)
+            end, moved = tree.along(way.chain, frames[way.a].to(way.before.R, way.before.p))
+            is_ball = isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL
+            turned = (moved, direction) if is_ball else (moved[:: int(direction)], 1.0)
+            places[c.name] = list(turned[0]), turned[1]
+            return end.to(way.after.R, way.after.p), (*led[way.a], *moved)
+
+        for body, way in own.ways.items():
+            if way:
+                frames[body], led[body] = beyond(*way[-1])
+        for cut in own.cuts:
+            end, moving = beyond(cut)
+            leading = led[cut.b]
+            tree.ends.append(
+                LoopEnd(
+                    end,
+                    frames[cut.b],
+                    tuple(i for i in moving if i not in leading),
+                    tuple(i for i in leading if i not in moving),
+                )
+            )
+        return tree, places

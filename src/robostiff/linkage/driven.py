@@ -12,7 +12,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
-from robostiff.kinematics.jacobians import freedom_twist
+from robostiff.kinematics.spanning_tree import independent_parts
 from robostiff.linkage.closure import PART_OF_A_TURN, Bodies, Configuration, PathsFromHome, close
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
@@ -22,8 +22,8 @@ from robostiff.recorded.closure import RecordedClosure, steps_from_home
 from robostiff.recorded.guess import with_nominal
 from robostiff.recorded.newton_step import (
     Opening,
+    closing_twists,
     joint_steps,
-    per_turn,
     step_of_groups,
 )
 from robostiff.recorded.parameters import COUNT
@@ -285,9 +285,18 @@ def record_linkage_closure(
     bodies = Bodies.of(part.tree, coordinates(driven, record, (*driven.driving, *following)))
     groups = []
     for loops, moving in _groups(bodies, following):
-        gaps = [(gap, _rates(bodies, gap, cut, moving, length)) for cut, gap in loops]
-        names = [name for c in moving for name in coordinate_names(c)]
-        groups.append(([Opening.of(*one, length) for one in gaps], names))
+        openings, names = [], {c.name for c in moving}
+        for cut, gap in loops:
+            around = [
+                (name, freedom, int(sign))
+                for c, sign in bodies.tree.around(cut)
+                if c.name in names
+                for name, freedom in zip(
+                    coordinate_names(c), bodies.placed(c).freedoms, strict=True
+                )
+            ]
+            openings.append(Opening.of(gap, closing_twists(around, gap.p, length), length))
+        groups.append((openings, [name for c in moving for name in coordinate_names(c)]))
 
     def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
         steps: dict[str, Any] = {}
@@ -329,37 +338,8 @@ def _groups(
     bodies: Bodies, following: Sequence[Connection]
 ) -> Iterator[tuple[list[tuple[Connection, Loop]], list[Connection]]]:
     """Loops that share joints that follow, and these joints."""
-    tree = bodies.tree
-    left = [(cut, {c.name for c, _ in tree.around(cut)}) for cut in tree.cuts]
-    names = {c.name for c in following}
-    while left:
-        cut, joints = left.pop(0)
-        cuts, grown = [cut], True
-        while grown:
-            near = [own for own in left if own[1] & joints & names]
-            left = [own for own in left if own not in near]
-            cuts += [one for one, _ in near]
-            joints = joints.union(*(own for _, own in near))
-            grown = bool(near)
-        moving = [c for c in following if c.name in joints]
-        yield [(one, bodies.gap(one)) for one in cuts], moving
-
-
-def _rates(
-    bodies: Bodies,
-    gap: Loop,
-    cut: Connection,
-    moving: Sequence[Connection],
-    length: float,
-) -> dict[str, np.ndarray]:
-    """Twists by which coordinates close a gap, in units of the length."""
-    rates = {}
-    own = {c.name for c in moving}
-    for connection, sign in bodies.tree.around(cut):
-        if connection.name not in own:
-            continue
-        placed = bodies.placed(connection)
-        for name, freedom in zip(coordinate_names(connection), placed.freedoms, strict=True):
-            twist = freedom_twist(freedom, gap.p) * int(sign)
-            rates[name] = per_turn(twist, length) if freedom.turns else twist
-    return rates
+    cuts, by_name = bodies.tree.cuts, {c.name: c for c in following}
+    around = [[c.name for c, _ in bodies.tree.around(cut) if c.name in by_name] for cut in cuts]
+    for names, loops in independent_parts(list(by_name), around):
+        gaps = [(cuts[i], bodies.gap(cuts[i])) for i in loops]
+        yield gaps, [by_name[name] for name in names]

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from robostiff.elasticity import moved
 from robostiff.errors import InputError
 from robostiff.kinematics import place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
+from robostiff.kinematics.spanning_tree import branches
 from robostiff.linkage.closure import Configuration
-from robostiff.linkage.linkage import Connection, Linkage
+from robostiff.linkage.linkage import Connection, Linkage, turned_round
 from robostiff.model import (
     Chain,
     Coupling,
     Element,
     Joint,
-    JointKind,
     Leg,
     Link,
     Mass,
@@ -265,47 +264,6 @@ def _spring(c: Connection, found: Configuration) -> SpringElement:
     return SpringElement(c.name, c.a, c.b, *place, masses)
 
 
-def turned_round(connection: Connection) -> Connection:
-    """The same connection from body b to body a; home coordinates give the same configuration.
-
-    A joint keeps its coordinates, in reverse order, for its axes are reversed.
-    """
-    element = connection.element
-    if isinstance(element, Joint):
-        element = _joint(element)
-    elif isinstance(element, Link):
-        element = _link(element)
-    return Connection(
-        connection.name,
-        connection.b,
-        connection.a,
-        connection.after.inverse,
-        element,
-        connection.before.inverse,
-    )
-
-
-def _joint(joint: Joint) -> Joint:
-    if joint.kind is JointKind.SPHERICAL:  # whose coordinates are a rotation vector
-        return replace(joint, home=tuple(-x for x in joint.home))
-    freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(joint.freedoms))
-    return replace(joint, freedoms=freedoms, home=joint.home[::-1])
-
-
-def _link(link: Link) -> Link:
-    # By energy: the wrench is the same at both ends, taken about the other one.
-    to = np.asarray(link.to)
-    elasticity = moved(link.elasticity, link.axes, -to)
-    return Link(-to, elasticity, np.eye(3), link.name, tuple(_mass(m, to) for m in link.masses))
-
-
-def _mass(mass: Mass, to: np.ndarray) -> Mass:
-    """The same mass seen from the other end of its link."""
-    if mass.centre is not None:
-        return replace(mass, centre=mass.centre - to)
-    return mass if mass.span is None else replace(mass, span=(1 - mass.span[1], 1 - mass.span[0]))
-
-
 def with_roles(part: Linkage, roles: Mapping[str, Role]) -> Linkage:
     """The linkage with other roles of some of its joints, by their names."""
     connections = tuple(
@@ -339,7 +297,7 @@ def robot_of(
     InputError
         When a leg has no compliance at all, or joints of different legs are coupled.
     """
-    chains = _chains(_with_closed_home(part, found))
+    chains = _legs(_with_closed_home(part, found))
     if chains is None:
         return None
     serial = len(chains) == 1
@@ -396,42 +354,15 @@ def _with_closed_home(part: Linkage, found: Configuration) -> Linkage:
     return replace(part, connections=tuple(at_home))
 
 
-def branches(part: Linkage) -> Iterator[tuple[str, str, list[Connection]]]:
-    """Connections joined to chains, from and to bodies at which the linkage branches."""
-    at: dict[str, list[Connection]] = {}
-    for c in part.connections:
-        at.setdefault(c.a, []).append(c)
-        at.setdefault(c.b, []).append(c)
-    branching = {body for body, own in at.items() if len(own) != 2} | {part.base, part.platform}
-    seen: set[str] = set()
-    for start in (body for body in at if body in branching):
-        for first in at[start]:
-            if first.name in seen:
-                continue
-            chain, body, step = [first], start, first
-            while True:
-                body = step.b if step.a == body else step.a
-                if body in branching:
-                    break
-                (step,) = (c for c in at[body] if c is not step)
-                chain.append(step)
-            seen |= {c.name for c in chain}
-            yield start, body, chain
-
-
-def _chains(part: Linkage) -> list[list[Connection]] | None:
-    """Connections of each leg from base to platform, or None."""
-    chains, number = [], {c.name: i for i, c in enumerate(part.connections)}
-    for a, b, chain in branches(part):
-        if {a, b} != {part.base, part.platform}:
-            return None
-        body, own = part.base, []
-        for step in chain if a == part.base else reversed(chain):
-            forward = step.a == body
-            own.append(step if forward else turned_round(step))
-            body = step.b if forward else step.a
-        chains.append(own)
-    return sorted(chains, key=lambda own: number[own[0].name])
+def _legs(part: Linkage) -> list[list[Connection]] | None:
+    """Connections of each leg, from base to platform; None where legs are connected."""
+    ends = part.base, part.platform
+    each = list(branches([(c.a, c.b) for c in part.connections], ends))
+    if any((a, b) != ends for a, b, _ in each):
+        return None
+    paths = sorted((path for _, _, path in each), key=lambda path: path[0])
+    own = part.connections
+    return [[own[i] if forward else turned_round(own[i]) for i, forward in path] for path in paths]
 
 
 def _elements(chain: list[Connection], masses: Mapping[str, tuple[Mass, ...]]) -> list[Element]:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.elasticity import moved
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
-from robostiff.model import Chain, Joint, Link, Locked, Mass, Passive
+from robostiff.model import Chain, Joint, JointKind, Link, Locked, Mass, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
@@ -258,7 +259,7 @@ class Linkage(Symbolic):
         Every path begins at the same home, which is closed once.
         """
         given = self.checked(values or {})
-        driven = _driven_by(self, tuple(given))
+        driven = driven_by(self, tuple(given))
         row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
         (found,) = driven.at(row[None])
         if not found.is_closed:
@@ -269,7 +270,52 @@ class Linkage(Symbolic):
 
 
 @kept
-def _driven_by(linkage: Linkage, joints: tuple[str, ...]) -> DrivenLinkage:
+def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
+    """The part between base and platform, closed at home and driven by some joints, or by all.
+
+    As `DrivenLinkage.moved_by`; found once for each choice of joints.
+    """
     from robostiff.linkage.driven import DrivenLinkage
 
     return DrivenLinkage.moved_by(linkage, joints)
+
+
+def turned_round(connection: Connection) -> Connection:
+    """The same connection from body b to body a; home coordinates give the same configuration.
+
+    A joint keeps its coordinates, in reverse order, for its axes are reversed.
+    """
+    element = connection.element
+    if isinstance(element, Joint):
+        element = _joint(element)
+    elif isinstance(element, Link):
+        element = _link(element)
+    return Connection(
+        connection.name,
+        connection.b,
+        connection.a,
+        connection.after.inverse,
+        element,
+        connection.before.inverse,
+    )
+
+
+def _joint(joint: Joint) -> Joint:
+    if joint.kind is JointKind.SPHERICAL:  # whose coordinates are a rotation vector
+        return replace(joint, home=tuple(-x for x in joint.home))
+    freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(joint.freedoms))
+    return replace(joint, freedoms=freedoms, home=joint.home[::-1])
+
+
+def _link(link: Link) -> Link:
+    # By energy: the wrench is the same at both ends, taken about the other one.
+    to = np.asarray(link.to)
+    elasticity = moved(link.elasticity, link.axes, -to)
+    return Link(-to, elasticity, np.eye(3), link.name, tuple(_mass(m, to) for m in link.masses))
+
+
+def _mass(mass: Mass, to: np.ndarray) -> Mass:
+    """The same mass seen from the other end of its link."""
+    if mass.centre is not None:
+        return replace(mass, centre=mass.centre - to)
+    return mass if mass.span is None else replace(mass, span=(1 - mass.span[1], 1 - mass.span[0]))

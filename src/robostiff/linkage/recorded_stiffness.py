@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elastostatics import scaling
+from robostiff.kinematics.spanning_tree import branches
 from robostiff.linkage.closure import Bodies, Configuration
 from robostiff.linkage.driven import (
     DrivenLinkage,
@@ -20,7 +21,7 @@ from robostiff.linkage.driven import (
     record_linkage_closure,
     sampled,
 )
-from robostiff.linkage.essential import branches, network_of
+from robostiff.linkage.essential import network_of
 from robostiff.linkage.linkage import Connection
 from robostiff.model import PlacedFreedom, PlacedLeg
 from robostiff.record import Entry, Record, usual_size
@@ -70,11 +71,15 @@ def record_linkage(
         network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
     )
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
-    chains = [(a, b, _placed(own, bodies, recorder)) for a, b, own in branches(part)]
-    chains.sort(key=lambda chain: sum(f.is_passive for f in chain[2].freedoms))
-    named = [BodyChain(leg.name, a, b, leg) for a, b, leg in chains]
+    each = branches([(c.a, c.b) for c in part.connections], (part.base, part.platform))
+    legs = [
+        (a, b, _placed([part.connections[i] for i, _ in path], bodies, recorder))
+        for a, b, path in each
+    ]
+    legs.sort(key=lambda leg: sum(f.is_passive for f in leg[2].freedoms))
+    chains = [BodyChain(leg.name, a, b, leg) for a, b, leg in legs]
     world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)
-    leg = circulating(part.name, named, part.base, part.platform, recorder, world)
+    leg = circulating(part.name, chains, part.base, part.platform, recorder, world)
     K = stiffness_entries([leg], 6)
     recorded = RecordedRobot(
         name=part.name,

@@ -25,7 +25,7 @@ from robostiff.spatial import as_float, as_floats, twist_transport
 from robostiff.spatial.shapes import Float
 
 _DEFAULT_THEORY = EulerBernoulli()
-_ROUNDING = 1e-12  # part of a deflection: less is no shear
+_NO_SHEAR = 1e-12  # part of a deflection
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,7 @@ def section_compliance(
     whole = np.diagonal(tip_compliance) / length
     c = whole.copy()
     c[1:3] -= c[[5, 4]] * length**2 / 3
-    c[1:3] = np.where(c[1:3] < _ROUNDING * whole[1:3], 0.0, c[1:3])
+    c[1:3] = np.where(c[1:3] < _NO_SHEAR * whole[1:3], 0.0, c[1:3])
     return c
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from robostiff.elastostatics import Tolerance
 from robostiff.kept import kept
-from robostiff.kinematics.spanning_tree import representative
+from robostiff.kinematics.spanning_tree import connected_parts, independent_parts
 from robostiff.network.equations import Equations, Motion
 
 if TYPE_CHECKING:
@@ -113,7 +111,6 @@ def pinning_coordinates(basis: np.ndarray) -> np.ndarray:
     return np.array(pivots[:k], dtype=int)
 
 
-_Node = TypeVar("_Node", int, str)
 # Of the largest displacement of a mechanism: none.
 _STILL = 1e-9
 # Rows and columns up to which a dense decomposition is quicker.
@@ -185,9 +182,9 @@ class Mobility:
 class _Clusters:
     """Clusters of bodies without relative motion."""
 
-    label_of: dict[str, int]
-    members: dict[int, list[str]]
-    points: dict[int, np.ndarray]
+    label_of: dict[str, str]  # the first body of each cluster
+    members: dict[str, list[str]]
+    points: dict[str, np.ndarray]
 
 
 @kept
@@ -263,18 +260,16 @@ def _large(
     return motions[:-n] @ Vt[moved:].T, np.eye(n) - free @ free.T, doubtful
 
 
-def _ends(connection: Motion, clusters: _Clusters) -> set[int]:
+def _ends(connection: Motion, clusters: _Clusters) -> set[str]:
     return {clusters.label_of[name] for name, _, _ in connection.ends}
 
 
 def _clusters(equations: Equations) -> _Clusters:
     network = equations.network
-    index = {node.name: i for i, node in enumerate(network.nodes)}
     pairs = [(c.ends[0][0], c.ends[1][0]) for c in equations.connections if c.is_full]
-    pairs += [(network.fixed[0], name) for name in network.fixed[1:]]
-    labels = connected_parts([(index[a], index[b]) for a, b in pairs], len(index))
-    label_of = {name: int(labels[i]) for name, i in index.items()}
-    members: dict[int, list[str]] = {}
+    names = [node.name for node in network.nodes]
+    label_of = connected_parts(names, [*pairs, network.fixed])
+    members: dict[str, list[str]] = {}
     for name, label in label_of.items():
         members.setdefault(label, []).append(name)
     points = {
@@ -283,36 +278,6 @@ def _clusters(equations: Equations) -> _Clusters:
     }
     points[label_of[network.platform]] = equations.points[network.platform]
     return _Clusters(label_of, members, points)
-
-
-def independent_parts(
-    nodes: Sequence[_Node], edges: Sequence[Collection[_Node]]
-) -> list[tuple[list[_Node], list[int]]]:
-    """Nodes that edges connect, and the numbers of these edges; an edge without a node is alone."""
-    index = {node: i for i, node in enumerate(nodes)}
-    pairs = [pair for ends in edges for pair in pairwise(index[end] for end in ends)]
-    labels = connected_parts(pairs, len(nodes))
-    parts: list[tuple[list[_Node], list[int]]] = [
-        ([], []) for _ in range(max(labels, default=-1) + 1)
-    ]
-    for node, i in index.items():
-        parts[labels[i]][0].append(node)
-    for k, ends in enumerate(edges):
-        if ends:
-            parts[labels[index[next(iter(ends))]]][1].append(k)
-        else:
-            parts.append(([], [k]))
-    return parts
-
-
-def connected_parts(pairs: list[tuple[int, int]], size: int) -> np.ndarray:
-    """The number of its part (size,) for each node of a graph with these edges."""
-    group: dict[int, int] = {}
-    for pair in pairs:
-        low, high = sorted(representative(group, node) for node in pair)
-        group[high] = low
-    firsts = [representative(group, node) for node in range(size)]
-    return np.unique(firsts, return_inverse=True)[1]
 
 
 def held_coordinates(equations: Equations) -> set[tuple[str, int]]:

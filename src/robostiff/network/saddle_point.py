@@ -12,12 +12,12 @@ import numpy as np
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.kept import kept
+from robostiff.kinematics.spanning_tree import independent_parts
 from robostiff.network.equations import Equations, Motion, RelativeMotion
 from robostiff.network.mobility import (
     BlockEntries,
     Mechanism,
     Mobility,
-    independent_parts,
     mobility,
     null_spaces,
     pinning_coordinates,

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.analysis import Deflection
 from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.ellipsoid import Quality, Stiffness, principal_axes
+from robostiff.plot.geometry.ellipsoid import AnyStiffness, Quality, principal_axes
 from robostiff.plot.picture import Bars, Category, Group, Panel, PlainColour, Series
 from robostiff.plot.posture import single_stiffness
 from robostiff.plot.prefix import prefixed, short
@@ -135,8 +135,8 @@ class _Quantities:
 
 
 def comparison(
-    first: Stiffness | Deflection,
-    second: Stiffness | Deflection,
+    first: AnyStiffness | Deflection,
+    second: AnyStiffness | Deflection,
     measure: Measure = Measure.PRINCIPAL,
     *,
     names: tuple[str, str] | None = None,
@@ -146,7 +146,7 @@ def comparison(
 
     Parameters
     ----------
-    first, second : RobotStiffness or Deflection
+    first, second : Stiffness or Deflection
         Both of one kind and one space.
     measure : Measure
         Of stiffnesses; deflections are compared by displacements and rotations.
@@ -175,8 +175,8 @@ def comparison(
 
 
 def comparison_picture(
-    first: Stiffness | Deflection,
-    second: Stiffness | Deflection,
+    first: AnyStiffness | Deflection,
+    second: AnyStiffness | Deflection,
     measure: Measure = Measure.PRINCIPAL,
     names: tuple[str, str] | None = None,
 ) -> Bars:
@@ -212,7 +212,7 @@ def _of_twists(first: Deflection, second: Deflection) -> list[_Quantities]:
     ]
 
 
-def _of_stiffness(first: Stiffness, second: Stiffness, measure: Measure) -> list[_Quantities]:
+def _of_stiffness(first: AnyStiffness, second: AnyStiffness, measure: Measure) -> list[_Quantities]:
     space = first.space
     d = space.translations
     if measure is Measure.DIAGONAL:

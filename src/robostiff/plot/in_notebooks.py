@@ -7,8 +7,7 @@ from contextlib import suppress
 from io import BytesIO
 from typing import Any
 
-from robostiff.analysis import Deflection
-from robostiff.analysis.posed_stiffness import PosedStiffness
+from robostiff.analysis import Deflection, Stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import escaped
@@ -52,10 +51,10 @@ def picture_of_result(result: object) -> Picture | None:
     match result:
         case Robot():
             return picture_of_robot(result.numeric)
-        case PosedStiffness() if _is_posed(result):
+        case Stiffness() if _is_posed(result):
             around = surroundings(result.snapshot(), result)
             return ellipsoid_picture(result, Quality.COMPLIANCE, around)
-        case Deflection(stiffness=PosedStiffness() as own) if _is_posed(own):
+        case Deflection(stiffness=Stiffness() as own) if _is_posed(own):
             # the shape under forces at bodies is not known from the wrench
             drawable = result.has_answer and result.work_of_loads is None
             return robot_picture(own.snapshot(), result) if drawable else None
@@ -67,6 +66,6 @@ def picture_of_result(result: object) -> Picture | None:
             return None
 
 
-def _is_posed(result: PosedStiffness) -> bool:
+def _is_posed(result: Stiffness) -> bool:
     """Whether it is of a single pose that the robot reaches."""
     return not result.batch_shape and Status.UNREACHABLE not in result.status

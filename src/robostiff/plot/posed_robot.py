@@ -265,7 +265,7 @@ def energy_colours(
 
 def _check_fit(snapshot: Snapshot, bent: Deflection, motion: RobotMotion) -> None:
     """Raise unless the deflection is that of this pose: otherwise the legs do not close."""
-    length = float(bent.stiffness.about_reference.length)
+    length = float(bent.stiffness.length)
     s = np.repeat([1.0, length], 3)
     size = np.linalg.norm(motion.platform.twist * s)
     ends = [motion.platform] * len(motion.legs)

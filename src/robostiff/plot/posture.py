@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness
-from robostiff.analysis.posed_stiffness import PosedStiffness
+from robostiff.analysis import CableStiffness, Stiffness, cable_stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.kinematics.pose import check_is_not_posed
@@ -15,7 +14,7 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import at_rest
-from robostiff.plot.geometry.ellipsoid import Stiffness
+from robostiff.plot.geometry.ellipsoid import AnyStiffness
 from robostiff.plot.picture import Item, PlainColour
 from robostiff.plot.robot_parts import RobotSketch, backdrop
 from robostiff.plot.sketch import Sketch, unit_of
@@ -71,7 +70,7 @@ class Surroundings:
     items: tuple[Item, ...]
 
 
-def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None:
+def surroundings(robot: Around | None, result: AnyStiffness) -> Surroundings | None:
     """The robot around a result, at its pose; a cable robot is always drawn.
 
     Raises InputError when `robot` is none that can be drawn at the pose of the result.
@@ -88,7 +87,7 @@ def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None
         return _around(NetworkSketch(network=robot, plain=muted, ink=muted))
     if isinstance(robot, Snapshot):
         snapshot = snapshot_at(robot, None)
-    elif isinstance(result, PosedStiffness) and robot.name == result.name:
+    elif isinstance(result, Stiffness) and robot.name == result.name:
         snapshot = result.snapshot()  # in the posture that the result is of
     else:
         snapshot = snapshot_at(robot, _pose(result))
@@ -104,7 +103,7 @@ def _around(sketch: Sketch) -> Surroundings:
     return Surroundings(sketch.size, drawn.factor, unit, sketch.is_level, kept)
 
 
-def _pose(result: RobotStiffness) -> np.ndarray:
+def _pose(result: AnyStiffness) -> np.ndarray:
     if result.pose is None:
         raise InputError(
             "robot around a result",
@@ -115,9 +114,9 @@ def _pose(result: RobotStiffness) -> np.ndarray:
     return result.pose
 
 
-def single_stiffness(result: object, what: str) -> Stiffness:
+def single_stiffness(result: object, what: str) -> AnyStiffness:
     """The stiffness at one pose; other values and several poses are an `InputError`."""
-    if not isinstance(result, Stiffness):
+    if not isinstance(result, AnyStiffness):
         raise InputError(
             f"stiffness for {what}",
             got=result,

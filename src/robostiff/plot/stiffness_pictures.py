@@ -6,14 +6,14 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness
+from robostiff.analysis import Stiffness
 from robostiff.elastostatics import Status, scaling
 from robostiff.errors import NoAnswerError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.ellipsoid import (
+    AnyStiffness,
     PrincipalAxes,
     Quality,
-    Stiffness,
     length_of,
     principal_axes,
     screw_line,
@@ -50,7 +50,7 @@ _OPEN = 1.6  # of the longest finite semi-axis: length shown of a free direction
 
 
 def ellipsoid(
-    result: Stiffness,
+    result: AnyStiffness,
     quality: Quality = Quality.COMPLIANCE,
     *,
     within: Around | None = None,
@@ -65,7 +65,7 @@ def ellipsoid(
 
     Parameters
     ----------
-    result : RobotStiffness or CableStiffness
+    result : Stiffness or CableStiffness
         At a single pose.
     quality : Quality
     within : Robot, Snapshot or Network, optional
@@ -97,7 +97,7 @@ def ellipsoid(
 
 
 def ellipsoid_picture(
-    result: Stiffness, quality: Quality, around: Surroundings | None = None
+    result: AnyStiffness, quality: Quality, around: Surroundings | None = None
 ) -> Scene:
     """The picture of `ellipsoid`, as data."""
     axes = principal_axes(result, quality)
@@ -182,7 +182,7 @@ _PART = 0.3  # of the robot: half an axis
 
 
 def free_motions(
-    result: Stiffness,
+    result: AnyStiffness,
     *,
     within: Around | None = None,
     backend: PlotBackend[Drawn] = PAPER,
@@ -191,7 +191,7 @@ def free_motions(
 
     Parameters
     ----------
-    result : RobotStiffness or CableStiffness
+    result : Stiffness or CableStiffness
         At a single pose.
     within : Robot, Snapshot or Network, optional
         Draws them in this robot, at the pose of the result. An arm that was
@@ -221,9 +221,9 @@ def free_motions(
     return drawn_by(backend, free_motions_picture(result, surroundings(within, result)))
 
 
-def free_motions_picture(result: Stiffness, around: Surroundings | None = None) -> Scene:
+def free_motions_picture(result: AnyStiffness, around: Surroundings | None = None) -> Scene:
     """The picture of `free_motions`, as data."""
-    if isinstance(result, RobotStiffness) and Status.UNREACHABLE in result.status:
+    if isinstance(result, Stiffness) and Status.UNREACHABLE in result.status:
         raise NoAnswerError(f"no free motions of {result.name!r}: {'; '.join(result.advice)}")
     half = length_of(result) if around is None else _PART * around.size
     factor, unit = unit_of(half) if around is None else (around.factor, around.unit)
@@ -238,7 +238,7 @@ def free_motions_picture(result: Stiffness, around: Surroundings | None = None) 
     return robot_scene(f"{result.name}: {count}", items, unit, is_flat, notes=notes)
 
 
-def free_motion_items(result: Stiffness, half: float, factor: float) -> list[Item]:
+def free_motion_items(result: AnyStiffness, half: float, factor: float) -> list[Item]:
     """Axes of `half` a length [m], helices and arrows, in metres times `factor`."""
     items: list[Item] = []
     for i, motion in enumerate(result.free_motions):
@@ -253,7 +253,7 @@ def free_motion_items(result: Stiffness, half: float, factor: float) -> list[Ite
     return items
 
 
-def _is_in_plane(result: Stiffness) -> bool:
+def _is_in_plane(result: AnyStiffness) -> bool:
     """Whether all free motions are planar: translations in the plane, rotations about z."""
     return all(
         abs(motion.screw.axis[2]) < _ALONG
@@ -290,7 +290,7 @@ class Shade(Enum):
 
 
 def matrix(
-    result: Stiffness,
+    result: AnyStiffness,
     kind: Kind = Kind.STIFFNESS,
     *,
     shade: Shade = Shade.SIZE,
@@ -302,7 +302,7 @@ def matrix(
 
     Parameters
     ----------
-    result : RobotStiffness or CableStiffness
+    result : Stiffness or CableStiffness
         At a single pose.
     kind : Kind
     shade : Shade
@@ -331,7 +331,7 @@ def matrix(
 
 
 def matrix_picture(
-    result: Stiffness, kind: Kind = Kind.STIFFNESS, shade: Shade = Shade.SIZE
+    result: AnyStiffness, kind: Kind = Kind.STIFFNESS, shade: Shade = Shade.SIZE
 ) -> Matrix:
     """The picture of `matrix`, as data."""
     space = result.space

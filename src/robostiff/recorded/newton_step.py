@@ -20,7 +20,7 @@ from robostiff.kinematics.formula.place import FormulaPose
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
-from robostiff.model import Joint, JointKind, Leg, Telescope
+from robostiff.model import Joint, JointKind, Leg, PlacedFreedom, Telescope
 from robostiff.record import Entry, cosine, is_number, is_zero, most_size, sine, square_root
 from robostiff.spatial import Screw, cross, skew
 
@@ -313,8 +313,9 @@ def _openings(
         ball = next((b for b in own.turned if b in gap.own), None)
         center = gap.p if ball is None else freedoms[ball].point
         behind = gap.p - center
-        rates = _rates_of_leg(own, path, placed, center, 1, length)
-        leading = _rates_of_leg(own, way[-1].leading, placed, gap.p_wanted - behind, -1, length)
+        rates = closing_twists(_moving(own, path, placed, 1), center, length)
+        others = _moving(own, way[-1].leading, placed, -1)
+        leading = closing_twists(others, gap.p_wanted - behind, length)
         if way[-1] is all_gaps[0]:
             center_arm = arm + (center - all_gaps[0].p)
             leading = _rates_of_pose(leg, center_arm, open_, turning, length)
@@ -352,25 +353,31 @@ def _equations(opening: Opening) -> list[LinearEquation]:
     return found
 
 
-def _rates_of_leg(
-    own: LegAtGuess,
-    places: Iterable[int],
-    placed: PlacedChain,
-    at: np.ndarray,
-    sign: int,
-    length: float,
+def closing_twists(
+    moving: Iterable[tuple[str, PlacedFreedom, int]], at: np.ndarray, length: float
 ) -> dict[str, np.ndarray]:
-    """Twists at a point of the unknowns at some places, in units of the length."""
-    freedoms, moving = placed.freedoms, own.moving
+    """Twists at a point of unknowns by the freedoms that they move, in units of the length.
+
+    Each freedom comes with its unknown, and 1 or -1 by which it moves.
+    """
     rates: dict[str, np.ndarray] = {}
+    for name, freedom, sign in moving:
+        twist = freedom_twist(freedom, at) * sign
+        if freedom.turns:
+            twist = per_turn(twist, length)
+        rates[name] = rates[name] + twist if name in rates else twist
+    return rates
+
+
+def _moving(
+    own: LegAtGuess, places: Iterable[int], placed: PlacedChain, sign: int
+) -> Iterator[tuple[str, PlacedFreedom, int]]:
+    """Unknowns of a leg at some places, the freedoms there, and by how much they move these."""
+    freedoms, moving = placed.freedoms, own.moving
     for i in places:
         name, factor = moving.get(i, (None, 0.0))
         if name is not None:
-            twist = freedom_twist(freedoms[i], at) * (sign * int(factor))
-            if freedoms[i].turns:
-                twist = per_turn(twist, length)
-            rates[name] = rates[name] + twist if name in rates else twist
-    return rates
+            yield name, freedoms[i], sign * int(factor)
 
 
 def _rates_of_pose(

@@ -14,7 +14,7 @@ from robostiff.analysis import (
     CableResponse,
     CableStiffness,
     Deflection,
-    RobotStiffness,
+    Stiffness,
     cable_stiffness,
     deflection,
     stiffness,
@@ -67,7 +67,7 @@ class OtherDesign:
     """A design that is compared."""
 
     name: str
-    stiffness: RobotStiffness
+    stiffness: Stiffness
     deflection: Deflection | None  # under the same load
 
     @property
@@ -92,7 +92,7 @@ class ReportContents:
     robot : Robot, Snapshot, Network or CableRobot
     posed : Snapshot, Network, CableStiffness or None
         The robot at the pose; None where the legs do not reach it.
-    stiffness : RobotStiffness or CableStiffness
+    stiffness : Stiffness or CableStiffness
     indices : StiffnessIndices or None
         None where there is no matrix, and of cable robots.
     deflection : Deflection, CableResponse or None
@@ -122,7 +122,7 @@ class ReportContents:
 
     robot: Reported
     posed: Snapshot | Network | CableStiffness | None
-    stiffness: RobotStiffness | CableStiffness
+    stiffness: Stiffness | CableStiffness
     indices: StiffnessIndices | None = None
     deflection: Deflection | CableResponse | None = None
     derivation: RobotDerivation | None = None
@@ -278,7 +278,7 @@ def _of_cables(
 
 def _other_design(
     other: Robot | Snapshot | Network,
-    result: RobotStiffness,
+    result: Stiffness,
     pose: Pose,
     wrench: ArrayLike | None,
     at: ArrayLike | None,

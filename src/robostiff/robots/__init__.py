@@ -203,8 +203,9 @@ def load(
     parameters : mapping of str to (str or float), optional
         Other values for some of the model's parameters, such as ``{"h": "750 mm"}``.
     symbols : iterable of str, or ALL_PARAMETERS
-        Parameters of the model that stay SymPy symbols of the same name. ``robot.nominal`` has
-        their values.
+        Parameters of the model that stay SymPy symbols of the same name; a mapping such as
+        ``{"cylinder": "c"}`` keeps all of them, some under another name. ``robot.nominal`` has
+        the values of the symbols.
     side : str or path, optional
         Side file of a robot description; ``arm.stiffness.yaml`` beside
         ``arm.urdf`` when left out. Objects of other programs need it.

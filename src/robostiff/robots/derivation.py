@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -74,7 +74,8 @@ def derive(
     robot : Robot, str or Path
         A robot, with or without symbols; or a name of `shipped_robots` or a model file.
     symbols : iterable of str, or ALL_PARAMETERS
-        Parameters of the model file that are symbols of the formula; all of them when left out.
+        Parameters of the model file that are symbols of the formula; all of them when left out. A
+        mapping such as ``{"cylinder": "c"}`` gives some of all symbols another name.
         For a name or file alone: a `Robot` brings its own.
     pose : AtHome, AtSymbols, AtCoordinates or AtJoints
         Home (the default), a general pose in symbols, given coordinates, or the joint coordinates
@@ -147,7 +148,7 @@ def symbolic_robot(robot: Robot | str | Path, symbols: Symbols | None) -> Robot:
         )
     if symbols is None:
         symbols = ParameterChoice.ALL
-    elif isinstance(symbols, Iterable) and not isinstance(symbols, str):
+    elif isinstance(symbols, Iterable) and not isinstance(symbols, str | Mapping):
         symbols = tuple(symbols) or ParameterChoice.NONE
     loaded = load(robot, symbols=symbols)
     return robot_of_legs(loaded, str(robot))

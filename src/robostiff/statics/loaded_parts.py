@@ -248,7 +248,8 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
     found, nodes = {}, {}
     platform = BodyPlace(state.R, state.p - state.R @ problem.point)
     for group, own in zip(problem.groups, state.legs, strict=True):
-        for c, (chain, moved) in enumerate(zip(group.chains, group.moved(own), strict=True)):
+        every = group.moved(own)
+        for c, (chain, moved) in enumerate(zip(group.chains, every, strict=True)):
             for element, place in zip(chain.elements, moved[1:], strict=True):
                 for row, _, leg in group.rows_of(c):
                     name = f"{leg}/{element.names[row]}"  # the last element of a beam counts
@@ -258,6 +259,9 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
             for row, _, leg in group.rows_of(c):
                 joint = group.chains[c].elements[k].names[row]
                 found[f"{leg}/{coupling.drive.names[row]}"] = found[f"{leg}/{joint}"]
+        for node, (c, after) in group.within.items():
+            place = every[c][after]
+            nodes[node] = BodyPlace(place.R[0], place.t[0])
         for node, i in group.nodes.items():
             nodes[node] = platform
             if i is not None:

@@ -250,7 +250,7 @@ def _moved(problem: EquilibriumProblem, state: State, shape: np.ndarray) -> Body
     """Where bodies are after a small part of a mode."""
     part = _PART / max(_largest(problem, shape), problem.size_of(shape[-problem.size :]))
     steps = [
-        np.pad(part * own, ((0, 0), (0, group.size - group.free_size)))
+        np.pad(part * own, ((0, 0), (0, group.size - group.free_size + len(group.beams))))
         for group, own in zip(problem.groups, _of_legs(problem, shape), strict=True)
     ]
     return body_places(problem, problem.moved(state, part * shape[-problem.size :], steps))

@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis import ActuatorLoad, Deflection, JointReaction
 from robostiff.analysis import deflection as deflection_under_wrench
-from robostiff.analysis.careful_form import DEFAULT_TOLERANCE
 from robostiff.analysis.deflection_under_load import deflection_at
 from robostiff.analysis.leg_loads import leg_loads
-from robostiff.elastostatics import Status, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
@@ -160,7 +159,7 @@ def _of_network(
             for one in own
         ]
     held = held_under(network, forces, tolerance)
-    return deflection_at(rest.stiffness, rest.wrench, network, held)
+    return deflection_at(rest.stiffness, rest.wrench, held)
 
 
 def _without_tension(problem: EquilibriumProblem) -> EquilibriumProblem:

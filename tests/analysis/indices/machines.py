@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import robostiff as rs
-from robostiff.analysis import RobotStiffness
+from robostiff.analysis import Stiffness
 from robostiff.elasticity import elasticity_from_compliance, elasticity_from_stiffness
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
@@ -13,13 +13,13 @@ from tests.generators.chains import beam_compliance_of, random_rotation, snapsho
 from tests.generators.robots import strut
 
 
-def body_on_spring(K: np.ndarray, at: np.ndarray | None = None) -> RobotStiffness:
+def body_on_spring(K: np.ndarray, at: np.ndarray | None = None) -> Stiffness:
     """A platform on one spring of a 6 x 6 stiffness, about its own point."""
     point = np.zeros(3) if at is None else np.asarray(at, dtype=float)
     return _alone(elasticity_from_stiffness(K), point)
 
 
-def clamped_beam(length: float, turn: np.ndarray) -> tuple[RobotStiffness, dict[str, float]]:
+def clamped_beam(length: float, turn: np.ndarray) -> tuple[Stiffness, dict[str, float]]:
     """A cantilever from the origin along the first column of `turn`, and its rigidities."""
     E, G, A, Iy, Iz, J = 2e11, 8e10, 4e-4, 2e-8, 5e-8, 3e-8
     C = beam_compliance_of(length, E, G, A, Iy, Iz, J)
@@ -35,13 +35,13 @@ def random_stiffness(rng: np.random.Generator, size: float = 1e3) -> np.ndarray:
     return 0.5 * (K + K.T)
 
 
-def random_body(seed: int) -> RobotStiffness:
+def random_body(seed: int) -> Stiffness:
     """A platform on a random full spring, somewhere."""
     rng = np.random.default_rng(seed)
     return body_on_spring(random_stiffness(rng), rng.uniform(-1, 1, 3))
 
 
-def on_struts(seed: int, number: int) -> RobotStiffness:
+def on_struts(seed: int, number: int) -> Stiffness:
     """A platform on struts between balls: of rank `number` up to six."""
     rng = np.random.default_rng(seed)
     legs = [
@@ -50,7 +50,7 @@ def on_struts(seed: int, number: int) -> RobotStiffness:
     return rs.stiffness(snapshot_of(legs, rng.uniform(-0.5, 0.5, 3)))
 
 
-def planar_body(seed: int) -> RobotStiffness:
+def planar_body(seed: int) -> Stiffness:
     """A planar platform on a random spring."""
     rng = np.random.default_rng(seed)
     K = random_stiffness(rng)
@@ -61,7 +61,7 @@ def planar_body(seed: int) -> RobotStiffness:
     return _alone(elasticity_from_stiffness(K), point, space=Space.PLANAR)
 
 
-def turned_body(seed: int, R: np.ndarray) -> RobotStiffness:
+def turned_body(seed: int, R: np.ndarray) -> Stiffness:
     """The body of `random_body`, turned about the world's origin."""
     rng = np.random.default_rng(seed)
     K, point = random_stiffness(rng), rng.uniform(-1, 1, 3)
@@ -72,7 +72,7 @@ def any_rotation(seed: int) -> np.ndarray:
     return random_rotation(np.random.default_rng(seed))
 
 
-def _alone(elasticity, point, rotation=None, space=Space.SPATIAL) -> RobotStiffness:
+def _alone(elasticity, point, rotation=None, space=Space.SPATIAL) -> Stiffness:
     axes = np.eye(3) if rotation is None else rotation
     leg = PlacedLeg("leg", (PlacedSpring("spring", point, axes, elasticity),), point)
     return rs.stiffness(Snapshot("body", (leg,), point, space))

@@ -13,7 +13,7 @@ from robostiff.errors import InputError, NoAnswerError
 
 def numbers(value):
     """Every float inside an object."""
-    if isinstance(value, rs.RobotStiffness):
+    if isinstance(value, rs.Stiffness):
         return
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):
@@ -46,8 +46,8 @@ def test_parts_agree_with_one_another():
 
 def test_the_length_is_the_robots_own_when_left_out():
     result = rs.stiffness(rs.load("hexapod"))
-    assert isinstance(result, rs.RobotStiffness)
-    assert rs.indices(result).length == float(result.about_reference.length)
+    assert isinstance(result, rs.Stiffness)
+    assert rs.indices(result).length == float(result.length)
 
 
 def test_a_batch_is_answered_pose_by_pose():

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import ArrayCode, MachineCode
 from tests.analysis.kernels.cases import around_home, model
 
@@ -61,7 +61,7 @@ def test_the_raw_kernel_fills_arrays_of_the_caller(backend):
     inputs = np.ascontiguousarray(pose.T)
     out = np.full((kernel.rows, 10), np.nan)
     assert kernel.evaluate(inputs, out) is out
-    K = careful_stiffness(robot, pose).K
+    K = direct_stiffness(robot, pose).K
     for r, (i, j) in enumerate([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]):
         np.testing.assert_allclose(out[r], K[:, i, j], rtol=1e-9, atol=1e-9 * np.abs(K).max())
     np.testing.assert_array_equal(kernel.evaluate(inputs), out)
@@ -85,7 +85,7 @@ def test_without_heyoka_numpy_serves_and_says_so(no_heyoka):
     assert isinstance(compiled.kernel.code, ArrayCode)
     pose = around_home(robot, 3)
     np.testing.assert_allclose(
-        compiled.evaluate(pose).values["K"], careful_stiffness(robot, pose).K, rtol=1e-9, atol=1e-3
+        compiled.evaluate(pose).values["K"], direct_stiffness(robot, pose).K, rtol=1e-9, atol=1e-3
     )
 
 
@@ -141,7 +141,7 @@ def test_an_arm_is_posed_by_joints_or_by_poses():
     compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
     joints = around_home(robot, 4)
     pose = rs.find_posture(robot, joints).pose
-    K = careful_stiffness(robot, pose).K
+    K = direct_stiffness(robot, pose).K
     np.testing.assert_allclose(
         compiled.evaluate(pose).values["K"], K, rtol=1e-9, atol=1e-9 * np.abs(K).max()
     )

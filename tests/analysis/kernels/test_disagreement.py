@@ -10,8 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.measures import differences
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.cli.main import app
 from robostiff.errors import DisagreementError
 from robostiff.recorded import RecordedRobot
@@ -122,16 +121,18 @@ def test_very_soft_legs_are_no_disagreement():
 def test_differences_are_found_pose_by_pose_also_without_any_stiffness():
     robot = rs.load("gough-stewart-b")
     home = rs.find_posture(robot).pose
-    careful = careful_stiffness(robot, np.tile(home, (3, 1)))
-    K, rank, codes = careful.matrix, careful.rank, careful.status_codes
-    assert list(differences(K, rank, codes, careful, free=1e-6)) == []
+    careful = direct_stiffness(robot, np.tile(home, (3, 1)))
+    direct = careful.details()
+    right, K = direct.matrices, careful.matrix
+    assert right.differences(direct, free=1e-6) == []
     wrong = K.copy()
     wrong[0, 0, 0] *= 1 + 1e-8
     wrong[2, 4, 4] *= 1 + 1e-6
-    found = list(differences(wrong, rank - [0, 1, 0], codes, careful, free=1e-6))
+    found = replace(right, K=wrong, rank=right.rank - [0, 1, 0]).differences(direct, free=1e-6)
     assert [pose for pose, _ in found] == [1, 2, 0]
     assert found[0][1] == "on the rank, 5 and 6,"
     assert [found[1][1], found[2][1]] == pytest.approx([1e-6, 1e-8], rel=1e-6)
-    nothing = replace(careful, about_reference=replace(careful.about_reference, matrix=0 * K))
-    assert list(differences(0 * K, rank, codes, nothing, free=1e-6)) == []
-    assert [pose for pose, _ in differences(wrong, rank, codes, nothing, free=1e-6)] == [0, 1, 2]
+    nothing = replace(direct, whole=replace(direct.whole, matrix=0 * K))
+    assert replace(right, K=0 * K).differences(nothing, free=1e-6) == []
+    found = replace(right, K=wrong).differences(nothing, free=1e-6)
+    assert [pose for pose, _ in found] == [0, 1, 2]

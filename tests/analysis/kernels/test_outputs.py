@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from tests.analysis.kernels.cases import around_home, model
 
 FULL_RANK = ["hexapod", "3-puu", "3-rpr-beams", "3-rrr", "two-link-arm"]
@@ -36,7 +36,7 @@ def test_every_output_is_what_it_is_by_definition(name, backend):
     )
     pose = around_home(robot, 20)
     found = compiled.evaluate(pose).values
-    K = careful_stiffness(robot, pose).K
+    K = direct_stiffness(robot, pose).K
     C = np.linalg.inv(K)
     scale = np.sqrt(np.einsum("nii->ni", K))
     own = scale[:, :, None] * scale[:, None, :]
@@ -56,9 +56,9 @@ def differences(robot, pose, column, step, quantity):
     up, down = np.array(pose), np.array(pose)
     up[:, column] += step
     down[:, column] -= step
-    return (
-        quantity(careful_stiffness(robot, up).K) - quantity(careful_stiffness(robot, down).K)
-    ) / (2 * step)
+    return (quantity(direct_stiffness(robot, up).K) - quantity(direct_stiffness(robot, down).K)) / (
+        2 * step
+    )
 
 
 def stiffness_itself(K):
@@ -96,7 +96,7 @@ def test_derivatives_are_limits_of_differences(name, by, output, quantity):
     pose = np.asarray(around_home(robot, 8, seed=3))
     found = compiled.evaluate(pose).values[rate.name]
     expected = differences(robot, pose, names.index(by), 2e-5, quantity)
-    size = np.abs(quantity(careful_stiffness(robot, pose).K))
+    size = np.abs(quantity(direct_stiffness(robot, pose).K))
     allowed = 1e-6 * np.abs(expected) + 1e-6 * size.max()
     assert np.all(np.abs(found - expected) <= allowed)
 
@@ -118,7 +118,7 @@ def test_derivatives_of_a_robot_closed_by_iteration_follow_its_closure(name, by,
     step = np.eye(len(names))[names.index(by)]
     answer = compiled.evaluate(pose)
     assert not answer.guarded.any()
-    expected = of_fourth_order(lambda d: careful_stiffness(robot, pose + d * step).K, h)
+    expected = of_fourth_order(lambda d: direct_stiffness(robot, pose + d * step).K, h)
     sizes = np.abs(expected).max(axis=(1, 2), keepdims=True)
     assert np.all(np.abs(answer.values[rate.name] - expected) <= 1e-9 * sizes)
 
@@ -135,7 +135,7 @@ def test_derivatives_by_a_dimension_of_a_robot_closed_by_iteration():
         def K(d, by=by, value=value, others=others):
             unit = {"R": "m", "k": "N/m"}[by]
             given = {**others, by: f"{value + d!r} {unit}"}
-            return careful_stiffness(rs.load("3-rps", parameters=given), pose[0]).K
+            return direct_stiffness(rs.load("3-rps", parameters=given), pose[0]).K
 
         expected = of_fourth_order(K, h)
         error = np.abs(found[f"dK/d{by}"][0] - expected).max() / np.abs(expected).max()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analytic import AtCoordinates, Steps, derive_robot, differentiate
 from tests.analysis.kernels.cases import around_home, model, row
 
@@ -33,7 +33,7 @@ def test_a_value_a_pose_is_a_robot_a_pose(name):
     answer = compiled.evaluate(pose, parameters=values)
     for i in range(6):
         own = robot.substituted({n: float(v[i]) for n, v in values.items()})
-        one = careful_stiffness(own, row(pose, i))
+        one = direct_stiffness(own, row(pose, i))
         assert (answer.rank[i], answer.status_codes[i]) == (one.rank, int(one.status))
         np.testing.assert_allclose(
             answer.values["K"][i], one.K, rtol=1e-9, atol=1e-11 * np.abs(one.K).max()
@@ -49,11 +49,11 @@ def test_left_out_parameters_are_nominal_and_other_symbols_stay_so():
     nominal, given = compiled.evaluate(pose), compiled.evaluate(pose, parameters={"r": 0.25})
     plain = model("gough-stewart-b")
     np.testing.assert_allclose(
-        nominal.values["K"], careful_stiffness(plain, pose).K, rtol=1e-9, atol=1
+        nominal.values["K"], direct_stiffness(plain, pose).K, rtol=1e-9, atol=1
     )
     other = robot.substituted({"R": 0.5, "r": 0.25, "k": 1e8})
     np.testing.assert_allclose(
-        given.values["K"], careful_stiffness(other, pose).K, rtol=1e-9, atol=1
+        given.values["K"], direct_stiffness(other, pose).K, rtol=1e-9, atol=1
     )
 
 
@@ -68,7 +68,7 @@ def test_guarded_poses_are_computed_with_their_own_values():
     assert list(answer.guarded) == [False, True, True, False]
     for i in range(4):
         own = robot.substituted({n: float(v[i]) for n, v in values.items()})
-        one = careful_stiffness(own, pose[i])
+        one = direct_stiffness(own, pose[i])
         assert answer.rank[i] == one.rank
         np.testing.assert_allclose(
             answer.values["K"][i], one.K, rtol=1e-9, atol=1e-9 * np.abs(one.K).max()
@@ -100,9 +100,7 @@ def test_derivatives_by_parameters_are_limits_of_differences(name, by):
     compiled = rs.compile(robot, [rate], parameters=(by,), backend=rs.Backend.ARRAYS)
     pose = around_home(robot, 5)
     value, step = robot.nominal[by], 1e-5 * robot.nominal[by]
-    up, down = (
-        careful_stiffness(robot.substituted({by: value + s}), pose).K for s in (step, -step)
-    )
+    up, down = (direct_stiffness(robot.substituted({by: value + s}), pose).K for s in (step, -step))
     expected = (up - down) / (2 * step)
     np.testing.assert_allclose(
         compiled.evaluate(pose).values[rate.name],
@@ -113,15 +111,17 @@ def test_derivatives_by_parameters_are_limits_of_differences(name, by):
 
 
 def test_a_compiled_robot_with_parameters_travels():
-    compiled = rs.compile(model("3-rpr-beams"))
+    robot = model("3-rpr-beams")
+    compiled = rs.compile(robot)
     other = pickle.loads(pickle.dumps(compiled))  # noqa: S301
-    pose = around_home(compiled.robot, 3)
+    pose = around_home(robot, 3)
     np.testing.assert_array_equal(
         other.evaluate(pose).values["K"], compiled.evaluate(pose).values["K"]
     )
-    with_R = rs.compile(model("hexapod", "R"), parameters=("R",), backend=rs.Backend.ARRAYS)
+    robot = model("hexapod", "R")
+    with_R = rs.compile(robot, parameters=("R",), backend=rs.Backend.ARRAYS)
     again = pickle.loads(pickle.dumps(with_R))  # noqa: S301
-    pose = around_home(with_R.robot, 3)
+    pose = around_home(robot, 3)
     np.testing.assert_array_equal(
         again.evaluate(pose, parameters={"R": 0.55}).values["K"],
         with_R.evaluate(pose, parameters={"R": 0.55}).values["K"],
@@ -198,7 +198,7 @@ def test_rates_of_an_arm_with_a_length_hold_its_joints_and_not_its_pose():
     found = rs.compile(robot, [rate], parameters=("fore",), backend=rs.Backend.ARRAYS)
 
     def stiffness(fore):
-        return careful_stiffness(robot.substituted({"fore": fore}), rs.JointCoordinates(q[0])).K
+        return direct_stiffness(robot.substituted({"fore": fore}), rs.JointCoordinates(q[0])).K
 
     at, step = robot.nominal["fore"], 1e-5
     slope = (stiffness(at + step) - stiffness(at - step)) / (2 * step)
@@ -268,7 +268,7 @@ def test_values_of_which_a_part_does_not_exist_are_refused(values, message, arm_
         assert not kernel.evaluate(pose, *wrench).guarded.any()
         with pytest.raises(rs.InputError, match=message):
             kernel.evaluate(pose, *wrench, parameters=values)
-    robot = arm_kernels[0][0].robot
+    robot = arm_kernels[0][0].subject
     rows = [np.broadcast_to(values.get(str(s), robot.nominal[str(s)]), 3) for s in robot.symbols]
     row = int(message.split("in row ")[1][0])
     for k in range(row + 1):

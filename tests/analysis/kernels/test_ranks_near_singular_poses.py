@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.model import Robot
 
 SPREADS = (0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1)
@@ -28,13 +28,13 @@ def test_rank_and_status_are_those_of_the_wrench_basis_form(name: str):
     assert isinstance(robot, Robot)
     at = poses(robot)
     compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
-    answer, careful = compiled.attempt(at), careful_stiffness(robot, at)
+    answer, careful = compiled.attempt(at), direct_stiffness(robot, at)
     own = ~answer.guarded
     assert np.all(careful.rank[:EACH] == 3)
     np.testing.assert_array_equal(np.unique(answer.rank[own]), [3, 5])
     np.testing.assert_array_equal(answer.rank[own], careful.rank[own])
     np.testing.assert_array_equal(answer.status_codes[own], careful.status_codes[own])
-    K, expected = answer.values["K"], careful.about_reference.matrix
+    K, expected = answer.values["K"], careful.details().whole.matrix
     np.testing.assert_allclose(K[own], expected[own], atol=1e-14 * np.max(expected))
     share = answer.guarded.reshape(len(SPREADS), EACH).mean(axis=1)
     assert np.all(share[[6, 7]] == 0)

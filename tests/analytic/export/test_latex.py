@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import robostiff as rs
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import derivation_latex, derivation_markdown
-from robostiff.analytic.export.latex import latex_name, latex_words
+from robostiff.analytic.export.latex import LATEX, latex_words
 from tests.analytic.export.derivations import ALL
 
 
@@ -123,12 +123,12 @@ def test_long_entries_are_broken_out_and_long_sums_broken():
     ],
 )
 def test_names_of_symbols(name, written):
-    assert latex_name(name) == written
+    assert LATEX.name(name) == written
 
 
 @given(st.text(max_size=20))
 def test_no_name_breaks_the_document(name):
-    check_balance(latex_name(name or "x"))
+    check_balance(LATEX.name(name or "x"))
     check_balance(latex_words(name))
     bare = without_escapes(latex_words(name))
     assert not re.search(r"[#$%&_]", bare)
@@ -159,6 +159,6 @@ def test_a_snippet_has_the_formula_alone_and_all_of_its_names(name, options):
     lefts = {line.split("=")[0].strip(" &") for line in snippet.splitlines() if "=" in line}
     right = "".join(line.partition("=")[2] or line for line in snippet.splitlines())
     for d in named.definitions:
-        written = latex_name(d.symbol.name)
+        written = LATEX.name(d.symbol.name)
         if written in right and d.expression.free_symbols:
             assert written in lefts

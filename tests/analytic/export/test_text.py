@@ -4,8 +4,8 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic import Derivation, Steps, derive_chain
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.outline import Nomenclature, VectorEquations
+from robostiff.analytic.export.blocks import Equations, MatrixEquation, Nomenclature
+from robostiff.analytic.export.outline import outline_of
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL, symmetric
 
@@ -120,21 +120,37 @@ def test_too_little_width():
 
 
 @pytest.mark.parametrize(
-    ("name", "pose"),
+    ("name", "how"),
     [
-        ("3-upu", None),
-        ("delta", rs.AtSymbols()),
-        ("3-puu", rs.AtSymbols()),
-        ("six-joint-arm", None),
+        ("3-upu", {}),
+        ("3-rrr", {}),
+        ("delta", {"pose": rs.AtSymbols()}),
+        ("3-puu", {"pose": rs.AtSymbols()}),
+        ("agile-eye", {"pose": rs.AtSymbols()}),
+        ("six-joint-arm", {}),
+        ("two-link-arm", {}),
+        ("3-rrr", {"form": Steps()}),
+        ("gough-stewart-b-beams", {"leg": "leg1"}),
     ],
 )
-def test_every_name_of_a_vector_form_has_a_meaning(name, pose):
-    *blocks, nomenclature = outline_of(rs.derive(name, pose=pose))
+def test_every_name_that_is_printed_has_a_meaning(name, how):
+    *blocks, nomenclature = outline_of(rs.derive(name, **how))
     assert isinstance(nomenclature, Nomenclature)
-    listed = {getattr(x, "name", x) for names, _ in nomenclature.rows for x in names}
-    first = {f"{x.partition('_')[0]}_1" for x in listed}  # p_1, ..., p_5
-    for block in blocks:
-        if isinstance(block, VectorEquations):
-            for own in (e.name for e in block.rows if not e.name.startswith(("w_i", "c_i"))):
-                letter, _, number = own.partition("_")
-                assert (f"{letter}_1" in first) if number.isdigit() else own in listed
+    rows = [[getattr(x, "name", x) for x in names] for names, _ in nomenclature.rows]
+    listed = {x for row in rows for x in row}
+    # w stands for w_1, w_2, ...; a row "p_1, ..., p_5" for those between its ends.
+    letters = {x for x in listed if "_" not in x}
+    letters |= {row[0].partition("_")[0] for row in rows if "..." in row}
+    lefts = [b.name for b in blocks if isinstance(b, MatrixEquation)]
+    lefts += [e.name for b in blocks if isinstance(b, Equations) for e in b.rows]
+    unsaid = {x for x in lefts if x not in listed and x.partition("_")[0] not in letters}
+    assert unsaid <= {"0"}  # where the legs close
+
+
+def test_a_common_factor_that_is_long_has_a_name():
+    text = derivation_text(rs.derive("3-rrr", leg="leg1"))
+    lines = section(text, "Compliance without passive joints")
+    first = next(i for i, line in enumerate(lines) if "K_0 = K_0_f * [" in line)
+    assert lines[first - 1].lstrip().startswith("[ C_22*C_33 - C_23**2 ")
+    assert lines[first + 2].startswith("K_0_f = 1/(C_11*C_22*C_33")
+    assert text.count("C_11*C_22*C_33") == 1

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import derivation_pdf, derivation_typst
-from robostiff.analytic.export.typst import typst_expression, typst_name
+from robostiff.analytic.export.typst import TYPST
 from robostiff.errors import InputError
 from robostiff.markup import typst_text
 from tests.analytic.export.derivations import ALL
@@ -36,7 +36,7 @@ x, y = sp.symbols("x y")
     ],
 )
 def test_expressions(expression, written):
-    assert typst_expression(expression) == written
+    assert TYPST.write(expression) == written
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_expressions(expression, written):
     ],
 )
 def test_names_of_symbols(name, written):
-    assert typst_name(name) == written
+    assert TYPST.name(name) == written
 
 
 def test_prose_is_escaped():

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.free_motion import FreeMotion
 from robostiff.analysis.indices.stiffness_parts import eigenparts, stiffness_parts
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import Status, scaling
 from robostiff.errors import InputError
 from robostiff.spatial import as_float, as_floats, screw_of_twist
@@ -18,10 +18,10 @@ from robostiff.spatial import as_float, as_floats, screw_of_twist
 _SHORTEST = 1e-30  # [m]; the largest number there may be is its inverse
 
 
-def index_length(result: RobotStiffness, length: float | None) -> float:
+def index_length(result: Stiffness, length: float | None) -> float:
     """The characteristic length [m]: the one given, or the robot's own at its pose."""
     if length is None:
-        return float(result.about_reference.length)
+        return float(result.length)
     expected = f"a length above 0, from {_SHORTEST:.0e} m"
     given = as_float("characteristic length", length, expected, "m")
     if given < _SHORTEST:
@@ -71,7 +71,7 @@ class Eigenstiffness:
 
 
 def eigenstiffness(
-    result: RobotStiffness, *, length: float | None = None, metric: ArrayLike | None = None
+    result: Stiffness, *, length: float | None = None, metric: ArrayLike | None = None
 ) -> Eigenstiffness:
     """Eigenvalues k of ``K x = k M x``, M = diag(1, 1, 1, L^2, L^2, L^2) unless another is given.
 
@@ -82,7 +82,7 @@ def eigenstiffness(
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : Stiffness
     length : float, optional
         The characteristic length L [m]; the robot's own at the pose when left out.
     metric : (n, n) array-like, optional
@@ -123,10 +123,10 @@ def eigenstiffness(
     return Eigenstiffness(found.values, twists, motions, L, parts.status)
 
 
-def _in_words(result: RobotStiffness, twist: np.ndarray) -> FreeMotion:
+def _in_words(result: Stiffness, twist: np.ndarray) -> FreeMotion:
     spatial = np.zeros(6)
     spatial[list(result.space.rows)] = twist
-    own_length = float(result.about_reference.length)
+    own_length = float(result.length)
     return FreeMotion(twist, screw_of_twist(spatial, result.reference_point, own_length))
 
 
@@ -158,7 +158,7 @@ class ConditionNumber:
         return 0.0 if self.two_norm is None else 1 / self.two_norm
 
 
-def condition_number(result: RobotStiffness, *, length: float | None = None) -> ConditionNumber:
+def condition_number(result: Stiffness, *, length: float | None = None) -> ConditionNumber:
     """Condition numbers of S^-1 K S^-1, S = diag(1, 1, 1, L, L, L), in two norms.
 
     The two-norm looks at the extremes alone, Frobenius' at all directions and is smooth where
@@ -166,7 +166,7 @@ def condition_number(result: RobotStiffness, *, length: float | None = None) -> 
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : Stiffness
     length : float, optional
         L [m]; the robot's own at the pose when left out.
 
@@ -227,7 +227,7 @@ class VirtualWork:
     status: Status
 
 
-def virtual_work(result: RobotStiffness, *, length: float | None = None) -> VirtualWork:
+def virtual_work(result: Stiffness, *, length: float | None = None) -> VirtualWork:
     """Work ``1/2 F^T C F`` that unit loads do: the worst, and the mean over all directions.
 
     Work has one unit, whatever forces and moments have; the length only says which moments count as
@@ -236,7 +236,7 @@ def virtual_work(result: RobotStiffness, *, length: float | None = None) -> Virt
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : Stiffness
     length : float, optional
         L [m]; the robot's own at the pose when left out.
 

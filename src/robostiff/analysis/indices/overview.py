@@ -39,10 +39,11 @@ from robostiff.analysis.indices.screws import (
     eigenscrews,
 )
 from robostiff.analysis.indices.stiffness_parts import stiffness_parts
-from robostiff.analysis.posed_stiffness import answered_at
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.analysis.result_tables import head_html
 from robostiff.elastostatics import Status
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
@@ -93,7 +94,7 @@ class StiffnessIndices:
 
     Attributes
     ----------
-    result : RobotStiffness
+    result : Stiffness
         What they are computed from.
     length : float
         The characteristic length [m] of those that need one.
@@ -110,7 +111,7 @@ class StiffnessIndices:
     virtual_work : VirtualWork
     """
 
-    result: RobotStiffness
+    result: Stiffness
     length: float
     along_axes: tuple[DirectionalStiffness, ...]
     principal: PrincipalStiffnesses
@@ -138,7 +139,7 @@ class StiffnessIndices:
 
 
 @dataclass(frozen=True, repr=False)
-class IndicesOfPoses:
+class IndicesOfPoses(StatusOfPoses):
     """The stiffness indices of a batch of poses, computed when they are taken from it.
 
     ``found[i]`` are those of one pose, and ``found[found.answered]`` those of all that have a
@@ -146,24 +147,19 @@ class IndicesOfPoses:
 
     Attributes
     ----------
-    result : RobotStiffness
+    result : Stiffness
         What they are computed from, with the status of each pose.
     length : float or None
         The characteristic length [m]; None for the robot's own at each pose.
     """
 
-    result: RobotStiffness
+    result: Stiffness
     length: float | None
 
     @property
     def status_codes(self) -> np.ndarray:
         """Status of every pose (...) as uint16."""
         return self.result.status_codes
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Which poses have indices (...)."""
-        return self.result.answered
 
     def __repr__(self) -> str:
         poses, known = self.answered.size, int(np.count_nonzero(self.answered))
@@ -197,7 +193,7 @@ class IndicesOfPoses:
 
 
 def indices(
-    robot: RobotStiffness | Robot | Snapshot | Network | Linkage,
+    robot: Stiffness | Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
     *,
     length: float | None = None,
@@ -208,7 +204,7 @@ def indices(
 
     Parameters
     ----------
-    robot : RobotStiffness, Robot, Snapshot, Network or Linkage
+    robot : Stiffness, Robot, Snapshot, Network or Linkage
         What `stiffness` answers, or what it would be asked of.
     pose, at, near
         As for `stiffness`, where a robot is given.
@@ -243,7 +239,7 @@ def indices(
            fill_value=1e+20)
     """
     if isinstance(robot, Robot | Snapshot | Network | Linkage):
-        result = answered_at(robot, pose, at, near=near)
+        result = direct_stiffness(robot, pose, at, near=near)
     elif pose is None and at is None and near is None:
         result = robot
     else:
@@ -253,7 +249,7 @@ def indices(
             expected="a result alone: it is of its own poses",
             hint="write indices(robot, pose, at=..., near=...)",
         )
-    if isinstance(result, RobotStiffness) and result.batch_shape:
+    if isinstance(result, Stiffness) and result.batch_shape:
         return IndicesOfPoses(result, None if length is None else index_length(result, length))
     space = stiffness_parts(result).space
     L = index_length(result, length)

@@ -14,7 +14,7 @@ from robostiff.analysis.indices.stiffness_parts import (
     StiffnessParts,
     stiffness_parts,
 )
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.spatial import Space, as_floats
@@ -30,7 +30,7 @@ class PrincipalStiffnesses(StationaryStiffness):
     about: ClassVar[str] = "the other displacements and rotations held"
 
 
-def principal_stiffness(result: RobotStiffness) -> PrincipalStiffnesses:
+def principal_stiffness(result: Stiffness) -> PrincipalStiffnesses:
     """Eigenvalues of the diagonal blocks of K: ``K_tt u = k u`` and ``K_rr u = k u``.
 
     They are the stiffnesses for a task that guides the platform: of a machine that
@@ -77,7 +77,7 @@ class CollinearStiffness(StationaryStiffness):
         return float(self.translational[0])
 
 
-def collinear_stiffness(result: RobotStiffness) -> CollinearStiffness:
+def collinear_stiffness(result: Stiffness) -> CollinearStiffness:
     """Stiffness along forces whose displacement is parallel to them, ``C_tt u = (1 / k) u``.
 
     A force along such a u moves the reference point along u, while the platform turns as it likes;
@@ -126,7 +126,7 @@ class Anisotropy:
     status: Status
 
 
-def anisotropy(result: RobotStiffness) -> Anisotropy:
+def anisotropy(result: Stiffness) -> Anisotropy:
     """Ratio of the largest to the smallest eigenvalue of C_tt, and of C_rr.
 
     Both are numbers without units, and need no characteristic length.
@@ -172,7 +172,7 @@ class DirectionalStiffness:
     status: Status
 
 
-def directional_stiffness(result: RobotStiffness, direction: ArrayLike) -> DirectionalStiffness:
+def directional_stiffness(result: Stiffness, direction: ArrayLike) -> DirectionalStiffness:
     """Stiffness against a force along a direction, through the reference point [N/m].
 
     ``free`` is what a force gauge and a dial gauge measure on the machine, ``held`` what they would
@@ -180,7 +180,7 @@ def directional_stiffness(result: RobotStiffness, direction: ArrayLike) -> Direc
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : Stiffness
     direction : (3,) array-like
         Of any length but zero; (2,) will do in the plane.
 
@@ -201,7 +201,7 @@ def directional_stiffness(result: RobotStiffness, direction: ArrayLike) -> Direc
     return _along(parts, u, parts.forces_rotations_free, parts.forces_rotations_held, "N/m")
 
 
-def stiffness_about_axis(result: RobotStiffness, axis: ArrayLike) -> DirectionalStiffness:
+def stiffness_about_axis(result: Stiffness, axis: ArrayLike) -> DirectionalStiffness:
     """Stiffness against a moment about an axis direction [N m/rad].
 
     ``free`` lets the platform shift and turn otherwise, and does not depend on the reference point;
@@ -209,7 +209,7 @@ def stiffness_about_axis(result: RobotStiffness, axis: ArrayLike) -> Directional
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : Stiffness
     axis : (3,) array-like
         Of any length but zero; along z for a planar robot.
 
@@ -239,7 +239,7 @@ def _along(
     parts: StiffnessParts, u: np.ndarray, free: EigenPart, held: EigenPart, unit: str
 ) -> DirectionalStiffness:
     status = parts.status
-    tolerance = parts.result.about_reference.tolerance.independence
+    tolerance = parts.result.details().whole.tolerance.independence
     along = free.directions @ u
     if np.any(np.abs(along[free.values == 0]) > tolerance):
         stiffness_free = 0.0
@@ -301,7 +301,7 @@ class WorstDeflections:
     status: Status
 
 
-def worst_deflection(result: RobotStiffness) -> WorstDeflections:
+def worst_deflection(result: Stiffness) -> WorstDeflections:
     """Largest eigenvalues of C_tt and C_rr: the most that unit vectors u make of ``|C_tt u|``.
 
     The force acts through the reference point and the platform may turn; displacement and force

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from robostiff.analysis.indices.stiffness_parts import StiffnessParts, stiffness_parts
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import Status
 from robostiff.spatial import Screw, move_compliance, move_stiffness, screw_of_twist
 
@@ -97,7 +97,7 @@ class Eigenscrews:
     status: Status
 
 
-def eigenscrews(result: RobotStiffness) -> Eigenscrews:
+def eigenscrews(result: Stiffness) -> Eigenscrews:
     """Eigenwrenches ``K (u, 0) = k_f (u, m)`` and eigentwists ``K (d, w) = k_r (0, w)``.
 
     The stiffnesses k_f are the eigenvalues of K_tt, the k_r the reciprocals of those of C_rr. Lines
@@ -120,7 +120,7 @@ def eigenscrews(result: RobotStiffness) -> Eigenscrews:
     [12198795, 20545339, 20545339]
     """
     parts = _parts(result)
-    d, length = parts.space.translations, float(result.about_reference.length)
+    d, length = parts.space.translations, float(result.length)
     forces, moments = parts.forces_rotations_held, parts.moments_translations_free
     wrenches, twists = [], []
     for k, u in zip(forces.values, forces.directions, strict=True):
@@ -148,7 +148,7 @@ def eigenscrews(result: RobotStiffness) -> Eigenscrews:
 
 
 def _screw(parts: StiffnessParts, twist: np.ndarray) -> Screw:
-    length = float(parts.result.about_reference.length)
+    length = float(parts.result.length)
     return screw_of_twist(twist, parts.result.reference_point, length, _SMALL)
 
 
@@ -204,7 +204,7 @@ class Centre:
         return self.coupling == 0.0
 
 
-def centre_of_stiffness(result: RobotStiffness) -> Centre:
+def centre_of_stiffness(result: Stiffness) -> Centre:
     """The point about which K_tr is symmetric, ``(tr(K_tt) I - K_tt) v = -axial(K_tr - K_tr^T)``.
 
     It is also the point from which the vectors to the axes of the eigenwrenches, weighed by their
@@ -238,7 +238,7 @@ def centre_of_stiffness(result: RobotStiffness) -> Centre:
     return _centre(parts, v, line, move_stiffness(parts.K, v), parts.K[:d, :d])
 
 
-def centre_of_compliance(result: RobotStiffness) -> Centre:
+def centre_of_compliance(result: Stiffness) -> Centre:
     """The point about which C_tr is symmetric, ``(tr(C_rr) I - C_rr) v = axial(C_tr - C_tr^T)``.
 
     From it the vectors to the axes of the eigentwists, weighed by their compliance, add to
@@ -275,7 +275,7 @@ def centre_of_compliance(result: RobotStiffness) -> Centre:
     return _centre(parts, v, line, move_compliance(C, v), C[d:, d:])
 
 
-def _parts(result: RobotStiffness) -> StiffnessParts:
+def _parts(result: Stiffness) -> StiffnessParts:
     """About the robot's own point, from where the digits are best."""
     stiffness_parts(result)
     return stiffness_parts(result.about(result.origin))
@@ -315,7 +315,7 @@ def _centre(
     if line is not None:
         line = np.append(line, np.zeros(3 - d))
     # Moving to the point by v cancels terms of this size.
-    lever = max(float(np.linalg.norm(v)), float(parts.result.about_reference.length))
+    lever = max(float(np.linalg.norm(v)), float(parts.result.length))
     nothing = _ROUNDING * lever * float(np.linalg.norm(moved_block, 2))
     status = parts.status
     if line is not None and np.count_nonzero(parts.forces_rotations_held.values) > 1:

@@ -18,7 +18,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import CartesianStiffness, Status, scaling
 from robostiff.errors import InputError
 from robostiff.spatial import Space, move_wrench
@@ -79,7 +79,7 @@ class StationaryStiffness:
 class StiffnessParts:
     """K of a single pose about its reference point, and the ranks of its parts."""
 
-    result: RobotStiffness  # of a single pose with a matrix
+    result: Stiffness  # of a single pose with a matrix
     K: np.ndarray  # (n, n): about the reference point [N/m, N, N m]
     # (n, n) or None: compliance about the same point; None where K is singular, or so nearly that
     # no digit of its inverse would hold
@@ -135,7 +135,7 @@ class StiffnessParts:
 
     def _free_parts(self, free: np.ndarray, rank: int) -> EigenPart:
         """Of a Schur complement, in which values that are not above rounding are zero."""
-        answer = self.result.about_reference
+        answer = self.result.details().whole
         if not answer.invertible:
             values = np.linalg.eigvalsh(0.5 * (free + free.T))
             held = np.count_nonzero(values > answer.tolerance.rigidity * values[-1])
@@ -143,9 +143,9 @@ class StiffnessParts:
         return eigenparts(free, rank)
 
 
-def stiffness_parts(result: RobotStiffness) -> StiffnessParts:
+def stiffness_parts(result: Stiffness) -> StiffnessParts:
     """The parts of K at a single pose."""
-    if not isinstance(result, RobotStiffness):
+    if not isinstance(result, Stiffness):
         raise InputError(
             "result",
             got=result,
@@ -160,7 +160,7 @@ def stiffness_parts(result: RobotStiffness) -> StiffnessParts:
             hint="take result[i], or indices(result) for all of them",
         )
     K = result.K
-    forces, moments = _ranks(result.about_reference, result)
+    forces, moments = _ranks(result.details().whole, result)
     return StiffnessParts(result, K, result.compliance, forces, moments)
 
 
@@ -223,7 +223,7 @@ def _along_axes(basis: np.ndarray) -> list[np.ndarray]:
     return sorted(found, key=lambda e: int(np.argmax(np.abs(e))))
 
 
-def _ranks(answer: CartesianStiffness, result: RobotStiffness) -> tuple[int, int]:
+def _ranks(answer: CartesianStiffness, result: Stiffness) -> tuple[int, int]:
     """Of the force rows and of the moment rows of the wrenches that hold the platform."""
     tolerance, space = answer.tolerance.independence, answer.space
     U, values, _ = np.linalg.svd(answer.held)

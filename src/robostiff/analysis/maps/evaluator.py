@@ -10,10 +10,8 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from robostiff.analysis.cable_stiffness import CableStiffness, are_beyond_limits, cable_stiffness
-from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_answer import CheckedResults
-from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
-from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
+from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
 from robostiff.analysis.deflection_under_load import carried_by
 from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.maps.pose_columns import Mapped, PoseColumns
@@ -26,7 +24,8 @@ from robostiff.analysis.measures import (
     twists_under,
     worst_deflection,
 )
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.result import Stiffness
 from robostiff.cables import structure_matrix
 from robostiff.compiled import (
     Backend,
@@ -119,7 +118,7 @@ class MapEvaluator:
     length: float = 1.0  # characteristic length of the indices [m]
     # joint coordinates of all legs that choose the posture [m, rad]; empty for home's
     near: tuple[float, ...] = ()
-    kernel: CompiledRobot | CompiledLinkage | None = None
+    kernel: CompiledStiffness | None = None
 
     @property
     def method(self) -> str:
@@ -164,7 +163,7 @@ class MapEvaluator:
             )
         if isinstance(robot, Linkage):
             joints = [name for name, _ in columns.drives]
-            made = compile_linkage(robot, self._outputs, joints=joints, backend=backend)
+            made = compile_stiffness(robot, self._outputs, joints=joints, backend=backend)
             return replace(self, kernel=made)
         free = tuple(coordinate.value for coordinate in robot.coordinates)
         if not columns.of_joints and columns.names != free:
@@ -174,7 +173,7 @@ class MapEvaluator:
                 expected=f"coordinates that are free: {' '.join(free)}",
                 hint=_OTHERWISE,
             )
-        compiled = compile_robot(robot, self._outputs, backend=backend)
+        compiled = compile_stiffness(robot, self._outputs, backend=backend)
         if columns.of_joints and not compiled.takes_joints:
             raise InputError(
                 subject, got="joint coordinates", expected=" ".join(free), hint=_OTHERWISE
@@ -213,7 +212,7 @@ class MapEvaluator:
 
     def _by_kernel(
         self,
-        kernel: CompiledRobot | CompiledLinkage,
+        kernel: CompiledStiffness,
         poses: np.ndarray,
         out: Mapping[str, np.ndarray],
     ) -> Mapping[str, np.ndarray]:
@@ -269,7 +268,7 @@ class MapEvaluator:
 
     def _chunk(self, poses: np.ndarray) -> dict[str, np.ndarray]:
         pose = self.columns.as_pose(poses)
-        result = careful_stiffness(cast(Any, self.robot), pose, near=self._near)
+        result = direct_stiffness(cast(Any, self.robot), pose, near=self._near)
         status = result.status_codes
         K = stiffness_where_answered(result) if _OF_K & set(self.quantities) else np.empty(0)
         C = partial(compliance_where_answered, result)
@@ -314,7 +313,7 @@ class MapEvaluator:
         return np.array(self.near) if self.near else None
 
     def _actuator_forces(
-        self, pose: Any, result: RobotStiffness, known: np.ndarray, wrench: np.ndarray
+        self, pose: Any, result: Stiffness, known: np.ndarray, wrench: np.ndarray
     ) -> np.ndarray:
         """Load on each actuator (N, actuators) [N or N m]: what its chain carries along it."""
         if not isinstance(self.robot, Robot):
@@ -331,7 +330,7 @@ class MapEvaluator:
                 F[np.ix_(known, np.array(rows))] = loads.wrenches[i]
             forces += [
                 np.einsum("...i,...i->...", freedom_twist(element, result.origin), carried)
-                for element, carried in carried_by(leg, result.leg_blocks[i], F, rows)
+                for element, carried in carried_by(leg, result.details().leg_blocks[i], F, rows)
                 if isinstance(element, PlacedFreedom) and isinstance(element.role, Actuated)
             ]
         out = empty_batch((len(known),), (len(forces),))

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_tensions import cable_tensions
-from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator
 from robostiff.analysis.maps.identity import plain
@@ -26,6 +25,7 @@ from robostiff.analysis.maps.pose_columns import (
 )
 from robostiff.analysis.maps.stored import MOST_POSES
 from robostiff.analysis.maps.variables import Quantity
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import given_wrenches
 from robostiff.compiled import Backend
 from robostiff.errors import InputError, NoAnswerError
@@ -282,7 +282,7 @@ def _length(robot: Mapped, given: float | None) -> float:
     if given is None:
         if isinstance(robot, CableRobot):
             return float(cable_tensions(robot).placed.characteristic_length)
-        return float(careful_stiffness(robot).about_reference.length)
+        return float(direct_stiffness(robot).length)
     length = as_float("characteristic_length", given, "a length above 0 [m]", "m")
     if not length > 0:
         raise InputError("characteristic_length", got=given, expected="a length above 0 [m]")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import sympy as sp
@@ -128,3 +128,11 @@ class WrittenField:
 
     def __set__(self, instance: Any, value: Any) -> None:
         instance.__dict__[self._name] = value
+
+
+class WrittenWhole:
+    """A frozen dataclass that is pickled with all of its fields written."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        own: Any = self
+        return type(self), tuple(getattr(own, x.name) for x in fields(own))

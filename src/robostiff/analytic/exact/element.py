@@ -239,16 +239,14 @@ def product_of(*parts: Any) -> Any:
         number *= own[0]
         factors += own[1]
     bases = [x.base if x.is_Pow else x for x in factors]
-    if not _are_different(bases) or (len(factors) == 1 and factors[0].is_Add):
+    # Of a few, comparing is quicker than hashing all their parts.
+    if len(bases) > _FEW:
+        are_different = len(set(bases)) == len(bases)
+    else:
+        are_different = not any(a == b for a, b in combinations(bases, 2))
+    if not are_different or (len(factors) == 1 and factors[0].is_Add):
         return sp.Mul(*parts)
     return product_in_order(number, factors)
-
-
-def _are_different(expressions: list[Any]) -> bool:
-    """Whether no two are the same; of a few, comparing is quicker than hashing all their parts."""
-    if len(expressions) > _FEW:
-        return len(set(expressions)) == len(expressions)
-    return not any(a == b for a, b in combinations(expressions, 2))
 
 
 def made_of(expression: Any, parts: Sequence[Any]) -> Any:

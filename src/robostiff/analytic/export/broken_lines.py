@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import sympy as sp
 
@@ -95,16 +94,18 @@ def _power_width(power: Any) -> float:
     return base + _SMALL * math_width(power.exp)
 
 
-@dataclass(frozen=True)
-class Breaks:
+class Breaks(Protocol):
     """Brackets and signs of a broken line in a language for formulas."""
 
-    write: Callable[[sp.Expr], str]  # an expression in the language
     # brackets that may stand on different lines
     opening: str
     closing: str
     slash: str
     power: str  # what follows a closing bracket, with ``{}`` for the exponent
+
+    def write(self, expression: Any) -> str:
+        """An expression in the language."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -120,8 +121,9 @@ def broken_lines(expression: sp.Expr, language: Breaks, room: float) -> list[str
 
     Examples
     --------
+    >>> from types import SimpleNamespace
     >>> a, b, c, d = sp.symbols("a b c d")
-    >>> plain = Breaks(str, "(", ")", "/", "**{}")
+    >>> plain = SimpleNamespace(write=str, opening="(", closing=")", slash="/", power="**{}")
     >>> broken_lines((a + b + c + d) / (2 * d), plain, 7)
     ['( a + b', '+ c + d )', '/ ( 2 d )']
     """

@@ -1,34 +1,19 @@
-"""A derivation as a function of C, Python and Julia: one class a language."""
+"""A derivation as a function of C, Python, Julia and MATLAB: one class a language."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
-from robostiff.analytic.export.code_printer import (
-    NO_ANSWER,
-    CaretCode,
-    Code,
-    about_argument,
-    convention,
-    plain_text,
-    unquoted,
-    where_it_holds,
-)
-from robostiff.analytic.export.derivative_outline import refuse_derivative
+from robostiff.analytic.export.code_printer import NO_ANSWER, Code, unquoted
 from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.outline import refuse_derivative
 from robostiff.analytic.export.program import FormulaProgram
-from robostiff.analytic.export.vocabulary import (
-    C_WORDS,
-    JULIA_WORDS,
-    PYTHON_WORDS,
-)
+from robostiff.analytic.export.vocabulary import C_WORDS, JULIA_WORDS, MATLAB_WORDS, PYTHON_WORDS
 
 
-def c_function(derivation: Derivation, name: str = "stiffness") -> str:
+def c_function(derivation: Any, name: str = "stiffness") -> str:
     r"""A derivation as the source of a function in C99.
 
     Parameters
@@ -52,6 +37,7 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
 
     Examples
     --------
+    >>> from robostiff.analytic import Derivation
     >>> import sympy as sp
     >>> k, d = sp.symbols("k d")
     >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
@@ -69,12 +55,12 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     return _C(derivation, name).source()
 
 
-def python_function(derivation: Derivation | FormulaDerivative, name: str = "stiffness") -> str:
+def python_function(derivation: Any, name: str = "stiffness") -> str:
     r"""A derivation as the source of a Python module with one function, which needs only NumPy.
 
     Parameters
     ----------
-    derivation : Derivation or FormulaDerivative
+    derivation : Derivation, FormulaDerivative or StiffnessUnderLoad
         The function returns K, or the pair K, dK of a derivative.
     name : str
         Name of the function. Its arguments are the given symbols, in alphabetical order; they may
@@ -93,34 +79,23 @@ def python_function(derivation: Derivation | FormulaDerivative, name: str = "sti
 
     Examples
     --------
+    >>> from robostiff.analytic import Derivation
     >>> import sympy as sp
     >>> k, d = sp.symbols("k lambda")
     >>> K = sp.ImmutableMatrix([[k, 0, k * d], [0, 0, 0], [k * d, 0, k * d**2 / 3]])
     >>> lines = python_function(Derivation("K_C", K, (), K)).splitlines()
-    >>> lines[6]
-    'def stiffness(k, lambda_):'
-    >>> print("\n".join(lines[-16:-5]))
-        k = np.asarray(k, dtype=float)
-        lambda_ = np.asarray(lambda_, dtype=float)
-        t1 = k*lambda_
-        shape = np.broadcast_shapes(k.shape, lambda_.shape)
-        K = np.zeros((*shape, 3, 3))
-        K[..., 0, 0] = k
-        K[..., 0, 2] = t1
-        K[..., 2, 0] = K[..., 0, 2]
-        K[..., 2, 2] = (1/3)*k*lambda_**2
-        holds = np.isfinite(K).all(axis=(-2, -1))
-        for given in (k, lambda_):
+    >>> lines[6], lines[-14], lines[-11]
+    ('def stiffness(k, lambda_):', '    t1 = k*lambda_', '    K[..., 0, 0] = k')
     """
     return _Python(derivation, name).source()
 
 
-def julia_function(derivation: Derivation | FormulaDerivative, name: str = "stiffness") -> str:
+def julia_function(derivation: Any, name: str = "stiffness") -> str:
     r"""A derivation as the source of a function of Julia, which needs no package.
 
     Parameters
     ----------
-    derivation : Derivation or FormulaDerivative
+    derivation : Derivation, FormulaDerivative or StiffnessUnderLoad
     name : str
         Name of the function; it returns K, or the pair K, dK of a derivative. Its arguments are
         the given symbols, in alphabetical order, each one number of any real type. Where the
@@ -133,24 +108,51 @@ def julia_function(derivation: Derivation | FormulaDerivative, name: str = "stif
 
     Examples
     --------
+    >>> from robostiff.analytic import Derivation
     >>> import sympy as sp
     >>> k, d = sp.symbols("k d")
     >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
     >>> lines = julia_function(Derivation("K_C", K, (), K)).splitlines()
-    >>> print("\n".join(lines[-11:]))
-    function stiffness(d, k)
-        d = float(d)
-        k = float(k)
-        T = typeof(d + k)
-        K = zeros(T, 3, 3)
+    >>> print("\n".join(lines[-6:-2]))
         K[1, 1] = k
         K[3, 3] = (1/3)*d^2*k
         holds = all(isfinite, (d, k)) && all(isfinite, K)
         holds || throw(DomainError((d, k), "the formula does not hold at these values"))
-        return K
-    end
     """
     return _Julia(derivation, name).source()
+
+
+def matlab_function(derivation: Any, name: str = "stiffness") -> str:
+    r"""A derivation as the source of a function of MATLAB, which Octave takes as well.
+
+    Parameters
+    ----------
+    derivation : Derivation, FormulaDerivative or StiffnessUnderLoad
+    name : str
+        Name of the function ``K = name(...)``, or ``[K, dK] = name(...)`` of a derivative; also
+        that of its file, ``name.m``. Its arguments are the given symbols, in alphabetical order,
+        each one number. Where the formula does not hold, it raises the error
+        ``robostiff:formula``.
+
+    Raises
+    ------
+    InputError
+        When the name is no identifier, or an expression is not of the vocabulary.
+
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> import sympy as sp
+    >>> k, d = sp.symbols("k d")
+    >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
+    >>> lines = matlab_function(Derivation("K_C", K, (), K)).splitlines()
+    >>> print("\n".join([lines[0], *lines[-7:-4]]))
+    function K = stiffness(d, k)
+    K(1, 1) = k;
+    K(3, 3) = (1/3)*d^2*k;
+    holds = all(isfinite([d, k])) && all(isfinite(K(:)));
+    """
+    return _Matlab(derivation, name).source()
 
 
 def source_of_values(compute: FormulaProgram, order: Sequence[int]) -> str:
@@ -175,7 +177,8 @@ class _C(Code):
     words = C_WORDS
     size, zero = "fabs", "0.0"
 
-    def prepare(self) -> None:
+    def __init__(self, derivation: Any, name: str) -> None:
+        super().__init__(derivation, name)
         self.p, self.out, self.i = map(self.identifiers.take, ("p", "K_out", "i"))
 
     def integer(self, value: int) -> str:
@@ -187,7 +190,7 @@ class _C(Code):
     def constant(self, name: str) -> str:
         return {"pi": "3.14159265358979323846", "e": "2.71828182845904523536"}[name]
 
-    def power(self, base: Any, exponent: Any) -> str:
+    def power(self, base: Any, exponent: Any, sign: str = "^") -> str:
         if base.is_Symbol and exponent.is_Integer and exponent <= 4:
             return f"({'*'.join([self.factor(base)] * int(exponent))})"
         return self.call("pow", [self.write(base), self.write(exponent)])
@@ -204,35 +207,25 @@ class _C(Code):
     def zeros(self, K: str, n: int) -> list[str]:
         return [f"    double {K}[{n * n}] = {{0.0}};"]
 
+    def of_arguments(self) -> list[str]:
+        given = self.compute.arguments
+        if not given:
+            return [f"{self.p} is not used and may be null."]
+        order = [f"{self.p}[{i}] {self.plain(x.name)}" for i, x in enumerate(given)]
+        about = [self.about(x.name, x) for x in given]
+        if not any(about):
+            return wrapped_words(f"Values: {', '.join(order)}.", self.width - 3)
+        each = zip(order, about, strict=True)
+        return ["Values:", *(f"  {own}: {words}".removesuffix(": ") for own, words in each)]
+
     def beginning(self) -> list[str]:
         n, p, given = self.compute.entries.rows, self.p, self.compute.arguments
-        order = [f"{p}[{i}] {plain_text(symbol.name)}" for i, symbol in enumerate(given)]
-        about = [about_argument(x.name, x, self.compute.meanings) for x in given]
-        if any(about):
-            each = zip(order, about, strict=True)
-            values = [
-                "Values:",
-                *("  " + f"{own}: {words}".removesuffix(": ") for own, words in each),
-            ]
-        else:
-            text = f"Values: {', '.join(order)}." if order else f"{p} is not used and may be null."
-            values = wrapped_words(text, self.width - 3)
-        comment = [
-            f"Stiffness matrix {plain_text(self.title)} about the reference point.",
-            "",
-            *wrapped_words(
-                f"{self.out}, {n} x {n}, row after row, {convention(n)}", self.width - 3
-            ),
-            "",
-            *values,
-            "",
-            *wrapped_words(f"Returns 0; 1, and writes nothing, {self.conditions}.", self.width - 3),
-        ]
+        subject = f"{self.out}, {n} x {n}, row after row,"
+        comment = self.comment(subject, "Returns 0; 1, and writes nothing,", 3)
         signature = f"int {self.name}(double *restrict {self.out}, const double *restrict {p})"
         beside = [x for _, x, _ in self.compute.conditions]
-        used = symbols_of(
-            [self.compute.entries, *(a.expression for a in self.compute.assignments), *beside]
-        )
+        steps = [a.expression for a in self.compute.assignments]
+        used = symbols_of([self.compute.entries, *steps, *beside])
         numbers = enumerate(zip(self.arguments, given, strict=True))
         return [
             *("/*", *(f" * {line}".rstrip() for line in comment), " */"),
@@ -268,9 +261,6 @@ class _Python(Code):
     words = PYTHON_WORDS
     size = "np.abs"
 
-    def integer(self, value: int) -> str:
-        return str(value)
-
     def call(self, function: str, arguments: list[str]) -> str:
         names = {"acos": "arccos", "asin": "arcsin", "atan": "arctan", "atan2": "arctan2"}
         return f"np.{names.get(function, function)}({', '.join(arguments)})"
@@ -278,11 +268,18 @@ class _Python(Code):
     def constant(self, name: str) -> str:
         return f"np.{name}"
 
-    def power(self, base: Any, exponent: Any) -> str:
-        written = self.factor(base)
-        return f"{f'({written})' if base.is_Pow else written}**{self.factor(exponent)}"
+    def power(self, base: Any, exponent: Any, sign: str = "**") -> str:
+        return super().power(base, exponent, sign)
 
-    def prepare(self) -> None:
+    def integer(self, value: int) -> str:
+        return str(value)
+
+    @staticmethod
+    def plain(name: str) -> str:
+        return unquoted(name)
+
+    def __init__(self, derivation: Any, name: str) -> None:
+        super().__init__(derivation, name)
         self.shape, self.given, self.bad = map(self.identifiers.take, ("shape", "given", "bad"))
 
     def both(self, test: str) -> str:
@@ -302,22 +299,24 @@ class _Python(Code):
         signature = wrapped_formula(f"{arguments}):", self.width, f"def {name}(")
         return ['@np.errstate(all="ignore")', *signature]
 
-    def beginning(self) -> list[str]:
-        n, title = self.compute.entries.rows, unquoted(self.title)
-        each = " each" if len(self.results) > 1 else ""
-        first = f"Stiffness matrix {title} about the reference point, (..., {n}, {n}){each}."
-        start, *others = wrapped_words(first, self.width - 8)
-        lines = [*others, "", *wrapped_words(f"It {convention(n)}", self.width - 4)]
-        if self.arguments:
-            lines += ["", "Parameters", "----------"]
+    def of_arguments(self) -> list[str]:
+        lines = ["Parameters", "----------"] if self.arguments else []
         for x, symbol in zip(self.arguments, self.compute.arguments, strict=True):
+            about = self.about(x, symbol)
             lines.append(f"{x} : float or array")
-            about = about_argument(x, symbol, self.compute.meanings, unquoted)
             lines += [f"    {about[0].upper()}{about[1:]}."] if about else []
-        where = where_it_holds(self.compute)
-        fails = wrapped_words(f"{where[0].upper()}{where[1:]}.", self.width - 8)
-        lines += ["", "Raises", "------", "ValueError", *(f"    {line}" for line in fails)]
-        docstring = [f'"""{start}', *lines, '"""']
+        return lines
+
+    def beginning(self) -> list[str]:
+        n, each = self.compute.entries.rows, " each" if len(self.results) > 1 else ""
+        start, *lines = self.comment("It", "ValueError", 8, f"(..., {n}, {n}){each}")
+        place = max(i for i, line in enumerate(lines) if line.startswith("ValueError"))
+        words = " ".join(lines[place:]).removeprefix("ValueError ")
+        fails = wrapped_words(f"{words[0].upper()}{words[1:]}", self.width - 8)
+        docstring = [
+            *(f'"""{start}', *lines[:place], "Raises", "------", "ValueError"),
+            *(*(f"    {line}" for line in fails), '"""'),
+        ]
         return [
             *('"""A stiffness matrix as a function of its symbols."""', ""),
             *("import numpy as np", "", ""),
@@ -348,14 +347,15 @@ class _Python(Code):
         ]
 
 
-class _Julia(CaretCode):
+class _Julia(Code):
     """Julia's own functions throw where the result is not real."""
 
     language = "Julia"
     words = JULIA_WORDS
     width = 92
 
-    def prepare(self) -> None:
+    def __init__(self, derivation: Any, name: str) -> None:
+        super().__init__(derivation, name)
         self.kind = self.identifiers.take("T")
         values = ", ".join(self.arguments) + "," * (len(self.arguments) == 1)
         self.values = f"({values})"
@@ -369,24 +369,23 @@ class _Julia(CaretCode):
     def zeros(self, K: str, n: int) -> list[str]:
         return [f"    {K} = zeros({self.kind}, {n}, {n})"]
 
+    def of_arguments(self) -> list[str]:
+        each = (line.partition(":") for line in super().of_arguments())
+        return [f"- `{x}`:{words}" for x, _, words in each]
+
     def beginning(self) -> list[str]:
-        n, arguments, width = self.compute.entries.rows, ", ".join(self.arguments), self.width
-        title = f"Stiffness matrix {plain_text(self.title)} about the reference point, {n} x {n}."
-        known = self.known_arguments("- `", "`")
+        given = f"{', '.join(self.arguments)})"
         lines = [
-            *('"""', *wrapped_formula(f"{arguments})", width, f"    {self.name}(", " " * 8), ""),
-            *(*wrapped_words(title, width), "", *wrapped_words(f"It {convention(n)}", width), ""),
-            *(*known, *[""][: len(known)]),
-            *wrapped_words(f"A `DomainError` is thrown {self.conditions}.", width),
-            '"""',
-            *wrapped_formula(f"{arguments})", width, f"function {self.name}("),
+            *('"""', *wrapped_formula(given, self.width, f"    {self.name}(", " " * 8), ""),
+            *(*self.comment("It", "A `DomainError` is thrown"), '"""'),
+            *wrapped_formula(given, self.width, f"function {self.name}("),
         ]
         if not self.arguments:
             return [*lines, f"    {self.kind} = Float64"]
         # Powers of integers could overflow.
         lines += [f"    {x} = float({x})" for x in self.arguments]
         total = f"{' + '.join(self.arguments)})"
-        return lines + wrapped_formula(total, width, f"    {self.kind} = typeof(", " " * 8)
+        return lines + wrapped_formula(total, self.width, f"    {self.kind} = typeof(", " " * 8)
 
     def finite(self) -> list[str]:
         each = ([self.values] if self.arguments else []) + self.results
@@ -397,3 +396,77 @@ class _Julia(CaretCode):
         start = f"    {self.holds} || throw(DomainError("
         refusal = wrapped_formula(thrown, self.width, start, " " * 8)
         return [*refusal, f"    return {', '.join(self.results)}", "end"]
+
+
+# Functions that leave the real numbers: outside their domain they give NaN, which is refused.
+_DOMAINS = {
+    "sqrt": ("x >= 0", "sqrt(x)"),
+    "log": ("x >= 0", "log(x)"),
+    "asin": ("abs(x) <= 1", "asin(x)"),
+    "acos": ("abs(x) <= 1", "acos(x)"),
+    "power": ("x >= 0", "x^y"),
+}
+
+
+class _Matlab(Code):
+    """Numbers are doubles; functions that may become complex have a real one of their own."""
+
+    language = "MATLAB"
+    words = MATLAB_WORDS
+    longest = 63
+
+    def __init__(self, derivation: Any, name: str) -> None:
+        super().__init__(derivation, name)
+        self._real: dict[str, str] = {}
+
+    def call(self, function: str, arguments: list[str]) -> str:
+        if function in _DOMAINS:
+            if function not in self._real:
+                self._real[function] = self.identifiers.take(f"real_{function}")
+            function = self._real[function]
+        return f"{function}({', '.join(arguments)})"
+
+    def power(self, base: Any, exponent: Any, sign: str = "^") -> str:
+        if not exponent.is_Integer:
+            return self.call("power", [self.write(base), self.write(exponent)])
+        return super().power(base, exponent, sign)
+
+    def assigned(self, target: str, expression: str) -> list[str]:
+        return self._continued(f"{expression};", f"{target} = ")
+
+    def _continued(self, text: str, first: str) -> list[str]:
+        lines = wrapped_formula(text, self.width - 4, first, " " * 4)
+        return [*(f"{line} ..." for line in lines[:-1]), lines[-1]]
+
+    def place(self, K: str, i: int, j: int, n: int) -> str:
+        return f"{K}({i + 1}, {j + 1})"
+
+    def zeros(self, K: str, n: int) -> list[str]:
+        return [f"{K} = zeros({n}, {n});"]
+
+    def beginning(self) -> list[str]:
+        results = ", ".join(self.results)
+        left = results if len(self.results) == 1 else f"[{results}]"
+        start = f"function {left} = {self.name}("
+        first, *others = self.comment("It", "It raises the error robostiff:formula", 4)
+        return [
+            *self._continued(f"{', '.join(self.arguments)})", start),
+            f"%{self.name.upper()} {first}",
+            *(f"%   {line}".rstrip() for line in others),
+            "",
+        ]
+
+    def finite(self) -> list[str]:
+        of = [f"[{', '.join(self.arguments)}]"] if self.arguments else []
+        each = (f"all(isfinite({x}))" for x in (*of, *(f"{K}(:)" for K in self.results)))
+        return self.assigned(self.holds, " && ".join(each))
+
+    def end(self) -> list[str]:
+        refusal = f"    error('robostiff:formula', '{NO_ANSWER}');"
+        lines = [f"if ~{self.holds}", refusal, "end", "end"]
+        for function, own in self._real.items():
+            inside, value = _DOMAINS[function]
+            arguments = "x, y" if function == "power" else "x"
+            lines += ["", f"function z = {own}({arguments})", "z = NaN;", f"if {inside}"]
+            lines += [f"    z = {value};", "end", "end"]
+        return lines

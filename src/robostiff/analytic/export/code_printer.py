@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.broken_lines import wrapped_formula
+from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
 from robostiff.analytic.export.products import joined_terms, printed_product
 from robostiff.analytic.export.program import LARGE, FormulaProgram, program
 from robostiff.analytic.export.vocabulary import (
@@ -24,41 +23,77 @@ from robostiff.analytic.export.vocabulary import (
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
-#: Integers up to this one are doubles.
-LARGEST_EXACT = 2**53
-
 #: Message of a generated function for one point.
 NO_ANSWER = "the formula does not hold at these values"
 
 _LARGEST = sp.Integer(10) ** 300
-_WIDTH = 96
 _HALF = sp.Rational(1, 2)
+_FAILS = (
+    "where the formula does not hold: where a denominator vanishes up to rounding, "
+    "a radicand is negative, or a given value or K is not finite"
+)
 
 
-class CodePrinter(ABC):
-    """Writes expressions of the vocabulary with ``+ - * /``; subclasses add the rest of a language.
+def plain_text(name: str) -> str:
+    """A name inside a comment or a string: printable, without quotes and signs of comments."""
+    kept = "".join(c for c in name if c.isascii() and c.isprintable() and c not in '"*\\?%$`#')
+    return " ".join(kept.split()) or "without a plain name"
 
-    `names`: identifiers of the symbols.
+
+def unquoted(name: str) -> str:
+    """A name inside a string or a comment of Python."""
+    kept = "".join(c for c in name if c.isprintable() and c not in '"\\')
+    return " ".join(kept.split())
+
+
+class Code(ABC):
+    """A program in a language: its expressions with ``+ - * /``, and the lines of a function.
+
+    Subclasses add how the language writes numbers, functions, powers, matrices and refusals.
     """
 
-    def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
-        self._names = names
+    language: ClassVar[str]
+    words: ClassVar[frozenset[str]]  # identifiers that must not be defined
+    longest: ClassVar[int | None] = None  # letters of an identifier
+    width: ClassVar[int] = 96
+    size: ClassVar[str] = "abs"
+    zero: ClassVar[str] = "0"
 
-    @abstractmethod
+    def __init__(self, derivation: Any, name: str) -> None:
+        is_identifier = ascii_identifier(name) == name and len(name) <= (self.longest or len(name))
+        if not is_identifier or name in self.words:
+            expected = f"an identifier of {self.language}"
+            raise InputError("name of the function", got=name, expected=expected)
+        self.name, self.title = name, getattr(derivation, "name", "")
+        if isinstance(derivation, FormulaDerivative):
+            whole, symbol = derivation.derivation.name, derivation.symbol.name
+            self.title = f"{whole} with its derivative by {symbol}"
+        is_program = isinstance(derivation, FormulaProgram)
+        self.compute = compute = derivation if is_program else program(derivation)
+        self.identifiers = Identifiers({*self.words, name}, self.longest)
+        take = self.identifiers.take
+        symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
+        self._names = {symbol: take(symbol.name) for symbol in symbols}
+        self.arguments = [self._names[symbol] for symbol in compute.arguments]
+        self.results = [take(x) for x in ("K", "dK")[: len(compute.results)]]
+        self.holds = take("holds")
+
     def integer(self, value: int) -> str:
-        """A number without a sign."""
+        """A number without a sign; a double where that is no exact integer."""
+        return str(value) if value <= 2**53 else repr(float(value))
 
     @abstractmethod
     def call(self, function: str, arguments: list[str]) -> str:
         """A function of the vocabulary, or sqrt."""
 
-    @abstractmethod
     def constant(self, name: str) -> str:
         """A constant of the vocabulary."""
+        return {"pi": "pi", "e": "exp(1)"}[name]
 
-    @abstractmethod
-    def power(self, base: Any, exponent: Any) -> str:
+    def power(self, base: Any, exponent: Any, sign: str = "^") -> str:
         """A power with a positive exponent, fit to be a factor."""
+        written = self.factor(base)
+        return f"{f'({written})' if base.is_Pow else written}{sign}{self.factor(exponent)}"
 
     def write(self, expression: Any) -> str:
         """An expression as a statement's right-hand side."""
@@ -125,103 +160,41 @@ class CodePrinter(ABC):
             raise InputError("number", got=str(number), expected="one that is a double")
         return repr(float(number))
 
+    @staticmethod
+    def plain(name: str) -> str:
+        """A name fit for a comment of the language."""
+        return plain_text(name)
 
-def plain_text(name: str) -> str:
-    """A name inside a comment or a string: printable, without quotes and signs of comments."""
-    kept = "".join(c for c in name if c.isascii() and c.isprintable() and c not in '"*\\?%$`#')
-    return " ".join(kept.split()) or "without a plain name"
+    def about(self, written: str, symbol: Any) -> str:
+        """What a comment says of an argument: its name in the formula, its meaning."""
+        own = [] if written == symbol.name else [f"{self.plain(symbol.name)} of the formula"]
+        meaning = self.compute.meanings.get(symbol.name)
+        return ", ".join([*own, self.plain(meaning)] if meaning else own)
 
-
-def about_argument(
-    written: str,
-    symbol: sp.Symbol,
-    meanings: Mapping[str, str],
-    plain: Callable[[str], str] = plain_text,
-) -> str:
-    """What a comment says of an argument: its name in the formula where it has another, and more.
-
-    `plain` makes a name fit for the comment.
-    """
-    own = [] if written == symbol.name else [f"{plain(symbol.name)} of the formula"]
-    meaning = meanings.get(symbol.name)
-    return ", ".join([*own, plain(meaning)] if meaning else own)
-
-
-def convention(size: int) -> str:
-    """Order, point and units of a stiffness matrix of a size, in words."""
-    space = Space.of_size(size)
-    return (
-        f"relates the twist ({', '.join(space.twist_order)}) of the reference point to the "
-        f"wrench ({', '.join(space.wrench_order)}) about the reference point, F = K t: "
-        "translation before rotation, force before moment, SI units."
-    )
-
-
-def where_it_holds(compute: FormulaProgram) -> str:
-    """The arguments for which a generated function gives no answer, in words."""
-    words = (
-        "where the formula does not hold: where a denominator vanishes up to rounding, "
-        "a radicand is negative, or a given value or K is not finite"
-    )
-    besides = dict.fromkeys(unquoted(own) for own, *_ in compute.conditions)
-    return words + "".join(f"; unless {own}" for own in besides)
-
-
-def unquoted(name: str) -> str:
-    """A name inside a string or a comment of Python."""
-    kept = "".join(c for c in name if c.isprintable() and c not in '"\\')
-    return " ".join(kept.split())
-
-
-class Code(CodePrinter):
-    """A program in a language: its expressions, and the lines of a function."""
-
-    language: ClassVar[str]
-    words: ClassVar[frozenset[str]]  # identifiers that must not be defined
-    longest: ClassVar[int | None] = None  # letters of an identifier
-    width: ClassVar[int] = _WIDTH
-    size: ClassVar[str] = "abs"
-    zero: ClassVar[str] = "0"
-
-    def __init__(
-        self, derivation: Derivation | FormulaDerivative | FormulaProgram, name: str
-    ) -> None:
-        is_identifier = ascii_identifier(name) == name and len(name) <= (self.longest or len(name))
-        if not is_identifier or name in self.words:
-            expected = f"an identifier of {self.language}"
-            raise InputError("name of the function", got=name, expected=expected)
-        self.name, self.of = name, derivation
-        is_program = isinstance(derivation, FormulaProgram)
-        self.compute = compute = derivation if is_program else program(derivation)
-        self.identifiers = Identifiers({*self.words, name}, self.longest)
-        take = self.identifiers.take
-        symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
-        super().__init__({symbol: take(symbol.name) for symbol in symbols})
-        self.arguments = [self._names[symbol] for symbol in compute.arguments]
-        self.results = [take(x) for x in ("K", "dK")[: len(compute.results)]]
-        self.holds = take("holds")
-        self.prepare()
-
-    def prepare(self) -> None:
-        """Identifiers of the language's own."""
-
-    @property
-    def title(self) -> str:
-        """What the function computes, in words."""
-        if isinstance(self.of, FormulaDerivative):
-            return f"{self.of.derivation.name} with its derivative by {self.of.symbol.name}"
-        return getattr(self.of, "name", "")
-
-    @property
-    def conditions(self) -> str:
-        """Where there is no answer, in words."""
-        return plain_text(where_it_holds(self.compute))
-
-    def known_arguments(self, start: str = "", end: str = "") -> list[str]:
-        """Lines of a comment on the arguments of which something is known."""
+    def of_arguments(self) -> list[str]:
+        """Lines of the comment on the arguments of which something is known."""
         each = zip(self.arguments, self.compute.arguments, strict=True)
-        about = [(x, about_argument(x, symbol, self.compute.meanings)) for x, symbol in each]
-        return [f"{start}{x}{end}: {words}" for x, words in about if words]
+        about = [(x, self.about(x, symbol)) for x, symbol in each]
+        return [f"{x}: {words}" for x, words in about if words]
+
+    def comment(self, subject: str, fails: str, indent: int = 0, shape: str = "") -> list[str]:
+        """Lines on the matrix, what it relates, its arguments, and where there is no answer."""
+        n, width = self.compute.entries.rows, self.width - indent
+        space, of = Space.of_size(n), self.of_arguments()
+        title = f"Stiffness matrix {self.plain(self.title)} about the reference point, "
+        convention = (
+            f"relates the twist ({', '.join(space.twist_order)}) of the reference point to the "
+            f"wrench ({', '.join(space.wrench_order)}) about the reference point, F = K t: "
+            "translation before rotation, force before moment, SI units."
+        )
+        beside = dict.fromkeys(unquoted(own) for own, *_ in self.compute.conditions)
+        where = self.plain(_FAILS + "".join(f"; unless {own}" for own in beside))
+        return [
+            *(*wrapped_words(f"{title}{shape or f'{n} x {n}'}.", width), ""),
+            *(*wrapped_words(f"{subject} {convention}", width), ""),
+            *(*of, *[""][: len(of)]),
+            *wrapped_words(f"{fails} {where}.", width),
+        ]
 
     def source(self) -> str:
         """All of it."""
@@ -291,20 +264,3 @@ class Code(CodePrinter):
     @abstractmethod
     def end(self) -> list[str]:
         """Lines that return the matrices, or refuse."""
-
-
-class CaretCode(Code):
-    """What Julia and MATLAB have in common."""
-
-    def integer(self, value: int) -> str:
-        """A double where it is no exact integer."""
-        return str(value) if value <= LARGEST_EXACT else repr(float(value))
-
-    def constant(self, name: str) -> str:
-        """Pi or e."""
-        return {"pi": "pi", "e": "exp(1)"}[name]
-
-    def power(self, base: Any, exponent: Any) -> str:
-        """With a caret."""
-        written = self.factor(base)
-        return f"{f'({written})' if base.is_Pow else written}^{self.factor(exponent)}"

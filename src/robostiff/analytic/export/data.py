@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation, Stage
-from robostiff.analytic.exact.definition import Condition, Definition
-from robostiff.analytic.export.derivative_outline import refuse_derivative
-from robostiff.analytic.robot_derivation import InNames, LegDerivation
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.export.outline import refuse_derivative
 
 _SCHEMA = "robostiff derive 2"
-_OF_DERIVATION = ("name", "meanings", "K0", "stages", "K", "definitions", "conditions")
-_OF_ROBOT = ("legs", "where", "coordinates", "following", "remark", "named")
-_PARTS: dict[type, tuple[str, ...]] = {
-    Condition: ("words", "expression", "equations", "leg"),
-    Definition: ("symbol", "expression", "parts"),
-    InNames: ("K", "legs", "definitions"),
-    Stage: ("joint", "rule", "J", "u", "mu", "K", "definitions"),
-    LegDerivation: (
-        *("name", "joints", "redundant", "elastic"),
-        *("wrenches", "compliances", "K", "definitions"),
-    ),
-}
+_LEFT_OUT = {"exact", "at_vector_level", "general_rank", "steps_asked", "unit", "before"}
 
 
 def derivation_data(derivation: Derivation) -> dict[str, Any]:
@@ -45,15 +34,11 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
     (['k'], ['k/2', '0', '0'])
     """
     refuse_derivative(derivation)
-    names = [*_OF_DERIVATION, *(x for x in _OF_ROBOT if hasattr(derivation, x))]
     symbols = [x.name for x in derivation.symbols]
-    parts = {name: _plain(getattr(derivation, name)) for name in names}
-    return {"schema": _SCHEMA, "symbols": symbols, **parts}
+    return {"schema": _SCHEMA, "symbols": symbols, **_plain(derivation)}
 
 
 def _plain(part: Any) -> Any:
-    if part is None or isinstance(part, str):
-        return part
     if isinstance(part, sp.MatrixBase):
         rows = [[_plain(x) for x in row] for row in part.tolist()]
         return [x for (x,) in rows] if part.cols == 1 else rows
@@ -61,6 +46,7 @@ def _plain(part: Any) -> Any:
         return sp.sstr(part, full_prec=True)
     if isinstance(part, tuple):
         return [_plain(x) for x in part]
-    if type(part) in _PARTS:
-        return {name: _plain(getattr(part, name)) for name in _PARTS[type(part)]}
-    return dict(part)
+    if is_dataclass(part):
+        names = [x.name for x in fields(part) if x.name not in _LEFT_OUT]
+        return {name: _plain(getattr(part, name)) for name in names}
+    return dict(part) if isinstance(part, Mapping) else part

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,24 +31,19 @@ def operations(matrix: Any) -> int:
     return sum(count_of(entry) for entry in matrix.flat())
 
 
-@dataclass(frozen=True)
-class MatrixName:
-    """Name of a matrix or vector, such as K_1, as distinct from a symbol."""
-
-    name: str
-
-
 class EntryNames:
     """Names for matrices, vectors and their entries that differ from all given symbols.
 
-    `given`: the given symbols, those of the joints included, in alphabetical order.
+    `given`: the given symbols, those of the joints included, in alphabetical order; `result`: the
+    name of K.
 
     Examples
     --------
     >>> import sympy as sp
     >>> K = sp.ImmutableMatrix(sp.diag(sp.Symbol("K_0"), 1, 1))
-    >>> EntryNames(Derivation("K_C", K, (), K)).stiffness(0)
-    MatrixName(name="K'_0")
+    >>> names = EntryNames(Derivation("rod", K, (), K))
+    >>> names.of("K", 0), names.title
+    ("K'_0", 'Cartesian stiffness matrix of rod')
     """
 
     def __init__(self, derivation: Derivation) -> None:
@@ -60,30 +55,30 @@ class EntryNames:
         # The derivation's own names, such as mu_1, u_1_2 and K_1_12, have the same meaning here.
         self.given = tuple(sorted(used - {d.symbol.name for d in derivation.definitions}))
         self._stages = len(derivation.stages)
-        is_symbol = re.fullmatch(r"K(_?[A-Za-z]\w*)?", derivation.name)
-        result = derivation.name if is_symbol else "K_C"
+        words = " ".join(derivation.name.split())
+        is_symbol = re.fullmatch(r"K(_?[A-Za-z]\w*)?", words)
+        of = "" if is_symbol or not words else "of "
+        self.title = f"Cartesian stiffness matrix {of}{words}".strip()
+        result = words if is_symbol else "K_C"
         while any(name == result or name.startswith(f"{result}_") for name in self.given):
             result = f"{result[0]}'{result[1:]}"
-        self.result = MatrixName(result)
+        self.result = result
 
-    def stiffness(self, stage: int) -> MatrixName:
-        """Stiffness after a number of joints."""
-        return MatrixName(self.scalar("K", stage))
-
-    def column(self, letter: str, stage: int) -> MatrixName:
-        """Twist J or wrench u of a joint."""
-        return MatrixName(self.scalar(letter, stage))
-
-    def scalar(self, letter: str, stage: int) -> str:
-        """Letter and number, primed where given symbols are called like one of these names."""
+    def of(self, letter: str, stage: int) -> str:
+        """Letter and number of a joint, primed where given symbols are called like one of these."""
         while any(self._is_stage_of(letter, name) for name in self.given):
             letter += "'"
         return f"{letter}_{stage}"
 
-    def entries_of(self, matrix: MatrixName) -> Callable[[int, int], str]:
-        """Name for the entry in row i and column j, from 0."""
-        is_vector = matrix.name[0] in "Ju"
-        return lambda i, j: f"{matrix.name}_" + ("" if is_vector else f"{i + 1}") + f"{j + 1}"
+    def generic(self, letter: str) -> str:
+        """A letter for what each leg i has; with the index where a given symbol is that letter."""
+        return f"{letter}_i" if letter in self.given else letter
+
+    def free(self, name: str) -> str:
+        """A name, primed where a given symbol has it."""
+        while name in self.given:
+            name = f"{name[0]}'{name[1:]}"
+        return name
 
     def _is_stage_of(self, letter: str, name: str) -> bool:
         matched = re.fullmatch(rf"{letter}_(\d+)(_\d+)?", name)

@@ -1,51 +1,32 @@
-"""A derivation, its expressions and matrices in LaTeX, and in Markdown with LaTeX in it."""
+"""A derivation in LaTeX, and in Markdown with LaTeX in it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import sympy as sp
 from sympy.printing.latex import LatexPrinter
 
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.broken_lines import Breaks
-from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import (
-    Display,
-    MathLanguage,
-    displays,
-    listed_names,
-    sentences,
-    table_cells,
-)
-from robostiff.analytic.export.entries import MatrixName, symbols_of
-from robostiff.analytic.export.outline import (
-    Block,
-    FormulaTable,
-    LegSum,
+from robostiff.analytic.export.blocks import (
+    Equations,
+    Heading,
     MatrixEquation,
     Nomenclature,
-    OutlineHeading,
-    OutlineText,
-    Recursion,
-    ScalarEquations,
-    SpringSum,
-    WrenchSum,
+    Paragraph,
+    Table,
+    Total,
 )
-from robostiff.analytic.export.products import (
-    differential_parts,
-    is_greek,
-    is_word,
-    name_parts,
-    number_in_front,
-    ordered_terms,
-)
+from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.language import Language, Row
+from robostiff.analytic.export.outline import outline_of
+from robostiff.analytic.export.products import is_greek, is_word, number_in_front, ordered_terms
 from robostiff.analytic.legs.leg_elimination import LegElimination
+from robostiff.analytic.vectors.vector_expressions import Sum
 
+# Letters of 10 pt that stand side by side in the text width of an article, and in Markdown.
+_ROOM, _ROOM_OF_MARKDOWN = 58.0, 70.0
 _ESCAPED = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -57,104 +38,16 @@ _ESCAPED = {
 }
 
 
+_SLASH = re.compile(r"(?<=\w\w)/(?=\w)")  # of a name, not of a unit
+_SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|$~&!])")  # in Markdown
+
+
 def latex_words(text: str) -> str:
     """Text for LaTeX, its special characters escaped."""
     return "".join(_ESCAPED.get(character, character) for character in " ".join(text.split()))
 
 
-def latex_name(name: str, *, bold: bool = False) -> str:
-    r"""Name of a symbol with its subscripts; of a matrix or vector in bold type.
-
-    Examples
-    --------
-    >>> [latex_name(name) for name in ("K_11", "mu_1", "u_1_3", "k_tau", "L'_tip")]
-    ['K_{11}', '\\mu_{1}', 'u_{1,3}', 'k_{\\tau}', "L'_{\\mathrm{tip}}"]
-    >>> latex_name("dmu_1_dR")
-    '\\frac{\\partial \\mu_{1}}{\\partial R}'
-    """
-    differential = differential_parts(name)
-    if differential is not None:
-        inner, by = differential
-        above = f"\\partial {latex_name(inner, bold=bold)}"
-        return f"\\frac{{{above}}}{{\\partial {latex_name(by)}}}"
-    parts = name_parts(name)
-    letter = f"\\mathbf{{{latex_words(parts.letter)}}}" if bold else _word(parts.letter)
-    written = letter + "'" * parts.primes
-    if parts.subscripts:
-        written += "_{" + ",".join(map(_word, parts.subscripts)) + "}"
-    return written
-
-
-def latex_expression(expression: sp.Expr) -> str:
-    """An expression in LaTeX."""
-    symbols = expression.atoms(sp.Symbol)
-    names = {s: latex_name(s.name) for s in symbols}
-    product = r"\," if any(is_word(s.name) for s in symbols) else None
-    settings = {"symbol_names": names, "full_prec": False, "mul_symbol": product}
-    return _LatexPrinter(settings).doprint(expression)
-
-
-class _LatexPrinter(LatexPrinter):
-    """As SymPy writes it, a positive term first, and words apart from what is beside them."""
-
-    def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:
-        return ordered_terms(expr)
-
-    def _print_Mul(self, expr: Any) -> str:
-        number, rest = number_in_front(expr)
-        if rest is None:
-            return super()._print_Mul(expr)
-        written = self._print(rest)
-        return f"{self._print(number)} {_bracketed(written) if rest.is_Add else written}"
-
-
-def _word(word: str) -> str:
-    if word == "omicron":
-        return "o"
-    if is_greek(word):
-        return f"\\{word}"
-    if word.isascii() and ((len(word) == 1 and word.isalpha()) or word.isdigit()):
-        return word
-    return f"\\{'mathrm' if word.isascii() and word.isalnum() else 'text'}{{{latex_words(word)}}}"
-
-
-def _matrix(rows: list[list[str]]) -> str:
-    lines = [" & ".join(row) for row in rows]
-    apart = "[4pt]" if any("\\frac" in line for line in lines) else ""  # fractions do not meet
-    body = f" \\\\{apart}\n".join(lines)
-    return f"\\begin{{bmatrix}}\n{body}\n\\end{{bmatrix}}"
-
-
-def _bracketed(written: str) -> str:
-    is_high = any(command in written for command in ("\\frac", "\\sqrt", "\\sum"))
-    return f"\\left({written}\\right)" if is_high else f"({written})"
-
-
-LATEX = MathLanguage(
-    breaks=Breaks(latex_expression, r"\bigl(", r"\bigr)", r"\big/", "^{{}}"),
-    name=latex_name,
-    matrix_name=partial(latex_name, bold=True),
-    matrix=_matrix,
-    fraction=lambda above, below: f"\\frac{{{above}}}{{{below}}}",
-    transposed=r"^{\mathsf{T}}",
-    total="\\sum",
-    inverse=r"^{-1}",
-    times=r"\times",
-    apart=r" \, ",
-    number=str,
-    dot=r"\cdot",
-    norm=lambda written: f"\\lvert {written} \\rvert",
-    total_over=lambda index: rf"\sum_{{{index}}}",
-    inline=lambda formula: f"${formula}$",
-    brackets=_bracketed,
-)
-
-
-# Letters of 10 pt that stand side by side in the text width of an article.
-_ROOM = 58.0
-
-
-def derivation_latex(derivation: Derivation | FormulaDerivative) -> str:
+def derivation_latex(derivation: Any) -> str:
     r"""A derivation as a fragment of LaTeX, to be put into a document that loads amsmath.
 
     Matrices are bmatrix environments, named intermediates stand in align*. Entries for which a
@@ -162,11 +55,11 @@ def derivation_latex(derivation: Derivation | FormulaDerivative) -> str:
 
     Parameters
     ----------
-    derivation : Derivation or FormulaDerivative
+    derivation : Derivation, FormulaDerivative or StiffnessUnderLoad
 
     Examples
     --------
-    >>> import sympy as sp
+    >>> from robostiff.analytic import Derivation
     >>> k = sp.Symbol("k_tau")
     >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
     >>> print("\n".join(derivation_latex(Derivation("K_C", K, (), K)).splitlines()[7:16]))
@@ -180,60 +73,27 @@ def derivation_latex(derivation: Derivation | FormulaDerivative) -> str:
     \end{bmatrix}
     \]
     """
-    written = [text for block in outline_of(derivation) for text in _written(block)]
+    written = _Latex(_ROOM).document(outline_of(derivation))
     start = "% needs \\usepackage{amsmath}\n\\begingroup\\allowdisplaybreaks\\sloppy\\parindent=0pt"
     return "\n\n".join([start, *written, "\\endgroup"]) + "\n"
 
 
-def _written(block: Block) -> list[str]:
-    match block:
-        case OutlineHeading(text, level):
-            command = "subsection" if level == 1 else "paragraph"
-            return [f"\\{command}*{{{latex_words(text)}}}"]
-        case OutlineText():
-            return [
-                sentences(block, LATEX, lambda x: latex_words(x).replace("/", "/\\allowbreak{}"))
-            ]
-        case Nomenclature(rows):
-            return ["\\paragraph*{Nomenclature}", _nomenclature(rows)]
-        case FormulaTable():
-            return [_table(block)]
-        case _:
-            return [_display(formula) for formula in displays(block, LATEX, _ROOM)]
+def derivation_markdown(derivation: Any) -> str:
+    r"""A derivation as Markdown, its formulas in ``$...$`` and ``$$...$$``.
 
+    Parameters
+    ----------
+    derivation : Derivation, FormulaDerivative or StiffnessUnderLoad
 
-def _table(table: FormulaTable) -> str:
-    cells = table_cells(table, LATEX)
-    head, *lines = [" & ".join([latex_words(words), *own]) for words, *own in cells]
-    body = " \\\\\n".join(lines)
-    columns = "l" * len(cells[0])
-    before = "{\\medskip\\tabcolsep=3pt\\renewcommand{\\arraystretch}{1.4}"  # fractions do not meet
-    start = f"\\begin{{tabular}}{{{columns}}}\n{head} \\\\\n\\hline"
-    return f"{before}\n{start}\n{body}\n\\end{{tabular}}\\par\\medskip}}"
-
-
-def _display(formula: Display) -> str:
-    written = _in_lines(formula, "align*")
-    return written if written.startswith("\\begin") else f"\\[\n{written}\n\\]"
-
-
-def _in_lines(formula: Display, environment: str = "aligned") -> str:
-    """A short equation, or equations one below the other, aligned at their equals signs."""
-    if len(formula) == 1 and len(formula[0].lines) == 1:
-        return f"{formula[0].left} = {formula[0].lines[0]}"
-    rows = [f"{row.left} &= " + " \\\\\n&\\quad ".join(row.lines) for row in formula]
-    body = " \\\\\n".join(rows)
-    return f"\\begin{{{environment}}}\n{body}\n\\end{{{environment}}}"
-
-
-def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> str:
-    # Not a description: its labels are never broken over lines.
-    dots = "\\ldots"
-    items = [
-        f"\\item {listed_names(names, LATEX, dots)}: {latex_words(meaning)}"
-        for names, meaning in rows
-    ]
-    return "\n".join(["\\begin{itemize}\\itemsep=0pt\\parsep=0pt", *items, "\\end{itemize}"])
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> k = sp.Symbol("k_tau")
+    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
+    >>> derivation_markdown(Derivation("K_C", K, (), K)).splitlines()[4]
+    '## Result'
+    """
+    return "\n\n".join(_Markdown(_ROOM_OF_MARKDOWN).document(outline_of(derivation))) + "\n"
 
 
 def latex_snippet(derivation: Any) -> str:
@@ -244,7 +104,7 @@ def latex_snippet(derivation: Any) -> str:
 
     Examples
     --------
-    >>> import sympy as sp
+    >>> from robostiff.analytic import Derivation
     >>> k = sp.Symbol("k_tau")
     >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
     >>> print(latex_snippet(Derivation("K_C", K, (), K)).splitlines()[0])
@@ -252,70 +112,146 @@ def latex_snippet(derivation: Any) -> str:
     """
     sections: list[list[Any]] = [[]]
     for block in outline_of(derivation):
-        if isinstance(block, OutlineHeading):
+        if isinstance(block, Heading):
             sections.append([])
-        elif not isinstance(block, OutlineText | Nomenclature | FormulaTable):
+        elif not isinstance(block, Paragraph | Nomenclature | Table):
             sections[-1].append(block)
-    sums = (MatrixEquation, LegSum, SpringSum)
-    last = max(i for i, own in enumerate(sections) if any(isinstance(b, sums) for b in own))
-    blocks = [b for b in sections[last] if not isinstance(b, WrenchSum | Recursion)]
+    last = max(i for i, own in enumerate(sections) if any(map(_is_result, own)))
+    blocks = sections[last]
     if isinstance(derivation, LegElimination):
         blocks = [b for b in blocks if isinstance(b, MatrixEquation) and not b.is_vector]
-    before = [b for own in sections[:last] for b in own if isinstance(b, ScalarEquations)]
+    if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
+        blocks = [b for b in blocks if not (_is_result(b) and _totals(b) == [""])]
+    before = [
+        row for own in sections[:last] for b in own if isinstance(b, Equations) for row in b.rows
+    ]
     wanted = symbols_of(x for b in blocks if isinstance(b, MatrixEquation) for x in b.whole)
-    wanted |= symbols_of(x for b in blocks if isinstance(b, ScalarEquations) for _, x in b.rows)
+    rows = [row.expression for b in blocks if isinstance(b, Equations) for row in b.rows]
+    wanted |= symbols_of(x for x in rows if isinstance(x, sp.Expr))
     names = []
-    for name, expression in reversed([row for b in before for row in b.rows]):
-        if name in {x.name for x in wanted}:
-            names.insert(0, (name, expression))
-            wanted |= expression.free_symbols
-    if names:
-        blocks = [ScalarEquations(tuple(names)), *blocks]
-    written = [_in_lines(x) for block in blocks for x in displays(block, LATEX, _ROOM)]
-    return "\n\n".join(written) + "\n"
+    for row in reversed(before):
+        if row.name in {x.name for x in wanted} and isinstance(row.expression, sp.Expr):
+            names.insert(0, row)
+            wanted |= row.expression.free_symbols
+    latex = _Latex(_ROOM)
+    written = [Equations(tuple(names))] * bool(names) + blocks
+    return "\n\n".join(latex.in_lines(x) for b in written for x in latex.formulas(b)) + "\n"
 
 
-_MARKDOWN_ROOM = 70.0
-_SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|$~&!])")
+def _totals(block: Any) -> list[str]:
+    """Indices of the sums that equations have: empty for sums over all of a kind."""
+    each = [row.expression for row in block.rows] if isinstance(block, Equations) else []
+    parts = [term for x in each for _, term in (x.terms if isinstance(x, Sum) else ((1, x),))]
+    return [term.index for term in parts if isinstance(term, Total)]
 
 
-def derivation_markdown(derivation: Derivation | FormulaDerivative) -> str:
-    r"""A derivation as Markdown, its formulas in ``$...$`` and ``$$...$$``.
-
-    Parameters
-    ----------
-    derivation : Derivation or FormulaDerivative
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> k = sp.Symbol("k_tau")
-    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
-    >>> derivation_markdown(Derivation("K_C", K, (), K)).splitlines()[4]
-    '## Result'
-    """
-    written = [text for block in outline_of(derivation) for text in _in_markdown(block)]
-    return "\n\n".join(written) + "\n"
+def _is_result(block: Any) -> bool:
+    return isinstance(block, MatrixEquation) or bool(_totals(block))
 
 
-def _in_markdown(block: Block) -> list[str]:
-    match block:
-        case OutlineHeading(text, level):
-            return [f"{'#' * level} {_escaped(text)}"]
-        case OutlineText():
-            return [sentences(block, LATEX, _escaped)]
-        case Nomenclature(rows):
-            items = [
-                f"- {listed_names(names, LATEX)}: {_escaped(meaning)}" for names, meaning in rows
-            ]
-            return ["## Nomenclature", "\n".join(items)]
-        case FormulaTable():
-            cells = [[_escaped(words), *own] for words, *own in table_cells(block, LATEX)]
-            cells.insert(1, ["---"] * len(cells[0]))
-            return ["\n".join(f"| {' | '.join(row)} |" for row in cells)]
-        case _:
-            return [f"$$\n{_in_lines(x)}\n$$" for x in displays(block, LATEX, _MARKDOWN_ROOM)]
+class _Latex(Language):
+    """Matrices are bmatrix environments, equations below one another stand in align*."""
+
+    opening, closing, slash, power = r"\bigl(", r"\bigr)", r"\big/", "^{{}}"
+    fraction, partial, norm = r"\frac{{{}}}{{{}}}", "\\partial ", r"\lvert {} \rvert"
+    cross, dot, apart, dots = r"\times", r"\cdot", r" \, ", r"\ldots"
+    transposed, inverse = r"^{\mathsf{T}}", "^{-1}"
+    total, total_over, below = r"\sum", r"\sum_{{{}}}", "_{{{}}}"
+    matrix_signs = ("\\begin{bmatrix}\n", " & ", " \\\\\n", "\n\\end{bmatrix}")
+    # Not a description: its labels are never broken over lines.
+    _start = r"\begin{itemize}\itemsep=0pt\parsep=0pt"
+    list_signs = ([_start], r"\item {}: {}", [r"\end{itemize}"])
+
+    def write(self, expression: Any) -> str:
+        symbols = expression.atoms(sp.Symbol)
+        names = {s: self.name(s.name) for s in symbols}
+        product = r"\," if any(is_word(s.name) for s in symbols) else None
+        settings = {"symbol_names": names, "full_prec": False, "mul_symbol": product}
+        return _Printer(settings).doprint(expression)
+
+    def word(self, word: str) -> str:
+        if word == "omicron":
+            return "o"
+        if is_greek(word):
+            return f"\\{word}"
+        if word.isascii() and ((len(word) == 1 and word.isalpha()) or word.isdigit()):
+            return word
+        kind = "mathrm" if word.isascii() and word.isalnum() else "text"
+        return f"\\{kind}{{{latex_words(word)}}}"
+
+    def bold(self, letter: str) -> str:
+        return f"\\mathbf{{{latex_words(letter)}}}"
+
+    def matrix(self, rows: list[list[str]]) -> str:
+        written = super().matrix(rows)  # fractions do not meet
+        return written.replace(" \\\\\n", " \\\\[4pt]\n") if "\\frac" in written else written
+
+    def in_brackets(self, written: str) -> str:
+        return _bracketed(written)
+
+    def words(self, text: str) -> str:
+        return _SLASH.sub(r"/\\allowbreak{}", latex_words(text))
+
+    def heading(self, text: str, level: int) -> str:
+        return f"\\{'subsection' if level == 1 else 'paragraph'}*{{{text}}}"
+
+    def table(self, rows: list[list[str]]) -> str:
+        head, *lines = map(" & ".join, rows)
+        body = " \\\\\n".join(lines)
+        before = "{\\medskip\\tabcolsep=3pt\\renewcommand{\\arraystretch}{1.4}"  # for fractions
+        start = f"\\begin{{tabular}}{{{'l' * len(rows[0])}}}\n{head} \\\\\n\\hline"
+        return f"{before}\n{start}\n{body}\n\\end{{tabular}}\\par\\medskip}}"
+
+    def display(self, rows: Sequence[Row]) -> list[str]:
+        written = self.in_lines(rows, "align*")
+        return [written if written.startswith("\\begin") else f"\\[\n{written}\n\\]"]
+
+    def in_lines(self, rows: Sequence[Row], environment: str = "aligned") -> str:
+        """A short equation, or equations one below the other, aligned at their equals signs."""
+        if len(rows) == 1 and len(rows[0].lines) == 1:
+            return f"{rows[0].left} = {rows[0].lines[0]}"
+        each = [f"{row.left} &= " + " \\\\\n&\\quad ".join(row.lines) for row in rows]
+        body = " \\\\\n".join(each)
+        return f"\\begin{{{environment}}}\n{body}\n\\end{{{environment}}}"
 
 
-def _escaped(text: str) -> str:
-    return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
+class _Markdown(_Latex):
+    """Words in Markdown, formulas in LaTeX."""
+
+    dots, list_signs = "…", ((), "- {}: {}", ())
+
+    def words(self, text: str) -> str:
+        return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
+
+    def heading(self, text: str, level: int) -> str:
+        return f"{'#' * level} {text}"
+
+    def table(self, rows: list[list[str]]) -> str:
+        each = [rows[0], ["---"] * len(rows[0]), *rows[1:]]
+        return "\n".join(f"| {' | '.join(row)} |" for row in each)
+
+    def display(self, rows: Sequence[Row]) -> list[str]:
+        return [f"$$\n{self.in_lines(rows)}\n$$"]
+
+
+class _Printer(LatexPrinter):
+    """As SymPy writes it, a positive term first, and words apart from what is beside them."""
+
+    def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:
+        return ordered_terms(expr)
+
+    def _print_Mul(self, expr: Any) -> str:
+        number, rest = number_in_front(expr)
+        if rest is None:
+            return super()._print_Mul(expr)
+        written = self._print(rest)
+        return f"{self._print(number)} {_bracketed(written) if rest.is_Add else written}"
+
+
+def _bracketed(written: str) -> str:
+    is_high = any(command in written for command in ("\\frac", "\\sqrt", "\\sum"))
+    return f"\\left({written}\\right)" if is_high else f"({written})"
+
+
+#: Formulas in LaTeX.
+LATEX: Language = _Latex(_ROOM)

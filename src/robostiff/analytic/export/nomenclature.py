@@ -1,23 +1,41 @@
-"""Stiffnesses of springs and moduli of materials in the nomenclature, with their values."""
+"""What the names of a formula mean, with the values of springs, and where the formula holds."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Condition
-from robostiff.analytic.export.outline import (
+from robostiff.analytic.export.blocks import (
     Block,
+    Equations,
+    Heading,
+    Meaning,
     Nomenclature,
-    OutlineHeading,
-    OutlineText,
-    ScalarEquations,
+    Paragraph,
     is_value,
+    meanings_of_given,
+    scalar,
 )
+from robostiff.analytic.export.entries import EntryNames
+from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.vectors.vector_expressions import (
+    ArmOfSprings,
+    Coordinates,
+    Cross,
+    Dot,
+    Equation,
+    Norm,
+    Vector,
+    VectorForm,
+)
+from robostiff.spatial import Space
 
-_MEANINGS = {
+OF_T = "turns it to world axes and moves it to the reference point"
+_OF_SPRINGS = {
     "E": ("Young's modulus", "GPa"),
     "G": ("shear modulus", "GPa"),
     "k": ("stiffness", ""),
@@ -29,28 +47,242 @@ _MEANINGS = {
 }
 
 
+#: Of names that a search for short formulas gives, by their letter.
+_OF_RECURRING = {
+    "L": "length, by its equation",
+    "d": "length, by its equation",
+    "theta": "angle",
+    "u": "component of the unit vector along a leg",
+    "m": "component of the moment of a wrench",
+    "e": "how much of a wrench is taken from another, so that both share no energy",
+    "k": "stiffness, by its equation",
+    "p": "expression that recurs",
+    "s": "expression that recurs",
+    "t": "expression that recurs",
+    "mu": "stiffness against the unit motion of a joint",
+}
+_OF_NAMES = {
+    "L": "length of a leg",
+    "d": "unit vector along a leg's rod",
+    "B": "joint of a leg on the platform",
+    "s": "coordinate of a slide",
+}
+_MEANINGS = {
+    "p": "point of the platform",
+    "R": "rotation of the platform",
+    "Q": "rotation of the platform",
+    "r_0": "reference point, in the axes of the platform",
+    "a_i": "joint of leg i on the base",
+    "b_i": "its joint on the platform, in the platform's axes",
+    "d_i": "from this joint of the leg to that on the platform",
+    "L_i": "length of this vector",
+    "u_i": "unit vector along the leg",
+    "e_i": "first axis of the joint on the base",
+    "j_i": "axis of the leg's last joint",
+    "g_i": "unit vector across the first axis of the joint and the leg",
+    "n_i": "unit vector across both axes of the joint",
+    "k_i": "stiffness of the spring that differs between the legs",
+    "W_i": "wrenches of leg i, side by side",
+    "C_i": "compliances c_i_jk that the wrenches j and k of leg i share",
+    "o_i": "what of the couple comes with the force, so that both share no energy",
+    "r_ij": "from the middle of the rods to the end of rod j, in the platform's axes",
+    "v_ij": "couple by which rod j of leg i turns its middle",
+    "c_r": "compliance of a rod",
+}
+OF_STRUTS = {"a_i", "b_i", "d_i", "L_i", "u_i", "w_i", "c_i"}
+_OF_RODS = {
+    "b_i": "joint of its rod on the platform, in the platform's axes",
+    "u_i": "unit vector along its rod",
+    "j_i": "first axis of the joint at the rod's foot",
+}
+_OF_SLIDES = {
+    **_OF_RODS,
+    "a_i": "foot of the rod of leg i where its slide is at zero",
+    "e_i": "direction of the slide",
+    "d_i": "from this foot to the joint on the platform",
+    "y_i": "distance of this joint from the line of the slide",
+    "x_i": "how far along the slide it is",
+    "q_i": "coordinate of the slide",
+    "f_i": "force along the slide, of a unit force in the rod",
+}
+_OF_CRANKS = {
+    **_OF_RODS,
+    "a_i": "point of the axis of leg i's crank, in the crank's plane",
+    "e_i": "axis of the crank",
+    "d_i": "from this point to the joint on the platform",
+    "y_i": "distance of this joint from the axis",
+    "x_i": "cosine of the angle between the crank and this vector, seen along the axis",
+    "m_i": "unit vector across this axis and the platform joint",
+    "v_i": "unit vector along the crank",
+    "f_i": "force along the crank, of a unit force in the rod",
+    "h_i": "force across the crank",
+    "z_i": "force along the axis of the crank",
+}
+_OF_LINKS = {
+    **_OF_CRANKS,
+    "a_i": "first joint of leg i where its slide is at zero",
+    "b_i": "its last joint, in the platform's axes",
+    "e_i": "direction of the slide and of the joints",
+    "d_i": "from a_i to the last joint",
+    "q_i": "coordinate of the slide",
+    "y_i": "distance of the last joint from the first one",
+    "x_i": "cosine of the angle between the first link and n_i",
+    "m_i": "unit vector across the slide and n_i",
+    "n_i": "unit vector from the first joint to the last one",
+    "g_i": "unit vector across the slide and the second link",
+    "u_i": "unit vector along the second link",
+    "v_i": "unit vector along the first link",
+    "f_i": "cosine of the angle between the links",
+    "h_i": "its sine",
+}
+_ABOUT_A_CENTRE = {
+    "e_i": "axis of the motor of leg i",
+    "j_i": "axis of its platform joint, in the platform's axes",
+    "u_i": "the same in the world",
+    "v_i": "axis of its elbow",
+    "g_i": "unit vector across both passive axes",
+    "b_i": "centre of all axes, in the platform's axes",
+    "z_i": "cosine of the angle between the axes of motor and platform joint",
+    "h_i": "its sine",
+}
+
+
+def meaning_of_result(derivation: Derivation) -> str:
+    """A sentence about the stiffness matrix: point, order and units."""
+    space = Space.of_size(derivation.K.rows)
+    wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
+    return (
+        f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
+        "force before moment, translation before rotation, SI units"
+    )
+
+
+def nomenclature_of_robot(
+    derivation: RobotDerivation, names: EntryNames, *, alone: bool
+) -> Nomenclature:
+    """Of K, of its wrenches and compliances, of vectors, and of what is given.
+
+    `alone`: whether one leg, the table and the sum are all.
+    """
+    wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
+    rows: list[Meaning] = [((Vector(names.result),), meaning_of_result(derivation))]
+    series, form = derivation.in_series, derivation.vectors
+    if isinstance(series, ArmOfSprings):
+        rows += _meanings_of_arm(series)
+    elif series is not None:
+        R, v = Vector("R_0"), Vector("v_0")
+        rows += [
+            ((Vector("C"),), "compliance in axes of the arm"),
+            ((Vector("K_0"),), "stiffness there"),
+            ((R, v), "axes of the arm in the world, and their origin"),
+            ((Vector("T"),), OF_T),
+        ]
+    else:
+        rows += [
+            ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
+            ((names.generic("c"),), "compliance of the leg under this wrench"),
+        ]
+    if not alone:
+        defined = {d.symbol.name.partition("_")[0] for d in derivation.definitions}
+        rows += [((x,), meaning) for x, meaning in _OF_NAMES.items() if x in defined]
+    rows += [] if form is None else _meanings_of_vectors(form)
+    pose = [name for name in derivation.coordinates if name in names.given]
+    given = dict.fromkeys((*pose, *names.given))
+    return Nomenclature((*rows, *meanings_of_given(given, derivation.meanings)))
+
+
+def _meanings_of_vectors(found: VectorForm) -> list[Meaning]:
+    """Of the names of one leg, of the pose and of rods."""
+    all_legs = [e for form in (found, *found.others) for e in form.leg]
+    names = {e.name: e.is_vector for e in (*found.pose, *all_legs, *found.of_rod)}
+    names |= {"r_ij": True} if found.rods else {}
+    columns = [pair for form in (found, *found.others) for pair in form.columns.items()]
+    names |= {name: isinstance(c[0], Coordinates) for name, c in columns if name in _MEANINGS}
+    of_slides = _OF_SLIDES if "q_i" in names else {}
+    of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
+    of_carrier = of_carrier if "d_i" in names else _ABOUT_A_CENTRE
+    names |= {"W_i": True, "C_i": True} if found.coupled else {}
+    listed = {**_MEANINGS, **of_carrier}
+    listed |= _of_angles(all_legs, listed, "rod" if of_carrier else "leg")
+    shown = [(name, text) for name, text in listed.items() if name in names]
+    return [((Vector(name) if names[name] else name,), text) for name, text in shown]
+
+
+def _of_angles(
+    equations: Sequence[Equation], meanings: Mapping[str, str], along: str
+) -> dict[str, str]:
+    """Meanings of the cosine a . u and the sine |a x u| of the angle of a vector and a leg."""
+    found = {}
+    for equation in (e for e in equations if e.name in ("s_i", "t_i")):
+        match equation.expression:
+            case Dot(Vector(name), _):
+                function = "cosine"
+            case Norm(Cross(Vector(name), _)):
+                function = "sine"
+            case _:
+                continue
+        other = f"the {meanings[name]}" if name in meanings else name
+        found[equation.name] = f"{function} of the angle between the {along} and {other}"
+    return found
+
+
+def _meanings_of_arm(found: ArmOfSprings) -> list[Meaning]:
+    """Of the names of rotations, points, twists and beams."""
+    kinds = {
+        "R": "rotations of the parts of the arm, one after the other",
+        "p": "points between these parts",
+        "Q": "axes of a beam",
+        "m": "from the reference point to the middle of a beam",
+        "t": "twist of the unit motion of a drive",
+    }
+    names = [e.name for e in found.equations]
+    rows: list[Meaning] = [
+        ((Vector("C"),), "compliance about the reference point, world axes"),
+        ((Vector("p"),), "reference point"),
+    ]
+    for letter, meaning in kinds.items():
+        own = [Vector(x) for x in names if x.startswith(f"{letter}_")]
+        listed = own if len(own) < 3 else [own[0], "...", own[-1]]
+        rows += [(tuple(listed), meaning)] if own else []
+    rows += [(("c",), "compliance of a drive")] if found.drives else []
+    if found.beams:
+        rows += [
+            ((Vector("D"),), "compliance of a beam about its middle, in its own axes"),
+            ((Vector("T"),), OF_T),
+        ]
+    return rows
+
+
 def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
     """The same blocks with a line for each stiffness in the nomenclature, the last of them."""
     *others, last = blocks
     if not isinstance(last, Nomenclature):
         return tuple(blocks)
-    named = {
-        d.symbol.name: d
-        for block in others
-        if isinstance(block, ScalarEquations)
-        for d in block.of_springs
-    }
-    rows = list(last.rows)
+    equations = [b for b in others if isinstance(b, Equations)]
+    named = {d.symbol.name: d for b in equations for d in b.springs}
+    rows = [*last.rows, *_recurring(equations, last.rows)]
     for name in sorted(named, key=_place_in_list):
         d = named[name]
-        words, unit = _MEANINGS[_letter_and_number(name)[0]]
+        words, unit = _OF_SPRINGS[_letter_and_number(name)[0]]
         size = 1e9 if unit == "GPa" else 1.0
         value = f", {float(d.expression) / size:.12g} {unit or d.unit}" if is_value(d) else ""
         rows.append(((d.symbol.name,), f"{words} of {', '.join(d.parts)}{value}"))
-    shown = [b for b in others if not isinstance(b, ScalarEquations) or b.rows]
+    shown = [b for b in others if not isinstance(b, Equations) or b.rows]
     after = [*shown[1:], last]
     kept = [b for b, then in zip(shown, after, strict=True) if not _is_bare(b, then)]
     return (*kept, Nomenclature(tuple(rows)))
+
+
+def _recurring(blocks: Sequence[Equations], rows: Sequence[Meaning]) -> list[Meaning]:
+    """Meanings of scalars that have an equation and that no row has."""
+    listed = {getattr(name, "name", name) for names, _ in rows for name in names}
+    found: dict[str, dict[Any, None]] = {}
+    for equation in (e for b in blocks for e in b.rows if not e.is_vector):
+        letter = equation.name.partition("_")[0].rstrip("'")
+        if not {equation.name, letter, f"{letter}_1"} & listed and letter in _OF_RECURRING:
+            found.setdefault(_OF_RECURRING[letter], {})[equation.name] = None
+    each = ((list(names), meaning) for meaning, names in found.items())
+    return [(tuple(x if len(x) < 4 else [*x[:2], "...", x[-1]]), words) for x, words in each]
 
 
 def _letter_and_number(name: str) -> tuple[str, int]:
@@ -66,7 +298,7 @@ def _place_in_list(name: str) -> tuple[bool, int, str]:
 
 def _is_bare(block: Block, after: Block) -> bool:
     """Whether a heading has nothing below it."""
-    if not (isinstance(block, OutlineHeading) and isinstance(after, OutlineHeading)):
+    if not (isinstance(block, Heading) and isinstance(after, Heading)):
         return False
     return block.level >= after.level
 
@@ -97,13 +329,13 @@ def with_conditions(blocks: Sequence[Block], derivation: Any) -> tuple[Block, ..
     for c in short:
         groups.setdefault(_multiplied_out(c.expression), []).append(c)
     named = [(f"{letter}_{i}", own) for i, own in enumerate(groups.values(), start=1)]
-    section: list[Block] = [OutlineHeading("Where the formula holds")]
+    section: list[Block] = [Heading("Where the formula holds")]
     if named:
-        section.append(OutlineText("It holds where these differences are positive."))
-        section.append(ScalarEquations(tuple((x, own[0].expression) for x, own in named)))
+        section.append(Paragraph("It holds where these differences are positive."))
+        section.append(Equations(tuple(scalar(x, own[0].expression) for x, own in named)))
     rest = [c for c in beside if c not in short]
     if rest:
-        section.append(OutlineText(f"It holds only where {_words(rest, legs)}."))
+        section.append(Paragraph(f"It holds only where {_words(rest, legs)}."))
     rows = (((name,), f"positive where {_words(own, legs)}") for name, own in named)
     return (*before, *section, Nomenclature((*last.rows, *rows)))
 

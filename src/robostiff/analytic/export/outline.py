@@ -1,349 +1,315 @@
-"""The outline of an exported derivation, independent of its format."""
+"""The contents of an exported formula in order, independent of its format."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation, Stage
-from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.export.entries import (
-    EntryNames,
-    MatrixName,
-    factored_matrix,
-    in_decimals,
-    operations,
-    readable,
-    readable_matrix,
-    without_lost_digits,
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
+from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.export.blocks import (
+    Block,
+    Equations,
+    Heading,
+    Inverse,
+    MatrixEquation,
+    Meaning,
+    Nomenclature,
+    Paragraph,
+    column_equation,
+    equation,
+    equations,
+    meanings_of_given,
+    scalar,
+    scalar_unless_name,
+    share,
+    stiffness_equation,
+    transport,
+    unless_long,
 )
+from robostiff.analytic.export.entries import EntryNames, readable_matrix
+from robostiff.analytic.export.nomenclature import (
+    OF_T,
+    meaning_of_result,
+    with_conditions,
+    with_springs,
+)
+from robostiff.analytic.export.robot_outline import robot_outline
+from robostiff.analytic.legs.leg_elimination import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
-from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, Sum
-from robostiff.errors import printable
+from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
+from robostiff.analytic.vectors.vector_expressions import Sum, Vector
+from robostiff.errors import InputError
 from robostiff.spatial import Space
 
-#: A stiffness between two joints with more operations than this is not written out.
-LONGEST_STAGE = 1500
 
-
-@dataclass(frozen=True)
-class OutlineHeading:
-    """A title; level 1 is the title of the whole."""
-
-    text: str
-    level: int = 2
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "text", printable(self.text, kept="\n"))
-
-
-@dataclass(frozen=True)
-class OutlineText:
-    """A paragraph; `{}` in it stands for a formula each, where it has formulas."""
-
-    text: str
-    formulas: tuple[MatrixName | str | sp.Expr | Sum, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "text", printable(self.text, kept="\n"))
-
-
-@dataclass(frozen=True)
-class ScalarEquations:
-    """Scalars, one after the other: ``name = expression``."""
-
-    rows: tuple[tuple[str, sp.Expr], ...]
-    # For the nomenclature, which has those that are numbers.
-    of_springs: tuple[Definition, ...] = ()
-
-
-@dataclass(frozen=True)
-class MatrixEquation:
-    """``name = factor * matrix = whole``; a column is given as the row that it is written as."""
-
-    name: MatrixName
-    factor: sp.Expr
-    matrix: sp.ImmutableMatrix
-    whole: sp.ImmutableMatrix
-    # name for the entry in row i and column j (from 0) of the whole, where it needs one
-    entry_name: Callable[[int, int], str]
-
-    @property
-    def is_vector(self) -> bool:
-        """Whether it is a column, written as a row."""
-        return self.whole.rows == 1
-
-
-@dataclass(frozen=True)
-class Recursion:
-    """``after = before - u u^T / mu``, eq. (15)."""
-
-    after: MatrixName
-    before: MatrixName
-    u: MatrixName
-    mu: str
-
-
-@dataclass(frozen=True)
-class Transport:
-    """``after = T before T^T``: from axes with an arm to the reference point, eq. (11)-(13)."""
-
-    after: MatrixName
-    before: MatrixName
-    axes: MatrixName
-    arm: MatrixName
-
-
-@dataclass(frozen=True)
-class SpringSum:
-    """``result = sum of c t t^T + sum of T D T^T`` of drives and beams in series, and T."""
-
-    result: MatrixName
-    drives: bool
-    beams: bool
-
-
-@dataclass(frozen=True)
-class EqualMatrices:
-    """``left = right`` of two matrices, or ``left = right^-1``."""
-
-    left: MatrixName
-    right: MatrixName
-    inverted: bool = False
-
-
-@dataclass(frozen=True)
-class WrenchSum:
-    """``result = sum of w w^T / c`` over the transmitted wrenches."""
-
-    result: MatrixName
-
-
-@dataclass(frozen=True)
-class VectorEquations:
-    """Vectors, rotations and scalars of them, one equation a line."""
-
-    rows: tuple[Equation, ...]
-
-
-@dataclass(frozen=True)
-class FormulaTable:
-    """Rows of a name in words and of formulas, under a head of names."""
-
-    head: tuple[MatrixName | str, ...]
-    rows: tuple[tuple[str, tuple[MatrixName | Coordinates | sp.Expr, ...]], ...]
-    of: str = "leg"  # what the rows are
-
-    def __post_init__(self) -> None:
-        rows = tuple((printable(words), cells) for words, cells in self.rows)
-        object.__setattr__(self, "rows", rows)
-
-
-@dataclass(frozen=True)
-class LegSum:
-    """``result = sum over i of w_i w_i^T / c_i`` of the wrenches of a generic leg.
-
-    Of wrenches that share energy ``W_i C_i^-1 W_i^T``, and the matrices W_i and C_i.
-    """
-
-    result: MatrixName
-    wrenches: tuple[tuple[str, str], ...]
-    rods: tuple[str, str] | None = None  # of parallel rods j: the couple and its compliance
-    coupled: tuple[tuple[str, ...], ...] = ()  # names of the entries of C_i, empty for zero
-
-
-@dataclass(frozen=True)
-class Nomenclature:
-    """Names and their meanings; several names with the same meaning are listed together."""
-
-    rows: tuple[tuple[tuple[MatrixName | str, ...], str], ...]
-
-
-#: What is written as formulas.
-Displayable = (
-    ScalarEquations
-    | VectorEquations
-    | MatrixEquation
-    | Recursion
-    | Transport
-    | EqualMatrices
-    | WrenchSum
-    | LegSum
-    | SpringSum
-)
-
-Block = OutlineHeading | OutlineText | Displayable | FormulaTable | Nomenclature
-
-
-def outline(derivation: Derivation) -> tuple[Block, ...]:
-    """The blocks of an exported derivation, from the start to the nomenclature.
-
-    Some may be empty; `nomenclature.with_springs` leaves these out, and headings above nothing.
+def outline_of(derivation: Any) -> tuple[Block, ...]:
+    """The blocks of an exported derivation, of a robot, of a derivative, or under load.
 
     Examples
     --------
     >>> k = sp.Symbol("k")
     >>> K = sp.ImmutableMatrix(sp.diag(k, k, k))
-    >>> blocks = outline(Derivation("K_C", K, (), K))
-    >>> [block.text for block in blocks if isinstance(block, OutlineHeading)]
-    ['Cartesian stiffness matrix K_C', 'Definitions', 'Result']
+    >>> blocks = outline_of(Derivation("K_C", K, (), K))
+    >>> [block.text for block in blocks if isinstance(block, Heading)]
+    ['Cartesian stiffness matrix K_C', 'Result']
     """
-    names = EntryNames(derivation)
-    blocks: list[Block] = [
-        OutlineHeading(title_of(derivation), level=1),
-        OutlineText(_summary(derivation)),
-    ]
-    first, last = _unstaged(derivation)
-    blocks += [OutlineHeading("Definitions"), equations(first)]
-    if derivation.stages:
-        blocks += [OutlineHeading("Start: stiffness without passive joints")]
-        blocks += _stiffness(derivation.K0, names.stiffness(0), names)
-    for number, stage in enumerate(derivation.stages, start=1):
-        is_result = number == len(derivation.stages) and stage.K == derivation.K
-        blocks += _stage(stage, number, is_result, names)
-    blocks.append(OutlineHeading("Result"))
-    blocks.append(equations(last))
-    K = derivation.K
+    outlines: dict[type, Callable[[Any], list[Block]]] = {
+        FormulaDerivative: _derivative,
+        RobotDerivation: robot_outline,
+        LegElimination: _leg,
+        StiffnessUnderLoad: _loaded,
+        Derivation: _chain,
+    }
+    blocks = outlines[type(derivation)](derivation)
+    return with_conditions(with_springs(blocks), derivation)
+
+
+def refuse_derivative(derivation: Any) -> None:
+    """For languages in which derivatives are not written.
+
+    Raises
+    ------
+    InputError
+        When it is a derivative.
+    """
+    if isinstance(derivation, FormulaDerivative):
+        raise InputError(
+            "derivation",
+            got=f"the derivative {derivation.name}",
+            expected="a derivation",
+            hint="python_function and the printed forms write derivatives",
+        )
+
+
+def _chain(derivation: Derivation) -> list[Block]:
+    """The start, each passive joint, and the result."""
+    names, stages = EntryNames(derivation), derivation.stages
+    summary = "Stiffness as a formula."
+    if stages:
+        joints = "one passive joint" if len(stages) == 1 else f"{len(stages)} passive joints"
+        form = "in closed form" if derivation.is_closed else "in named steps"
+        summary = f"Elimination of {joints}, eq. (15), {form}."
+    first, last = _outside_stages(derivation)
+    blocks: list[Block] = [Heading(names.title, level=1), Paragraph(summary)]
+    blocks += [Heading("Definitions"), equations(first)]
+    if stages:
+        start = "Start: stiffness without passive joints"
+        blocks += [Heading(start), *_stiffness(names.of("K", 0), derivation.K0)]
+    blocks += _joints(derivation, names)
+    K, definitions = derivation.K, last
     if derivation.is_closed:
         named = name_combinations(K, names.given)
-        K = named.matrix
-        blocks.append(equations(named.definitions))
-    blocks.append(stiffness_equation(K, names.result, names))
-    blocks.append(_nomenclature(derivation, names))
-    return tuple(blocks)
+        K, definitions = named.matrix, [*last, *named.definitions]
+    blocks += [Heading("Result"), equations(definitions), stiffness_equation(names.result, K)]
+    rows: list[Meaning] = [((Vector(names.result),), meaning_of_result(derivation))]
+    if stages:
+        rows += [((Vector(names.of("K", 0)),), "stiffness without passive joints")]
+        rows += _meanings_of_joints(derivation, names, without_reactions=False)
+    given = meanings_of_given(names.given, derivation.meanings)
+    return [*blocks, Nomenclature((*rows, *given))]
 
 
-def title_of(derivation: Derivation) -> str:
-    """Title of a derivation."""
-    name = " ".join(derivation.name.split())
-    return "Cartesian stiffness matrix" + (f" {name}" if name else "")
-
-
-def _summary(derivation: Derivation) -> str:
-    count = len(derivation.stages)
-    if not count:
-        return "Stiffness as a formula."
-    joints = "one passive joint" if count == 1 else f"{count} passive joints"
-    form = "in closed form" if derivation.is_closed else "in named steps"
-    return f"Elimination of {joints}, eq. (15), {form}."
-
-
-def _stage(stage: Stage, number: int, is_result: bool, names: EntryNames) -> list[Block]:
-    J, u, mu = names.column("J", number), names.column("u", number), names.scalar("mu", number)
-    before, after = names.stiffness(number - 1), names.stiffness(number)
-    blocks: list[Block] = [
-        OutlineHeading(f"Joint {number}: {stage.joint}"),
-        OutlineText(f"{stage.rule}."),
-        column_equation(J.name, stage.J),
-        equations(stage.definitions),
-        column_equation(u.name, stage.u),
-    ]
-    if stage.mu != sp.Symbol(mu):
-        blocks.append(ScalarEquations(((mu, readable(stage.mu)),)))
-    if stage.is_redundant:
-        blocks.append(EqualMatrices(after, before))
-    else:
-        blocks.append(Recursion(after, before, u, mu))
-    if is_result:
-        blocks.append(EqualMatrices(after, names.result))
-    elif not stage.is_redundant:
-        blocks += _stiffness(stage.K, after, names)
-    return blocks
-
-
-def _stiffness(K: sp.ImmutableMatrix, name: MatrixName, names: EntryNames) -> list[Block]:
-    count = operations(K)
-    if count > LONGEST_STAGE:
-        return [OutlineText(f"{{}} takes {count} operations and is not written out.", (name,))]
-    return [stiffness_equation(K, name, names)]
-
-
-def stiffness_equation(
-    K: sp.ImmutableMatrix, name: MatrixName, names: EntryNames
-) -> MatrixEquation:
-    """``name = factor * matrix`` of a stiffness matrix."""
-    K = without_lost_digits(K)
-    factor, rest = factored_matrix(K)
-    return MatrixEquation(name, factor, rest, readable_matrix(K), names.entries_of(name))
-
-
-def matrix_equation(
-    name: MatrixName, matrix: sp.ImmutableMatrix, entry_name: Callable[[int, int], str]
-) -> MatrixEquation:
-    """``name = matrix`` without a common factor in front."""
-    return MatrixEquation(name, sp.Integer(1), matrix, matrix, entry_name)
-
-
-def column_equation(name: str, column: sp.ImmutableMatrix) -> MatrixEquation:
-    """``name = column``, written as a row; its entries are called by the name and a number."""
-    row = readable_matrix(column).T
-    return matrix_equation(MatrixName(name), row, lambda _, j: f"{name}_{j + 1}")
-
-
-def equations(definitions: Sequence[Definition]) -> ScalarEquations:
-    """Definitions as equations; stiffnesses in numbers are left to the nomenclature."""
-    of_springs = tuple(d for d in definitions if d.parts)
-    rows = [(d.symbol.name, in_decimals(d.expression)) for d in definitions if not is_value(d)]
-    return ScalarEquations(tuple(rows), of_springs)
-
-
-def is_value(definition: Definition) -> bool:
-    """Whether it is a stiffness in numbers."""
-    return bool(definition.parts) and definition.expression.is_number
-
-
-def _unstaged(derivation: Derivation) -> tuple[list[Definition], list[Definition]]:
+def _outside_stages(derivation: Derivation) -> tuple[list[Definition], list[Definition]]:
     """Definitions that no stage lists: those before the stages, and those after."""
     staged = {d.symbol for stage in derivation.stages for d in stage.definitions}
     places = [i for i, d in enumerate(derivation.definitions) if d.symbol in staged]
-    first = places[0] if places else 0 if not derivation.stages else len(derivation.definitions)
-    unstaged = [(i, d) for i, d in enumerate(derivation.definitions) if d.symbol not in staged]
-    return [d for i, d in unstaged if i < first], [d for i, d in unstaged if i >= first]
+    first = places[0] if places else len(derivation.definitions) * bool(derivation.stages)
+    outside = [(i, d) for i, d in enumerate(derivation.definitions) if d.symbol not in staged]
+    return [d for i, d in outside if i < first], [d for i, d in outside if i >= first]
 
 
-def meaning_of_result(derivation: Derivation) -> str:
-    """A sentence about the stiffness matrix: point, order and units."""
-    space = Space.of_size(derivation.K.rows)
-    wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
-    return (
-        f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
-        "force before moment, translation before rotation, SI units"
+def _joints(derivation: Derivation, names: EntryNames) -> list[Block]:
+    """Each passive joint: its twist, what it takes away, eq. (15), and what remains.
+
+    Of a leg, of which the axes are chosen for it, a trivial joint is written by the entries of K,
+    eq. (19).
+    """
+    of_leg, blocks, before = isinstance(derivation, LegElimination), [], derivation.K0
+    for number, stage in enumerate(derivation.stages, start=1):
+        J, u, mu, after = (names.of(x, number) for x in ("J", "u", "mu", "K"))
+        earlier = names.of("K", number - 1)
+        rule = stage.rule.replace("the reference point", "the origin") if of_leg else stage.rule
+        blocks += [
+            Heading(f"Joint {number}: {stage.joint}"),
+            Paragraph(f"{rule}."),
+            column_equation(J, stage.J),
+        ]
+        alone = [p for p, x in enumerate(stage.J.flat()) if x != 0]
+        if of_leg and not stage.is_redundant and len(alone) == 1:
+            blocks += [_by_entries(alone[0], earlier, after, before), equations(stage.definitions)]
+        elif not (of_leg and stage.is_redundant):
+            blocks += [equations(stage.definitions), column_equation(u, stage.u)]
+            blocks += scalar_unless_name(mu, stage.mu)
+            if not stage.is_redundant:
+                less = Sum(((1, Vector(earlier)), (-1, share(u, mu))))
+                blocks.append(equation(after, less))
+        if stage.is_redundant:
+            blocks.append(equation(after, Vector(earlier)))
+        if number == len(derivation.stages) and not of_leg and stage.K == derivation.K:
+            blocks.append(equation(after, Vector(names.result)))
+        elif not stage.is_redundant:
+            blocks += _stiffness(after, stage.K)
+        before = stage.K
+    return blocks
+
+
+def _by_entries(place: int, earlier: str, after: str, before: Any) -> Block:
+    """Rule (19) in symbols, for any row j and column k."""
+    p = place + 1
+    if all(j == place or before[place, j] == 0 for j in range(before.rows)):
+        words = f"Row and column {p} hold no other entry: they are struck, and all others stay."
+        return Paragraph(words)
+    whole, across, *sides = (
+        sp.Symbol(f"{earlier}_{x}") for x in ("jk", f"{p}{p}", f"j{p}", f"k{p}")
     )
+    return Equations((scalar(f"{after}_jk", whole - sides[0] * sides[1] / across),))
 
 
-def _nomenclature(derivation: Derivation, names: EntryNames) -> Nomenclature:
-    rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
-        ((names.result,), meaning_of_result(derivation))
-    ]
+def _meanings_of_joints(
+    derivation: Derivation, names: EntryNames, *, without_reactions: bool
+) -> list[Meaning]:
+    """Of the names of `_joints`."""
     count = len(derivation.stages)
-    if count:
-        numbers = [1] if count == 1 else [1, count] if count == 2 else [1, 2, count]
-        dots: tuple[str, ...] = ("...",) if count > 3 else ()
+    numbers = sorted({1, min(2, count), count})
 
-        def listed(name: Callable[[int], MatrixName | str]) -> tuple[MatrixName | str, ...]:
-            given = [name(i) for i in numbers]
-            return (*given[:-1], *dots, given[-1])
+    def listed(letter: str) -> tuple[Vector | str, ...]:
+        found = [names.of(letter, i) for i in numbers]
+        bold: list[Any] = found if letter == "mu" else list(map(Vector, found))
+        return (*bold[:-1], *["..."] * (count > 3), bold[-1])
 
+    rows: list[Meaning] = [(listed("J"), "twist of a passive joint, eq. (17)")]
+    if not without_reactions:
         rows += [
-            ((names.stiffness(0),), "stiffness without passive joints"),
-            (listed(lambda i: names.column("J", i)), "twist of a passive joint"),
             (
-                listed(lambda i: names.column("u", i)),
+                listed("u"),
                 "reaction to its unit motion, stiffness before the joint times its twist",
             ),
-            (listed(lambda i: names.scalar("mu", i)), "stiffness against its unit motion"),
-            (listed(names.stiffness), "stiffness after the joint"),
+            (listed("mu"), "stiffness against its unit motion"),
         ]
-    return Nomenclature((*rows, *meanings_of_given(names.given, derivation.meanings)))
+    return [*rows, (listed("K"), "stiffness after the joint")]
 
 
-def meanings_of_given(
-    given: Iterable[str], meanings: Mapping[str, str]
-) -> list[tuple[tuple[str, ...], str]]:
-    """Rows of given symbols; those with the same meaning stand in one."""
-    rows: dict[str, list[str]] = {}
-    for name in given:
-        rows.setdefault(meanings.get(name, "given"), []).append(name)
-    return [(tuple(names), meaning) for meaning, names in rows.items()]
+def _stiffness(name: str, K: Any) -> list[Block]:
+    found = unless_long(K, name, ())
+    return [*found] or [stiffness_equation(name, K)]
+
+
+def _leg(derivation: LegElimination) -> list[Block]:
+    """Compliance, K^0, each joint, transport to the reference point."""
+    names, count = EntryNames(derivation), len(derivation.stages)
+    first, last = names.of("K", 0), names.of("K", count)
+    C, axes, arm = map(Vector, ("C", "R_0", "v_0"))
+    joints = "no passive joint" if not count else "one passive joint"
+    order = ""
+    if count > 1:
+        joints = f"{count} passive joints, eliminated one after the other by the recursion (15)"
+        order = (
+            " The joints stand in the order that keeps the matrices short; the result does not "
+            "depend on it."
+        )
+    summary = (
+        f"The leg {derivation.where}: its stiffness {{}} without passive joints is the inverse of "
+        f"its compliance {{}}; it has {joints}.{order}"
+    )
+    of_stages = {d.symbol for stage in derivation.stages for d in stage.definitions}
+    before = [d for d in derivation.definitions if d.symbol not in of_stages]
+    blocks: list[Block] = [
+        Heading(f"Stiffness of {derivation.leg}, joint by joint", level=1),
+        Paragraph(summary, (Vector(first), C)),
+        Heading("Names"),
+        equations(before),
+        Heading("Axes"),
+        Paragraph(
+            "All matrices are in axes of the leg, in which its joints are simplest: columns of "
+            "{}, in world axes. Their origin lies at {} from the reference point.",
+            (axes, arm),
+        ),
+        MatrixEquation(axes.name, readable_matrix(derivation.axes)),
+        column_equation(arm.name, derivation.arm),
+        Heading("Compliance without passive joints"),
+        Paragraph(f"Springs: {', '.join(derivation.elastic)}; all joints are held."),
+        MatrixEquation(C.name, readable_matrix(derivation.C)),
+        equation(first, Inverse(C)),
+        *_stiffness(first, derivation.K0),
+        *_joints(derivation, names),
+        Heading("About the reference point, world axes"),
+        Paragraph("The leg's part of the sum over the legs, eq. (11) to (13):"),
+        transport(names.result, last, axes, arm),
+    ]
+    wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
+    rows: list[Meaning] = [
+        ((C,), f"compliance of the elastic parts: twist for wrench ({wrench})"),
+        ((Vector(first),), "stiffness without passive joints"),
+        ((axes, arm), "axes of the leg in the world, and their origin"),
+        ((Vector("T"),), OF_T),
+    ]
+    if count:
+        by_entries = (s.is_redundant or sum(x != 0 for x in s.J) < 2 for s in derivation.stages)
+        rows += _meanings_of_joints(derivation, names, without_reactions=all(by_entries))
+    given = sorted(map(str, derivation.given_symbols))
+    listed = dict.fromkeys((*(x for x in derivation.coordinates if x in given), *given))
+    return [*blocks, Nomenclature((*rows, *meanings_of_given(listed, derivation.meanings)))]
+
+
+def _loaded(loaded: StiffnessUnderLoad) -> list[Block]:
+    """The wrench, the stiffness without it, and what it adds."""
+    whole = loaded.derivation
+    names = EntryNames(whole)
+    unloaded, added, load = map(names.free, ("K_0", "K_1", "W"))
+    form = "in closed form" if loaded.is_closed else "in named steps"
+    words = (
+        f"Stiffness about the reference point in world axes, {loaded.where}, {form}, to first "
+        "order in the wrench on the platform: {} = {} + {}. {} is linear in the wrench {}, which "
+        "acts at the reference point and does not turn with the platform."
+    )
+    K0, K1, definitions = loaded.K0, loaded.K1, loaded.definitions
+    if loaded.is_closed:
+        named = name_combinations(sp.ImmutableMatrix.hstack(K0, K1), names.given)
+        K0, K1 = named.matrix[:, : K0.rows], named.matrix[:, K0.rows :]
+        definitions = named.definitions
+    in_words = map(Vector, (names.result, unloaded, added, added, load))
+    rows: list[Meaning] = [
+        ((Vector(names.result),), meaning_of_result(whole)),
+        ((Vector(unloaded), Vector(added)), "its part without load, and what the load adds"),
+        ((Vector(load),), "wrench on the platform"),
+        *meanings_of_given(names.given, whole.meanings),
+    ]
+    return [
+        Heading(names.title, level=1),
+        Paragraph(words, tuple(in_words)),
+        column_equation(load, loaded.wrench),
+        equations(definitions),
+        Heading("Without load"),
+        stiffness_equation(unloaded, K0),
+        Heading("What the load adds"),
+        stiffness_equation(added, K1),
+        Nomenclature(tuple(rows)),
+    ]
+
+
+def _derivative(derivative: FormulaDerivative) -> list[Block]:
+    """Definitions, the derivative of the stiffness matrix, and its nomenclature."""
+    names, symbol = EntryNames(derivative.derivation), derivative.symbol
+    result = derivative_name(names.result, symbol)
+    in_names = derivative.in_names
+    definitions, dK = in_names.definitions, in_names.dK
+    if in_names.is_closed:
+        named = name_combinations(dK, names.given)
+        definitions, dK = named.definitions, named.matrix
+    form = "in closed form" if derivative.is_closed else "in named steps, each with its derivative"
+    title = f"Derivative of the stiffness matrix {names.result} by {symbol.name}"
+    meaning = f"derivative of {names.result} by {symbol.name}, all other given symbols held"
+    given = meanings_of_given(names.given, derivative.derivation.meanings)
+    return [
+        Heading(title, level=1),
+        Paragraph(f"Derivative {form}."),
+        Heading("Result"),
+        equations(used_definitions(definitions, dK.flat())),
+        stiffness_equation(result, dK),
+        Nomenclature((((Vector(result),), meaning), *given)),
+    ]

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import re
-from abc import abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
-from sympy.printing.printer import Printer
-
-from robostiff.analytic.export.vocabulary import function_name
-
-_HALF = sp.Rational(1, 2)
 
 
 @dataclass(frozen=True)
@@ -88,73 +82,6 @@ def joined_terms(terms: Iterable[str], minus: str = " - ", plus: str = " + ") ->
     """Written terms as a sum."""
     first, *others = terms
     return first + "".join(f"{minus}{t[1:]}" if t.startswith("-") else f"{plus}{t}" for t in others)
-
-
-class FormulaPrinter(Printer):
-    """Sums, fractions and powers of typeset formulas; subclasses say how a language writes them."""
-
-    minus, plus = " - ", " + "
-    fraction: str  # of two expressions, each written at a {}
-    root: str
-    in_a_line: str  # a small fraction, as an exponent
-    raised: str
-    brackets: str
-
-    @abstractmethod
-    def applied(self, function: sp.Basic, power: str = "") -> str:
-        """A function with its arguments, and the power to which it is raised."""
-
-    @abstractmethod
-    def times(self, factor: str, *, apart: bool) -> str:
-        """What stands before a factor that is not the first; `apart` where one is a word."""
-
-    def _print_Add(self, expr: sp.Add) -> str:
-        return joined_terms(map(self._print, ordered_terms(expr)), self.minus, self.plus)
-
-    def _print_Mul(self, expr: sp.Expr) -> str:
-        number, rest = number_in_front(expr)
-        if rest is not None:
-            return f"{self._print(number)} {self._factors((rest,), alone=True)}"
-        product = printed_product(expr)
-        written = self._factors(product.above, alone=not product.below)
-        if product.below:
-            written = self.fraction.format(written, self._factors(product.below))
-        return f"-{written}" if product.negative else written
-
-    _print_Rational = _print_Mul
-
-    def _print_Pow(self, expr: sp.Pow) -> str:
-        base: Any = expr.base
-        exponent: Any = expr.exp
-        if exponent.is_Rational and exponent.is_negative:
-            return self._print_Mul(expr)
-        if exponent == _HALF:
-            return self.root.format(self._print(base))
-        power = self._print(exponent)
-        if exponent.is_Rational and not exponent.is_Integer:
-            power = self.in_a_line.format(exponent.p, exponent.q)
-        if function_name(base) not in {None, "abs", "exp"} and exponent.is_Integer:
-            return self.applied(base, power)
-        bare = self._print(base)
-        is_bare = base.is_Symbol or (base.is_Integer and base >= 0)
-        return self.raised.format(bare if is_bare else self.brackets.format(bare), power)
-
-    def _factors(self, factors: tuple[sp.Expr, ...], *, alone: bool = False) -> str:
-        if len(factors) == 1 and not alone:
-            return self._print(factors[0])
-        written, was_word = "", False
-        for factor in factors:
-            text, word = self._print(factor), _is_word(factor)
-            if factor.is_Add or text.startswith("-"):
-                text = self.brackets.format(text)
-            written += (self.times(text, apart=word or was_word) if written else "") + text
-            was_word = word
-        return written or self._print(sp.Integer(1))
-
-
-def _is_word(factor: Any) -> bool:
-    base = factor.base if factor.is_Pow else factor
-    return bool(base.is_Symbol and is_word(base.name))
 
 
 _GREEK_NAMES = (

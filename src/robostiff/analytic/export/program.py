@@ -12,7 +12,6 @@ from sympy.simplify.cse_main import tree_cse
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.export.entries import symbols_of
 from robostiff.analytic.export.nomenclature import in_programs
 from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.analytic.reading.combinations import name_combinations
@@ -152,25 +151,11 @@ def _is_nonnegative(expression: Any, positive: set[Any]) -> bool:
 
 
 @dataclass(frozen=True)
-class Assignment:
-    """``symbol = expression``; shared ones bear no name of the derivation."""
-
-    symbol: sp.Symbol
-    expression: sp.Expr  # in arguments and symbols assigned before
-    is_shared: bool  # whether it is a subexpression that occurs more than once
-
-    def renamed(self, names: dict[Any, Any]) -> Assignment:
-        """The assignment with other symbols."""
-        expression: Any = self.expression.xreplace(names)
-        return Assignment(names.get(self.symbol, self.symbol), expression, self.is_shared)
-
-
-@dataclass(frozen=True)
 class FormulaProgram:
     """Assignments, guards and conditions that compute a stiffness matrix."""
 
     arguments: tuple[sp.Symbol, ...]  # the given symbols, in alphabetical order
-    assignments: tuple[Assignment, ...]  # what the result needs, in order
+    assignments: tuple[Definition, ...]  # what the result needs, in order
     # K (n x n), and dK where there is a derivative, in arguments and assigned symbols
     results: tuple[sp.ImmutableMatrix, ...]
     # what must hold besides, such as the signs of arguments that were assumed: in words, and an
@@ -204,7 +189,7 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     >>> K = sp.ImmutableMatrix(sp.diag(sp.sin(a) ** 2, b * sp.sin(a), 0))
     >>> compute = program(Derivation("K_C", K, (), K))
     >>> compute.assignments
-    (Assignment(symbol=t1, expression=sin(a), is_shared=True),)
+    (Definition(symbol=t1, expression=sin(a)),)
     >>> compute.entries[0, 0]
     t1**2
     """
@@ -249,18 +234,24 @@ def _in_order(
     ]
     check_vocabulary(expressions)
     shared, reduced = share(expressions, symbols=_temporaries(set(names)))
-    computed = _Computation(dict(shared))
-    reduced_expressions: list[Any] = list(reduced)
-    for symbol, expression in zip(defined, reduced_expressions, strict=False):
-        computed.define(symbol, expression)
-    results = [computed.result(expression) for expression in reduced_expressions[len(defined) :]]
-    assignments = computed.needed(results)
-    shared_symbols = [a.symbol for a in assignments if a.is_shared]
-    in_order = dict(zip(shared_symbols, _temporaries(set(names)), strict=False))
+    # A shared subexpression that is a definition has the name of that.
+    own: dict[Any, Any] = {}
+    for symbol, expression in zip(defined, reduced, strict=False):
+        if expression in dict(shared):
+            own.setdefault(expression, symbol)
+    assigned: dict[Any, Any] = {own.get(x, x): value.xreplace(own) for x, value in shared}
+    for symbol, expression in zip(defined, reduced, strict=False):
+        assigned.setdefault(symbol, expression.xreplace(own))
+    results: list[Any] = [x.xreplace(own) for x in reduced[len(defined) :]]
+    used = [x for e in results for x in sorted(e.free_symbols & assigned.keys(), key=str)]
+    needed = _order(assigned, used)
+    placed = _order(assigned, [*(x for x in defined if x in needed), *used])
+    temporary = [x for x in placed if x not in defined]
+    in_order = dict(zip(temporary, _temporaries(set(names)), strict=False))
     n = matrix.cols
-    assignments = tuple(assignment.renamed(in_order) for assignment in assignments)
-    renamed = [entry.xreplace(in_order) for entry in results]
-    assignments, renamed = _in_range(assignments, renamed)
+    own |= {x: x for x in placed} | in_order
+    assignments = tuple(Definition(own[x], value.xreplace(in_order)) for x, value in placed.items())
+    assignments, renamed = _in_range(assignments, [x.xreplace(in_order) for x in results])
     written: Any = sp.ImmutableMatrix(matrix.rows, n, renamed[: matrix.rows * n])
     beside = renamed[matrix.rows * n :]
     return FormulaProgram(
@@ -284,8 +275,8 @@ def _signs(arguments: Sequence[Any]) -> Iterator[tuple[str, Any, str]]:
 
 
 def _in_range(
-    assignments: tuple[Assignment, ...], results: list[Any]
-) -> tuple[tuple[Assignment, ...], list[Any]]:
+    assignments: tuple[Definition, ...], results: list[Any]
+) -> tuple[tuple[Definition, ...], list[Any]]:
     """The program with numbers in the range of doubles: large sums are scaled."""
     expressions = [*(a.expression for a in assignments), *results]
     numbers = [x for e in expressions for x in e.atoms(sp.Rational)]
@@ -299,7 +290,7 @@ def _in_range(
             scales[assignment.symbol] = factor
             factor = sp.S.One
         expression = product(factor, rest)
-        found.append(Assignment(assignment.symbol, expression, assignment.is_shared))
+        found.append(Definition(assignment.symbol, expression))
     return tuple(found), [product(*scaled(result, scales)) for result in results]
 
 
@@ -314,49 +305,16 @@ def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:
         number += 1
 
 
-class _Computation:
-    """Assignments in an order in which they can be computed."""
-
-    def __init__(self, shared: dict[Any, Any]) -> None:
-        self._shared = shared
-        self._done: dict[sp.Symbol, Assignment] = {}
-        # A shared subexpression that is a definition has the name of that.
-        self._named: dict[sp.Basic, sp.Basic] = {}
-
-    def define(self, symbol: sp.Symbol, expression: Any) -> None:
-        """A named intermediate."""
-        bears_its_name = expression in self._shared and expression not in self._done | self._named
-        written = self._shared[expression] if bears_its_name else expression
-        self._done[symbol] = Assignment(symbol, self.result(written), is_shared=False)
-        if bears_its_name:
-            self._named[expression] = symbol
-
-    def result(self, expression: Any) -> Any:
-        """An expression, after assignments of its shared subexpressions."""
-        waiting: list[tuple[Any, Iterator[Any]]] = [(None, self._uses(expression))]
-        while waiting:
-            symbol, uses = waiting[-1]
-            missing = (s for s in uses if s not in self._done and s not in self._named)
-            needed = next(missing, None)
-            if needed is not None:
-                waiting.append((needed, self._uses(self._shared[needed])))
-                continue
-            waiting.pop()
-            if symbol is not None:
-                written = self._shared[symbol].xreplace(self._named)
-                self._done[symbol] = Assignment(symbol, written, is_shared=True)
-        return expression.xreplace(self._named)
-
-    def needed(self, results: list[Any]) -> tuple[Assignment, ...]:
-        """The assignments that results depend on."""
-        wanted = symbols_of(results)
-        kept: list[Assignment] = []
-        for assignment in reversed(self._done.values()):
-            if assignment.symbol in wanted:
-                kept.append(assignment)
-                wanted |= assignment.expression.free_symbols
-        return tuple(reversed(kept))
-
-    def _uses(self, expression: Any) -> Iterator[Any]:
-        """Its shared symbols."""
-        return iter(sorted(expression.free_symbols & self._shared.keys(), key=lambda s: s.name))
+def _order(assigned: Mapping[Any, Any], wanted: Sequence[Any]) -> dict[Any, Any]:
+    """The assignments that some symbols need, each after those that it needs."""
+    found: dict[Any, Any] = {}
+    waiting = [*reversed(wanted)]
+    while waiting:
+        symbol = waiting[-1]
+        needs = assigned[symbol].free_symbols & assigned.keys()
+        missing = () if symbol in found else needs - found.keys()
+        if missing:
+            waiting.append(min(missing, key=str))
+        else:
+            found.setdefault(waiting.pop(), assigned[symbol])
+    return found

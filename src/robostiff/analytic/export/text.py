@@ -2,45 +2,27 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-import sympy as sp
 from sympy.printing.str import StrPrinter
 
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.broken_lines import Breaks, wrapped_formula, wrapped_words
-from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import (
-    MathLanguage,
-    displayed,
-    displays,
-    listed_names,
-    sentences,
-    table_cells,
-)
-from robostiff.analytic.export.entries import MatrixName
-from robostiff.analytic.export.outline import (
-    Block,
-    FormulaTable,
-    MatrixEquation,
-    Nomenclature,
-    OutlineHeading,
-    OutlineText,
-)
+from robostiff.analytic.export.blocks import Block, MatrixEquation
+from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
+from robostiff.analytic.export.language import Language, Row, fitted
+from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.export.products import ordered_terms
 from robostiff.errors import InputError
 
 _NARROWEST = 60
 
 
-def derivation_text(derivation: Derivation | FormulaDerivative, width: int = 88) -> str:
+def derivation_text(derivation: Any, width: int = 88) -> str:
     r"""A derivation as plain text: the start, each passive joint, the result.
 
     Parameters
     ----------
-    derivation : Derivation or FormulaDerivative
+    derivation : Derivation, FormulaDerivative or StiffnessUnderLoad
     width : int
         Longest line. Longer expressions go on in the next line, indented; entries for which a
         matrix has no room get a name.
@@ -52,6 +34,7 @@ def derivation_text(derivation: Derivation | FormulaDerivative, width: int = 88)
 
     Examples
     --------
+    >>> import sympy as sp
     >>> from robostiff.analytic.chain import derive_chain
     >>> k, d, c = sp.symbols("k d c")
     >>> K = sp.Matrix([[k, 0, 0], [0, k, k * d], [0, k * d, k * d**2 + c]])
@@ -74,107 +57,101 @@ def derivation_text(derivation: Derivation | FormulaDerivative, width: int = 88)
     """
     if width < _NARROWEST:
         raise InputError("width", got=width, expected=f"{_NARROWEST} characters or more")
-    blocks = [_written(block, width) for block in outline_of(derivation)]
-    return "\n\n".join("\n".join(lines) for lines in blocks) + "\n"
+    return "\n\n".join(_PlainText(width).document(outline_of(derivation))) + "\n"
 
 
-def _written(block: Block, width: int) -> list[str]:
-    match block:
-        case OutlineHeading(text, level):
-            title = " ".join(text.split())
-            lines = [title, ("=" if level == 1 else "-") * min(len(title), width)]
-        case OutlineText():
-            lines = wrapped_words(sentences(block, TEXT, str), width)
-        case MatrixEquation():
-            lines = _matrix(block, width)
-        case Nomenclature(named):
-            lines = _nomenclature(named, width)
-        case FormulaTable():
-            cells = table_cells(block, TEXT)
-            widths = [max(len(row[j]) for row in cells) for j in range(len(cells[0]))]
-            padded = [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in cells]
-            padded.insert(1, ["-" * w for w in widths])
-            lines = ["  ".join(row).rstrip() for row in padded]
-        case _:
-            rows = [row for formula in displays(block, TEXT, math.inf) for row in formula]
-            formulas = [wrapped_formula(row.lines[0], width, f"{row.left} = ") for row in rows]
-            lines = [line for formula in formulas for line in formula]
-    return lines
+class _PlainText(Language):
+    """Formulas on a line, or broken over several; matrices in columns of letters."""
 
+    opening, closing, slash, power = "(", ")", "/", "^{}"
+    cross, dot, norm, apart = "x", ".", "|{}|", " "
+    transposed, inverse, total, total_over = "^T", "^-1", "sum of", "sum over {} of"
+    dots, matrix_signs = "...", ("[", ", ", "; ", "]")
 
-def _matrix(block: MatrixEquation, width: int) -> list[str]:
-    start = f"{block.name.name} = "
-    # Brackets, and two blanks between columns.
-    around = 4 + 2 * (block.whole.cols - 1) + len(start)
-    fitting = displayed(block, _length, width - around, stacked=True)
-    if fitting.factor != 1:
-        factor = plain_text(fitting.factor)
-        start += f"({factor}) * " if fitting.factor.is_Add else f"{factor} * "
-    if block.is_vector:
-        lines = wrapped_formula(
-            f"({', '.join(map(plain_text, fitting.matrix.flat()))})", width, start
+    def __init__(self, width: int = 88) -> None:
+        super().__init__()
+        self.width = width
+
+    def write(self, expression: Any) -> str:
+        """An expression, numbers without zeros at their end."""
+        return _Printer({"full_prec": False}).doprint(expression)
+
+    def name(self, name: str, *, bold: bool = False) -> str:
+        return name
+
+    def inline(self, formula: str) -> str:
+        return formula
+
+    def words(self, text: str) -> str:
+        return text
+
+    def over(self, above: str, below: str) -> str:
+        if above.endswith(self.transposed):
+            return f"{above} / {below}"
+        return "/".join(f"({x})" if " " in x and x[0] != "|" else x for x in (above, below))
+
+    def heading(self, text: str, level: int) -> str:
+        title = " ".join(text.split())
+        return f"{title}\n{('=' if level == 1 else '-') * min(len(title), self.width)}"
+
+    def paragraph(self, text: str) -> str:
+        return "\n".join(wrapped_words(text, self.width))
+
+    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
+        each = (wrapped_words(f"{names}: {meaning}", self.width, "    ") for names, meaning in rows)
+        return "\n".join(line for lines in each for line in lines)
+
+    def table(self, rows: list[list[str]]) -> str:
+        padded = _padded(rows)
+        padded.insert(1, ["-" * len(x) for x in padded[0]])
+        return "\n".join("  ".join(row).rstrip() for row in padded)
+
+    def display(self, rows: Sequence[Row]) -> list[str]:
+        each = (wrapped_formula(x.lines[0], self.width, f"{x.left} = ") for x in rows)
+        return ["\n".join(line for lines in each for line in lines)]
+
+    def part(self, block: Block) -> Iterator[str]:
+        if isinstance(block, MatrixEquation):
+            yield from self._matrix_equation(block)
+        else:
+            yield from super().part(block)
+
+    def _matrix_equation(self, block: MatrixEquation) -> Iterator[str]:
+        start, width = f"{block.name} = ", self.width
+        # Brackets, and two blanks between columns.
+        around = 4 + 2 * (block.whole.cols - 1) + len(start)
+        factor, matrix, named = fitted(
+            block, lambda x: len(self.write(x)), width - around, stacked=True
         )
-    else:
-        cells = [[plain_text(entry) for entry in row] for row in fitting.matrix.tolist()]
-        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-        padded = [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in cells]
-        rows = [f"[ {'  '.join(row)} ]" for row in padded]
-        if len(start) + len(rows[0]) <= width:
-            middle = (len(rows) - 1) // 2
-            blank = " " * len(start)
+        if factor != 1:
+            before = self.write(factor)
+            start += f"({before}) * " if factor.is_Add else f"{before} * "
+        cells = [[self.write(entry) for entry in row] for row in matrix.tolist()]
+        rows = [f"[ {'  '.join(row)} ]" for row in _padded(cells)]
+        if block.is_vector:
+            lines = wrapped_formula(f"({', '.join(cells[0])})", width, start)
+        elif len(start) + len(rows[0]) <= width:
+            middle, blank = (len(rows) - 1) // 2, " " * len(start)
             lines = [(start if i == middle else blank) + row for i, row in enumerate(rows)]
         else:
             lines = [*wrapped_formula(start, width, rest=""), *("  " + row for row in rows)]
-    return [*lines, "", *_written(fitting.named, width)] if fitting.named.rows else lines
+        yield "\n".join(lines)
+        if named.rows:
+            yield from super().part(named)
 
 
-def plain_text(expression: sp.Basic) -> str:
-    """An expression as text, numbers without zeros at their end."""
-    return _TextPrinter({"full_prec": False}).doprint(expression)
+def _padded(rows: list[list[str]]) -> list[list[str]]:
+    """Cells as wide as their columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in rows]
 
 
-class _TextPrinter(StrPrinter):
+class _Printer(StrPrinter):
     """As SymPy writes it, a positive term first."""
 
     def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:
         return ordered_terms(expr)
 
 
-def _fraction(above: str, below: str) -> str:
-    if above.endswith(TEXT.transposed):
-        return f"{above} / {below}"
-    bracketed = [f"({x})" if " " in x and x[0] != "|" else x for x in (above, below)]
-    return "/".join(bracketed)
-
-
-TEXT = MathLanguage(
-    breaks=Breaks(plain_text, "(", ")", "/", "^{}"),
-    name=str,
-    matrix_name=str,
-    matrix=lambda rows: f"[{'; '.join(', '.join(row) for row in rows)}]",
-    fraction=_fraction,
-    transposed="^T",
-    total="sum of",
-    inverse="^-1",
-    times="x",
-    apart=" ",
-    number=str,
-    dot=".",
-    norm=lambda written: f"|{written}|",
-    total_over=lambda index: f"sum over {index} of",
-    inline=str,
-    brackets="({})".format,
-)
-
-
-def _length(expression: sp.Basic) -> float:
-    return len(plain_text(expression))
-
-
-def _nomenclature(
-    named: tuple[tuple[tuple[MatrixName | str, ...], str], ...], width: int
-) -> list[str]:
-    lines = ["Nomenclature", "-" * len("Nomenclature"), ""]
-    for names, meaning in named:
-        lines += wrapped_words(f"{listed_names(names, TEXT, '...')}: {meaning}", width, "    ")
-    return lines
+#: Formulas in plain text.
+TEXT: Language = _PlainText()

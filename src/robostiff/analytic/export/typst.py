@@ -1,40 +1,18 @@
-"""A derivation, its expressions and matrices in Typst, and as a PDF."""
+"""A derivation in Typst, and as a PDF."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.broken_lines import Breaks
-from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import (
-    Display,
-    MathLanguage,
-    Row,
-    displays,
-    listed_names,
-    sentences,
-    table_cells,
-)
-from robostiff.analytic.export.entries import MatrixName
-from robostiff.analytic.export.outline import (
-    Block,
-    FormulaTable,
-    Nomenclature,
-    OutlineHeading,
-    OutlineText,
-)
-from robostiff.analytic.export.products import (
-    FormulaPrinter,
-    differential_parts,
-    is_greek,
-    name_parts,
-)
+from robostiff.analytic.export.blocks import Heading
+from robostiff.analytic.export.language import Language, Row, Typeset
+from robostiff.analytic.export.outline import outline_of
+from robostiff.analytic.export.products import is_greek
 from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.errors import needs_extra
 from robostiff.markup import typst_text
@@ -46,115 +24,6 @@ _FUNCTIONS = {
     "atan2": 'op("atan2")',
     "log": "ln",
 }
-
-
-def typst_name(name: str) -> str:
-    """Name of a symbol with its subscripts, in mathematics.
-
-    Examples
-    --------
-    >>> [typst_name(name) for name in ("K_11", "mu_1", "u_1_3", "k_tau", "L_tip")]
-    ['K_(11)', 'mu_(1)', 'u_(1,3)', 'k_(tau)', 'L_("tip")']
-    """
-    differential = differential_parts(name)
-    if differential is not None:
-        return f"frac(partial {typst_name(differential[0])}, partial {typst_name(differential[1])})"
-    parts = name_parts(name)
-    written = _word(parts.letter) + "'" * parts.primes
-    if parts.subscripts:
-        written += "_(" + ",".join(map(_word, parts.subscripts)) + ")"
-    return written
-
-
-def typst_matrix_name(name: str) -> str:
-    """Name of a matrix or vector, in bold type."""
-    differential = differential_parts(name)
-    if differential is not None:
-        above = f"partial {typst_matrix_name(differential[0])}"
-        return f"frac({above}, partial {typst_name(differential[1])})"
-    letter, *subscripts = typst_name(name).split("_", 1)
-    bare = letter.rstrip("'")
-    primes = letter[len(bare) :]
-    return "_".join([f"bold(upright({bare})){primes}", *subscripts])
-
-
-def typst_expression(expression: sp.Expr) -> str:
-    """An expression in Typst."""
-    return _TypstPrinter().doprint(expression)
-
-
-def _word(word: str) -> str:
-    if is_greek(word) or word.isdigit() or (len(word) == 1 and word.isalpha()):
-        return word
-    return _quoted(word)
-
-
-def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
-
-
-def _matrix(rows: list[list[str]]) -> str:
-    body = ";\n  ".join(", ".join(row) for row in rows)
-    return f'mat(delim: "[",\n  {body})'
-
-
-class _TypstPrinter(FormulaPrinter):
-    """Expressions of the vocabulary, and other functions by their name."""
-
-    printmethod = "_typst"
-    fraction, root, in_a_line = "frac({}, {})", "sqrt({})", r"{}\/{}"
-    raised, brackets = "{}^({})", "({})"
-
-    def emptyPrinter(self, expr: sp.Basic) -> str:
-        return self.applied(expr) if expr.args else _quoted(str(expr))
-
-    def _print_Symbol(self, expr: sp.Symbol) -> str:
-        return typst_name(expr.name)
-
-    def _print_Integer(self, expr: sp.Integer) -> str:
-        return str(expr)
-
-    def _print_Float(self, expr: sp.Float) -> str:
-        mantissa, _, exponent = sp.sstr(expr, full_prec=False).partition("e")
-        return f"{mantissa} dot 10^({exponent})" if exponent else mantissa
-
-    def _print_NumberSymbol(self, expr: sp.NumberSymbol) -> str:
-        return {"pi": "pi", "e": "upright(e)"}.get(constant_name(expr) or "", _quoted(str(expr)))
-
-    def applied(self, function: sp.Basic, power: str = "") -> str:
-        arguments = ", ".join(self._print(argument) for argument in function.args)
-        name = function_name(function)
-        written = _FUNCTIONS.get(name, name) if name else f"op({_quoted(str(function.func))})"
-        if power:
-            return f"{written}^{power} ({arguments})"
-        return f"{written}{' ' if written.startswith('op(') else ''}({arguments})"
-
-    def times(self, factor: str, *, apart: bool) -> str:
-        if factor[0].isdigit():
-            return " dot "
-        return " thin " if apart else " "
-
-
-TYPST = MathLanguage(
-    breaks=Breaks(typst_expression, r"\(", r"\)", r"\/", "^({})"),
-    name=typst_name,
-    matrix_name=typst_matrix_name,
-    matrix=_matrix,
-    fraction=_TypstPrinter.fraction.format,
-    transposed="^sans(upright(T))",
-    total="sum",
-    inverse="^(-1)",
-    times="times",
-    apart=" thin ",
-    number=str,
-    dot="dot",
-    norm=lambda written: f"abs({written})",
-    total_over=lambda index: f"sum_{index}",
-    inline=lambda formula: f"${formula}$",
-    brackets="({})".format,
-)
-
 
 # Letters of 10 pt side by side in the text of A4 upright (planar) and on its side (spatial).
 _ROOM_UPRIGHT = 72.0
@@ -190,16 +59,17 @@ TYPST_DERIVATIONS = """\
 """
 
 
-def derivation_typst(derivation: Derivation | FormulaDerivative) -> str:
+def derivation_typst(derivation: Any) -> str:
     r"""A derivation as the source of a Typst document.
 
     Parameters
     ----------
-    derivation : Derivation or FormulaDerivative
+    derivation : Derivation, FormulaDerivative or StiffnessUnderLoad
 
     Examples
     --------
     >>> import sympy as sp
+    >>> from robostiff.analytic import Derivation
     >>> k = sp.Symbol("k_tau")
     >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
     >>> print("\n".join(derivation_typst(Derivation("K_C", K, (), K)).splitlines()[27:33]))
@@ -210,39 +80,34 @@ def derivation_typst(derivation: Derivation | FormulaDerivative) -> str:
       0, 1, 0;
       0, 0, 0) $)
     """
-    title = next(
-        block.text for block in outline_of(derivation) if isinstance(block, OutlineHeading)
-    )
+    title = next(block.text for block in outline_of(derivation) if isinstance(block, Heading))
     quoted = title.replace("\\", "\\\\").replace('"', '\\"')
     flipped = "true" if wants_wide_page(derivation) else "false"
     preamble = _PREAMBLE.format(title=quoted, flipped=flipped)
     return f"{preamble}\n{TYPST_DERIVATIONS}\n{derivation_in_typst(derivation)}"
 
 
-def wants_wide_page(derivation: Derivation | FormulaDerivative) -> bool:
+def wants_wide_page(derivation: Any) -> bool:
     """Whether its matrices need a landscape page: 6 x 6 matrices do, planar ones do not."""
     return derivation.K.rows > 3
 
 
-def derivation_in_typst(
-    derivation: Derivation | FormulaDerivative, *, first_heading: int = 1
-) -> str:
+def derivation_in_typst(derivation: Any, *, first_heading: int = 1) -> str:
     """A derivation as a fragment of a Typst document that begins with `TYPST_DERIVATIONS`.
 
     `first_heading`: level of its title.
     """
     room = _ROOM_ON_ITS_SIDE if wants_wide_page(derivation) else _ROOM_UPRIGHT
     blocks = outline_of(derivation)
-    written = [text for block in blocks for text in _written(block, room, first_heading)]
-    return "\n\n".join(written) + "\n"
+    return "\n\n".join(_Typst(room, first_heading).document(blocks)) + "\n"
 
 
-def derivation_pdf(derivation: Derivation | FormulaDerivative, path: str | Path) -> None:
+def derivation_pdf(derivation: Any, path: str | Path) -> None:
     """Write a derivation as a PDF.
 
     Parameters
     ----------
-    derivation : Derivation or FormulaDerivative
+    derivation : Derivation, FormulaDerivative or StiffnessUnderLoad
     path : str or Path
         The file to write.
 
@@ -273,41 +138,83 @@ def typst_pdf(source: str) -> bytes:
     return typst.compile(source.encode(), ignore_system_fonts=True, timestamp=0)
 
 
-def _written(block: Block, room: float, first: int) -> list[str]:
-    match block:
-        case OutlineHeading(text, level):
-            return [f"{'=' * (first + level - 1)} {typst_text(text)}"]
-        case OutlineText():
-            return [sentences(block, TYPST, typst_text)]
-        case Nomenclature(rows):
-            return [f"{'=' * (first + 1)} Nomenclature", _nomenclature(rows)]
-        case FormulaTable():
-            return [_table(block)]
-        case _:
-            formulas = displays(block, TYPST, room)
-            return [text for formula in formulas for text in _placed(formula, room)]
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
 
 
-def _table(table: FormulaTable) -> str:
-    cells = [[typst_text(words), *own] for words, *own in table_cells(table, TYPST)]
-    rows = [f"  {' '.join(f'[{cell}],' for cell in row)}" for row in cells]
-    rows.insert(1, "  table.hline(stroke: 0.5pt),")
-    shape = f"columns: {len(cells[0])}, stroke: none, column-gutter: 1em,"
-    return "\n".join([f"#pad(left: 1.5em, table({shape}", *rows, "))"])
+class _Typst(Typeset):
+    """Expressions of the vocabulary, and other functions by their name."""
 
+    printmethod = "_typst"
+    opening, closing, slash, power = r"\(", r"\)", r"\/", "^({})"
+    fraction, root, in_a_line, raised = "frac({}, {})", "sqrt({})", r"{}\/{}", "{}^({})"
+    partial, norm, cross, dot, apart = "partial ", "abs({})", "times", "dot", " thin "
+    below, matrix_signs = "_({})", ('mat(delim: "[",\n  ', ", ", ";\n  ", ")")
+    _shape = "columns: (16%, 1fr), stroke: none, inset: (x: 0pt, y: 3pt), column-gutter: 1em,"
+    list_signs = ([f"#table({_shape}"], "  [{}], [{}],", [")"])
+    transposed, inverse, total, total_over = "^sans(upright(T))", "^(-1)", "sum", "sum_{}"
 
-def _placed(formula: Display, room: float) -> list[str]:
-    """Short equations side by side; others in blocks of their own, which pages can break."""
-    found = []
-    for is_narrow, group in groupby(formula, lambda x: 2 * (x.width + _BETWEEN_COLUMNS) <= room):
-        rows = list(group)
-        if is_narrow and len(rows) > 1:
-            columns = int(room / (max(x.width for x in rows) + _BETWEEN_COLUMNS))
-            cells = "\n".join(f"  $ {_equation(row)} $," for row in rows)
-            found.append(f"#side-by-side({columns},\n{cells}\n)")
-        else:
-            found += [f"#fit($ {_equation(row)} $)" for row in rows]
-    return found
+    def word(self, word: str) -> str:
+        is_bare = is_greek(word) or word.isdigit() or (len(word) == 1 and word.isalpha())
+        return word if is_bare else _quoted(word)
+
+    def bold(self, letter: str) -> str:
+        return f"bold(upright({self.word(letter)}))"
+
+    def words(self, text: str) -> str:
+        return typst_text(text)
+
+    def heading(self, text: str, level: int) -> str:
+        return f"{'=' * (self.first + level - 1)} {text}"
+
+    def table(self, rows: list[list[str]]) -> str:
+        cells = [f"  {' '.join(f'[{cell}],' for cell in row)}" for row in rows]
+        cells.insert(1, "  table.hline(stroke: 0.5pt),")
+        shape = f"columns: {len(rows[0])}, stroke: none, column-gutter: 1em,"
+        return "\n".join([f"#pad(left: 1.5em, table({shape}", *cells, "))"])
+
+    def display(self, rows: Sequence[Row]) -> list[str]:
+        """Short equations side by side; others in blocks of their own, which pages can break."""
+        found = []
+        for is_narrow, group in groupby(
+            rows, lambda x: 2 * (x.width + _BETWEEN_COLUMNS) <= self.room
+        ):
+            own = list(group)
+            written = [f"$ {_equation(row)} $" for row in own]
+            if is_narrow and len(own) > 1:
+                columns = int(self.room / (max(x.width for x in own) + _BETWEEN_COLUMNS))
+                cells = "\n".join(f"  {x}," for x in written)
+                found.append(f"#side-by-side({columns},\n{cells}\n)")
+            else:
+                found += [f"#fit({x})" for x in written]
+        return found
+
+    def emptyPrinter(self, expr: Any) -> str:
+        return self.applied(expr) if expr.args else _quoted(str(expr))
+
+    def _print_Integer(self, expr: Any) -> str:
+        return str(expr)
+
+    def _print_Float(self, expr: Any) -> str:
+        mantissa, _, exponent = sp.sstr(expr, full_prec=False).partition("e")
+        return f"{mantissa} dot 10^({exponent})" if exponent else mantissa
+
+    def _print_NumberSymbol(self, expr: Any) -> str:
+        return {"pi": "pi", "e": "upright(e)"}.get(constant_name(expr) or "", _quoted(str(expr)))
+
+    def applied(self, function: Any, power: str = "") -> str:
+        arguments = ", ".join(self._print(argument) for argument in function.args)
+        name = function_name(function)
+        written = _FUNCTIONS.get(name, name) if name else f"op({_quoted(str(function.func))})"
+        if power:
+            return f"{written}^{power} ({arguments})"
+        return f"{written}{' ' if written.startswith('op(') else ''}({arguments})"
+
+    def times(self, factor: str, *, apart: bool) -> str:
+        if factor[0].isdigit():
+            return " dot "
+        return self.apart if apart else " "
 
 
 def _equation(row: Row) -> str:
@@ -317,9 +224,5 @@ def _equation(row: Row) -> str:
     return " \\\n  ".join([f"{row.left} = & {first}", *(f'& quad "" {line}' for line in others)])
 
 
-def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> str:
-    cells = [
-        f"  [{listed_names(names, TYPST)}], [{typst_text(meaning)}]," for names, meaning in rows
-    ]
-    start = "#table(columns: (16%, 1fr), stroke: none, inset: (x: 0pt, y: 3pt), column-gutter: 1em,"
-    return "\n".join([start, *cells, ")"])
+#: Formulas in Typst.
+TYPST: Language = _Typst(_ROOM_UPRIGHT)

@@ -12,21 +12,11 @@ import sympy as sp
 
 from robostiff.errors import InputError
 
+_FUNCTIONS = "acos asin atan atan2 cos cosh exp log sin sinh tan tanh"
 #: Functions by the name under which they are written.
 FUNCTIONS: dict[str, Any] = {
     "abs": sp.Abs,
-    "acos": sp.acos,
-    "asin": sp.asin,
-    "atan": sp.atan,
-    "atan2": sp.atan2,
-    "cos": sp.cos,
-    "cosh": sp.cosh,
-    "exp": sp.exp,
-    "log": sp.log,
-    "sin": sp.sin,
-    "sinh": sp.sinh,
-    "tan": sp.tan,
-    "tanh": sp.tanh,
+    **{name: getattr(sp, name) for name in _FUNCTIONS.split()},
 }
 
 #: Numbers that have a name.

@@ -36,7 +36,6 @@ from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robo
 from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
 from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.substitution import Substitution
 from robostiff.elastostatics.recursive import eliminate_joint
 from robostiff.errors import DisagreementError, InputError
 from robostiff.model import Robot
@@ -82,10 +81,6 @@ class LegElimination(Derivation):
     arm: Any = None
     coordinates: tuple[str, ...] = ()
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        of_leg = (self.leg, self.where, self.elastic, self.C, self.axes, self.arm)
-        return LegElimination, (*self._pickled, *of_leg, self.coordinates)
-
     @property
     def space(self) -> Space:
         """Spatial (6 x 6) or planar (3 x 3)."""
@@ -98,10 +93,6 @@ class LegElimination(Derivation):
         parts += [M for stage in self.stages for M in (stage.J, stage.K)]
         found = set().union(*(part.free_symbols for part in parts))
         return tuple(sorted(found - {d.symbol for d in self.definitions}, key=str))
-
-    def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
-        parts = super()._parts_at(put_in)  # first the steps, of which C is written
-        return parts | {name: put_in.matrix(getattr(self, name)) for name in ("C", "axes", "arm")}
 
 
 def derive_leg(

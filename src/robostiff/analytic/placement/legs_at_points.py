@@ -131,7 +131,10 @@ class _Flexibility:
     def redundant(self) -> list[bool]:
         """Which twists are combinations of those before."""
         J = np.array([[float(x) for x in twist] for twist in self.J]).reshape(-1, self.C.nrows())
-        return redundant_columns((J / np.linalg.norm(J, axis=1, keepdims=True)).T)
+        J = J / np.linalg.norm(J, axis=1, keepdims=True)
+        count = len(J)
+        ranks = [0, *(np.linalg.matrix_rank(J[: k + 1], tol=_REDUNDANT) for k in range(count))]
+        return [bool(after == before) for before, after in pairwise(ranks)]
 
     def stiffness(self, redundant: Sequence[bool]) -> Any:
         """Eq. (7): a block of the inverse of [[C, J], [J^T, 0]]."""
@@ -306,13 +309,6 @@ def _is_image(leg: LegAtPoints, first: LegAtPoints, way: Image, rows: Sequence[i
             if any(not bool(abs(x) < _NOTHING * size) for x in (K - image).entries()):
                 return False
     return True
-
-
-def redundant_columns(J: np.ndarray) -> list[bool]:
-    """Which columns depend on those before."""
-    count = J.shape[1]
-    ranks = [0] + [int(np.linalg.matrix_rank(J[:, : k + 1], tol=_REDUNDANT)) for k in range(count)]
-    return [after == before for before, after in pairwise(ranks)]
 
 
 def _matrix(entries: Any) -> Any:

@@ -24,7 +24,6 @@ from robostiff.analytic.exact.definition import (
     used_definitions,
 )
 from robostiff.analytic.exact.element import product_of
-from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.legs_at_points import (
@@ -38,9 +37,8 @@ from robostiff.analytic.placement.legs_at_points import (
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.reading.names_written_out import Written
 from robostiff.analytic.reading.record_reading import written_size
-from robostiff.analytic.reading.recurring_products import as_printed, with_angles
+from robostiff.analytic.reading.short_writing import Written, shortest
 from robostiff.analytic.springs.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.record import Entry, is_zero
@@ -239,9 +237,8 @@ def _with_components(
             others = [tuple(x.xreplace(put) for x in one) for one in others]
     names = [COMPONENTS[i] for i in _ROWS[K.rows]]
     plain = Written(tuple(entries), found.definitions, lambda: tuple(others))
-    written = as_printed(plain, placed.symbols, names, _always_one_at(placed))
-    if placed.robot.is_posed_by_joints:
-        written = with_angles(written, placed.symbols)
+    samples = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
+    written = shortest(plain, placed.symbols, samples, names)
     put = dict(zip(entries, written.results, strict=True))
     put |= {-entry: -x for entry, x in put.items()}
     of_others = written.others()
@@ -256,18 +253,6 @@ def _with_components(
     matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K.flat()])
     used = used_definitions(written.definitions, [matrix, *(x for one in of_others for x in one)])
     return SumOfSprings(matrix, legs, used, before=found)
-
-
-def _always_one_at(placed: PlacedRobot) -> Callable[[Written, Any], bool]:
-    """Whether an expression in names is one at the samples of the record."""
-    samples = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
-
-    def is_one(written: Written, expression: Any) -> bool:
-        needed = used_definitions(written.definitions, [expression])
-        (found,) = values_of([expression], samples, needed)
-        return bool(np.all(np.abs(found - 1) < _SAME))
-
-    return is_one
 
 
 def _in_names(expression: Any, definitions: Sequence[Definition]) -> Any:

@@ -85,8 +85,8 @@ def model_from_document(
         Other values for some of its parameters: quantities, expressions, or bare numbers in the SI
         unit of what they replace.
     symbols : iterable of str, or ALL_PARAMETERS
-        Parameters that stay SymPy symbols of the same name; `parameters` gives their nominal
-        values then.
+        Parameters that stay SymPy symbols of the same name, or a mapping: all of them, those in it
+        under shorter names; `parameters` gives their nominal values then.
     shipped : callable
         The file of a shipped robot that a module names; None for any other name.
 
@@ -121,7 +121,7 @@ def model_from_document(
         return robot
     # Symbols stay in a robot that is built beside the one of numbers, which has been verified.
     quantities, nominal = symbolic_values(names, top.names)
-    meanings = {name: meaning_of(top.names[name]) for name in names}
+    meanings = {symbol: meaning_of(top.names[name]) for name, symbol in names.items()}
     exact = exact_mathematics()
     top = top_place(document, written.parameters, {**overrides, **quantities}, exact)
     symbolic = _built(written, top, replace(files, nominal=nominal), robot.holds)

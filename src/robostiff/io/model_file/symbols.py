@@ -32,19 +32,33 @@ class ParameterChoice(Enum):
 ALL_PARAMETERS = ParameterChoice.ALL
 """Keep every parameter of a model file that is not computed from others as a symbol."""
 
-Symbols = Iterable[str] | ParameterChoice
+Symbols = Iterable[str] | Mapping[str, str] | ParameterChoice
 
 
 def chosen_parameters(
     symbols: Symbols, definitions: Mapping[str, str | float], overrides: Mapping[str, str | float]
-) -> tuple[str, ...]:
-    """Names of the parameters that stay symbols."""
-    if symbols is ParameterChoice.ALL:
+) -> dict[str, str]:
+    """Parameters that stay symbols, and the names of these symbols.
+
+    A mapping has such names, and means all parameters, the others under their own names.
+    """
+    if symbols is ParameterChoice.NONE:
+        return {}
+    shorter = dict(symbols) if isinstance(symbols, Mapping) else {}
+    if symbols is ParameterChoice.ALL or shorter:
         given = {**definitions, **overrides}
         computed = {n for n, own in given.items() if isinstance(own, str) and parse(own).names}
-        return tuple(name for name in definitions if name not in computed)
-    if symbols is ParameterChoice.NONE:
-        return ()
+        names = [name for name in definitions if name not in computed]
+        _refuse_unknown(shorter, names)
+        found = {name: str(shorter.get(name, name)) for name in names}
+        for short in shorter.values():
+            if not str(short).isidentifier() or [*found.values()].count(str(short)) > 1:
+                raise InputError(
+                    "name of a symbol",
+                    got=short,
+                    expected="letters, digits and underscores, not the name of another symbol",
+                )
+        return found
     if isinstance(symbols, str) or not isinstance(symbols, Iterable):
         raise InputError(
             "symbols",
@@ -53,6 +67,11 @@ def chosen_parameters(
             hint=f"write symbols=({symbols!r},)" if isinstance(symbols, str) else None,
         )
     names = tuple(symbols)
+    _refuse_unknown(names, definitions)
+    return {name: name for name in names}
+
+
+def _refuse_unknown(names: Iterable[str], definitions: Iterable[str]) -> None:
     for name in names:
         if name not in definitions:
             expected = "none, as the model has no parameters"
@@ -61,13 +80,12 @@ def chosen_parameters(
             raise InputError(
                 "symbol", got=name, expected=expected, hint=did_you_mean(str(name), definitions)
             )
-    return names
 
 
 def symbolic_values(
-    names: Iterable[str], values: Mapping[str, SIQuantity]
+    names: Mapping[str, str], values: Mapping[str, SIQuantity]
 ) -> tuple[dict[str, SIQuantity], dict[str, float]]:
-    """A symbol for each parameter, in its unit, and the number that it stands for.
+    """A symbol for each parameter, in its unit, and the numbers that symbols stand for.
 
     A symbol is taken to be positive where its number is; one that is not, and an angle, which may
     be turned either way, are real.
@@ -75,12 +93,12 @@ def symbolic_values(
     import sympy as sp
 
     quantities, nominal = {}, {}
-    for name in names:
+    for name, own in names.items():
         value = values[name]
         positive = value.magnitude > 0 and dimension_of(value) is not Dimension.ANGLE
-        symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
+        symbol = sp.Symbol(own, positive=True) if positive else sp.Symbol(own, real=True)
         quantities[name] = make_quantity(symbol, value.units)
-        nominal[name] = value.magnitude
+        nominal[own] = value.magnitude
     return quantities, nominal
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness
+from robostiff.analysis import Stiffness
 from robostiff.analysis.free_motion import FreeMotion, direction_in_words
 from robostiff.analysis.indices import (
     Centre,
@@ -22,7 +22,7 @@ from robostiff.io.results.stiffness import about, head, order, plain
 from robostiff.markup import number, row, text_of
 
 
-def indices_data(result: RobotStiffness, found: StiffnessIndices | None) -> dict[str, Any]:
+def indices_data(result: Stiffness, found: StiffnessIndices | None) -> dict[str, Any]:
     """The result of `indices` at a pose, as plain data; `found` is None where there is no matrix.
 
     JSON-ready; an entry for each index, with its status and unit; null where there is no value.

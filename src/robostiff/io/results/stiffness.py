@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness
+from robostiff.analysis import Stiffness
 from robostiff.analysis.free_motion import FreeMotion
 from robostiff.analysis.result_tables import shown_loads, shown_twist
 from robostiff.elastostatics import Status
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare
 
 
-def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
+def stiffness_data(result: Stiffness) -> dict[str, Any]:
     """The result of `stiffness` at a single pose, as plain data.
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : Stiffness
         Of a single pose.
 
     Returns
@@ -94,12 +94,12 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
     }
 
 
-def _posture(answer: RobotStiffness) -> dict[str, Any]:
+def _posture(answer: Stiffness) -> dict[str, Any]:
     """Where a robot is, and the order of what follows."""
     return {
         "pose": plain(answer.pose),
         "joint_coordinates": {leg: q.tolist() for leg, q in answer.joint_coordinates.items()},
-        "joint_names": {leg: list(names) for leg, names in answer.joint_names.items()},
+        "joint_names": {leg: list(names) for leg, names in answer.details().joint_names.items()},
         "reference_point": answer.reference_point.tolist(),
         "order": order(answer.space),
     }
@@ -144,7 +144,7 @@ _LONGEST = 63  # letters of a name of MATLAB
 _LEFT_OUT = ("equation", "decided_by")
 
 
-def write_matlab(path: Path, result: RobotStiffness) -> None:
+def write_matlab(path: Path, result: Stiffness) -> None:
     """Write the stiffness of a robot at a single pose as a .mat file.
 
     Its variables are those of ``robostiff stiffness --json`` (`stiffness`, `compliance`, `pose`,
@@ -155,7 +155,7 @@ def write_matlab(path: Path, result: RobotStiffness) -> None:
     ----------
     path : Path
         Replaced if it is there.
-    result : RobotStiffness
+    result : Stiffness
 
     Raises
     ------
@@ -203,12 +203,12 @@ def _name(key: str, taken: dict[str, Any]) -> str:
 _NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
 
 
-def stiffness_text(result: RobotStiffness) -> str:
+def stiffness_text(result: Stiffness) -> str:
     """The result of `stiffness` at a single pose, as lines of text.
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : Stiffness
         Of a single pose.
     """
     lines = [f"{result.name}, {about(result)}", *posture_lines(result), f"status: {result.status}"]
@@ -226,11 +226,11 @@ def stiffness_text(result: RobotStiffness) -> str:
     return text_of(lines)
 
 
-def _unit_load(wrench: np.ndarray, result: RobotStiffness) -> str:
+def _unit_load(wrench: np.ndarray, result: Stiffness) -> str:
     """A wrench (n,) with a unit force, or a unit moment where it has no force."""
     force, moment = np.split(wrench, [result.space.translations])
     size = np.linalg.norm(force)
-    pulls = size * float(result.about_reference.length) > 1e-9 * np.linalg.norm(moment)
+    pulls = size * float(result.length) > 1e-9 * np.linalg.norm(moment)
     unit = wrench / (size if pulls else np.linalg.norm(moment))
     unit = unit * np.sign(unit[np.argmax(np.abs(unit))])
     return named(result.space.wrench_order, np.round(unit, 9) + 0.0, "N", "N m")
@@ -265,7 +265,7 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
     return text_of(lines)
 
 
-def about(result: RobotStiffness) -> str:
+def about(result: Stiffness) -> str:
     """Pose, reference point and axes as text."""
     point = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is None:
@@ -273,7 +273,7 @@ def about(result: RobotStiffness) -> str:
     return f"pose [{row(result.pose)}] (m, rad) {point}"
 
 
-def posture_lines(result: RobotStiffness) -> list[str]:
+def posture_lines(result: Stiffness) -> list[str]:
     """Joint coordinates of a robot with one leg, which a pose may not determine.
 
     With passive joints those of the drives, by name.
@@ -281,11 +281,11 @@ def posture_lines(result: RobotStiffness) -> list[str]:
     if len(result.joint_coordinates) != 1 or Status.UNREACHABLE in result.status:
         return []
     ((leg, q),) = result.joint_coordinates.items()
-    names = result.joint_names.get(leg, [leg] * len(q))
+    names = result.details().joint_names.get(leg, [leg] * len(q))
     drives = [
         f"{name}={value:.5g}"
         for name, value in zip(names, q, strict=True)
-        if f"{leg}/{name}" not in result.passive_joint_names
+        if f"{leg}/{name}" not in result.details().passive_joint_names
     ]
     if len(drives) == len(q):
         return [f"joints [{row(q)}] (m, rad)"]

@@ -260,7 +260,7 @@ def _question_alignment(snapshot: Snapshot, place: DocumentPlace) -> None:
     doubtful = Status.ILL_CONDITIONED
     if doubtful not in found.status or doubtful in stiffness(snapshot).status:
         return
-    legs = zip(snapshot.legs, found.legs, strict=True)
+    legs = zip(snapshot.legs, found.details().legs, strict=True)
     names = [f"leg {leg.name!r}" for leg, K in legs if doubtful in K.status]
     who = ", ".join(names) or "the platform"
     warn_of_slip(

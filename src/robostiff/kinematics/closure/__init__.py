@@ -6,12 +6,11 @@ from geometry alone, for poses in numbers and for records; Newton's method from 
 configuration, in its assembly mode, for the rest.
 """
 
-from robostiff.kinematics.closure.assembly_mode import AssemblyMode, ClosurePart, nearest
+from robostiff.kinematics.closure.assembly_mode import AssemblyMode, nearest
 from robostiff.kinematics.closure.leg_equations import (
     Followed,
     NewtonTask,
     attachment_frame,
-    closing_rates,
     gaps,
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver
@@ -20,6 +19,7 @@ from robostiff.kinematics.closure.legs_alike import (
     leg_solvers,
     legs_alike,
 )
+from robostiff.kinematics.closure.loop_equations import ClosurePart, LoopEquations
 
 __all__ = [
     "AssemblyMode",
@@ -27,9 +27,9 @@ __all__ = [
     "Followed",
     "LegSolver",
     "LegsAlike",
+    "LoopEquations",
     "NewtonTask",
     "attachment_frame",
-    "closing_rates",
     "gaps",
     "leg_solvers",
     "legs_alike",

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
 
 import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.kinematics.closure.loop_equations import ClosurePart, LoopEquations
 
 CLOSED = 1e-10
 CONVERGED = 1e-14
@@ -46,60 +46,7 @@ _ASIDE, _SEED = 1e-3, 5
 _TRIES, _BESIDE = 4, 0.2
 
 
-@dataclass(frozen=True)
-class ClosurePart:
-    """Equations whose determinant keeps its sign within an assembly mode."""
-
-    loops: np.ndarray  # (n,) of int: equations of loops inside legs, which are taken first
-    ends: np.ndarray  # (n,) of int: the other equations
-    unknowns: np.ndarray  # (n,) of int
-
-    @property
-    def equations(self) -> np.ndarray:
-        """All equations, those of loops first."""
-        return np.concatenate([self.loops, self.ends])
-
-
-class ClosureEquations(Protocol):
-    """Equations of closure at postures x, one in each row.
-
-    Gaps and unknowns are scaled to radians and parts of the length. ``given`` are the places in x
-    of coordinates that are prescribed, ``parts`` what has an assembly mode of its own; the last of
-    them has all equations and unknowns.
-    """
-
-    @property
-    def given(self) -> Any:
-        """Places (g,) of prescribed coordinates."""
-        ...
-
-    @property
-    def parts(self) -> Any:
-        """Parts with an assembly mode of their own, a sequence of `ClosurePart`, then all."""
-        ...
-
-    def gaps(self, x: np.ndarray) -> np.ndarray:
-        """Gaps (N, m)."""
-        ...
-
-    def rates(self, x: np.ndarray) -> np.ndarray:
-        """Rates at which the unknowns close it (N, m, n)."""
-        ...
-
-    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Both, where bodies are placed once for them."""
-        ...
-
-    def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Postures after steps (N, n) of the unknowns."""
-        ...
-
-    def lengths(self, x: np.ndarray) -> np.ndarray:
-        """Lengths that must be positive (N, k) [m]."""
-        ...
-
-
-def nearest(equations: ClosureEquations, x: np.ndarray) -> np.ndarray:
+def nearest(equations: LoopEquations, x: np.ndarray) -> np.ndarray:
     """Postures closed, or as nearly as possible, by Levenberg steps from guesses x (N, size).
 
     Steps are damped by the square of the gap. They may lead to another assembly mode. A posture is
@@ -185,7 +132,7 @@ class AssemblyMode:
     at a pose is the same to the last bit whatever other poses come with it.
     """
 
-    equations: ClosureEquations
+    equations: LoopEquations
     home: np.ndarray  # (size,): the closed posture
 
     def at(self, given: np.ndarray) -> FollowedPosture:

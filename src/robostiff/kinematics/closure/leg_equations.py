@@ -9,21 +9,24 @@ from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.closure.assembly_mode import CLOSED, AssemblyMode, ClosurePart, nearest
-from robostiff.kinematics.closure.motion_tree import (
-    MotionTree,
-    PlacedTree,
-    Spin,
-    advanced,
-    spins_of,
+from robostiff.kinematics.closure.assembly_mode import CLOSED, AssemblyMode, nearest
+from robostiff.kinematics.closure.loop_equations import (
+    ClosurePart,
+    LoopEquations,
 )
-from robostiff.kinematics.frames import Loop, PlacedChain, beam_lengths, place_chain
-from robostiff.kinematics.jacobians import freedom_twists
-from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
-from robostiff.model import Leg
-from robostiff.spatial import cross
-from robostiff.spatial.batch import product, transposed
+from robostiff.kinematics.closure.motion_tree import AT_REST, LoopEnd, MotionTree
+from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
+from robostiff.model import Chain, Leg, Passive, prismatic, spherical
+from robostiff.spatial.batch import product
 from robostiff.spatial.rotation import vector_of_rotation
+
+#: A body that nothing holds; its coordinates are those of a pose.
+_FREE_BODY = Chain(
+    (
+        *(prismatic(e, Passive(), name=name) for name, e in zip("xyz", np.eye(3), strict=True)),
+        spherical(Passive(), name="turn"),
+    )
+)
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,7 @@ class Followed:
 
 
 @dataclass(frozen=True)
-class NewtonTask:
+class NewtonTask(LoopEquations):
     """Legs to close together, and the platform coordinates that they determine.
 
     A posture x is the pose coordinates, then the coordinates of all legs.
@@ -48,7 +51,9 @@ class NewtonTask:
 
     legs: Sequence[Leg]
     open: tuple[int, ...]  # pose coordinates (x, y, z, rx, ry, rz by number) that the legs decide
-    length: float  # characteristic length [m] that weighs turns against shifts
+    length: float  # characteristic length [m]
+
+    summed = slice(3, 6)
 
     def follow(self, start: np.ndarray, q: list[np.ndarray], goal: np.ndarray) -> Followed:
         """Postures at poses (N, 6), in the assembly mode of one closed posture, a pose (6,) and q.
@@ -80,14 +85,14 @@ class NewtonTask:
 
     @cached_property
     def given(self) -> np.ndarray:
-        """Pose coordinates that are prescribed."""
+        """Places of the pose coordinates that are prescribed."""
         return np.array([k for k in range(6) if k not in self.open])
 
     @cached_property
     def parts(self) -> tuple[ClosurePart, ...]:
         """Every leg, then all together."""
         parts, row, column = [], 0, 0
-        for leg, count in zip(self.legs, self._tree.ends_of_legs, strict=True):
+        for leg, count in zip(self.legs, self._read[1], strict=True):
             ends, loops = np.arange(row, row + 6), np.arange(row + 6, row + 6 * count)
             unknowns = column + np.arange(int(np.count_nonzero(leg.chain.free)))
             parts.append(ClosurePart(loops, ends, unknowns))
@@ -98,109 +103,41 @@ class NewtonTask:
         ends = np.concatenate([part.ends for part in parts])
         return (*parts, ClosurePart(loops, ends, np.arange(column + len(self.open))))
 
-    def gaps(self, x: np.ndarray) -> np.ndarray:
-        """All gaps as parts of the length and radians (N, 6 m)."""
-        if len(x) == 1:  # sums over a lone pose round in another order: it comes with its twin
-            return self.gaps(np.repeat(x, 2, axis=0))[:1]
-        return self._gaps_of(self._placed(x))
+    @cached_property
+    def tree(self) -> MotionTree:
+        """Moving frames of the platform and of all legs; of each its end, then loops inside it."""
+        return self._read[0]
 
-    def rates(self, x: np.ndarray) -> np.ndarray:
-        """Rates of the gaps closed by the moving coordinates, then by the free pose coordinates."""
-        return self.gaps_and_rates(x)[1]
+    @cached_property
+    def _read(self) -> tuple[MotionTree, list[int]]:
+        """The tree, and how many ends each leg has."""
+        tree, counts = MotionTree(), []
+        platform, pose = tree.along(_FREE_BODY, AT_REST)
+        for leg in self.legs:
+            place = len(tree.ends)
+            end, moving = tree.along(leg.chain, AT_REST.to(leg.base.R, leg.base.p))
+            wanted = platform.to(leg.attachment.R, leg.attachment.p)
+            leading = pose if self.open else ()
+            tree.ends.insert(place, LoopEnd(end, wanted, moving, leading))
+            counts.append(len(tree.ends) - place)
+        return tree, counts
 
-    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Both, of legs that are placed once."""
-        if len(x) == 1:
-            e, J = self.gaps_and_rates(np.repeat(x, 2, axis=0))
-            return e[:1], J[:1]
-        placed = self._placed(x)
-        J = self._tree.closing_twists(placed)
-        for spin in self._spins:
-            spin.add_to(J, placed.axes)
-        J = np.concatenate([np.take(J, self._free, axis=-1), self._open_twists(x, placed)], axis=-1)
-        J[:, :, :3] /= self.length
-        J = J.reshape(len(x), 6 * J.shape[1], J.shape[-1]) * self._unit_steps
-        return self._gaps_of(placed), J
+    @cached_property
+    def unknowns(self) -> np.ndarray:
+        """Places of the coordinates of legs that move, then of the open pose coordinates."""
+        free = np.concatenate([leg.chain.free for leg in self.legs])
+        return np.array([*(6 + np.flatnonzero(free)), *self.open], dtype=int)
 
-    def _gaps_of(self, placed: PlacedTree) -> np.ndarray:
-        turn = vector_of_rotation(placed.R_wanted @ transposed(placed.R))
-        shift = (placed.p_wanted - placed.p) / self.length
-        return np.concatenate([shift, turn], axis=-1).reshape(len(turn), 6 * turn.shape[1])
-
-    def _open_twists(self, x: np.ndarray, placed: PlacedTree) -> np.ndarray:
-        """Twists by which free pose coordinates close the ends (N, ends, 6, k): of legs alone."""
-        J = np.zeros((*placed.p.shape[:2], 6, len(self.open)))
-        if self.open:
-            rates = rotvec_rate(x[:, 3:6])
-            legs = np.cumsum([0, *self._tree.ends_of_legs])[:-1]  # their ends on the platform
-            arm = placed.p_wanted[:, legs] - x[:, None, :3]
-            for k, coordinate in enumerate(self.open):
-                twist = np.zeros((*arm.shape[:-1], 6))
-                if coordinate < 3:
-                    twist[..., coordinate] = 1.0
-                else:
-                    w = np.broadcast_to(rates[:, None, :, coordinate - 3], arm.shape)
-                    twist[..., :3], twist[..., 3:] = cross(w, arm), w
-                J[..., k][:, legs] = -twist
-        return J
-
-    def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Postures after steps of the moving coordinates and the free pose coordinates."""
-        x, step = x.copy(), step * self._unit_steps
-        q, delta, count = x[:, 6:], np.zeros((len(x), x.shape[1] - 6)), self._free.size
-        delta[:, self._free] = step[:, :count]
-        if self._spins:
-            axes, back = self._placed(x).axes, np.zeros_like(delta)
-            for spin in self._spins:
-                spin.take_from(delta, back, axes)
-            # Last, so that what is turned back is turned about the very axis of the screw.
-            q = advanced(advanced(q, delta, self._tree.balls), back, self._tree.balls)
-        else:
-            q = advanced(q, delta, self._tree.balls)
-        x[:, 6:] = q
-        x[:, list(self.open)] += step[:, count:]
-        return x
-
-    def lengths(self, x: np.ndarray) -> np.ndarray:
-        """Lengths of the beams of telescopes (N, k) [m]."""
-        found = [np.zeros((len(x), 0))]
-        for leg, own in zip(self.legs, self._apart(x)[1], strict=True):
-            found += [length[:, None] for length in beam_lengths(leg.chain, own)]
-        return np.concatenate(found, axis=-1)
+    @cached_property
+    def guess(self) -> np.ndarray:
+        """No pose, and the home coordinates of all legs."""
+        return np.concatenate([np.zeros(6), *(leg.chain.home for leg in self.legs)])
 
     def _apart(self, x: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """Views of the pose coordinates and of the coordinates of each leg."""
         ends = np.cumsum([6, *(leg.chain.size for leg in self.legs)])
         legs = [x[:, a:b] for a, b in pairwise(ends)]
         return x[:, :6], legs
-
-    def _placed(self, x: np.ndarray) -> PlacedTree:
-        return self._tree.placed(turn_by_vector(x[:, 3:6]), x[:, :3], x[:, 6:])
-
-    @cached_property
-    def _tree(self) -> MotionTree:
-        return MotionTree(self.legs)
-
-    @cached_property
-    def _free(self) -> np.ndarray:
-        """Places of the moving coordinates among those of all legs."""
-        return np.flatnonzero(np.concatenate([leg.chain.free for leg in self.legs]))
-
-    @cached_property
-    def _spins(self) -> tuple[Spin, ...]:
-        """The screws whose turns another joint takes back."""
-        starts = np.cumsum([0, *(leg.chain.size for leg in self.legs)]).tolist()
-        return tuple(
-            spin.after(start)
-            for leg, start in zip(self.legs, starts, strict=False)
-            for spin in spins_of(leg.chain, self.length)
-        )
-
-    @cached_property
-    def _unit_steps(self) -> np.ndarray:
-        """Unit of each unknown: the length for a shift, a radian for a turn."""
-        turns = [*self._tree.turns[self._free], *(coordinate >= 3 for coordinate in self.open)]
-        return np.where(turns, 1.0, self.length)
 
 
 def gaps(
@@ -210,17 +147,6 @@ def gaps(
     main = tuple(leg.chain.main_places.tolist())
     yield Loop("", placed.R, placed.p, R_platform, p_platform, own=main, leading=())
     yield from placed.loops
-
-
-def closing_rates(gap: Loop, placed: PlacedChain) -> np.ndarray:
-    """Twists by which each coordinate of a leg closes a gap (..., 6, size)."""
-    freedoms = placed.freedoms
-    J = np.zeros((*gap.p.shape[:-1], 6, len(freedoms)))
-    if gap.own:
-        J[..., gap.own] += freedom_twists([freedoms[i] for i in gap.own], gap.p)
-    if gap.leading:
-        J[..., gap.leading] -= freedom_twists([freedoms[i] for i in gap.leading], gap.p_wanted)
-    return J
 
 
 def attachment_frame(

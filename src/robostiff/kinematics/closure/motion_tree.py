@@ -1,145 +1,31 @@
-"""Legs as a tree of moving frames, placed level by level: gaps and rates of closure at many poses.
+"""Chains as a tree of moving frames, placed level by level, and the frames that loops close.
 
 `place_chain` makes names, springs and elasticities as well; Newton's method needs none of them, but
 frames at many hundred postures. The kinds of joints do not depend on the pose, and are read once.
-Screws that make many turns take steps in which another joint about the same axis turns them back.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import (
     Chain,
     Joint,
     JointKind,
-    Leg,
-    Locked,
     ParallelBlock,
-    PlacedFreedom,
     Rigid,
     Telescope,
 )
 from robostiff.spatial import Screw, skew
-from robostiff.spatial.batch import product, transposed
-from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.spatial.batch import transposed
 from robostiff.spatial.screw import twists_of_screws
 
-_COAXIAL = 1e-9  # sine, and part of the length
-_SEED = 3  # of the postures at which axes are compared
-
-
-@dataclass(frozen=True)
-class Spin:
-    """A screw, and the joint of the same chain about its axis that can take its turns back.
-
-    A nut advances 100 mm in twenty turns, and nothing but the nut is turned where that joint turns
-    back. One step of Newton's method goes that far only where both turn together.
-    """
-
-    place: int  # of the screw in the coordinate vector of its leg
-    back: tuple[int, ...]  # places of a coaxial turn, or of a spherical joint on the axis
-    # Angle that advances by the characteristic length, or one radian if that is more [rad]
-    unit: float
-
-    def after(self, start: int) -> Spin:
-        """The same in a vector that has other coordinates before those of the chain."""
-        return Spin(self.place + start, tuple(i + start for i in self.back), self.unit)
-
-    def add_to(self, rates: np.ndarray, axes: np.ndarray) -> None:
-        """In rates (N, ends, 6, size), the screw's become those of an advance without a turn.
-
-        With the axes (N, size, 3) of all coordinates.
-        """
-        own = rates[..., self.place]
-        for place, share in self._shares(axes):
-            own = own + share[:, None, None] * rates[..., place]
-        rates[..., self.place] = self.unit * own
-
-    def take_from(self, step: np.ndarray, back: np.ndarray, axes: np.ndarray) -> None:
-        """From steps (N, size) so scaled, those of the coordinates, and what is taken back."""
-        step[..., self.place] *= self.unit
-        for place, share in self._shares(axes):
-            back[..., place] += share * step[..., self.place]
-
-    def _shares(self, axes: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-        """What each joint that turns back turns where the screw turns by one (N,), by its place."""
-        for i in self.back:
-            yield i, -np.einsum("...i,...i->...", axes[:, self.place], axes[:, i])
-
-
-def spins_of(chain: Chain, length: float) -> tuple[Spin, ...]:
-    """The screws of a chain whose turns another of its joints takes back, at any posture."""
-    if chain.is_coupled or not any(screw.turns and screw.slides for screw in chain.freedoms):
-        return ()  # what turns back must be free to turn alone
-    drawn = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, chain.size))
-    q = np.where(chain.free, drawn, chain.home)
-    freedoms = place_chain(chain, q, np.eye(3), np.zeros(3)).freedoms
-    found = []
-    for moving in _of_one_chain(chain):
-        turning = list(_turning(moving))
-        for i in (i for _, where in moving for i in range(where.start, where.stop)):
-            screw = freedoms[i]
-            if not (screw.turns and screw.slides) or not chain.free[i]:
-                continue
-            fits = [back for back in turning if _is_on_axis(screw, [freedoms[k] for k in back])]
-            if fits:
-                nearest = min(fits, key=lambda back: abs(back[0] - i))
-                unit = max(1.0, length / abs(float(screw.pitch)))
-                found.append(Spin(i, nearest, unit))
-    return tuple(found)
-
-
-_Moving = list[tuple[Joint | Telescope, slice]]
-
-
-def _of_one_chain(chain: Chain, start: int = 0) -> Iterator[_Moving]:
-    """What moves, with its places, in the branches of blocks and in the chain itself."""
-    own: _Moving = []
-    for element in chain.elements:
-        if isinstance(element, ParallelBlock):
-            for branch in element.branches:
-                yield from _of_one_chain(branch.chain, start)
-                start += branch.chain.size
-        elif isinstance(element, Joint | Telescope):
-            own.append((element, slice(start, start + len(element.freedoms))))
-            start += len(element.freedoms)
-    yield own
-
-
-def _turning(moving: _Moving) -> Iterator[tuple[int, ...]]:
-    """Places of pure turns, each alone, and of spherical joints, all three."""
-    for element, where in moving:
-        places = tuple(range(where.start, where.stop))
-        if isinstance(element.role, Locked):
-            continue
-        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
-            yield places
-        else:
-            yield from (
-                (i,) for i, screw in zip(places, element.freedoms, strict=True) if screw.is_rotation
-            )
-
-
-def _is_on_axis(screw: PlacedFreedom, back: list[PlacedFreedom]) -> bool:
-    """Whether the axis of a turn is that of a screw, or a spherical joint is on it."""
-    apart = back[0].point - screw.point
-    size = np.linalg.norm(apart, axis=-1).max() + abs(float(screw.pitch))
-    off = np.linalg.norm(np.cross(screw.axis, apart), axis=-1).max()
-    turned = 0.0
-    if len(back) == 1:
-        turned = float(np.linalg.norm(np.cross(screw.axis, back[0].axis), axis=-1).max())
-    return bool(off <= _COAXIAL * size and turned <= _COAXIAL)
-
-
-WORLD, PLATFORM = 0, 1
+_WORLD = 0
 
 
 @dataclass(frozen=True)
@@ -155,13 +41,17 @@ class Fixed:
         return Fixed(self.frame, self.R @ R, self.p + self.R @ p)
 
 
+#: The frame of the world.
+AT_REST = Fixed(_WORLD, np.eye(3), np.zeros(3))
+
+
 @dataclass(frozen=True)
 class LoopEnd:
-    """Two frames that closure brings together, and the coordinates that move them."""
+    """Two frames that closure brings together, and the places of coordinates that move them."""
 
     own: Fixed
     wanted: Fixed
-    moving: tuple[int, ...]  # coordinates of all legs that move the one
+    moving: tuple[int, ...]  # those that move the one
     leading: tuple[int, ...]  # those that move the other
 
 
@@ -180,38 +70,72 @@ class PlacedTree:
     p_wanted: np.ndarray
 
 
-@dataclass
+@dataclass(frozen=True)
+class _Sorted:
+    """What every frame but the world does, the frames in the order of levels.
+
+    They turn by A + sin q A E + (1 - cos q) A E^2, and shift along an axis.
+    """
+
+    number: np.ndarray  # (frames + 1,) of int: place of each frame, the world first
+    parents: np.ndarray  # (frames,) of int
+    places: np.ndarray  # (frames,) of int: coordinates
+    shift: np.ndarray  # (frames, 3)
+    slide: np.ndarray  # (frames, 3): for one of the coordinate
+    A: np.ndarray  # (frames, 3, 3)
+    AE: np.ndarray
+    AEE: np.ndarray
+    levels: list[slice]
+
+
 class MotionTree:
-    """Legs read into moving frames; the first two are the world and the platform."""
+    """Chains read into moving frames; coordinates are counted as they are met.
 
-    legs: Sequence[Leg]
-    # Of each leg its end on the platform, then those of the loops inside it
-    ends: list[LoopEnd] = field(default_factory=list)
-    ends_of_legs: list[int] = field(default_factory=list)  # how many each leg has
+    Attributes
+    ----------
+    ends : list of LoopEnd
+    beams : list of (int, float, float)
+        Of telescopes: place of the coordinate, length where it is 0 [m], and part of it.
+    screws : list of Screw
+        Of each coordinate.
+    chains : list of int or None
+        Of each coordinate the chain or branch in which it is; None where joints are coupled.
+    """
 
-    def __post_init__(self) -> None:
+    def __init__(self) -> None:
+        self.ends: list[LoopEnd] = []
+        self.beams: list[tuple[int, float, float]] = []
+        self._motions: list[tuple[int, np.ndarray]] = []  # of coupled chains, with first places
         self._before: list[Fixed] = []
-        self._screws: list[Screw] = []
+        self.screws: list[Screw] = []
+        self.chains: list[int | None] = []
+        self._count = 0  # of chains
         self._coordinates: list[int] = []  # of each frame
         self._frames: list[int] = []  # of each coordinate
         self._axes: list[np.ndarray] = []  # of each coordinate, in the frame before
         self._slides: list[np.ndarray] = []  # of each frame, for one of its coordinate
         self._balls: list[tuple[int, int]] = []  # frame and first coordinate
-        self._levels: list[int] = [0, 0]
-        for leg in self.legs:
-            base = Fixed(WORLD, leg.base.R, leg.base.p)
-            attachment = Fixed(PLATFORM, leg.attachment.R, leg.attachment.p)
-            place = len(self.ends)
-            end, led_by = self._along(leg.chain, base)
-            self.ends.insert(place, LoopEnd(end, attachment, led_by, ()))
-            self.ends_of_legs.append(len(self.ends) - place)
-        self._sort()
+        self._levels: list[int] = [0]
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.screws)
+
+    def along(self, chain: Chain, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
+        """Where a chain ends, and the places of coordinates that lead there."""
+        first, T = self.size, chain.joint_motions
+        found = self._along(chain, at)
+        if T is not None:
+            self._motions.append((first, T))
+            self.chains[first:] = [None] * len(T)
+        return found
 
     def _along(self, chain: Chain, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
-        """Where a chain ends, and the coordinates that lead there."""
         led_by: list[int] = []
+        self._count = number = self._count + 1
         for element in chain.elements:
-            first = len(self._frames)
+            first = self.size
             if isinstance(element, Rigid):
                 at = at.to(element.transform.R, element.transform.p)
             elif isinstance(element, ParallelBlock):
@@ -228,12 +152,14 @@ class MotionTree:
                 if isinstance(element, Telescope) and element.beams:
                     at = at.to(np.eye(3), element.direction * element.fixed_length)
                     share = sum(beam.share for beam in element.beams)
+                    self.beams += [(first, beam.fixed, beam.share) for beam in element.beams]
                 for screw in element.freedoms:
-                    led_by.append(len(self._frames))
+                    led_by.append(self.size)
                     self._freedom(at, screw)
                     at = self._moved(at, screw, led_by[-1], share)
             else:
                 at = at.to(np.eye(3), element.to)
+            self.chains += [number] * (self.size - len(self.chains))
         return at, tuple(led_by)
 
     def _across(self, block: ParallelBlock, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
@@ -254,7 +180,7 @@ class MotionTree:
         """A coordinate whose line passes through the origin of the frame made next."""
         self._frames.append(len(self._levels))
         self._axes.append(at.R @ screw.axis)
-        self._screws.append(screw)
+        self.screws.append(screw)
 
     def _moved(self, at: Fixed, screw: Screw, place: int, share: float = 1.0) -> Fixed:
         """The frame that a screw moves, by a share of its advance."""
@@ -266,46 +192,53 @@ class MotionTree:
 
     @cached_property
     def balls(self) -> np.ndarray:
-        """Coordinates of the spherical joints (b, 3)."""
+        """Places of the coordinates of spherical joints (b, 3)."""
         first = np.array([place for _, place in self._balls], dtype=int)
         return first[:, None] + np.arange(3)
 
     @cached_property
     def turns(self) -> np.ndarray:
         """Which coordinates turn (size,) bool."""
-        return np.array([screw.turns for screw in self._screws], dtype=bool)
+        return np.array([screw.turns for screw in self.screws], dtype=bool)
 
-    def _sort(self) -> None:
-        """Set what every frame does, the frames in the order of levels.
-
-        They turn by A + sin q A E + (1 - cos q) A E^2, and shift along an axis.
-        """
-        order = 2 + np.argsort(np.array(self._levels[2:], dtype=int), kind="stable")
-        number = np.concatenate([[WORLD, PLATFORM], np.zeros(len(order), dtype=int)])
-        number[order] = 2 + np.arange(len(order))
-        before = [self._before[i - 2] for i in order]
-        places = np.array([self._coordinates[i - 2] for i in order], dtype=int)
-        screws = [self._screws[i] for i in places]
+    @cached_property
+    def _sorted(self) -> _Sorted:
+        order = 1 + np.argsort(np.array(self._levels[1:], dtype=int), kind="stable")
+        number = np.zeros(1 + len(order), dtype=int)
+        number[order] = 1 + np.arange(len(order))
+        before = [self._before[i - 1] for i in order]
+        places = np.array([self._coordinates[i - 1] for i in order], dtype=int)
+        screws = [self.screws[i] for i in places]
         A = np.array([one.R for one in before], dtype=float).reshape(-1, 3, 3)
-        shift = np.array([one.p for one in before], dtype=float).reshape(-1, 3)
         E = np.array([skew(screw.axis) * screw.turns for screw in screws]).reshape(-1, 3, 3)
         level = np.array(self._levels, dtype=int)[order]
-        starts = 2 + np.searchsorted(level, np.arange(1, max(self._levels) + 2))
-        self._order = number  # place of each frame among those in the order of levels
-        self._parents = number[np.array([one.frame for one in before], dtype=int)]
-        self._places, self._shift = places, shift
-        self._A, self._AE, self._AEE = A, A @ E, A @ E @ E
-        self._slide = np.array([self._slides[i - 2] for i in order], dtype=float).reshape(-1, 3)
-        self._of_balls = number[np.array([frame for frame, _ in self._balls], dtype=int)] - 2
-        self._slices = [slice(a, b) for a, b in pairwise(starts.tolist())]  # of the levels
-        self._own_axes = np.array(self._axes, dtype=float).reshape(-1, 3, 1)
+        starts = 1 + np.searchsorted(level, np.arange(1, max(self._levels) + 2))
+        return _Sorted(
+            number=number,
+            parents=number[np.array([one.frame for one in before], dtype=int)],
+            places=places,
+            shift=np.array([one.p for one in before], dtype=float).reshape(-1, 3),
+            slide=np.array([self._slides[i - 1] for i in order], dtype=float).reshape(-1, 3),
+            A=A,
+            AE=A @ E,
+            AEE=A @ E @ E,
+            levels=[slice(a, b) for a, b in pairwise(starts.tolist())],
+        )
+
+    @cached_property
+    def _of_coordinates(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Frames that coordinates move, their axes in the frames before, and frames of balls."""
+        number = self._sorted.number
+        frames = number[np.array(self._frames, dtype=int)]
+        balls = number[np.array([frame for frame, _ in self._balls], dtype=int)]
+        return frames, np.array(self._axes, dtype=float).reshape(-1, 3, 1), balls
 
     @cached_property
     def _ends(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Moving frames, axes and origins in them: of the ends, and of where they should be."""
         found = []
         for fixed in ([end.own for end in self.ends], [end.wanted for end in self.ends]):
-            frames = self._order[[one.frame for one in fixed]]
+            frames = self._sorted.number[np.array([one.frame for one in fixed], dtype=int)]
             R = np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3)
             p = np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1)
             found.append((frames, R, p))
@@ -323,60 +256,48 @@ class MotionTree:
         ends, places, leads = np.array(found, dtype=int).reshape(-1, 3).T
         return ends, places, leads.astype(bool)
 
-    def placed(self, R_platform: np.ndarray, p_platform: np.ndarray, q: np.ndarray) -> PlacedTree:
-        """The tree at poses (N, 3, 3), (N, 3) of the platform and coordinates (N, size)."""
-        count, size = len(q), len(self._order)
-        q = q if self._motions is None else q @ self._motions.T
-        own = q[:, self._places]
-        sine, versine = np.sin(own), 2.0 * np.sin(0.5 * own) ** 2
-        M = self._A + sine[..., None, None] * self._AE + versine[..., None, None] * self._AEE
-        if self._of_balls.size:
-            M[:, self._of_balls] = self._A[self._of_balls] @ turn_by_vector(q[:, self.balls])
-        d = (self._shift + own[..., None] * self._slide)[..., None]
-        R, p = np.empty((count, size, 3, 3)), np.empty((count, size, 3, 1))
-        R[:, WORLD], p[:, WORLD] = np.eye(3), 0.0
-        R[:, PLATFORM], p[:, PLATFORM] = R_platform, p_platform[..., None]
-        for level in self._slices:
-            here = slice(level.start - 2, level.stop - 2)
-            R_before = R[:, self._parents[here]]
+    def placed(self, q: np.ndarray) -> PlacedTree:
+        """The tree at coordinates (N, size) [m, rad]."""
+        own = self._sorted
+        q = q if self._transmission is None else q @ self._transmission.T
+        frames, axes, balls = self._of_coordinates
+        x = q[:, own.places]
+        sine, versine = np.sin(x), 2.0 * np.sin(0.5 * x) ** 2
+        M = own.A + sine[..., None, None] * own.AE + versine[..., None, None] * own.AEE
+        if balls.size:
+            M[:, balls - 1] = own.A[balls - 1] @ turn_by_vector(q[:, self.balls])
+        d = (own.shift + x[..., None] * own.slide)[..., None]
+        R = np.empty((len(q), len(own.number), 3, 3))
+        p = np.empty((len(q), len(own.number), 3, 1))
+        R[:, _WORLD], p[:, _WORLD] = np.eye(3), 0.0
+        for level in own.levels:
+            here = slice(level.start - 1, level.stop - 1)
+            R_before = R[:, own.parents[here]]
             R[:, level] = R_before @ M[:, here]
-            p[:, level] = p[:, self._parents[here]] + R_before @ d[:, here]
-        frames = self._order[np.array(self._frames, dtype=int)]
-        axes = (R[:, self._parents[frames - 2]] @ self._own_axes)[..., 0]
+            p[:, level] = p[:, own.parents[here]] + R_before @ d[:, here]
+        along = (R[:, own.parents[frames - 1]] @ axes)[..., 0]
         ends = []
-        for own, R_own, p_own in self._ends:
-            ends += [R[:, own] @ R_own, (p[:, own] + R[:, own] @ p_own)[..., 0]]
-        return PlacedTree(axes, p[:, frames][..., 0], *ends)
+        for at, R_own, p_own in self._ends:
+            ends += [R[:, at] @ R_own, (p[:, at] + R[:, at] @ p_own)[..., 0]]
+        return PlacedTree(along, p[:, frames][..., 0], *ends)
 
     def closing_twists(self, placed: PlacedTree) -> np.ndarray:
         """Twists (17) by which each coordinate closes each end (N, ends, 6, size)."""
         ends, places, leads = self._pairs
         at = np.where(leads[:, None], placed.p_wanted[:, ends], placed.p[:, ends])
         e, r = placed.axes[:, places], at - placed.points[:, places]
-        pitches = [self._screws[i].pitch for i in places]
+        pitches = [self.screws[i].pitch for i in places]
         twist = twists_of_screws(transposed(e), transposed(r), pitches)
-        J = np.zeros((len(at), len(self.ends), 6, len(self._screws)))
+        J = np.zeros((len(at), len(self.ends), 6, self.size))
         J[:, ends, :, places] = np.moveaxis(np.where(leads, -twist, twist), -1, 0)
-        return J if self._motions is None else J @ self._motions
+        return J if self._transmission is None else J @ self._transmission
 
     @cached_property
-    def _motions(self) -> np.ndarray | None:
+    def _transmission(self) -> np.ndarray | None:
         """Motions of all joints for each coordinate (size, size); None where they are equal."""
-        if not any(leg.chain.is_coupled for leg in self.legs):
+        if not self._motions:
             return None
-        T, start = np.eye(len(self._frames)), 0
-        for leg in self.legs:
-            own, stop = leg.chain.joint_motions, start + leg.chain.size
-            if own is not None:
-                T[start:stop, start:stop] = own
-            start = stop
+        T = np.eye(self.size)
+        for first, own in self._motions:
+            T[first : first + len(own), first : first + len(own)] = own
         return T
-
-
-def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
-    """Coordinates (..., size) after small motions; balls at places (b, 3) turn about frame axes."""
-    moved = q + delta
-    if balls.size:
-        turn = turn_by_vector(delta[..., balls])
-        moved[..., balls] = vector_of_rotation(product(turn, turn_by_vector(q[..., balls])))
-    return moved

@@ -95,7 +95,7 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     to_origin = answer.origin - answer.reference_point
     to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
     t = move_twist(bent.twist, to_origin)
-    held = answer.about_reference
+    held = answer.details().whole
     solver = _LegSolver(answer.origin, answer.space, held.length, held.tolerance)
     platform = BodyMotion(spatial(t, rows), answer.origin)
     ends, nodes = [platform] * len(snapshot.legs), {}
@@ -105,7 +105,7 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     legs = tuple(
         solver.motion(leg, own, np.zeros(6), end.twist_about(answer.origin), spatial(F, rows))
         for leg, end, own, F in zip(
-            snapshot.legs, ends, bent.stiffness.leg_blocks, bent.leg_wrenches, strict=True
+            snapshot.legs, ends, bent.stiffness.details().leg_blocks, bent.leg_wrenches, strict=True
         )
     )
     return RobotMotion(platform, legs, nodes)
@@ -124,7 +124,7 @@ def network_motion(network: Network, bent: Deflection) -> dict[str, BodyMotion]:
 
     Raises NoAnswerError when there is no deflection.
     """
-    tolerance = bent.stiffness.about_reference.tolerance
+    tolerance = bent.stiffness.details().whole.tolerance
     v = network.reference_point - bent.stiffness.reference_point
     v = v[: network.space.translations]
     F, t = move_wrench(bent.wrench, v), move_twist(bent.twist, v)

@@ -7,12 +7,12 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness, RobotStiffness
+from robostiff.analysis import CableStiffness, Stiffness
 from robostiff.elastostatics import scaling
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Screw
 
-Stiffness = RobotStiffness | CableStiffness
+AnyStiffness = Stiffness | CableStiffness
 
 _SMALL = 1e-7  # as for descriptions of free motions: a smaller part of a twist is zero
 
@@ -65,7 +65,7 @@ class PrincipalAxes:
         return np.isinf(self.lengths) | (self.lengths == 0)
 
 
-def principal_axes(result: Stiffness, quality: Quality) -> PrincipalAxes:
+def principal_axes(result: AnyStiffness, quality: Quality) -> PrincipalAxes:
     """Principal axes of one block of the stiffness or the compliance at a single pose.
 
     Where free motions F t = 0 remain, the compliance is that of the wrenches which do no work on
@@ -100,7 +100,7 @@ def _of_block(block: np.ndarray, free: np.ndarray, at_free: float) -> tuple[np.n
     return lengths[order], directions[order]
 
 
-def _free_twists(result: Stiffness) -> np.ndarray:
+def _free_twists(result: AnyStiffness) -> np.ndarray:
     """Orthonormal free twists (k, n) about the reference point, rotations times length."""
     twists = np.array([motion.twist for motion in result.free_motions])
     if not len(twists):
@@ -108,13 +108,13 @@ def _free_twists(result: Stiffness) -> np.ndarray:
     return np.linalg.qr((twists * _scaling(result)).T)[0].T
 
 
-def _covered(result: Stiffness, own: np.ndarray) -> np.ndarray:
+def _covered(result: AnyStiffness, own: np.ndarray) -> np.ndarray:
     """Orthonormal directions (k, d) in which free motions move some coordinates."""
     _, values, directions = np.linalg.svd(_free_twists(result)[:, own], full_matrices=False)
     return directions[values > _SMALL]
 
 
-def _alone(result: Stiffness, own: np.ndarray) -> np.ndarray:
+def _alone(result: AnyStiffness, own: np.ndarray) -> np.ndarray:
     """Orthonormal directions (k, d) of free motions that move no other coordinates."""
     free = _free_twists(result)
     U, values, _ = np.linalg.svd(free[:, ~own])
@@ -122,7 +122,7 @@ def _alone(result: Stiffness, own: np.ndarray) -> np.ndarray:
     return np.linalg.qr((U.T @ free)[moved:, own].T)[0].T
 
 
-def _held_compliance(result: Stiffness) -> np.ndarray:
+def _held_compliance(result: AnyStiffness) -> np.ndarray:
     """Compliance on the wrenches that do no work on the free motions."""
     C = result.compliance
     if C is not None:
@@ -130,7 +130,7 @@ def _held_compliance(result: Stiffness) -> np.ndarray:
     if isinstance(result, CableStiffness):
         if result.unstable_motions:
             raise NoAnswerError(f"no compliance of {result.name!r}: the platform does not stay")
-    elif not result.about_reference.invertible:
+    elif not result.details().whole.invertible:
         return result.required_compliance()  # raises with the reason if there is none
     free, s = _free_twists(result), _scaling(result)
     held = np.linalg.svd(free)[2][len(free) :].T
@@ -138,15 +138,15 @@ def _held_compliance(result: Stiffness) -> np.ndarray:
     return held @ np.linalg.solve(held.T @ K @ held, held.T) / np.outer(s, s)
 
 
-def _scaling(result: Stiffness) -> np.ndarray:
+def _scaling(result: AnyStiffness) -> np.ndarray:
     return scaling(np.asarray(length_of(result)), result.space)
 
 
-def length_of(result: Stiffness) -> float:
+def length_of(result: AnyStiffness) -> float:
     """The length by which rotations are compared with displacements [m]."""
     if isinstance(result, CableStiffness):
         return float(result.placed.characteristic_length)
-    return float(result.about_reference.length)
+    return float(result.length)
 
 
 _TURN = 1.75 * np.pi

@@ -13,8 +13,8 @@ from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedSpring
 from robostiff.model.snapshot import PlacedElement
-from robostiff.record import usual_size
-from robostiff.spatial import Space, compliance_modes, cross
+from robostiff.spatial import Space, compliance_modes
+from robostiff.statics.chains.bending import Bending, bending, bending_planes
 from robostiff.statics.chains.chain import Element, FiniteSpring
 
 _ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
@@ -37,7 +37,7 @@ class Bowing:
     """Beams with the energy of their shortening by bending.
 
     ``(EA/L) ((u + b)^2 - u^2) / 2`` is added to the energy of each element, with u the stretch of
-    its ends and b the shortening of its line, see `bowing`. By default, the line of a beam has six
+    its ends and b the shortening of its line, see `bending`. By default, the line of a beam has six
     inner modes beside the motion of its ends, so that a compressed beam buckles between ends that
     are clamped, too: its critical loads are at most 0.1 % too high.
 
@@ -116,127 +116,6 @@ def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
         found[d, d] = bending * L * (1 / 3) + shear * (1 / parts)
         found[d, r] = found[r, d] = bending * (sign * 0.5)
     return found
-
-
-_INNER = 3  # modes a plane
-_ENDS = np.sqrt([5.0, 7.0, 9.0])  # second derivatives of the inner modes at the far end
-# Integrals over s of products of the slopes of inner modes; of these and of the cubics of d and r.
-_SLOPES = np.diag([1 / 42, 1 / 90, 1 / 154])
-_SLOPES[0, 2] = _SLOPES[2, 0] = -(5**0.5) / 420
-_WITH_CUBICS = np.array([[0, 7**-0.5 / 10, 0], [-(5**0.5) / 60, -(7**-0.5) / 20, 0]])
-# Integrals of products of the third derivatives of inner modes, less their means.
-_SHEARED = np.diag([60.0, 140.0, 360.0])
-_SHEARED[0, 2] = _SHEARED[2, 0] = 36 * 5**0.5
-
-
-def bending_planes(space: Space, rotation: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Planes in which a beam bends: unit vectors across it and along its turns, in its own axes.
-
-    Two of a robot in space, the plane itself of a planar one; `rotation` (3, 3) has the axes of the
-    beam, of numbers or of entries.
-    """
-    x, y, z = np.eye(3, dtype=int)
-    if space is Space.SPATIAL:
-        return [(y, z), (z, -y)]
-    return [(cross(rotation[2], x), rotation[2])]
-
-
-def bowing(
-    V: np.ndarray,
-    C: np.ndarray,
-    L: Any,
-    planes: Sequence[tuple[np.ndarray, np.ndarray]],
-    *,
-    inner: bool,
-) -> tuple[np.ndarray, list[Any]]:
-    """Shortening of a beam by bending, and the stiffness of its inner modes.
-
-    In each plane, with d and r the displacement and the turn of the far end across the beam, the
-    deflection at s L is ``w = (3 s^2 - 2 s^3) d + (s^3 - s^2) L r + L sum(a_k w_k)``, where w_k and
-    its slope are zero at both ends and its second derivative is ``sqrt(2k + 1) P_k(2s - 1)``, k =
-    2, 3, 4, with Legendre polynomials P_k. The line is then shorter by the integral of ``(dw/ds)^2
-    / (2L)`` over s. Inner modes have the energy ``EI sum(a_k^2) / (2L)``, and none with d and r. In
-    a beam with shear the sections turn by the slopes of w_k; the slope of the line is less by ``e``
-    times the third derivative without its mean, e being ``EI / L^2`` times the shear compliance of
-    a unit length.
-
-    Parameters
-    ----------
-    V : (6, m) array
-        ``(d, r)`` of the far end by its coordinates, own axes; of numbers or of entries.
-    C : (6, 6) array
-        Compliance about its far end, of numbers or of entries.
-    L : number or entry
-        Length [m].
-    planes : sequence of pairs of (3,) arrays
-        See `bending_planes`.
-    inner : bool
-        Whether it has inner modes; their coordinates follow those of V.
-
-    Returns
-    -------
-    S : (n, n) array
-        ``x S x / 2`` is the shortening by all coordinates x [m].
-    stiffness : list of numbers or entries
-        Of the coordinates of inner modes, which are angles [N m].
-    """
-    m, count = V.shape[1], _INNER * inner
-    S: np.ndarray = np.zeros((m + count * len(planes),) * 2, dtype=int).astype(V.dtype)
-    stiffness: list[Any] = []
-    for across, turn in planes:
-        shape = np.zeros((2 + count, len(S)), dtype=int).astype(V.dtype)
-        shape[0, :m], shape[1, :m] = across @ V[:3], turn @ V[3:]
-        form = np.zeros((2 + count, 2 + count), dtype=int).astype(V.dtype)
-        form[0, 0], form[1, 1], form[0, 1], form[1, 0] = 1.2 * (1 / L), L * (2 / 15), -0.1, -0.1
-        if inner:
-            soft = turn @ C[3:, 3:] @ turn  # L/EI
-            e = (across @ C[:3, :3] @ across) * (1 / (soft * L * L)) - 1 / 3
-            e = 0 if usual_size(e) <= _ALIKE else e
-            bent = np.eye(_INNER) + _SHEARED * e
-            first = bent[0, 2] * (1 / bent[0, 0])
-            own = m + len(stiffness)
-            shape[2:, own : own + count] = np.eye(_INNER, dtype=int)
-            shape[2, own + 2] = -first  # the third shares no energy with the first
-            k = bent[0, 0], bent[1, 1], bent[2, 2] - bent[0, 2] * first
-            stiffness += [(1 / soft) * own for own in k]
-            form[2:, 2:] = (_SLOPES + np.eye(_INNER) * (2 * e) + _SHEARED * (e * e)) * L
-            form[0, 2:] = form[2:, 0] = _WITH_CUBICS[0] + np.array([0, 2, 0]) * _ENDS * e
-            form[1, 2:] = form[2:, 1] = (_WITH_CUBICS[1] - _ENDS * e) * L
-        S = S + shape.T @ form @ shape
-    return S, stiffness
-
-
-def bowing_energy(
-    y: np.ndarray, k: Any, along: np.ndarray, S: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Energy ``k ((u + b)^2 - u^2) / 2`` of a beam, ``u = along . y`` and ``b = y S y / 2``.
-
-    Parameters
-    ----------
-    y : (..., m) array
-        Coordinates, of numbers or of entries.
-    k : (..., 1) array, number or entry
-        EA/L [N/m].
-    along : (..., m) array
-        Stretch of the ends by the coordinates.
-    S : (..., m, m) array
-        See `bowing`.
-
-    Returns
-    -------
-    (...), (..., m) and (..., m, m) arrays
-        The energy [J], without the difference of large numbers; its gradient and its curvature.
-    """
-    Sy = (S @ y[..., None])[..., 0]
-    u = (along * y).sum(axis=-1, keepdims=True)
-    b = (y * Sy).sum(axis=-1, keepdims=True) * 0.5
-    stretched, both = u + b, along + Sy
-    outer = both[..., :, None] * Sy[..., None, :] + Sy[..., :, None] * along[..., None, :]
-    return (
-        (k * b * (u * 2 + b) * 0.5)[..., 0],
-        (Sy * stretched + along * b) * k,
-        (outer + S * stretched[..., None]) * np.asarray(k)[..., None],
-    )
 
 
 def uniform_beam(C: np.ndarray) -> UniformBeam | None:
@@ -365,13 +244,13 @@ class SpringElements:
         V = own @ np.concatenate([modes, free], axis=1)
         k = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
         if beam is None:
-            none = np.zeros((1, V.shape[1], V.shape[1]))
+            none = Bending.none(1, size=len(k))
             return FiniteSpring((), *nowhere, V[None], k[None], np.zeros(1), none)
         planes = bending_planes(self.space, spring.rotation)
-        S, more = bowing(V, C, beam.length / parts, planes, inner=inner)
-        V = np.pad(V, ((0, 0), (0, len(more))))
-        k, axial = np.append(k, more), np.array([beam.EA / beam.length * parts])
-        return FiniteSpring((), *nowhere, V[None], k[None], axial, S[None])
+        bent = bending(V, C, beam.length / parts, planes, inner=inner)
+        bent = Bending(*(own[None] for own in (bent.z, bent.s, bent.b, bent.l)))
+        axial = np.array([beam.EA / beam.length * parts])
+        return FiniteSpring((), *nowhere, V[None], k[None], axial, bent)
 
 
 def among_motions(

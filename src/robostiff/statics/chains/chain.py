@@ -18,6 +18,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import ForceLaw
 from robostiff.model.stiffness_law import ForceFromStiffness
+from robostiff.statics.chains.bending import Bending, BowingTerms
 
 Law = ForceLaw | ForceFromStiffness
 
@@ -51,9 +52,14 @@ class FiniteJoint:
     size = 1
 
     @property
+    def kind(self) -> str:
+        """``turn`` or ``slide``."""
+        return "turn" if self.turns else "slide"
+
+    @property
     def signature(self) -> tuple[object, ...]:
         """What must be alike in legs that are computed together."""
-        return ("joint", self.turns)
+        return (self.kind,)
 
     def under(self, laws: Sequence[Law | None]) -> FiniteJoint:
         """The joint of all legs, some of which follow laws of their own."""
@@ -87,7 +93,7 @@ class FiniteSpring:
     """An elastic part: its far end is displaced by d and turned by the rotation vector r.
 
     ``th = (d, r) = V y`` in its own axes; energy ``sum(k y^2) / 2``, with k zero along freedoms.
-    The columns of V are zero for inner modes of a beam, which has its bowing besides.
+    A beam has its bowing besides, under an axial force that is an unknown of its own.
     """
 
     names: tuple[str, ...]
@@ -96,7 +102,9 @@ class FiniteSpring:
     modes: np.ndarray  # (N, 6, m): V
     stiffness: np.ndarray  # (N, m): k
     axial: np.ndarray  # (N,): EA/L of a beam with bowing [N/m]; 0 of a linear spring
-    bowing: np.ndarray  # (N, m, m): S; y^T S y is twice the shortening by bending [m]
+    bending: Bending
+
+    kind = "spring"
 
     @property
     def size(self) -> int:
@@ -110,14 +118,12 @@ class FiniteSpring:
 
     def sizes(self, length: float) -> np.ndarray:
         """What a unit of each coordinate turns or shifts (N, m), shifts by the robot's length."""
-        V, S = np.abs(self.modes), np.diagonal(self.bowing, axis1=1, axis2=2)
-        # slopes of inner modes, or less
-        inside = np.where(np.any(V, axis=1), 0.0, np.sqrt(S / length))
-        return np.max([V[:, :3].max(1) / length, V[:, 3:].max(1), inside], axis=0)
+        V = np.abs(self.modes)
+        return np.maximum(V[:, :3].max(1) / length, V[:, 3:].max(1))
 
 
 Element = FiniteJoint | FiniteSpring
-_Alike = TypeVar("_Alike", bound=Element)
+_Alike = TypeVar("_Alike", bound=Element | Bending)
 
 
 def stacked(elements: Sequence[_Alike]) -> _Alike:
@@ -128,6 +134,8 @@ def stacked(elements: Sequence[_Alike]) -> _Alike:
             found[name] = np.concatenate([vars(e)[name] for e in elements])
         elif isinstance(value, tuple):
             found[name] = tuple(x for e in elements for x in vars(e)[name])
+        elif isinstance(value, Bending):
+            found[name] = stacked([vars(e)[name] for e in elements])
     return type(elements[0])(**found)
 
 
@@ -235,14 +243,20 @@ class FiniteCoupling:
 class ChainTerms:
     """What chains contribute to the equations of their legs."""
 
-    end: BodyPlace  # where the body at the end is, as the chain has it
+    # (N, 3, 3) and (N, 3): where the body at the end is, as the chain has it, and its point [m]
+    R: np.ndarray
+    P: np.ndarray
     # (N, 6, n): velocity of the end point and angular velocity, by the unknowns that move the
     # chain: of the body at its start, where that moves, then its own
     J: np.ndarray
-    # (N, n, n): curvature of the energy, less what wrench and loads do in second order
+    # (N, n, n): curvature of the energy, less what wrench and loads do in second order, symmetric
+    # part; what moments add to it, antisymmetric
     tangent: np.ndarray
+    bracket: np.ndarray
     gradient: np.ndarray  # (N, n): of the energy, less the work of wrench and loads
     by_share: np.ndarray  # (N, n): derivative of the gradient by the share of loads and preloads
+    turns: np.ndarray  # (N, S, 1): squares of the turns of elastic parts [rad^2]
+    beams: BowingTerms  # of elastic parts (N, S)
 
 
 @dataclass(frozen=True)
@@ -262,6 +276,7 @@ class LegState:
     W: tuple[np.ndarray, ...]
     bodies: tuple[MovingBody, ...]  # between the chains of a leg
     held: np.ndarray  # (N, c): what rigid couplings push their sums with [N or N m]
+    axial: np.ndarray  # (N, b): axial forces of beams with bowing [N]
 
 
 @dataclass(frozen=True)
@@ -289,8 +304,19 @@ class LegEquations:
     A_t: np.ndarray  # (N, n, r): derivative by the twist of the platform
     r_factor: np.ndarray  # (N, n): derivative by the factor of the loads
     carried: np.ndarray  # (N, r): what the platform exerts on the leg about its point [N, N m]
+    state: LegState
+    # (N, b), (N, b, c), (b, c): what axial forces of beams lack, how they follow coordinates, and
+    # places of these among the unknowns
+    axial: tuple[np.ndarray, np.ndarray, np.ndarray]
     # how that changes beside the wrenches of chains, where springs act on the platform
     beside: Beside | None = None
+
+    def completed(self, found: np.ndarray) -> np.ndarray:
+        """Steps (N, n, k) of the unknowns, those of axial forces behind; the first are Newton's."""
+        missing, rate, places = self.axial
+        axial = (rate[:, :, None] @ found[:, places])[:, :, 0]
+        axial[..., 0] += missing
+        return np.concatenate([found, axial], axis=1)
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,6 @@ from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.body_springs import SpringTerms
 from robostiff.statics.chains.chain import (
     BodyLoad,
-    BodyPlace,
-    FiniteJoint,
     LegEquations,
     LegState,
     Share,
@@ -48,8 +46,6 @@ class ChainFamily:
         Where each coordinate stands among those of the states, one after the other, and a zero.
     starts, ends : (rows,) arrays of int
         Bodies at their ends: those between chains from 1 on; 0 for the base, and for the platform.
-    points, end_points : (bodies, 3) and (rows, 3) arrays
-        Of the bodies, and of those at the ends, at the unloaded posture [m].
     held : tuple of (int, int, int)
         Chain, place among its anchors, and place among the loads, of every anchor.
     """
@@ -62,8 +58,6 @@ class ChainFamily:
     taken: np.ndarray
     starts: np.ndarray
     ends: np.ndarray
-    points: np.ndarray
-    end_points: np.ndarray
     held: tuple[tuple[int, int, int], ...]
 
     @staticmethod
@@ -73,13 +67,7 @@ class ChainFamily:
         counts = [group.count for group in groups for _ in group.chains]
         stops = np.cumsum([0, *counts]).tolist()
         rows = tuple(itertools.starmap(slice, itertools.pairwise(stops)))
-        kinds = [
-            tuple(
-                ("turn" if e.turns else "slide") if isinstance(e, FiniteJoint) else "spring"
-                for e in chain.elements
-            )
-            for chain in chains
-        ]
+        kinds = [tuple(e.kind for e in chain.elements) for chain in chains]
         common: tuple[str, ...] = ()
         for own in sorted(dict.fromkeys(kinds), key=len, reverse=True):
             common = _merged(common, own)
@@ -123,31 +111,27 @@ class ChainFamily:
                 held.append((c, place, len(stacked)))
                 at_anchor = np.tile(anchor.point, (stops[-1], 1))
                 stacked.append(BodyLoad(anchor.after, at_anchor, np.zeros(at_anchor.shape)))
+        of_ends = (g.end_point(i) for g in groups for i in range(len(g.chains)))
+        end_points = points[starts], np.concatenate([np.zeros((0, 3)), *of_ends])
+        moves = starts > 0
+        arrays = MovingChains(
+            common, sizes, chains, slots, stacked, rows, end_points, body_rows, moves
+        )
         return ChainFamily(
-            tuple(groups),
-            MovingChains(common, sizes, chains, slots, stacked, rows, body_rows, starts > 0),
-            rows,
-            tuple(slots),
-            columns,
-            taken,
-            starts,
-            ends,
-            points,
-            np.concatenate(
-                [
-                    np.zeros((0, 3)),
-                    *(g.end_point(i) for g in groups for i in range(len(g.chains))),
-                ]
-            ),
-            tuple(held),
+            tuple(groups), arrays, rows, tuple(slots), columns, taken, starts, ends, tuple(held)
         )
 
     @cached_property
     def places(self) -> tuple[Places, ...]:
         """Where the equations of every group have what its chains contribute."""
-        columns = iter(self.columns)
+        chains, slots = iter(self.columns), iter(self.slots)
         return tuple(
-            Places.of(group, [next(columns) for _ in group.chains], len(self.arrays.order))
+            Places.of(
+                group,
+                [next(chains) for _ in group.chains],
+                [next(slots) for _ in group.chains],
+                self.arrays,
+            )
             for group in self.groups
         )
 
@@ -164,28 +148,26 @@ class ChainFamily:
             # springs alone hold the platform: there are no unknowns beside its pose
             r = len(rows)
             none = np.zeros((1, 0, 0)), np.zeros((1, 0)), np.zeros((1, 0, r)), np.zeros((1, 0))
+            axial = np.zeros((1, 0)), np.zeros((1, 0, 0)), np.zeros((0, 0), dtype=int)
             held = (own for own in springs if own is not None)
-            return [LegEquations(*none, own.carried[None], own.beside) for own in held]
+            return [
+                LegEquations(*none, own.carried[None], states[0], axial, own.beside) for own in held
+            ]
         W = np.zeros((len(self.taken), 6))
         W[:, rows] = np.concatenate([own for state in states for own in state.W])
-        terms = self.arrays.terms(
-            self.coordinates(states),
-            *self.starting(states),
-            self.end_points,
-            W,
-            share.value,
-            self._pulls(springs),
-        )
-        J = terms.J[:, rows]
+        x, (R_start, p_start) = self.coordinates(states), self.starting(states)
+        axial = self.axial(states)
+        terms = self.arrays.terms(x, R_start, p_start, W, axial, share.value, self._pulls(springs))
+        J, tangent = terms.J[:, rows], terms.tangent + terms.bracket
         R_end, p_end = self._bodies(states, R, p, self.ends)
-        turn = vector_of_rotation(terms.end.R @ np.swapaxes(R_end, -1, -2))
-        gap = np.concatenate([terms.end.of(self.end_points) - p_end, turn], axis=-1)[:, rows]
+        turn = vector_of_rotation(terms.R @ np.swapaxes(R_end, -1, -2))
+        gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
         by_J, found, at = -np.swapaxes(J, -1, -2), [], 0
         parts = zip(self.groups, states, springs, self.places, strict=True)
         for group, state, spring, known in parts:
             N, n = group.count, group.size
             own = slice(at, at := at + N * len(group.chains))
-            A = known.summed(known.entries, (terms.tangent[own], J[own], by_J[own]), (N, n, n))
+            A = known.summed(known.entries, (tangent[own], J[own], by_J[own]), (N, n, n))
             A += known.constant
             residual = known.summed(known.sides, (terms.gradient[own], gap[own]), (N, n))
             r_factor = known.summed(known.shares, (terms.by_share[own],), (N, n)) * share.rate
@@ -196,10 +178,15 @@ class ChainFamily:
                 else:
                     residual[:, group.body_places[chain.end]] += acting
             A_t = known.by_twist
+            missing, rate = (
+                by_leg(part[own], N)[:, known.beams]
+                for part in (terms.beams.missing, terms.beams.rate)
+            )
+            axial = missing, rate, known.beam_columns
             if group.couplings:
                 group.add_couplings(state, share, A, residual, r_factor)
             if spring is None:
-                found.append(LegEquations(A, residual, A_t, r_factor, carried))
+                found.append(LegEquations(A, residual, A_t, r_factor, carried, state, axial))
                 continue
             m = group.free_size
             A[0, :m, :m] += spring.stiffness
@@ -207,7 +194,9 @@ class ChainFamily:
             A_t[0, :m] += spring.by_twist
             r_factor[0, :m] += share.rate * spring.by_share
             carried += spring.carried
-            found.append(LegEquations(A, residual, A_t, r_factor, carried, spring.beside))
+            found.append(
+                LegEquations(A, residual, A_t, r_factor, carried, state, axial, spring.beside)
+            )
         return found
 
     def _pulls(self, springs: Sequence[SpringTerms | None]) -> np.ndarray | None:
@@ -227,14 +216,21 @@ class ChainFamily:
         flat = [x.ravel() for state in states for x in state.x]
         return np.concatenate([*flat, np.zeros(1)])[self.taken]
 
-    def starting(
-        self, states: Sequence[LegState]
-    ) -> tuple[BodyPlace, np.ndarray] | tuple[None, None]:
-        """The bodies at the starts, and points of them (rows, 3) [m]; None of the base alone."""
+    def axial(self, states: Sequence[LegState]) -> np.ndarray:
+        """Axial forces of elastic parts, 0 of those that are no beams with bowing (rows, S)."""
+        S, found = self.arrays.mode_stiffness.shape[1], []
+        for group, state, known in zip(self.groups, states, self.places, strict=True):
+            N, C = group.count, len(group.chains)
+            own = np.zeros((N, C * S))
+            own[:, known.beams] = state.axial
+            found.append(np.swapaxes(own.reshape(N, C, S), 0, 1).reshape(C * N, S))
+        return np.concatenate(found)
+
+    def starting(self, states: Sequence[LegState]) -> tuple[np.ndarray, np.ndarray]:
+        """Axes and points of the bodies at the starts [m]; those of the base alone."""
         if not self.arrays.body_rows:
-            return None, None
-        R, p = self._bodies(states, np.eye(3), np.zeros(3), self.starts)
-        return BodyPlace(R, p - (R @ self.points[self.starts, :, None])[..., 0]), p
+            return np.eye(3), np.zeros(3)
+        return self._bodies(states, np.eye(3), np.zeros(3), self.starts)
 
     def _bodies(
         self, states: Sequence[LegState], R: np.ndarray, p: np.ndarray, which: np.ndarray
@@ -271,11 +267,21 @@ class Places:
     shares: np.ndarray  # to its rate by the share of loads
     constant: np.ndarray  # (n, n): of the tangent, bodies between chains
     by_twist: np.ndarray  # (N, n, r): of the residual, by the twist of the platform
+    # beams with bowing among the elastic parts of all chains (b,), and where their coordinates are
+    # among the unknowns (b, c); of the inner modes of beams (a,), those that there are
+    beams: np.ndarray
+    beam_columns: np.ndarray
+    modes: np.ndarray
 
     @staticmethod
-    def of(group: LegGroup, columns_of: Sequence[np.ndarray], width: int) -> Places:
-        """The places for a group, whose chains have their unknowns in columns of so many."""
-        N, n, r = group.count, group.size, len(group.rows)
+    def of(
+        group: LegGroup,
+        columns_of: Sequence[np.ndarray],
+        slots_of: Sequence[np.ndarray],
+        arrays: MovingChains,
+    ) -> Places:
+        """The places for a group, whose chains have unknowns and elements in columns and slots."""
+        N, n, r, width = group.count, group.size, len(group.rows), len(arrays.order)
         number = len(group.chains)
         none, start = N * n, np.tile(np.arange(N), number)[:, None] * n
         own = np.full((N * number, width), none)
@@ -303,7 +309,26 @@ class Places:
                 constant[wrench, body] -= np.eye(r)
                 constant[body, wrench] += np.eye(r)
         flat = [np.concatenate([one.ravel() for one in each]) for each in (entries, sides)]
-        return Places(flat[0], flat[1], own.ravel(), constant, by_twist)
+        S, c = arrays.mode_stiffness.shape[1:]
+        at = np.cumsum(np.isin(np.arange(arrays.slots), arrays.spring_elements)) - 1
+        beams = [i * S + at[slots_of[i][k]] for i, k, _ in group.beams]
+        inside = []
+        columns = np.zeros((len(beams), c), dtype=int)
+        for number, (i, k, beam) in enumerate(group.beams):
+            place, first = group.chains[i].places[k], group.coordinates[i].start
+            columns[number, : place.stop - place.start] = first + np.arange(place.start, place.stop)
+            inside.append(12 * number + np.flatnonzero(np.any(beam.bending.b != 0, axis=0)))
+        none = np.zeros(0, dtype=int)
+        return Places(
+            flat[0],
+            flat[1],
+            own.ravel(),
+            constant,
+            by_twist,
+            np.array(beams, dtype=int),
+            columns,
+            np.concatenate([none, *inside]),
+        )
 
     @staticmethod
     def summed(
@@ -313,6 +338,13 @@ class Places:
         size = math.prod(shape)
         flat = np.concatenate([own.ravel() for own in values])
         return np.bincount(places, flat, size + 1)[:size].reshape(shape)
+
+
+def by_leg(values: np.ndarray, count: int) -> np.ndarray:
+    """Of elastic parts (C N, S, ...) of C chains, one after the other, by leg (N, C S, ...)."""
+    chains, parts, rest = len(values) // count, values.shape[1], values.shape[2:]
+    own = np.swapaxes(values.reshape(chains, count, parts, *rest), 0, 1)
+    return own.reshape(count, chains * parts, *rest)
 
 
 def _merged(one: tuple[str, ...], other: tuple[str, ...]) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from robostiff.statics.chains.chain import (
     MovingBody,
     Share,
 )
-from robostiff.statics.chains.chain_family import ChainFamily
+from robostiff.statics.chains.chain_family import ChainFamily, by_leg
 from robostiff.statics.chains.equilibrated import Arrowhead
 
 
@@ -50,6 +50,8 @@ class LegGroup:
     nodes : mapping of str to int or None
         Of a flexible platform, and the moving ones of a network, the body of each node: its place
         in `points`, None for the platform.
+    within : mapping of str to (int, int)
+        Nodes of a network through which chains pass: the chain, and how many elements lie before.
     """
 
     indices: tuple[int, ...]
@@ -62,6 +64,7 @@ class LegGroup:
     owners: tuple[int, ...] = ()
     couplings: tuple[FiniteCoupling, ...] = ()
     nodes: Mapping[str, int | None] = field(default_factory=dict)
+    within: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     @staticmethod
     def stacked(legs: Sequence[LegGroup]) -> LegGroup:
@@ -165,7 +168,18 @@ class LegGroup:
             tuple(np.zeros((N, r)) for _ in self.chains),
             tuple(MovingBody(R, point) for point in self.points),
             np.zeros((N, sum(own.is_rigid for own in self.couplings))),
+            np.zeros((N, len(self.beams))),
         )
+
+    @cached_property
+    def beams(self) -> list[tuple[int, int, FiniteSpring]]:
+        """Every beam with bowing, behind the numbers of its chain and of its element there."""
+        return [
+            (c, k, e)
+            for c, chain in enumerate(self.chains)
+            for k, e in enumerate(chain.elements)
+            if isinstance(e, FiniteSpring) and np.any(e.axial)
+        ]
 
     @cached_property
     def family(self) -> ChainFamily:
@@ -175,12 +189,9 @@ class LegGroup:
     def moved(self, state: LegState) -> list[list[BodyPlace]]:
         """Of every chain, where the bodies at its start and behind every element are."""
         family = self.family
-        T = family.arrays.moved(family.coordinates([state]), family.starting([state])[0])
+        R, t = family.arrays.moved(family.coordinates([state]), *family.starting([state]))
         pairs = zip(family.rows, family.slots, strict=True)
-        return [
-            [BodyPlace(T[rows, k, :3, :3], T[rows, k, :3, 3]) for k in (0, *(own + 1))]
-            for rows, own in pairs
-        ]
+        return [[BodyPlace(R[rows, k], t[rows, k]) for k in (0, *(own + 1))] for rows, own in pairs]
 
     @cached_property
     def arrow(self) -> Arrowhead | None:
@@ -260,9 +271,8 @@ class LegGroup:
         family = self.family
         if not family.held:
             return found
-        start, centre = family.starting([state])
         x = family.coordinates([state])
-        points, rates = family.arrays.loaded(x, start, centre)
+        points, rates = family.arrays.loaded(x, *family.starting([state]))
         for c, place, load in family.held:
             found[c][0][place] = points[c, load]
             to = self.moving_places(c)
@@ -271,13 +281,22 @@ class LegGroup:
 
     def energies(self, state: LegState) -> list[list[np.ndarray]]:
         """Elastic energy of every element of every chain (N,) [J], preloads left out."""
-        found = self.family.arrays.energies(self.family.coordinates([state]))
+        x, axial = self.family.coordinates([state]), self.family.axial([state])
+        found = self.family.arrays.energies(x, axial)
         pairs = zip(self.family.rows, self.family.slots, strict=True)
         return [list(found[rows][:, own].T) for rows, own in pairs]
 
     def energies_of(self, mode: np.ndarray, i: int) -> list[tuple[str, str, float]]:
-        """Legs and parts of row i, and what they store in a motion of its coordinates [J]."""
+        """Legs and parts of row i, and what they store in a motion of its coordinates [J].
+
+        Behind these, the motion may have amplitudes of inner modes, see `with_modes`.
+        """
         found = []
+        inside = np.zeros(12 * len(self.beams))
+        inside[self.family.places[0].modes[: len(mode) - self.free_size]] = mode[self.free_size :]
+        for (c, _, beam), own in zip(self.beams, inside.reshape(-1, 12), strict=True):
+            leg = self.names[self.owners[c] if self.owners else i]
+            found.append((leg, beam.names[i], 0.5 * float(own @ own)))
         for c, (chain, own) in enumerate(zip(self.chains, self.coordinates, strict=True)):
             leg = self.names[self.owners[c] if self.owners else i]
             for element, place in zip(chain.elements, chain.places, strict=True):
@@ -286,20 +305,36 @@ class LegGroup:
                 found.append((leg, element.names[i], energy))
         for own, a in zip(self.couplings, self.sum_rows, strict=True):
             leg = self.names[self.owners[own.place[0]] if self.owners else i]
-            energy = 0.5 * float(own.drive.stiffness[i] * (a[i] @ mode) ** 2)
+            energy = 0.5 * float(own.drive.stiffness[i] * (a[i] @ mode[: self.free_size]) ** 2)
             found.append((leg, own.drive.names[i], energy))
         return found
 
-    @cached_property
-    def inside(self) -> np.ndarray:
-        """Which free unknowns are inner modes of beams (m,)."""
-        found = np.zeros(self.free_size, dtype=bool)
-        for chain, own in zip(self.chains, self.coordinates, strict=True):
-            for element, place in zip(chain.elements, chain.places, strict=True):
-                if isinstance(element, FiniteSpring):
-                    here = slice(own.start + place.start, own.start + place.stop)
-                    found[here] = ~np.any(element.modes, axis=(0, 1))
-        return found
+    def amplitude_rates(self, state: LegState, motion: np.ndarray) -> np.ndarray:
+        """Rates (N, a) of the amplitudes of inner modes in a motion (N, n + b)."""
+        family, known = self.family, self.family.places[0]
+        step = self.stepped(replace(state, x=self.unloaded().x, axial=0 * state.axial), motion)
+        now, rates = ((family.coordinates([own]), family.axial([own])) for own in (state, step))
+        found = by_leg(family.arrays.amplitude_rates(*now, *rates), self.count)[:, known.beams]
+        return found.reshape(self.count, -1)[:, known.modes]
+
+    def with_modes(self, state: LegState, Q: np.ndarray) -> np.ndarray:
+        """A curvature (N, m, m) by the free unknowns and by amplitudes of inner modes, too."""
+        if not self.beams:
+            return Q
+        family, known, m = self.family, self.family.places[0], self.free_size
+        found = np.zeros((self.count, *[m + 12 * len(self.beams)] * 2))
+        found[:, :m, :m] = Q
+        parts = family.arrays.with_modes(family.coordinates([state]), family.axial([state]))
+        less, mixed, inside = (by_leg(own, self.count)[:, known.beams] for own in parts)
+        for i, (_, _, beam) in enumerate(self.beams):
+            size, first = beam.size, known.beam_columns[i, 0]
+            at, modes = slice(first, first + size), slice(m + 12 * i, m + 12 * i + 12)
+            found[:, at, at] += less[:, i, :size, :size]
+            found[:, modes, at] = mixed[:, i, :, :size]
+            found[:, at, modes] = np.swapaxes(mixed[:, i, :, :size], -1, -2)
+            found[:, modes, modes] = inside[:, i]
+        kept = np.concatenate([np.arange(m), m + known.modes])
+        return found[:, kept[:, None], kept]
 
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
@@ -307,8 +342,8 @@ class LegGroup:
             float(np.sum(own.drive.preload * s))
             for own, s in zip(self.couplings, self.sums(state), strict=True)
         )
-        x, starts = self.family.coordinates([state]), self.family.starting([state])[0]
-        return share * (total + float(np.sum(self.family.arrays.load_potential(x, starts))))
+        x, start = self.family.coordinates([state]), self.family.starting([state])
+        return share * (total + float(np.sum(self.family.arrays.load_potential(x, *start))))
 
     def twists(self, state: LegState, about: np.ndarray) -> list[np.ndarray]:
         """Of the body at the start of every chain, and of that behind each of its elements.
@@ -318,8 +353,8 @@ class LegGroup:
         if not self.chains:
             return []
         family, found = self.family, []
-        start, centre = family.starting([state])
-        by_all = family.arrays.twists(family.coordinates([state]), start, centre, about)
+        x = family.coordinates([state])
+        by_all = family.arrays.twists(x, *family.starting([state]), about)
         parts = zip(family.rows, family.slots, family.columns, strict=True)
         for i, (own, slots, columns) in enumerate(parts):
             behind = np.append(0, slots + 1)
@@ -403,7 +438,7 @@ class LegGroup:
         return np.array(of_chain * len(self.chains) + of_couplings)
 
     def stepped(self, state: LegState, step: np.ndarray) -> LegState:
-        """The state after a step (N, n) of its unknowns."""
+        """The state after a step (N, n + b) of its unknowns, and of axial forces of its beams."""
         twists = np.zeros((len(self.points), self.count, 6))
         for twist, place in zip(twists, self.body_places, strict=True):
             twist[:, list(self.rows)] = step[:, place]
@@ -416,7 +451,8 @@ class LegGroup:
             tuple(x + step[:, s] for x, s in zip(state.x, self.coordinates, strict=True)),
             tuple(W + step[:, s] for W, s in zip(state.W, self.wrench_places, strict=True)),
             tuple(bodies),
-            state.held + step[:, self.size - state.held.shape[1] :],
+            state.held + step[:, self.size - state.held.shape[1] : self.size],
+            state.axial + step[:, self.size :],
         )
 
     def moving_places(self, i: int) -> np.ndarray:

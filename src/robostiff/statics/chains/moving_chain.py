@@ -1,8 +1,8 @@
 """Chains in finite motion: where their bodies are, velocities, energy, and second derivatives.
 
 All elements of all chains alike are computed at once: a leading axis N counts the chains, K the
-elements. All elastic parts have the same number c of coordinates here, those that they lack being
-empty columns: six, or more where some beam has inner modes.
+elements. Arrays hold floats, or entries of a record: what is zero there leaves no operation. All
+elastic parts have the same number c of coordinates here, those that they lack being empty columns.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
+from robostiff.record import cosine, sine
 from robostiff.spatial import skew
-from robostiff.statics.chains.beam_bowing import bowing_energy
+from robostiff.statics.chains.bending import Bending
 from robostiff.statics.chains.chain import (
     BodyLoad,
-    BodyPlace,
     ChainTerms,
     Element,
     FiniteChain,
@@ -25,21 +25,21 @@ from robostiff.statics.chains.chain import (
     Law,
 )
 
-# Below this angle series answer: differences of cosines lose their digits there.
-_SMALL = 0.05
+#: Turn of an elastic part up to which series answer [rad]; entries have nothing else.
+FURTHEST_TURN = 0.2
 _IDENTITY = np.eye(3)
 _SKEWS = skew(np.eye(3)).reshape(3, 9)
-# Sin a/a, b, c, and the derivatives of b and c by a, divided by a: by powers of a^2.
+# b, c, and their derivatives by a, divided by a: by powers of a^2.
 _SERIES = np.array(
     [
-        [1, 1 / 2, 1 / 6, -1 / 12, -1 / 60],
-        [-1 / 6, -1 / 24, -1 / 120, 1 / 180, 1 / 1260],
-        [1 / 120, 1 / 720, 1 / 5040, -1 / 6720, -1 / 60480],
-        [-1 / 5040, -1 / 40320, 0, 0, 0],
+        [1 / 2, 1 / 6, -1 / 12, -1 / 60],
+        [-1 / 24, -1 / 120, 1 / 180, 1 / 1260],
+        [1 / 720, 1 / 5040, -1 / 6720, -1 / 60480],
+        [-1 / 40320, -1 / 362880, 1 / 453600, 1 / 4989600],
+        [1 / 3628800, 1 / 39916800, -1 / 47900160, -1 / 622702080],
     ]
 )
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
-_Steps = tuple[np.ndarray, np.ndarray, "FiniteTurn"]
 
 
 @dataclass(frozen=True)
@@ -53,55 +53,57 @@ class FiniteTurn:
     ----------
     r : (..., 3) array
         Rotation vectors [rad].
+    square : (..., 1) array
+        a^2.
     R, W : (..., 3, 3) arrays
         ``d exp(r x) = ((W dr) x) exp(r x)``.
-    factors : tuple of four (..., 1) arrays
+    factors : (..., 4) array
         b, c, and their derivatives by a, divided by a.
     """
 
     r: np.ndarray
+    square: np.ndarray
     R: np.ndarray
     W: np.ndarray
-    factors: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    factors: np.ndarray
 
-    def rate_felt(self, m: np.ndarray) -> np.ndarray:
-        """Derivative of ``m . W[:, k]`` by ``r[b]`` (..., 3, 3), rows k.
-
-        With ``dS^2/dr_b = E_b S + S E_b`` and ``u = m x r`` it is
-        ``(b' u + c' u x r) r^T + b (m x) + c ((m . r) I - m r^T + (u x))``; m is (..., 3).
+    @staticmethod
+    def of(r: np.ndarray) -> FiniteTurn:
+        """Turn by rotation vectors (..., 3) [rad], of numbers or of entries.
 
         Examples
         --------
-        >>> turn_and_rates(np.zeros((1, 3))).rate_felt(np.array([[0.0, 0, 1]]))[0, 1, 0]
-        np.float64(0.5)
+        >>> FiniteTurn.of(np.array([[0.0, 0, np.pi / 2]])).R.round(12)[0, 1, 0]
+        np.float64(1.0)
         """
-        b, c, b_rate, c_rate = self.factors
-        r = self.r
-        u = crossed(m, r)
-        along = np.sum(m * r, axis=-1, keepdims=True)
-        rows = b_rate * u + c_rate * crossed(u, r) - c * m
-        return (
-            rows[..., None] * r[..., None, :]
-            + skews(b * m + c * u)
-            + (c * along)[..., None] * _IDENTITY
+        S, u = skews(r), (r * r).sum(axis=-1, keepdims=True)
+        SS, factors = S @ S, _factors(u)
+        b, c, first = (
+            own[..., None]
+            for own in (factors[..., :1], factors[..., 1:2], 1 - u * factors[..., 1:2])
         )
+        unit = np.eye(3, dtype=int)
+        return FiniteTurn(r, u, S * first + SS * b + unit, S * b + SS * c + unit, factors)
 
+    def rate(self, m: np.ndarray) -> np.ndarray:
+        """Symmetric part of the derivative of ``m . W[:, k]`` by ``r[b]`` (..., 3, 3).
 
-def turn_and_rates(r: np.ndarray) -> FiniteTurn:
-    """Turn by rotation vectors (..., 3) [rad].
+        With ``dS^2/dr_b = E_b S + S E_b`` and ``u = m x r`` it is that of ``(b' u + c' u x r - c m)
+        r^T + c (m . r) I``; m is (..., 3).
 
-    Examples
-    --------
-    >>> turn_and_rates(np.array([[0.0, 0, np.pi / 2]])).R.round(12)[0, 1, 0]
-    np.float64(1.0)
-    """
-    S = skews(r)
-    SS = S @ S
-    first, b, c, b_rate, c_rate = _coefficients(np.sqrt(np.sum(r * r, axis=-1, keepdims=True)))
-    B, C = b[..., None], c[..., None]
-    R = _IDENTITY + first[..., None] * S + B * SS
-    W = _IDENTITY + B * S + C * SS
-    return FiniteTurn(r, R, W, (b, c, b_rate, c_rate))
+        Examples
+        --------
+        >>> FiniteTurn.of(np.array([[0.1, 0, 0]])).rate(np.array([[1.0, 0, 0]]))[0].round(5)
+        array([[0.     , 0.     , 0.     ],
+               [0.     , 0.01666, 0.     ],
+               [0.     , 0.     , 0.01666]])
+        """
+        _, c, b_rate, c_rate = (self.factors[..., i : i + 1] for i in range(4))
+        r, u = self.r, crossed(m, self.r)
+        rows = u * b_rate + crossed(u, r) * c_rate - m * c
+        outer = rows[..., :, None] * r[..., None, :]
+        along = c * (m * r).sum(axis=-1, keepdims=True)
+        return (outer + np.swapaxes(outer, -1, -2)) * 0.5 + along[..., None] * np.eye(3, dtype=int)
 
 
 def skews(v: np.ndarray) -> np.ndarray:
@@ -114,28 +116,24 @@ def crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
 
 
-def _coefficients(a: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Sin a/a, b, c, and the derivatives of b and c by a, divided by a."""
-    u = a * a
-    small = a < _SMALL
-    if np.all(small):
-        return _series(u)
-    safe = np.where(small, 1.0, a)
-    s, v = np.sin(safe), 2.0 * np.sin(0.5 * safe) ** 2
+def _factors(u: np.ndarray) -> np.ndarray:
+    """b, c, and their derivatives by a, divided by a (..., 4), of ``u = a^2`` (..., 1)."""
+    is_near = np.ones(u.shape, dtype=bool) if u.dtype == object else u < FURTHEST_TURN**2
+    near = np.where(is_near, u, 0) if not np.all(is_near) else u
+    square = near * near
+    one = np.ones(u.shape, dtype=int).astype(u.dtype)
+    found = np.concatenate([one, near, square, square * near, square * square], axis=-1) @ _SERIES
+    if np.all(is_near):
+        return found
+    a = np.sqrt(np.where(is_near, 1.0, u))
+    s, v = np.sin(a), 2.0 * np.sin(0.5 * a) ** 2
     far = (
-        s / safe,
-        v / safe**2,
-        (safe - s) / safe**3,
-        (s / safe**2 - 2 * v / safe**3) / safe,
-        (v / safe**3 - 3 * (safe - s) / safe**4) / safe,
+        v / a**2,
+        (a - s) / a**3,
+        (s / a**2 - 2 * v / a**3) / a,
+        (v / a**3 - 3 * (a - s) / a**4) / a,
     )
-    near = _series(np.where(small, u, 0.0))
-    return tuple(np.where(small, n, f) for n, f in zip(near, far, strict=True))
-
-
-def _series(u: np.ndarray) -> tuple[np.ndarray, ...]:
-    found = np.concatenate([np.ones(u.shape), u, u * u, u * u * u], axis=-1) @ _SERIES
-    return tuple(found[..., i : i + 1] for i in range(5))
+    return np.where(is_near, found, np.concatenate(far, axis=-1))
 
 
 class MovingChains:
@@ -156,9 +154,11 @@ class MovingChains:
         Behind slots.
     rows : sequence of slice
         Of every chain.
+    ends : pair of (N, 3) arrays
+        Points of the bodies at the starts and at the ends, at the unloaded posture [m].
     body_rows : sequence of int
         Coordinates of the bodies at the starts, where some of them move.
-    moves : array of bool
+    moves : (N,) array of bool
         Rows whose body at the start moves.
     """
 
@@ -170,12 +170,14 @@ class MovingChains:
         slots: Sequence[np.ndarray],
         loads: Sequence[BodyLoad],
         rows: Sequence[slice],
+        ends: tuple[np.ndarray, np.ndarray],
         body_rows: Sequence[int],
         moves: np.ndarray,
     ) -> None:
         self.slots, self.count = len(kinds), len(moves)
         N = self.count
-        self.point = np.zeros((N, self.slots, 3))
+        of_entries = any(own.dtype == object for own in ends)
+        self.kind = np.dtype(object if of_entries else float)
         starts = np.cumsum([0, *sizes])
         self.size = int(starts[-1])
         is_spring = np.array([kind == "spring" for kind in kinds], dtype=bool)
@@ -185,21 +187,21 @@ class MovingChains:
         at = np.where(is_spring, np.cumsum(is_spring), np.cumsum(~is_spring)) - 1
         J, S = len(self.joint_elements), len(self.spring_elements)
         self.joint_places = starts[self.joint_elements]
-        self.axis, self.slide = np.zeros((N, J, 3)), np.zeros((N, J, 1))
-        self.stiffness, self.preload = np.zeros((2, N, J))
+        self.axis, self.slide = self._zeros(N, J, 3), self._zeros(N, J, 1)
+        self.stiffness, self.preload = self._zeros(2, N, J)
         #: Row, joint, and law of what is no linear spring.
         self.laws: list[tuple[int, int, Law]] = []
         within = [np.arange(sizes[k]) for k in self.spring_elements.tolist()]
         width = max((len(own) for own in within), default=0)
-        self.own_axes, self.modes = np.tile(_IDENTITY, (N, S, 1, 1)), np.zeros((N, S, 6, width))
-        self.mode_stiffness = np.zeros((N, S, width))
-        self.axial, self.bowing = np.zeros((N, S, 1)), np.zeros((N, S, width, width))
+        self.modes, self.mode_stiffness = self._zeros(N, S, 6, width), self._zeros(N, S, width)
+        self.axial, shapes = self._zeros(N, S), [(width,), (), (2,), (2,)]
+        self.bending = Bending(*(self._zeros(N, S, 6, *own) for own in shapes))
         for chain, own, here in zip(chains, slots, rows, strict=True):
             for e, k in zip(chain.elements, own, strict=True):
-                self.point[here, k] = e.point
                 self._put(e, here, int(at[k]))
-        turns = [float(kinds[k] == "turn") for k in self.joint_elements.tolist()]
-        self.turning = np.array(turns).reshape(J, 1)
+        self._set_frames(chains, slots, rows, ends)
+        turns = [int(kinds[k] == "turn") for k in self.joint_elements.tolist()]
+        self.turning = np.array(turns, dtype=int).reshape(J, 1)
         self.axis_skew = skews(self.axis)
         self.axis_skew_squared = self.axis_skew @ self.axis_skew
         none = np.zeros(0, dtype=int)
@@ -207,20 +209,42 @@ class MovingChains:
         self.full = np.concatenate([none, *(width * i + own for i, own in enumerate(within))])
         places = zip(starts[self.spring_elements], within, strict=True)
         self.spring_places = np.concatenate([none, *(k + own for k, own in places)])
-        self.has_bowing = bool(np.any(self.axial))
-        self.load_point, self.load_force = np.zeros((2, N, len(loads), 3))
-        for i, load in enumerate(loads):
-            self.load_point[:, i], self.load_force[:, i] = load.point, load.force
-        self.load_after = np.array([load.after for load in loads], dtype=int)
+        is_beam = self.axial != 0
+        self.along = self.modes[:, :, 0] * is_beam[..., None].astype(int)
+        self.axial = np.where(is_beam, self.axial, 1)
+        self._set_loads(loads)
         self.body_rows = list(body_rows)
-        self.moves = moves.astype(float)[:, None, None]
+        self.moves = moves.astype(int)[:, None, None]
         self._set_order(starts)
         #: Velocity and angular velocity (N, n, 2, 3) by its coordinates, as far as they stay.
-        self.local = np.zeros((N, self.size, 2, 3))
+        self.local = self._zeros(N, self.size, 2, 3)
         self.local[:, self.joint_places, 0] = self.axis * self.slide
         self.local[:, self.joint_places, 1] = self.axis * self.turning
-        shifts = self.own_axes @ self.modes[:, :, :3]
-        self.local[:, self.spring_places, 0] = self._columns_of_springs(shifts)
+        self.local[:, self.spring_places, 0] = self._columns_of_springs(self.modes[:, :, :3])
+
+    @staticmethod
+    def of_one(
+        chain: FiniteChain, ends: tuple[np.ndarray, np.ndarray], body_rows: Sequence[int]
+    ) -> MovingChains:
+        """The elements of one chain (N = 1), which moves with the body at its start in some rows.
+
+        The loads are those of the chain, then its anchors.
+        """
+        sizes, slots = [e.size for e in chain.elements], np.arange(len(chain.elements))
+        return MovingChains(
+            [e.kind for e in chain.elements],
+            sizes,
+            [chain],
+            [slots],
+            [*chain.loads, *chain.anchors],
+            [slice(0, 1)],
+            ends,
+            body_rows,
+            np.ones(1, dtype=bool),
+        )
+
+    def _zeros(self, *shape: int) -> np.ndarray:
+        return np.zeros(shape, dtype=int).astype(self.kind)
 
     def _put(self, e: Element, rows: slice, i: int) -> None:
         """An element of some rows as the i-th joint or elastic part."""
@@ -231,9 +255,54 @@ class MovingChains:
                 (rows.start + n, i, law) for n, law in enumerate(e.laws) if law is not None
             ]
             return
-        self.own_axes[rows, i], self.modes[rows, i, :, : e.size] = e.rotation, e.modes
-        self.mode_stiffness[rows, i, : e.size] = e.stiffness
-        self.axial[rows, i, 0], self.bowing[rows, i, : e.size, : e.size] = e.axial, e.bowing
+        self.modes[rows, i, :, : e.size], self.mode_stiffness[rows, i, : e.size] = (
+            e.modes,
+            e.stiffness,
+        )
+        self.axial[rows, i], self.bending.z[rows, i, :, : e.size] = e.axial, e.bending.z
+        for name in ("s", "b", "l"):
+            getattr(self.bending, name)[rows, i] = getattr(e.bending, name)
+
+    def _set_frames(
+        self,
+        chains: Sequence[FiniteChain],
+        slots: Sequence[np.ndarray],
+        rows: Sequence[slice],
+        ends: tuple[np.ndarray, np.ndarray],
+    ) -> None:
+        """Axes and points of the body at the start and of all elements; frames between them.
+
+        Joints have the axes of the world; an empty slot is where the element before it is.
+        """
+        N, K = self.count, self.slots
+        axes = np.tile(np.eye(3, dtype=int).astype(self.kind), (N, K + 2, 1, 1))
+        points = self._zeros(N, K + 2, 3)
+        points[:, 0], points[:, -1] = ends
+        last = np.zeros((N, K + 1), dtype=int)
+        for chain, own, here in zip(chains, slots, rows, strict=True):
+            for e, k in zip(chain.elements, own, strict=True):
+                points[here, k + 1], last[here, k + 1] = e.point, k + 1
+                if not isinstance(e, FiniteJoint):
+                    axes[here, k + 1] = e.rotation
+        last = np.maximum.accumulate(last, axis=1)
+        points[:, :-1] = points[np.arange(N)[:, None], last]
+        self.axes, self.points = axes[:, :-1], points[:, :-1]
+        #: From each of them to the next, and to the body at the end (N, K + 1, 4, 4), unloaded.
+        self.frames = self._zeros(N, K + 1, 4, 4)
+        turned = np.swapaxes(self.axes, -1, -2)
+        alike = np.all(self.axes == axes[:, 1:], axis=(-1, -2))[..., None, None]
+        self.frames[..., :3, :3] = np.where(alike, np.eye(3, dtype=int), turned @ axes[:, 1:])
+        self.frames[..., :3, 3:] = turned @ (points[:, 1:] - self.points)[..., None]
+        self.frames[..., 3, 3] = 1
+
+    def _set_loads(self, loads: Sequence[BodyLoad]) -> None:
+        self.load_after = np.array([load.after for load in loads], dtype=int)
+        self.load_point, self.load_force = self._zeros(2, self.count, len(loads), 3)
+        self.load_offset = self._zeros(self.count, len(loads), 3, 1)
+        for i, load in enumerate(loads):
+            self.load_point[:, i], self.load_force[:, i] = load.point, load.force
+            arm = (load.point - self.points[:, load.after])[..., None]
+            self.load_offset[:, i] = np.swapaxes(self.axes[:, load.after], -1, -2) @ arm
 
     def _set_order(self, starts: np.ndarray) -> None:
         body = len(self.body_rows)
@@ -256,61 +325,60 @@ class MovingChains:
         """Whether forces act on its bodies, or preloads in its joints."""
         return bool(self.load_after.size) or bool(np.any(self.preload))
 
-    def moved(self, x: np.ndarray, start: BodyPlace | None) -> np.ndarray:
-        """The chains at coordinates x (N, size), from where their start is; None for the base.
+    def moved(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The bodies at the start and behind every element, at coordinates x (N, size).
 
-        Motions (N, K + 1, 4, 4) from the unloaded posture of the body at the start, and of that
-        behind every element.
+        The body at the start is at (R, p), (3, 3) and (3,), or (N, 3, 3) and (N, 3). A point X of
+        the unloaded posture is now at ``R X + t``: R (N, K + 1, 3, 3) and t (N, K + 1, 3).
         """
-        return self._moved(self._steps(x), start)
+        behind = self._placed(x, R, p)[1]
+        R = behind[..., :3, :3] @ np.swapaxes(self.axes, -1, -2)
+        return R, behind[..., :3, 3] - (R @ self.points[..., None])[..., 0]
 
-    def _steps(self, x: np.ndarray) -> _Steps:
-        """Turns of all elements, in world axes of the unloaded posture, and of elastic parts.
+    def _placed(
+        self, x: np.ndarray, R: np.ndarray, p: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, FiniteTurn]:
+        """Frames before and behind the motion of every element, and turns of elastic parts.
 
-        Between them where the far ends are taken, in these axes [m].
+        The former (N, K + 1, 4, 4) end with that of the body at the end, the latter begin with that
+        of the body at the start.
         """
-        E, far = np.empty((*self.point.shape, 3)), self.point.copy()
+        N, K = self.count, self.slots
         q = x[:, self.joint_places][..., None]
-        angle = (q * self.turning)[..., None]
-        versine = 2.0 * np.sin(0.5 * angle) ** 2
-        E[:, self.joint_elements] = (
-            _IDENTITY + np.sin(angle) * self.axis_skew + versine * self.axis_skew_squared
+        half = (q * (self.turning * 0.5))[..., None]
+        s, c = (sine(half), cosine(half)) if x.dtype == object else (np.sin(half), np.cos(half))
+        th = (self.modes @ self._spring_coordinates(x)[..., None])[..., 0]
+        turned = FiniteTurn.of(th[..., 3:])
+        own = self._zeros(N, K, 4, 4)
+        own[:, self.joint_elements, :3, :3] = (
+            np.eye(3, dtype=int)
+            + self.axis_skew * (2 * s * c)
+            + self.axis_skew_squared * (2 * s * s)
         )
-        far[:, self.joint_elements] += self.axis * self.slide * q
-        y = self._spring_coordinates(x)
-        th = (self.modes @ y[..., None])[..., 0]
-        turned = turn_and_rates(th[..., 3:])
-        own = self.own_axes
-        E[:, self.spring_elements] = own @ turned.R @ np.swapaxes(own, -1, -2)
-        far[:, self.spring_elements] += (own @ th[..., :3, None])[..., 0]
-        return E, far, turned
-
-    def _moved(self, steps: _Steps, start: BodyPlace | None) -> np.ndarray:
-        N, K = self.point.shape[:2]
-        M = np.zeros((N, K, 4, 4))
-        E, far, _ = steps
-        M[..., :3, :3], M[..., 3, 3] = E, 1.0
-        M[..., :3, 3] = far - (E @ self.point[..., None])[..., 0]
-        T = np.empty((N, K + 1, 4, 4))
-        T[:, 0] = np.eye(4)
-        if start is not None:
-            T[:, 0, :3, :3], T[:, 0, :3, 3] = start.R, start.t
+        own[:, self.joint_elements, :3, 3:] = (self.axis * self.slide * q)[..., None]
+        own[:, self.spring_elements, :3, :3] = turned.R
+        own[:, self.spring_elements, :3, 3:] = th[..., :3, None]
+        own[..., 3, 3] = 1
+        before, behind = self._zeros(N, K + 1, 4, 4), self._zeros(N, K + 1, 4, 4)
+        behind[:, 0, :3, :3], behind[:, 0, :3, 3], behind[:, 0, 3, 3] = R, p, 1
         for k in range(K):
-            np.matmul(T[:, k], M[:, k], out=T[:, k + 1])
-        return T
+            np.matmul(behind[:, k], self.frames[:, k], out=before[:, k])
+            np.matmul(before[:, k], own[:, k], out=behind[:, k + 1])
+        np.matmul(behind[:, K], self.frames[:, K], out=before[:, K])
+        return before, behind, turned
 
     def _spring_coordinates(self, x: np.ndarray) -> np.ndarray:
-        y = np.zeros((self.count, self.modes.shape[1] * self.modes.shape[3]))
+        y = self._zeros(self.count, self.modes.shape[1] * self.modes.shape[3])
         y[:, self.full] = x[:, self.spring_places]
         return y.reshape(self.mode_stiffness.shape)
 
     def terms(
         self,
         x: np.ndarray,
-        start: BodyPlace | None,
-        centre: np.ndarray | None,
-        end_point: np.ndarray,
+        R: np.ndarray,
+        p: np.ndarray,
         W: np.ndarray,
+        axial: np.ndarray,
         share: float,
         pulls: np.ndarray | None = None,
     ) -> ChainTerms:
@@ -320,85 +388,119 @@ class MovingChains:
         ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
         ``d_b v_a = d_b w_a x s + w_a x (w_b x s)``, s from its point to the one that moves. A force
         f feels of that ``w_a . (J_b x f)``, with J_b the velocity of its own point by b, and within
-        an element ``w_a . ((w_b x s) x f)``.
+        an element ``w_a . ((w_b x s) x f)``. The antisymmetric part is ``w_a . (w_b x m) / 2`` of
+        the moment m of the end wrench; between two twists of the body at the start, which are no
+        coordinates, m is less by the moment about its point.
 
         Parameters
         ----------
-        start, centre : BodyPlace and (N, 3) array, or None
-            Of the body at the start, and its point, about which its twist is [m]; None for base.
-        end_point : (N, 3) array
-            Point of the body at the end, at the unloaded posture [m].
+        R, p : (3, 3) and (3,) arrays, or (N, 3, 3) and (N, 3)
+            Axes of the body at the start, and its point, about which its twist is [m].
         W : (N, 6) array
-            What that body exerts on the chain, about the point where the chain has it [N, N m].
+            What the body at the end exerts on the chain, about the point where the chain has it [N,
+            N m].
+        axial : (N, S) array
+            Axial forces of beams among the elastic parts, 0 of others [N].
         share, pulls : float, and (N, L, 3) array or None
             Share of loads and preloads; forces at the points of the loads beside these [N].
         """
-        steps = self._steps(x)
-        T = self._moved(steps, start)
-        w, v, C = self._columns(steps, T, centre)
-        end = BodyPlace(T[:, -1, :3, :3], T[:, -1, :3, 3])
-        P, f, M = end.of(end_point)[:, None], W[:, None, :3], W[:, None, 3:]
-        turning = crossed(w, P - C[:, self.order])
+        before, behind, turned = self._placed(x, R, p)
+        w, v, C = self._columns(before, behind, turned)
+        P, f, m = before[:, -1, None, :3, 3], W[:, None, :3], W[:, None, 3:]
+        order, N = self.order, self.count
+        turning = crossed(w, P - C[:, order])
         moving = v + turning
-        J = np.concatenate([moving, w], axis=-1)
-        gradient = -np.sum(moving * f + w * M, axis=-1)
+        gradient = -(moving * f + w * m).sum(axis=-1)
         across, within = crossed(moving, f), crossed(turning, f)
-        by_share = np.zeros(w.shape[:2])
+        moment = m + crossed(P - C, f)
+        by_share = self._zeros(*gradient.shape)
         by_share[:, self.joint_columns] = -self.preload
-        moment = M + crossed(P - C, f)
         if len(self.load_after):
-            at = self._loaded_points(T)
-            moving, turning = self._at_loads(w, v, C, at)
-            by_share -= np.sum(moving * self.load_force[:, :, None], axis=(1, 3))
-            loads = share * self.load_force if pulls is None else share * self.load_force + pulls
-            f = loads[:, :, None]
-            gradient -= np.sum(moving * f, axis=(1, 3))
-            across = across + np.sum(crossed(moving, f), axis=1)
-            within = within + np.sum(crossed(turning, f), axis=1)
-            arms = (at[:, :, None] - C[:, None]) * self._reach(C.shape[1]).T[..., None]
-            moment = moment + np.sum(crossed(arms, f), axis=1)
-        U = w @ np.swapaxes(across, -1, -2)
-        bracket = crossed(w, M) @ np.swapaxes(w, -1, -2)
-        H = np.where(self.nearer, U, np.swapaxes(U, -1, -2) + bracket)
-        H = np.where(self.same, w @ np.swapaxes(within, -1, -2), H)
-        tangent = -H
+            arms = self._arms(behind, C)
+            F, S = self._beyond(arms, self.load_force)
+            by_share -= (v * F[:, order] + w * _axial(S)[:, order]).sum(axis=-1)
+            acting = self.load_force * share + (0 if pulls is None else pulls)
+            F, S = self._beyond(arms, acting)
+            gradient -= (v * F[:, order] + w * _axial(S)[:, order]).sum(axis=-1)
+            moment = moment + _axial(S)
+            spread = S - np.trace(S, axis1=-2, axis2=-1)[..., None, None] * np.eye(3, dtype=int)
+            turned_forces = (spread[:, order] @ w[..., None])[..., 0]
+            across = across + crossed(v, F[:, order]) + turned_forces
+            within = within + turned_forces
+        tangent, bracket = self._second_order(w, across, within, m, moment)
         q = x[:, self.joint_places]
-        tangent[:, self.joint_columns, self.joint_columns] += self.stiffness
-        gradient[:, self.joint_columns] += self.stiffness * q - share * self.preload
+        columns = self.joint_columns
+        tangent[:, columns, columns] += self.stiffness
+        gradient[:, columns] += self.stiffness * q - self.preload * share
         for n, i, law in self.laws:
-            column, own, k = self.joint_columns[i], float(q[n, i]), self.stiffness[n, i]
+            column, own, k = columns[i], float(q[n, i]), self.stiffness[n, i]
             gradient[n, column] += law.at(own) - k * own
             tangent[n, column, column] += law.tangent(own) - k
+        y = self._spring_coordinates(x)
+        beams = self.bending.terms(y, axial, self.along, self.axial)
         if len(self.spring_elements):
-            _, force, curvature = self._stored(x)
-            gradient[:, self.spring_columns] += force.reshape(self.count, -1)[:, self.full]
+            force = self.mode_stiffness * y + beams.gradient
+            curvature = self._elastic + beams.curvature
+            gradient[:, self.spring_columns] += force.reshape(N, -1)[:, self.full]
             beyond = moment[:, self.spring_elements + (C.shape[1] - self.slots)]
-            axes = T[:, self.spring_elements, :3, :3] @ self.own_axes
+            axes = before[:, self.spring_elements, :3, :3]
             about = (np.swapaxes(axes, -1, -2) @ beyond[..., None])[..., 0]
             V = self.modes[:, :, 3:]
-            block = curvature - np.swapaxes(V, -1, -2) @ steps[2].rate_felt(about) @ V
-            flat = tangent.reshape(self.count, -1)
-            flat[:, self.block_places] += block.reshape(self.count, -1)[:, self.block_pairs]
-        return ChainTerms(end, np.swapaxes(J, -1, -2), tangent, gradient, by_share)
+            block = curvature - np.swapaxes(V, -1, -2) @ turned.rate(about) @ V
+            flat = tangent.reshape(N, -1)
+            flat[:, self.block_places] += block.reshape(N, -1)[:, self.block_pairs]
+        return ChainTerms(
+            before[:, -1, :3, :3],
+            P[:, 0],
+            np.swapaxes(np.concatenate([moving, w], axis=-1), -1, -2),
+            tangent,
+            bracket,
+            gradient,
+            by_share,
+            turned.square,
+            beams,
+        )
+
+    def _second_order(
+        self,
+        w: np.ndarray,
+        across: np.ndarray,
+        within: np.ndarray,
+        m: np.ndarray,
+        moment: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Symmetric and antisymmetric part (N, n, n) of what forces do in second order.
+
+        By each unknown, `across` (N, n, 3) is what the velocities of the points of all forces make
+        of these, ``sum(J x f)``, `within` the part of that which is due to turning. m (N, 1, 3) is
+        the moment of the end wrench, `moment` (N, K, 3) that of all forces about every element.
+        """
+        half = crossed(w, m) * 0.5
+        U = w @ np.swapaxes(across + half, -1, -2)
+        bracket = w @ np.swapaxes(half, -1, -2)
+        if self.body_rows:
+            b = slice(len(self.body_rows))
+            of_body = crossed(w[:, b], moment[:, :1]) * 0.5
+            bracket[:, b, b] -= w[:, b] @ np.swapaxes(of_body, -1, -2)
+        H = w @ np.swapaxes(within, -1, -2)
+        H = np.where(self.same, (H + np.swapaxes(H, -1, -2)) * 0.5, np.swapaxes(U, -1, -2))
+        return -np.where(self.nearer, U, H), bracket
 
     def _columns(
-        self, steps: _Steps, T: np.ndarray, centre: np.ndarray | None
+        self, before: np.ndarray, behind: np.ndarray, turned: FiniteTurn
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Angular velocities and velocities (N, n, 3) about points of the elements (N, K, 3)."""
-        _, far, turned = steps
-        before, body = T[:, :-1], len(self.body_rows)
-        C = (before[..., :3, :3] @ far[..., None])[..., 0] + before[..., :3, 3]
+        body = len(self.body_rows)
         local = self.local.copy()
-        turning = self.own_axes @ turned.W @ self.modes[:, :, 3:]
+        turning = turned.W @ self.modes[:, :, 3:]
         local[:, self.spring_places, 1] = self._columns_of_springs(turning)
         axes = before[:, self.order[body:] - bool(body), :3, :3]
         both = local @ np.swapaxes(axes, -1, -2)
-        v, w = both[:, :, 0], both[:, :, 1]
-        if body and centre is not None:
-            unit = self.moves * np.eye(6)[self.body_rows]
+        v, w, C = both[:, :, 0], both[:, :, 1], behind[:, not body :, :3, 3]
+        if body:
+            unit = self.moves * np.eye(6, dtype=int)[self.body_rows]
             v = np.concatenate([unit[..., :3], v], axis=1)
             w = np.concatenate([unit[..., 3:], w], axis=1)
-            C = np.concatenate([centre[:, None], C], axis=1)
         return w, v, C
 
     def _columns_of_springs(self, by: np.ndarray) -> np.ndarray:
@@ -406,75 +508,83 @@ class MovingChains:
         columns = np.swapaxes(by, -1, -2).reshape(self.count, by.shape[1] * by.shape[3], 3)
         return columns[:, self.full]
 
-    def _stored(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Energy of the elastic parts (N, S), bowing of beams among it; gradient and curvature."""
-        y = self._spring_coordinates(x)
-        ky = self.mode_stiffness * y
-        value, gradient = 0.5 * np.sum(ky * y, axis=-1), ky
-        curvature = self._elastic
-        if not self.has_bowing:
-            return value, gradient, curvature
-        more = bowing_energy(y, self.axial, self.modes[:, :, 0], self.bowing)
-        return value + more[0], gradient + more[1], curvature + more[2]
-
     @cached_property
     def _elastic(self) -> np.ndarray:
-        return self.mode_stiffness[..., None] * np.eye(self.modes.shape[-1])
+        return self.mode_stiffness[..., None] * np.eye(self.modes.shape[-1], dtype=int)
 
-    def loaded(
-        self, x: np.ndarray, start: BodyPlace | None, centre: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def loaded(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where loads act (N, L, 3) [m], and velocities there by the unknowns (N, L, 3, n)."""
-        steps = self._steps(x)
-        T = self._moved(steps, start)
-        w, v, C = self._columns(steps, T, centre)
-        at = self._loaded_points(T)
-        return at, np.swapaxes(self._at_loads(w, v, C, at)[0], -1, -2)
+        before, behind, turned = self._placed(x, R, p)
+        w, v, C = self._columns(before, behind, turned)
+        arms = np.swapaxes(self._arms(behind, C), 1, 2)[:, :, self.order]
+        reach = self._reach(C.shape[1])[self.order].T[..., None]
+        moving = v[:, None] * reach + crossed(w[:, None], arms)
+        return self._loaded_points(behind), np.swapaxes(moving, -1, -2)
 
-    def twists(
-        self, x: np.ndarray, start: BodyPlace | None, centre: np.ndarray | None, about: np.ndarray
-    ) -> np.ndarray:
+    def twists(self, x: np.ndarray, R: np.ndarray, p: np.ndarray, about: np.ndarray) -> np.ndarray:
         """Twists (N, n, 6) about a point (3,) of what each unknown moves."""
-        steps = self._steps(x)
-        w, v, C = self._columns(steps, self._moved(steps, start), centre)
+        w, v, C = self._columns(*self._placed(x, R, p))
         return np.concatenate([v + crossed(w, about - C[:, self.order]), w], axis=-1)
 
     def moving(self, behind: np.ndarray) -> np.ndarray:
         """Which unknowns move the bodies behind so many slots (K, n)."""
         return self.order < behind[:, None] + bool(self.body_rows)
 
-    def _at_loads(
-        self, w: np.ndarray, v: np.ndarray, C: np.ndarray, at: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Velocities of points (N, L, 3) by unknowns (N, L, n, 3), and the part due to turning."""
-        reach = self._reach(C.shape[1])[self.order].T[..., None]
-        turning = crossed(w[:, None], at[:, :, None] - C[:, None, self.order]) * reach
-        return v[:, None] * reach + turning, turning
+    def _arms(self, behind: np.ndarray, C: np.ndarray) -> np.ndarray:
+        """From points of the elements (N, K, 3) to those of loads beyond them (N, K, L, 3)."""
+        arms = self._loaded_points(behind)[:, None] - C[:, :, None]
+        return arms * self._reach(C.shape[1])[..., None]
 
-    def _loaded_points(self, T: np.ndarray) -> np.ndarray:
+    def _beyond(self, arms: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sums F of the forces (N, L, 3) beyond every element (N, K, 3), and of ``s f^T``."""
+        F = self._reach(arms.shape[1]) @ forces
+        return F, np.swapaxes(arms, -1, -2) @ forces[:, None]
+
+    def _loaded_points(self, behind: np.ndarray) -> np.ndarray:
         """Where loads act (N, L, 3) [m]."""
-        behind = T[:, self.load_after]
-        at = (behind[..., :3, :3] @ self.load_point[..., None])[..., 0]
-        return at + behind[..., :3, 3]
+        body = behind[:, self.load_after]
+        return (body[..., :3, :3] @ self.load_offset)[..., 0] + body[..., :3, 3]
 
     def _reach(self, elements: int) -> np.ndarray:
-        """Which element, counted from the body at the start, feels which load (K, L)."""
-        return np.arange(elements)[:, None] < self.load_after + (elements - self.slots)
+        """1 where an element, counted from the body at the start, feels a load (K, L), else 0."""
+        after = self.load_after + (elements - self.slots)
+        return (np.arange(elements)[:, None] < after).astype(int)
 
-    def energies(self, x: np.ndarray) -> np.ndarray:
-        """Elastic energy in every slot (N, K) [J], preloads left out."""
+    def energies(self, x: np.ndarray, axial: np.ndarray) -> np.ndarray:
+        """Elastic energy in every slot (N, K) [J], preloads left out; axial as for `terms`."""
         found = np.zeros((self.count, self.slots))
         found[:, self.joint_elements] = 0.5 * self.stiffness * x[:, self.joint_places] ** 2
         for n, i, law in self.laws:
             found[n, self.joint_elements[i]] = law.energy(float(x[n, self.joint_places[i]]))
-        if len(self.spring_elements):
-            found[:, self.spring_elements] = self._stored(x)[0]
+        y = self._spring_coordinates(x)
+        linear = 0.5 * np.sum(self.mode_stiffness * y * y, axis=-1)
+        beams = self.bending.terms(y, axial, self.along, self.axial)
+        found[:, self.spring_elements] = linear + beams.energy
         return found
 
-    def load_potential(self, x: np.ndarray, start: BodyPlace | None) -> np.ndarray:
+    def amplitude_rates(
+        self, x: np.ndarray, axial: np.ndarray, dx: np.ndarray, d_axial: np.ndarray
+    ) -> np.ndarray:
+        """Rates (N, S, 6, 2) of the amplitudes of inner modes of beams, see `Bending`."""
+        y, dy = (self._spring_coordinates(own) for own in (x, dx))
+        return self.bending.amplitude_rates(y, axial, dy, d_axial)
+
+    def with_modes(
+        self, x: np.ndarray, axial: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Curvatures (N, S, ...) with inner modes of beams, see `Bending.with_modes`."""
+        y = self._spring_coordinates(x)
+        return self.bending.with_modes(y, axial, self.along, self.axial)
+
+    def load_potential(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Potential of whole loads and preloads, 0 at the unloaded posture (N,) [J]."""
         found = -np.sum(self.preload * x[:, self.joint_places], axis=-1)
         if len(self.load_after):
-            at = self._loaded_points(self.moved(x, start))
+            at = self._loaded_points(self._placed(x, R, p)[1])
             found -= np.sum(self.load_force * (at - self.load_point), axis=(-1, -2))
         return found
+
+
+def _axial(S: np.ndarray) -> np.ndarray:
+    """Sum of ``s x f`` (..., 3) from that of ``s f^T`` (..., 3, 3)."""
+    return S[..., _NEXT, _LAST] - S[..., _LAST, _NEXT]

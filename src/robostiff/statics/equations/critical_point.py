@@ -106,7 +106,13 @@ def refined(
         if abs(value) < smallest:
             smallest, best = abs(value), found
         if smallest < small:
-            break
+            # A leg that buckles alone may follow the platform: then that lost its margin before.
+            before = step.along(problem, loading, h + _ASIDE * (left - h))
+            earlier = least_margin(problem, before)[1].value if before.converged else value
+            if abs(earlier) <= 10 * small or earlier * at_left > 0:
+                break
+            h, found, value, smallest = h + _ASIDE * (left - h), before, earlier, np.inf
+            met = {own: factor for own, factor in met.items() if own * at_left > 0}
         if value * at_right < 0:
             left, at_left, at_ends[0] = right, at_right, at_ends[1]
         else:
@@ -269,11 +275,13 @@ def point_at(
 def _bent_beam(problem: EquilibriumProblem, found: FoundEquilibrium, twist: np.ndarray) -> str:
     """The beam that bends most between its ends in a motion of the platform, if most bends so."""
     parts, inner = [], []
-    for group, by_twist in zip(problem.groups, found.known.by_twist, strict=True):
+    each = zip(problem.groups, found.state.legs, found.known.by_twist, strict=True)
+    for group, state, by_twist in each:
+        motion = by_twist @ twist
+        rates, m = group.amplitude_rates(state, motion), group.free_size
         for i in range(group.count):
-            mode = by_twist[i, : group.free_size] @ twist
-            parts += group.energies_of(mode, i)
-            inner += group.energies_of(mode * group.inside, i)
+            parts += group.energies_of(np.append(motion[i, :m], rates[i]), i)
+            inner += group.energies_of(np.append(np.zeros(m), rates[i]), i)
     if not sum(own[2] for own in inner) > 0.5 * sum(own[2] for own in parts):
         return ""
     leg, part, _ = max(inner, key=lambda own: own[2])

@@ -74,7 +74,7 @@ class OnPath:
         best, low, high = self.step.here, 0.0, self.step.arc
         at_low, at_high = best.factor - factor, max(first, self.found.factor) - factor
         for _ in range(2 * _HALVES):
-            if abs(at_low) <= _SAME_FACTOR * (1.0 + abs(factor)):
+            if abs(best.factor - factor) <= _SAME_FACTOR * (1.0 + abs(factor)):
                 return replace(best, factor=factor)
             h = (low * at_high - high * at_low) / (at_high - at_low)
             found = self.step.along(problem, loading, h)

@@ -237,6 +237,7 @@ class EquilibriumProblem:
             by_factor = held.free @ (held.free.T @ (by_factor / self.scale)) * self.scale
             K, K_total = held.within(K / s) * s, held.within(K_total / s) * s
             held = held if held.rank else None
+        every = [eq.completed(own) for eq, own in zip(equations, every, strict=True)]
         return Linearised(
             K=K,
             K_total=K_total,

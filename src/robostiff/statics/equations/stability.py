@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robostiff.statics.chains.chain import LegEquations
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 
@@ -139,22 +140,29 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
     """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
     found = {}
     for group, eq, missing in zip(problem.groups, known.equations, problem.missing, strict=True):
-        m = group.free_size
-        if m <= eq.A.shape[1] - m - missing:
+        if group.free_size <= eq.A.shape[1] - group.free_size - missing and not group.beams:
             continue  # the platform holds all coordinates
-        own = margins_of(group, eq.A, problem.length)
+        own = margins_of(group, eq, problem.length)
         # legs that share springs have one margin, under the first of them
         found |= dict(zip(group.indices[: group.count], own, strict=True))
     # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
     return {index: own for index, own in found.items() if own is not None and own.value != 0.0}
 
 
-def margins_of(group: LegGroup, A: np.ndarray, length: float) -> list[Margin | None]:
-    """Of legs built alike, of tangents A (N, n, n); None for one that the platform holds."""
-    m, Q0 = group.free_size, group.unloaded_curvature
-    Q, C = A[:, :m, :m], A[:, m:, :m] * group.closure_sizes(length)[:, None]
+def margins_of(group: LegGroup, eq: LegEquations, length: float) -> list[Margin | None]:
+    """Of legs built alike, inner modes of beams among their motions.
+
+    None for one that the platform holds.
+    """
+    m, A = group.free_size, eq.A
+    Q = group.with_modes(eq.state, A[:, :m, :m])
+    Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
+    Q0[:, :m, :m] = group.unloaded_curvature
+    C = np.zeros((len(Q), A.shape[1] - m, Q.shape[1]))
+    C[:, :, :m] = A[:, m:, :m] * group.closure_sizes(length)[:, None]
+    stiff = np.ones(Q.shape[:2])
     # Without springs between bodies: what these add to a passive joint may be rounding.
-    stiff = np.diagonal(group.own_curvature, axis1=-2, axis2=-1)
+    stiff[:, :m] = np.diagonal(group.own_curvature, axis1=-2, axis2=-1)
     scale = unit_sizes(C, stiff)
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)

@@ -63,6 +63,10 @@ class SymmetricElimination:
         """To the right side."""
         self.right[a] = self.right[a] + value
 
+    def follows(self, name: str, missing: Any, rates: Mapping[str, Any]) -> None:
+        """An unknown that moves by something, and with others at some rates."""
+        self._solved.append(({name: {n: -rate for n, rate in rates.items()}}, {name: missing}))
+
     def eliminate(
         self,
         elastic: Sequence[str],

@@ -38,7 +38,7 @@ from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.chains.chain import BodyLoad
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.kernels.elimination import SymmetricElimination
-from robostiff.statics.kernels.motion import Body, MovingChain, identity
+from robostiff.statics.kernels.motion import Body, identity
 from robostiff.statics.loading.from_snapshot import DeadForce, LegWalk
 from robostiff.statics.loading.given_loads import Gravity, Loads, given_forces
 from robostiff.statics.result import Equilibria
@@ -95,6 +95,7 @@ class RecordedAnchor:
     chain: int | None = None
     after: int = 0
     on_platform: bool = False
+    place: int = 0  # among the loads of that chain
 
 
 @dataclass(frozen=True)
@@ -135,18 +136,19 @@ class SpringEnds:
     platform: Body
     twist: Sequence[str]  # unknowns of its motion
     rows: Sequence[int]  # which of six coordinates these are
-    chains: Sequence[MovingChain] = ()
+    # where loads act on each of them (1, L, 3), and the velocities there (1, L, 3, n)
+    chains: Sequence[tuple[np.ndarray, np.ndarray]] = ()
     names: Sequence[Sequence[str]] = ()  # unknowns that move each of them
 
     def add(
         self, springs: Sequence[RecordedBodySpring], elimination: SymmetricElimination
-    ) -> tuple[list[list[BodyLoad]], np.ndarray]:
+    ) -> tuple[list[np.ndarray], np.ndarray]:
         """Add ``J^T D J`` of springs, and all that they do to the platform.
 
-        Returns their pulls on the bodies of each chain, which act in second order as dead forces
-        do, and the moment (3,) that they take from the platform.
+        Returns their pulls at the points of the loads on each chain (1, L, 3), which act in second
+        order as dead forces do, and the moment (3,) that they take from the platform.
         """
-        pulls: list[list[BodyLoad]] = [[] for _ in self.chains]
+        pulls = [points * 0 for points, _ in self.chains]
         moment = np.zeros(3, dtype=int).astype(object)
         for spring in springs:
             (a, J_a), (b, J_b) = (self._end(end) for end in spring.ends)
@@ -160,7 +162,7 @@ class SpringEnds:
                     elimination.add(name, other, rate @ column)
             for end, at, pull in zip(spring.ends, (a, b), (force, -force), strict=True):
                 if end.chain is not None:
-                    pulls[end.chain].append(BodyLoad(end.after, end.point, pull))
+                    pulls[end.chain][0, end.place] += pull
                 if end.on_platform:
                     moment = moment + self._on_platform(elimination, at - self.platform.at, -pull)
         return pulls, moment
@@ -168,10 +170,8 @@ class SpringEnds:
     def _end(self, anchor: RecordedAnchor) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Where an end is, and its velocity by unknowns."""
         if anchor.chain is not None:
-            chain = self.chains[anchor.chain]
-            at = chain.bodies[anchor.after].of(anchor.point)
-            rates = chain.velocities(anchor.after, at)
-            return at, dict(zip(self.names[anchor.chain], rates, strict=True))
+            points, rates = (own[0, anchor.place] for own in self.chains[anchor.chain])
+            return points, dict(zip(self.names[anchor.chain], rates.T, strict=True))
         if not anchor.on_platform:
             return anchor.point, {}
         at, unit = self.platform.of(anchor.point), np.eye(6, dtype=int).astype(object)
@@ -382,10 +382,10 @@ def loads_on_legs(
     found = []
     for walk, leg in zip(walks, placed, strict=True):
         points: dict[str, np.ndarray] = {}
-        for element in leg.parts:  # the last freedom of a joint has its body behind it
+        for element in leg.parts:
             joint = getattr(element, "joint", element.name)  # of a coupling the one that follows
-            for name in (element.name, element.name.partition("[")[0], joint):
-                points[name] = element.point
+            points |= {element.name: element.point, joint: element.point}
+            points.setdefault(element.name.partition("[")[0], element.point)
         points |= {block.name: block.branches[0].end for block in leg.all_blocks}
         own: dict[int, list[BodyLoad]] = {}
         weights: dict[tuple[int, int], list[tuple[Any, np.ndarray]]] = {}

@@ -9,22 +9,27 @@ from typing import Any
 import numpy as np
 
 from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg
-from robostiff.record import is_zero, reciprocal
+from robostiff.record import Entry, is_zero, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import Space, cross
-from robostiff.statics.chains.chain import BodyLoad, FiniteSpring
+from robostiff.statics.chains.chain import (
+    BodyLoad,
+    ChainTerms,
+    Element,
+    FiniteChain,
+    FiniteJoint,
+    FiniteSpring,
+)
+from robostiff.statics.chains.moving_chain import MovingChains
 from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.forces_on_bodies import RecordedBodySpring, SpringEnds
 from robostiff.statics.kernels.motion import (
     Body,
-    ChainEquations,
-    MovingChain,
-    RecordedElement,
-    RecordedJoint,
     identity,
     recorded_joint,
     recorded_springs,
+    units,
 )
 from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
 from robostiff.statics.loading.from_snapshot import LegWalk
@@ -39,7 +44,7 @@ class RecordedCoupling:
 
     name: str  # its unknowns begin with it
     terms: tuple[tuple[str, Any], ...]  # tuple of (str, entry or number): coordinates, and a
-    drive: RecordedJoint  # with the stiffness against s, and a preload
+    drive: FiniteJoint  # with the stiffness against s, and a preload
     is_rigid: bool
 
     @property
@@ -56,13 +61,14 @@ class RecordedCoupling:
         self, elimination: SymmetricElimination, values: Mapping[str, Any], length: float
     ) -> None:
         """Add ``sum(a q) - s = 0`` and what pushes."""
-        (size,) = self.drive.sample_sizes(length)
+        (size,) = units(self.drive, length)
         elimination.unknown(self.push, size)
         terms = [*self.terms, *((name, -1) for name in self.motion)]
         for name in self.motion:
             elimination.unknown(name, 1.0)
-            elimination.add(name, name, self.drive.stiffness)
-            pull = self.drive.stiffness * values[name] - self.drive.preload
+            (k,), (preload,) = self.drive.stiffness, self.drive.preload
+            elimination.add(name, name, k)
+            pull = k * values[name] - preload
             elimination.add_right(name, -pull)
         for name, factor in terms:
             elimination.add(self.push, name, factor)
@@ -71,27 +77,26 @@ class RecordedCoupling:
 
 
 @dataclass(frozen=True)
-class RecordedChain:
-    """A chain from one body to another, None for base and platform; see `FiniteChain`.
+class RecordedChain(FiniteChain):
+    """A chain on entries (N = 1), whose unknowns begin with a name."""
 
-    Its unknowns begin with its name.
-    """
-
-    name: str
-    start: int | None
-    end: int | None
-    elements: tuple[RecordedElement, ...]
-    loads: tuple[BodyLoad, ...] = ()
+    name: str = ""
 
     @property
     def coordinates(self) -> list[str]:
         """Names of its coordinates."""
-        return [f"{self.name}.x{i}" for i in range(sum(e.size for e in self.elements))]
+        return [f"{self.name}.x{i}" for i in range(self.size)]
 
     @property
     def springs(self) -> list[Any]:
         """Stiffness of each coordinate; 0 where it is free."""
-        return [k for e in self.elements for k in e.springs]
+        return [k for e in self.elements for k in e.stiffness.flat]
+
+    @property
+    def axial(self) -> list[str | None]:
+        """Names of the axial forces of its elastic parts; None of those that are no beams."""
+        springs = (e for e in self.elements if isinstance(e, FiniteSpring))
+        return [None if is_zero(e.axial[0]) else f"{self.name}.N{i}" for i, e in enumerate(springs)]
 
     def wrench(self, size: int) -> list[str]:
         """Names of the components of its wrench."""
@@ -175,12 +180,21 @@ class RecordedLoadedLeg:
             bodies += leg.bodies
         first = next(iter(legs.values()))
         springs = []
+        anchors: list[list[BodyLoad]] = [[] for _ in chains]
         for own in {id(own): own for leg in legs.values() for own in leg.springs}.values():
-            a, b = (
-                end if end.chain is None else replace(end, chain=end.chain + offsets[end.leg])
-                for end in own.ends
-            )
-            springs.append(replace(own, ends=(a, b)))
+            ends = []
+            for end in own.ends:
+                if end.chain is None:
+                    ends.append(end)
+                    continue
+                c = end.chain + offsets[end.leg]
+                place = len(chains[c].loads) + len(anchors[c])
+                anchors[c].append(BodyLoad(end.after, end.point[None], _STILL[None]))
+                ends.append(replace(end, chain=c, place=place))
+            springs.append(replace(own, ends=(ends[0], ends[1])))
+        chains = [
+            replace(chain, anchors=tuple(own)) for chain, own in zip(chains, anchors, strict=True)
+        ]
         couplings = tuple(own for leg in legs.values() for own in leg.couplings)
         return replace(
             first,
@@ -195,7 +209,8 @@ class RecordedLoadedLeg:
         """Its unknowns at the unloaded posture."""
         found: dict[str, float] = {}
         for chain in self.chains:
-            found |= dict.fromkeys([*chain.coordinates, *chain.wrench(self.space.size)], 0.0)
+            names = *chain.coordinates, *filter(None, chain.axial), *chain.wrench(self.space.size)
+            found |= dict.fromkeys(names, 0.0)
         for body in self.bodies:
             found |= body.start
         for own in self.couplings:
@@ -219,15 +234,16 @@ class RecordedLoadedLeg:
             return 1e-3 * shares * random.uniform(-1, 1, count)
 
         for chain in self.chains:
-            sizes = [s for e in chain.elements for s in e.sample_sizes(self.length)]
+            sizes = [s for e in chain.elements for s in units(e, self.length)]
             found |= {n: s * small() for n, s in zip(chain.coordinates, sizes, strict=True)}
+            found |= {name: 1e3 * force * small() for name in chain.axial if name}
             for name, row in zip(chain.wrench(self.space.size), self.space.rows, strict=True):
                 found[name] = 1e3 * force * (1.0 if row < 3 else self.length) * small()
         for body in self.bodies:
             x = [*(self.length * small() for _ in range(3)), np.ones(count)]
             found |= dict(zip(body.coordinates, [*x, *(small() for _ in range(3))], strict=True))
         for own in self.couplings:
-            (size,) = own.drive.sample_sizes(self.length)
+            (size,) = units(own.drive, self.length)
             found[own.push] = 1e3 * force * (self.length / size) * small()
             found |= {name: size * small() for name in own.motion}
         return found
@@ -253,27 +269,30 @@ class RecordedLoadedLeg:
         elastic, free, multipliers, carried = [], [], [], []
         left = set(range(len(bodies)))
         turns: list[Any] = []
-        moving = []
+        moving, postures, names = [], [], []
         for chain in self.chains:
-            x = np.array([values[name] for name in chain.coordinates], dtype=object)
-            begin = _BASE if chain.start is None else bodies[chain.start]
-            moving.append(
-                MovingChain(chain.elements, x, begin, () if chain.start is None else rows)
-            )
+            begin, at_start = _BASE, []
+            if chain.start is not None:
+                begin, at_start = bodies[chain.start], motions[chain.start]
+            end = platform if chain.end is None else bodies[chain.end]
+            ends = begin.origin[None], end.origin[None]
+            moving.append(MovingChains.of_one(chain, ends, rows if at_start else ()))
+            x = np.array([[values[name] for name in chain.coordinates]], dtype=object)
+            postures.append((x, begin.R, begin.at))
+            names.append([*at_start, *chain.coordinates])
             for name in chain.coordinates:
                 elimination.unknown(name, 1.0)
-        names = [
-            [*(() if chain.start is None else motions[chain.start]), *chain.coordinates]
-            for chain in self.chains
-        ]
-        ends_on = SpringEnds(platform, twist, rows, moving, names)
+        held = [own.loaded(*at) for own, at in zip(moving, postures, strict=True)]
+        ends_on = SpringEnds(platform, twist, rows, held, names)
         pulls, moments = ends_on.add(self.springs, elimination)
         for c, chain in enumerate(self.chains):
             W = np.zeros(6, dtype=int).astype(object)
             W[rows] = [values[name] for name in chain.wrench(len(rows))]
             end = platform if chain.end is None else bodies[chain.end]
-            terms = moving[c].terms(end.origin, W, (*chain.loads, *pulls[c]))
-            turns += terms.turns
+            axial = [0 if name is None else values[name] for name in chain.axial]
+            axial = np.array([[*axial, None]], dtype=object)[:, :-1]
+            terms = moving[c].terms(*postures[c], W[None], axial, 1.0, pulls[c])
+            turns += terms.turns.flat
             wrench = chain.wrench(len(rows))
             ends = twist if chain.end is None else motions[chain.end]
             self._add_chain(elimination, chain, (names[c], ends), terms, _gap(terms, end), W)
@@ -298,23 +317,32 @@ class RecordedLoadedLeg:
         elimination: SymmetricElimination,
         chain: RecordedChain,
         unknowns: tuple[Sequence[str], Sequence[str]],
-        terms: ChainEquations,
+        terms: ChainTerms,
         gap: np.ndarray,
         W: np.ndarray,
     ) -> None:
         """Add the equations of a chain, by the unknowns that move it and those of its end."""
         (names, ends), rows = unknowns, self.space.rows
+        springs = [k for k, e in enumerate(chain.elements) if isinstance(e, FiniteSpring)]
+        for i, (k, name) in enumerate(zip(springs, chain.axial, strict=True)):
+            if name is not None:
+                rates = zip(
+                    chain.coordinates[chain.places[k]], terms.beams.rate[0, i], strict=False
+                )
+                elimination.follows(name, terms.beams.missing[0, i], dict(rates))
+        pivots = terms.beams.pivots.flat
+        elimination.pivots += [own for own in pivots if isinstance(own, Entry)]
         for name, row, end in zip(chain.wrench(len(rows)), rows, ends, strict=True):
             elimination.unknown(name, 1.0 if row >= 3 else self.length)
-            for own, column in zip(names, terms.J, strict=True):
-                elimination.add(name, own, column[row])
+            for own, column in zip(names, terms.J[0, row], strict=True):
+                elimination.add(name, own, column)
             elimination.add(name, end, -1)
             elimination.add_right(name, -gap[row])
             elimination.add_right(end, -W[row])
-        for (a, b), value in terms.T.items():
-            elimination.add(names[a], names[b], value)
-        for own, value in zip(names, terms.gradient, strict=True):
-            elimination.add_right(own, -value)
+        for b, own in enumerate(names):
+            elimination.add_right(own, -terms.gradient[0, b])
+            for a in range(b + 1):
+                elimination.add(names[a], own, terms.tangent[0, a, b])
 
     def stepped(
         self, values: Mapping[str, Any], found: Mapping[str, Any], platform_twist: np.ndarray
@@ -330,10 +358,11 @@ class RecordedLoadedLeg:
             twists.append(twist)
             after |= body.stepped(values, twist)
         for chain in self.chains:
-            sizes = [s for e in chain.elements for s in e.sample_sizes(self.length)]
+            sizes = [s for e in chain.elements for s in units(e, self.length)]
             for name, size in zip(chain.coordinates, sizes, strict=True):
                 after[name] = values[name] + found[name]
                 moved.append(found[name] * (1 / size))
+            after |= {name: values[name] + found[name] for name in chain.axial if name}
             turn = (platform_twist if chain.end is None else twists[chain.end])[3:]
             names = chain.wrench(len(rows))
             m = np.zeros(6, dtype=int).astype(object)
@@ -349,9 +378,8 @@ class RecordedLoadedLeg:
         return after, moved
 
 
-_BASE = Body(
-    identity(), np.zeros(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object)
-)
+_STILL = np.zeros(3, dtype=int).astype(object)
+_BASE = Body(identity(), _STILL, _STILL)
 
 
 def recorded_leg(
@@ -374,7 +402,7 @@ def recorded_leg(
     chains, origins = [], {}
     coordinates: dict[str, str] = {}
     for c, (start, end, like) in enumerate(walk.chains):
-        elements: list[RecordedElement] = []
+        elements: list[Element] = []
         names = [element.names[0] for element in like]
         for k, (name, element) in enumerate(zip(names, like, strict=True)):
             part = parts[name]
@@ -385,9 +413,10 @@ def recorded_leg(
                 count = names.count(name)
                 elements += recorded_springs(part, element, count, space, length)
         forces = tuple(loads.get(c, ()))
-        chains.append(RecordedChain(f"{placed.name}.{c}", start, end, tuple(elements), forces))
+        name = f"{placed.name}.{c}"
+        chains.append(RecordedChain(start, end, tuple(elements), forces, name=name))
         if end is not None and elements:
-            origins.setdefault(end, elements[-1].point)
+            origins.setdefault(end, elements[-1].point[0])
     couplings = tuple(
         RecordedCoupling(
             f"{placed.name}.{own.name}",
@@ -398,7 +427,8 @@ def recorded_leg(
         for own in placed.parts
         if isinstance(own, CoupledFreedom) and len(own.sum) > 1
     )
-    pushed = any(e.preload for own in chains for e in own.elements if isinstance(e, RecordedJoint))
+    joints = (e for own in chains for e in own.elements if isinstance(e, FiniteJoint))
+    pushed = any(not is_zero(joint.preload[0]) for joint in joints)
     alone = len(chains) == 1 and not (chains[0].loads or pushed or springs or couplings)
     if alone and space is Space.SPATIAL:
         strut = recorded_strut(chains[0].elements, own, length)
@@ -408,9 +438,9 @@ def recorded_leg(
     return RecordedLoadedLeg(tuple(chains), bodies, space, length, tuple(springs), couplings)
 
 
-def _gap(terms: ChainEquations, end: Body) -> np.ndarray:
+def _gap(terms: ChainTerms, end: Body) -> np.ndarray:
     """By how much the end of a chain is beyond the body there (6,)."""
-    R, to = terms.end.R, end.R
+    R, to = terms.R[0], end.R
     D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
     turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
-    return np.array([*(terms.P - end.at), *turn], dtype=object)
+    return np.array([*(terms.P[0] - end.at), *turn], dtype=object)

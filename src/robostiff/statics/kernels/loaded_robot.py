@@ -19,6 +19,7 @@ from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contra
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space, cross
 from robostiff.statics.chains.body_springs import joined_legs
+from robostiff.statics.chains.moving_chain import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
 from robostiff.statics.kernels.forces_on_bodies import (
@@ -34,7 +35,7 @@ from robostiff.statics.kernels.forces_on_bodies import (
     without_anchors,
 )
 from robostiff.statics.kernels.leg import MovedBody, RecordedLoadedLeg, recorded_leg
-from robostiff.statics.kernels.motion import FURTHEST_TURN, identity
+from robostiff.statics.kernels.motion import identity
 from robostiff.statics.kernels.strut import (
     Buckling,
     RecordedStrut,
@@ -275,7 +276,7 @@ class LoadedRobot:
             *(own - _PIVOT for own in at.elimination.pivots if isinstance(own, Entry)),
             *at.elimination.still,
             *at.buckling,
-            *(FURTHEST_TURN - turn for turn in at.turns if isinstance(turn, Entry)),
+            *(FURTHEST_TURN**2 - turn for turn in at.turns if isinstance(turn, Entry)),
             contraction(values),
         ]
         safe = [x for x in safe if isinstance(x, Entry)]

@@ -13,10 +13,17 @@ import numpy as np
 from robostiff.record import Entry, reciprocal, square_root, usual_size
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import cross, move_wrench
-from robostiff.statics.chains.chain import FiniteChain, FiniteJoint, FiniteSpring, LegState, Share
+from robostiff.statics.chains.chain import (
+    Element,
+    FiniteChain,
+    FiniteJoint,
+    FiniteSpring,
+    LegState,
+    Share,
+)
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.stability import margins_of
-from robostiff.statics.kernels.motion import Body, RecordedElement, RecordedJoint, RecordedSpring
+from robostiff.statics.kernels.motion import Body
 
 _SAME = 1e-9  # of the length, or of a compliance: rounding at the samples
 _DEGREE = 3
@@ -143,7 +150,7 @@ def turning_forces(
 
 
 def recorded_strut(
-    elements: Sequence[RecordedElement], unloaded: RecordedLeg, length: float
+    elements: Sequence[Element], unloaded: RecordedLeg, length: float
 ) -> RecordedStrut | None:
     """A chain that carries a force along one line alone, as a spring; None for any other.
 
@@ -155,17 +162,17 @@ def recorded_strut(
     turns = [
         (k, e)
         for k, e in enumerate(elements)
-        if isinstance(e, RecordedJoint) and e.turns and _nothing(e.stiffness)
+        if isinstance(e, FiniteJoint) and e.turns and _nothing(e.stiffness[0])
     ]
-    if len(turns) < 5 or not all(_nothing(e.slide) for _, e in turns):
+    if len(turns) < 5 or not all(_nothing(e.slide[0]) for _, e in turns):
         return None
-    places = _clusters([e.point for _, e in turns], [e.axis for _, e in turns], length)
+    places = _clusters([e.point[0] for _, e in turns], [e.axis[0] for _, e in turns], length)
     if places is None:
         return None
     first, A, B = places
     kinks = [k for k, _ in turns]
     groups = turns[:first], turns[first:]
-    counts = sorted(_independent([e.axis for _, e in own]) for own in groups)
+    counts = sorted(_independent([e.axis[0] for _, e in own]) for own in groups)
     d = B - A
     along = d * reciprocal(square_root(d @ d))
     compliances = []
@@ -194,13 +201,13 @@ def _square_of_force(wrench: Sequence[Any]) -> Any:
     return square.record.simplified(square) if isinstance(square, Entry) else square
 
 
-def _at_end(own: RecordedElement, at: np.ndarray, length: float) -> Any:
+def _at_end(own: Element, at: np.ndarray, length: float) -> Any:
     """Compliance of a spring at a point, alike in all directions; None of anything else."""
-    if isinstance(own, RecordedJoint) or any(_nothing(k) for k in own.stiffness):
+    if isinstance(own, FiniteJoint) or any(_nothing(k) for k in own.stiffness[0]):
         return None
     C = _compliance(own)
     size = C[0, 0]
-    if _nothing(size) or not _zero((own.point - at) * (1 / length)):
+    if _nothing(size) or not _zero((own.point[0] - at) * (1 / length)):
         return None
     rest = C.copy()
     for i in range(3):
@@ -208,25 +215,25 @@ def _at_end(own: RecordedElement, at: np.ndarray, length: float) -> Any:
     return size if _zero(rest.reshape(-1) * (1 / usual_size(size))) else None
 
 
-def _between(own: RecordedElement, along: np.ndarray, A: np.ndarray, length: float) -> Any:
+def _between(own: Element, along: np.ndarray, A: np.ndarray, length: float) -> Any:
     """Compliance along the line; None where a force along it does more than stretch."""
-    if any(_nothing(k) for k in own.springs):
+    if any(_nothing(k) for k in own.stiffness.flat):
         return None
-    if isinstance(own, RecordedJoint):
-        is_slide = not own.turns and _zero(cross(own.axis, along))
-        return reciprocal(own.stiffness) if is_slide else None
-    if not _zero(cross(own.point - A, along) * (1 / length)):
+    if isinstance(own, FiniteJoint):
+        is_slide = not own.turns and _zero(cross(own.axis[0], along))
+        return reciprocal(own.stiffness[0]) if is_slide else None
+    if not _zero(cross(own.point[0] - A, along) * (1 / length)):
         return None
-    local = own.rotation.T @ along
+    local = own.rotation[0].T @ along
     twist = _compliance(own)[:, :3] @ local
     size = local @ twist[:3]
     bends = np.concatenate([(twist[:3] - local * size), twist[3:] * length])
     return size if _zero(bends * (1 / usual_size(size))) else None
 
 
-def _compliance(own: RecordedSpring) -> np.ndarray:
+def _compliance(own: FiniteSpring) -> np.ndarray:
     found = np.zeros((6, 6), dtype=int).astype(object)
-    for k, column in zip(own.stiffness, own.modes.T, strict=True):
+    for k, column in zip(own.stiffness[0], own.modes[0].T, strict=True):
         found = found + column[:, None] * column[None, :] * reciprocal(k)
     return found
 
@@ -316,12 +323,16 @@ def buckling_of(
             for i in range(group.count):
                 unit = np.concatenate([along[i], np.zeros(3)])
                 W[i] = move_wrench(unit, problem.point - ends[i, 1])
-            x = _stretched(group.chains[0], along)
+            x, chain = _stretched(group.chains[0], along), group.chains[0]
+            axial = np.zeros((group.count, len(group.beams)))
+            for i, (_, k, beam) in enumerate(group.beams):
+                axial[:, i] = beam.axial * np.sum(beam.modes[:, 0] * x[:, chain.places[k]], axis=1)
             rates = []
             for sign in (1.0, -1.0):
-                state = LegState((sign * force * x,), (sign * force * W,), start.bodies, start.held)
+                moved, exerted, beams = (sign * force * own for own in (x, W, axial))
+                state = LegState((moved,), (exerted,), start.bodies, start.held, beams)
                 (eq,) = group.family.equations([state], np.eye(3), problem.point, Share(0.0, 0.0))
-                found = margins_of(group, eq.A, problem.length)
+                found = margins_of(group, eq, problem.length)
                 # nothing is lost where the platform holds all, or something spins
                 lost = [1.0 - own.value if own and own.value else 0.0 for own in found]
                 rates.append([max(0.0, own) / force for own in lost])

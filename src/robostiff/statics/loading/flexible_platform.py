@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from robostiff.kinematics.spanning_tree import connected_parts
 from robostiff.model import PlacedMass, PlacedPlatform, PlacedSpring, PlatformPart
 from robostiff.spatial import skew
 from robostiff.statics.chains.beam_bowing import SpringElements
@@ -32,7 +33,7 @@ def on_flexible_platform(
     platform = placed.platform
     # nodes that rigid members hold together are one body
     rigid = [(part.a, part.b) for part in platform.parts if part.elasticity.is_rigid]
-    body = held_together({n.name: n.name for n in platform.nodes}, rigid, (platform.tool,))
+    body = connected_parts((platform.tool, *(n.name for n in platform.nodes)), rigid)
     names = [name for name in dict.fromkeys(body.values()) if name != platform.tool]
     first = len(legs.points)
     numbers: dict[str, int | None] = {name: first + i for i, name in enumerate(names)}
@@ -70,18 +71,6 @@ def spring_of(part: PlatformPart, placed: PlacedPlatform) -> PlacedSpring:
     """A part of a flexible platform in the world, at one pose."""
     place = placed.in_world(part.point), placed.rotation @ part.axes
     return PlacedSpring(part.name, *place, part.elasticity)
-
-
-def held_together(
-    bodies: Mapping[str, str], pairs: Iterable[tuple[str, str]], first: Sequence[str]
-) -> Mapping[str, str]:
-    """For each node the one that stands for its body, pairs held rigidly: one of `first` if any."""
-    found = dict(bodies)
-    for one, other in pairs:
-        a, b = found[one], found[other]
-        kept = next((name for name in first if name in (a, b)), a)
-        found = {name: kept if own in (a, b) else own for name, own in found.items()}
-    return found
 
 
 def about_the_tool(

@@ -1,10 +1,10 @@
 """Bodies and elements in any arrangement, ready to be loaded: networks, and linkages at a pose.
 
-Every body but base and platform is one between chains, and every beam, spring or joint a chain of
-its own, from its first node to its second, whichever of them the platform is; rigid connections
-make one body of two. Loops need no tree: each chain closes by itself. Chains begin at the base and
-end at the platform: a part that begins at the platform, or ends at the base, has a body between
-chains there, and an empty chain holds both together.
+Beams, springs and joints in series are one chain, from a body at which the network branches to the
+next; rigid connections make one body of two. Elastic parts lead from their first node to their
+second, so that a series of which some lead the other way is several chains. Loops need no tree:
+each chain closes by itself. Chains begin at the base and end at the platform: where one begins at
+the platform, or ends at the base, is a body between chains, and an empty chain holds both together.
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
+from robostiff.kinematics.spanning_tree import branches, connected_parts
 from robostiff.model import Locked, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
@@ -25,11 +27,15 @@ from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
 from robostiff.statics.chains.beam_bowing import Beams, SpringElements, is_rigid, moves
 from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
-from robostiff.statics.chains.chain import Element, FiniteChain, FiniteCoupling
+from robostiff.statics.chains.chain import BodyLoad, Element, FiniteChain, FiniteCoupling
 from robostiff.statics.chains.legs import LegGroup
-from robostiff.statics.loading.flexible_platform import held_together
 from robostiff.statics.loading.from_snapshot import finite_joint
 from robostiff.statics.loading.given_loads import DeadForce, load_vector, weights_of
+
+#: Elements in series by their numbers, each with whether it is passed from its first node.
+_Way = list[tuple[int, bool]]
+#: Chain, and place in it, of a freedom: by the name of its joint, its nodes, and its own name.
+_Places = dict[tuple[str, str, str, str], tuple[int, int]]
 
 
 def group_of(
@@ -53,41 +59,42 @@ def group_of(
         When a load is on no body that moves, or a preload at no joint of one coordinate.
     """
     bodies = _Bodies.of(network)
-    on_bodies = bodies.loaded(loads)
-    masses: dict[str, list[PlacedMass]] = defaultdict(list)
-    for node in network.nodes:
-        masses[bodies.of_node[node.name]] += node.masses
+    forces, masses = bodies.loaded(loads), bodies.masses
+    for body, own in masses.items():
+        forces[body] += weights_of(own, gravity)
+    for name, more in given.items():
+        masses[bodies.moving(name, "masses")] += more
     elements = SpringElements(network.space, beams)
     chains: list[FiniteChain] = []
     carried: list[CarriedMass] = []
     left = dict(preload)
-    places: dict[tuple[str, str, str, str], tuple[int, int]] = {}
-    for element in network.elements:
-        a, b = bodies.of_node[element.a], bodies.of_node[element.b]
-        of_part = () if isinstance(element, JointElement) else element.masses
-        along = [m for m in of_part if a != b and m.start is not None]
-        masses[b] += [m for m in of_part if a == b or m.start is None]
-        if a == b:
+    places: _Places = {}
+    at: dict[str, tuple[int, int]] = {}  # chain, and how many elements lie before the body
+    for way in bodies.chains:
+        number, along = len(chains), bodies.along(way)
+        own, before, lengthwise = _in_series(bodies, way, number, elements, left, places)
+        for body, after in zip(along, before, strict=True):
+            at.setdefault(body, (number, after))
+        weights = [load for one in lengthwise if np.any(gravity) for load in one.weights(gravity)]
+        carried += lengthwise
+        ends = bodies.start(along[0]), bodies.end(along[-1])
+        chains.append(FiniteChain(*ends, tuple(own), tuple(weights)))
+    still = {network.platform, bodies.base}
+    for body in [own for own in {**forces, **masses} if own not in still]:
+        if not (forces[body] or masses[body]):
             continue
-        parts = _parts(element)
-        own: list[Element] = []
-        for part in parts:
-            if isinstance(part, PlacedFreedom):
-                places[element.name, element.a, element.b, part.name] = len(chains), len(own)
-                joint = finite_joint(part)
-                push = left.pop(part.name, 0.0)
-                own.append(replace(joint, preload=joint.preload + push))
-            else:
-                sides = (bodies.outwards(element, node) for node in (element.a, element.b))
-                own += elements.of(part, sides)
-        end = np.asarray(element.end if isinstance(element, BeamElement) else element.point)
-        part = parts[0] if isinstance(parts[0], PlacedSpring) else None
-        place = len(chains), len(own), len(own), part, end
-        of_chain = [CarriedMass(m, *place) for m in along]
-        weights = [load for one in of_chain if np.any(gravity) for load in one.weights(gravity)]
-        carried += of_chain
-        start, end = bodies.start(a), bodies.end(b)
-        chains.append(FiniteChain(start, end, tuple(own), tuple(weights)))
+        if body not in at:
+            raise InputError(
+                "loads" if forces[body] else "masses",
+                got=body,
+                expected="a body that beams, springs or joints hold",
+            )
+        number, after = at[body]
+        pairs = [np.array([[f.point], [f.force]], dtype=float) for f in forces[body]]
+        on_body = (BodyLoad(after, point, force) for point, force in pairs)
+        own = chains[number]
+        chains[number] = replace(own, loads=(*own.loads, *on_body))
+        carried += [CarriedMass(mass, number, after) for mass in masses[body]]
     chains += [  # empty ones to base and platform as bodies between chains
         FiniteChain(bodies.start(own), None, ())
         if own == network.platform
@@ -101,63 +108,164 @@ def group_of(
     ]
     for name in left:
         raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
-    for body, of_body in masses.items():
-        on_bodies[body] += weights_of(of_body, gravity)
-    for name, more in given.items():
-        masses[bodies.moving(name, "masses")] += more
-    on_platform = on_bodies.pop(network.platform, [])
+    moving = {name: own for name, own in bodies.of_node.items() if own != bodies.base}
+    within = {name: at[body] for name, body in moving.items() if body in bodies.within}
     group = LegGroup(
         (0,),
         (network.name,),
         tuple(chains),
-        tuple(bodies.points[name][None] for name in (*bodies.between, *bodies.twice)),
+        tuple(bodies.points[name][None] for name in bodies.numbers),
         platform_point,
         network.space.rows,
         couplings=tuple(couplings),
-        nodes={
-            name: bodies.number(body)
-            for name, body in bodies.of_node.items()
-            if body != bodies.of_node[network.fixed[0]]
-        },
+        nodes={name: bodies.end(body) for name, body in moving.items() if name not in within},
+        within=within,
     )
-    group, on_others = _with_bodies(group, bodies, on_bodies, masses)
-    carried += on_others
+    on_platform = forces.get(network.platform, [])
     return group, on_platform, CarriedMasses(tuple(carried), tuple(masses[network.platform]))
+
+
+def _in_series(
+    bodies: _Bodies,
+    way: _Way,
+    number: int,
+    elements: SpringElements,
+    preload: dict[str, float],
+    places: _Places,
+) -> tuple[list[Element], list[int], list[CarriedMass]]:
+    """Elements of a chain, how many lie before each body along it, and masses along its parts.
+
+    Preloads that its joints take are taken out, and places of the joints put in.
+    """
+    own: list[Element] = []
+    before, lengthwise = [0], []
+    for k, forward in way:
+        element, parts = bodies.elements[k], _parts(bodies.elements[k])
+        for part in parts[:: 1 if forward else -1]:
+            if isinstance(part, PlacedFreedom):
+                places[element.name, element.a, element.b, part.name] = number, len(own)
+                joint = finite_joint(part if forward else replace(part, axis=-part.axis))
+                push = preload.pop(part.name, 0.0)
+                own.append(replace(joint, preload=joint.preload + push))
+            else:
+                own += elements.of(part, bodies.sides[k])
+        if not isinstance(element, JointElement) and isinstance(part := parts[0], PlacedSpring):
+            here = number, len(own), len(own) - before[-1], part, np.asarray(part.point)
+            lengthwise += [CarriedMass(m, *here) for m in element.masses if m.start is not None]
+        before.append(len(own))
+    return own, before, lengthwise
 
 
 @dataclass(frozen=True)
 class _Bodies:
-    """Which nodes are one body.
+    """Which nodes are one body, and the elements in series between them.
 
-    For each node `of_node` has the one that stands for its body: a fixed one, the platform, or any;
-    `between` are those that are neither, `twice` base and platform where they are between chains,
-    too. Points are those of all nodes [m].
+    For each node `of_node` has the one that stands for its body: the base, the platform, or any.
+    Points are those of all nodes [m].
     """
 
     network: Network
     of_node: Mapping[str, str]
-    between: tuple[str, ...]
-    twice: tuple[str, ...]
     points: Mapping[str, np.ndarray]
 
     @staticmethod
     def of(network: Network) -> _Bodies:
         base = network.fixed[0]
-        alone = {n.name: base if n.name in network.fixed else n.name for n in network.nodes}
         rigid = [(e.a, e.b) for e in network.elements if all(map(is_rigid, _parts(e)))]
-        own = held_together(alone, rigid, (base, network.platform))
+        names = (base, network.platform, *(node.name for node in network.nodes))
+        own = connected_parts(names, [network.fixed, *rigid])
         if own[network.platform] == base:
             raise InputError(
                 f"platform of {network.name!r}",
                 got="one that rigid parts hold",
                 expected="one that moves against the fixed bodies",
             )
-        bodies = tuple(n for n in dict.fromkeys(own.values()) if n not in (base, network.platform))
         points = {node.name: np.asarray(node.point, dtype=float) for node in network.nodes}
-        ends = [(own[e.a], own[e.b]) for e in network.elements if own[e.a] != own[e.b]]
-        twice = [network.platform] if any(a == network.platform for a, _ in ends) else []
-        twice += [base] if any(b == base for _, b in ends) else []
-        return _Bodies(network, own, bodies, tuple(twice), points)
+        return _Bodies(network, own, points)
+
+    @property
+    def base(self) -> str:
+        """The body of the fixed nodes."""
+        return self.network.fixed[0]
+
+    @cached_property
+    def elements(self) -> tuple[NetworkElement, ...]:
+        """Beams, springs and joints."""
+        return tuple(self.network.elements)
+
+    @cached_property
+    def ends(self) -> dict[int, tuple[str, str]]:
+        """Bodies of the elements that move, by their numbers."""
+        each = ((self.of_node[e.a], self.of_node[e.b]) for e in self.elements)
+        return {k: (a, b) for k, (a, b) in enumerate(each) if a != b}
+
+    @cached_property
+    def paths(self) -> list[_Way]:
+        """Elements in series between bodies at which the network branches."""
+        numbers, held = list(self.ends), (self.base, self.network.platform)
+        each = branches(list(self.ends.values()), held)
+        return [[(numbers[i], forward) for i, forward in path] for _, _, path in each]
+
+    @cached_property
+    def chains(self) -> list[_Way]:
+        """The paths, cut where elastic parts change their direction, and before they close."""
+        found: list[_Way] = []
+        for path in self.paths:
+            start, *behind = self.along(path)
+            own: _Way = []
+            for step, body in zip(path, behind, strict=True):
+                if own and (body == start or len(self._leading([*own, step])) > 1):
+                    found.append(own)
+                    own = []
+                own.append(step)
+            found.append(own)
+        return [
+            [(k, not forward) for k, forward in reversed(own)]
+            if self._leading(own) == {False}
+            else own
+            for own in found
+        ]
+
+    def _leading(self, way: _Way) -> set[bool]:
+        """Directions in which elastic parts of a way are passed."""
+        return {forward for k, forward in way if not isinstance(self.elements[k], JointElement)}
+
+    @property
+    def masses(self) -> defaultdict[str, list[PlacedMass]]:
+        """Masses by the bodies that carry them, without those along elastic parts that move."""
+        found: defaultdict[str, list[PlacedMass]] = defaultdict(list)
+        for node in self.network.nodes:
+            found[self.of_node[node.name]] += node.masses
+        for k, element in enumerate(self.elements):
+            if not isinstance(element, JointElement):
+                own = [m for m in element.masses if k not in self.ends or m.start is None]
+                found[self.of_node[element.b]] += own
+        return found
+
+    def along(self, way: _Way) -> list[str]:
+        """The body at the start of elements in series, and those behind each."""
+        number, forward = way[0]
+        start = self.ends[number][not forward]
+        return [start, *(self.ends[k][ahead] for k, ahead in way)]
+
+    @cached_property
+    def within(self) -> frozenset[str]:
+        """Bodies that chains pass through."""
+        return frozenset(body for way in self.chains for body in self.along(way)[1:-1])
+
+    @cached_property
+    def between(self) -> tuple[str, ...]:
+        """Bodies between chains, but base and platform."""
+        others = self.within | {self.base, self.network.platform}
+        return tuple(own for own in dict.fromkeys(self.of_node.values()) if own not in others)
+
+    @cached_property
+    def twice(self) -> tuple[str, ...]:
+        """Base and platform where they are between chains, too."""
+        each = [self.along(way) for way in self.chains]
+        platform = any(own[0] == self.network.platform for own in each)
+        base = any(own[-1] == self.base for own in each)
+        return (*[self.network.platform] * platform, *[self.base] * base)
 
     def loaded(self, loads: Mapping[str, Sequence[DeadForce]]) -> dict[str, list[DeadForce]]:
         """Forces at points, by bodies that move."""
@@ -173,53 +281,41 @@ class _Bodies:
     def moving(self, name: str, subject: str) -> str:
         """The body that a node is part of, one that moves."""
         body = self.of_node.get(name)
-        if body is None or body == self.of_node[self.network.fixed[0]]:
+        if body in (None, self.base):
+            others = [own for own in dict.fromkeys(self.of_node.values()) if own != self.base]
+            moving = ", ".join([own for own in others if own != self.network.platform][:5])
             raise InputError(
-                subject,
-                got=name,
-                expected="the name of a body that moves, or platform: "
-                + ", ".join(self.between[:5]),
+                subject, got=name, expected=f"the name of a body that moves, or platform: {moving}"
             )
         return body
 
     @cached_property
-    def held_by(self) -> Mapping[str, Sequence[NetworkElement]]:
-        """Elements that move, by the bodies at their ends."""
-        found: dict[str, list[NetworkElement]] = defaultdict(list)
-        for element in self.network.elements:
-            a, b = self.of_node[element.a], self.of_node[element.b]
-            if a != b:
-                found[a].append(element)
-                found[b].append(element)
+    def sides(self) -> Mapping[int, Sequence[Sequence[PlacedElement]]]:
+        """Parts in series before and beyond each element, by its number, outwards from it.
+
+        They end at bodies that others hold, too. Elements within one body have none.
+        """
+        found: dict[int, Sequence[Sequence[PlacedElement]]] = {}
+        for path in self.paths:
+            way = [_parts(self.elements[k])[:: 1 if forward else -1] for k, forward in path]
+            for place, (k, forward) in enumerate(path):
+                before = list(chain.from_iterable(way[:place]))[::-1]
+                beyond = list(chain.from_iterable(way[place + 1 :]))
+                found[k] = (before, beyond) if forward else (beyond, before)
         return found
 
-    def outwards(self, element: NetworkElement, node: str) -> list[PlacedElement]:
-        """Parts in series beyond an end of an element, up to a body that others hold, too."""
-        found: list[PlacedElement] = []
-        own, body = element, self.of_node[node]
-        while body in self.between and len(self.held_by[body]) == 2:
-            own = next(other for other in self.held_by[body] if other is not own)
-            if own is element:  # a ring
-                break
-            forwards = self.of_node[own.a] == body
-            found += _parts(own)[:: 1 if forwards else -1]
-            body = self.of_node[own.b if forwards else own.a]
-        return found
-
-    def number(self, body: str) -> int | None:
-        """Of a body between chains; None for base and platform."""
-        return self.between.index(body) if body in self.between else None
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """Places of the bodies between chains, those that are base and platform the last."""
+        return {body: i for i, body in enumerate((*self.between, *self.twice))}
 
     def start(self, body: str) -> int | None:
         """Number of a body at which a chain begins; None for the base."""
-        return self._twice(body) if body == self.network.platform else self.number(body)
+        return None if body == self.base else self.numbers[body]
 
     def end(self, body: str) -> int | None:
         """Number of a body at which a chain ends; None for the platform."""
-        return self.number(body) if body not in self.network.fixed else self._twice(body)
-
-    def _twice(self, body: str) -> int:
-        return len(self.between) + self.twice.index(body)
+        return None if body == self.network.platform else self.numbers[body]
 
 
 def _parts(element: NetworkElement) -> list[PlacedSpring | PlacedFreedom]:
@@ -240,9 +336,7 @@ def _name(joint: JointElement, i: int) -> str:
     return f"{joint.name}[{i}]" if len(joint.freedoms) > 1 else joint.name
 
 
-def _coupled(
-    one: CouplingElement, places: Mapping[tuple[str, str, str, str], tuple[int, int]]
-) -> list[FiniteCoupling]:
+def _coupled(one: CouplingElement, places: _Places) -> list[FiniteCoupling]:
     """A coupling of joints at places; none where none of them moves."""
     keys = [(joint.name, joint.a, joint.b, _name(joint, i)) for joint, i, _ in one.terms]
     moving = [(key, term) for key, term in zip(keys, one.terms, strict=True) if key in places]
@@ -259,30 +353,3 @@ def _coupled(
             np.array([[factor for _, (_, _, factor) in moving]], dtype=float),
         )
     ]
-
-
-def _with_bodies(
-    group: LegGroup,
-    bodies: _Bodies,
-    forces: Mapping[str, Sequence[DeadForce]],
-    masses: Mapping[str, Sequence[PlacedMass]],
-) -> tuple[LegGroup, list[CarriedMass]]:
-    """A network with forces on bodies between its chains, and the masses of these."""
-    carried = []
-    for i, body in enumerate(bodies.between):
-        own = forces.get(body, ())
-        try:
-            if own:
-                points = [np.asarray(f.point, dtype=float) for f in own]
-                vectors = [np.asarray(f.force, dtype=float) for f in own]
-                group = group.with_forces(i, points, vectors)
-            for mass in masses.get(body, ()):
-                _, chain, after = group.held_at(i)
-                carried.append(CarriedMass(mass, chain, after))
-        except LookupError:
-            raise InputError(
-                "loads" if own else "masses",
-                got=body,
-                expected="a body that beams, springs or joints hold",
-            ) from None
-    return group, carried

@@ -244,7 +244,7 @@ class LegWalk:
             self.named.setdefault(self.prefix + block.name, _Part(*self.place(behind), end, None))
 
     def name(self, element: PlacedFreedom | PlacedSpring, part: _Part) -> None:
-        """A part by its name, and the last freedom of a joint, behind which its body is, by both.
+        """A part by its name; a joint has its body behind the last freedom, its place at the first.
 
         Raises
         ------
@@ -260,7 +260,8 @@ class LegWalk:
         self.named[self.prefix + element.name] = part
         whole = element.name.partition("[")[0]
         if whole != element.name:
-            self.named[self.prefix + whole] = replace(part, drive=None)
+            first = self.named.get(self.prefix + whole, part)  # the joint stands where it does
+            self.named[self.prefix + whole] = replace(part, drive=None, point=first.point)
 
     def couple(self, own: CoupledFreedom) -> None:
         """Couple joints that have been met; one that a rigid drive holds does not move."""

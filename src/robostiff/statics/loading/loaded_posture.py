@@ -264,7 +264,7 @@ def _check_all_act(
 
     The forces (3,) are as they are given, and the masses as the robot has them.
     """
-    moving = {name for group in problem.groups for name in group.nodes}
+    moving = {name for group in problem.groups for name in (*group.nodes, *group.within)}
     wanted = np.sum([np.zeros(3), *forces], axis=0)
     weight = pull * float(sum(mass.value for mass in posed.moving_masses(moving)))
     acting = [load.force for g in problem.groups for c in g.chains for load in c.loads]

@@ -1,0 +1,115 @@
+"""Whether the record of a robot or linkage is confirmed by the direct form at generic poses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis.compiled_answer import AtGeneralPoses, attempted, closes
+from robostiff.analysis.details import Matrices
+from robostiff.analysis.kernel_inputs import KernelInputs, LinkageInputs, ParameterValues
+from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.questions import PosesOfRobot
+from robostiff.analysis.result import Stiffness
+from robostiff.compiled import Backend, Kernel, StiffnessMatrix, kernel_of
+from robostiff.elastostatics import Status, Tolerance
+from robostiff.errors import DisagreementError
+from robostiff.kinematics import JointCoordinates, PostureFinder
+from robostiff.model import Robot
+from robostiff.recorded import RecordedRobot, sample_postures
+
+# Generic poses must keep away from the tolerances that decide, by what poses may differ.
+_STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
+_OTHER_SEED = 47
+#: How often poses are drawn nearer to home.
+NEARER = 4
+_SPUN = 0.2  # what coordinates that nothing determines are changed by [m, rad]
+
+
+def is_trusted(
+    recorded: RecordedRobot, taken: KernelInputs | LinkageInputs, nearer: int = 0
+) -> bool:
+    """Whether generic poses are regular, and a record has been confirmed at them.
+
+    Once at the poses at which it was recorded, and once at others: what a record takes for zero or
+    for the same at its own samples must be so elsewhere. Both forms decide for themselves where
+    they hold; where both do, they must give the same K, rank and status, else it is a
+    `DisagreementError`. Where the recorded closure arrives at no pose, nearer ones are drawn.
+
+    Without trust no pose is left to the record.
+    """
+    general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
+    kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
+    at = [_agrees(kernel, general, taken, seed, nearer) for seed in (0, _OTHER_SEED)]
+    return all(at)
+
+
+def _agrees(
+    kernel: Kernel,
+    general: AtGeneralPoses,
+    taken: Any,
+    seed: int,
+    first: int,
+) -> bool:
+    """Whether a kernel gives what the direct form gives, and nothing is in doubt."""
+    subject: Any = taken.subject
+    for nearer in range(first, NEARER):
+        pose, samples = taken.drawn(seed, nearer)
+        given = np.asarray(pose.values if isinstance(pose, JointCoordinates) else pose)
+        values = ParameterValues.of(subject, samples, len(given))
+        rows = taken.rows(pose, given, values)
+        met = closes(kernel, kernel.evaluate(rows.rows)) & ~rows.missed
+        if met.any():
+            break
+    else:
+        return False
+    answer = attempted(kernel, rows, general, 1)
+    recorded = Matrices(answer.values[StiffnessMatrix.name], answer.rank, answer.status_codes)
+    regular = np.zeros(len(given), dtype=bool)
+    trusted = True
+    for other, own in values.groups(met):
+        question = taken.question(other, pose, given[own])
+        direct = Stiffness.of(question)
+        decided = ~(answer.guarded[own] | _doubtful(direct))
+        for k, distance in recorded[own].differences(direct.details(), question.free):
+            if decided[k]:
+                place = f"{subject.name!r} at {question.place(k)}"
+                for name, x in zip(samples, values.rows[:, own[k]].tolist(), strict=True):
+                    place += f", {name} = {x!r}"
+                raise DisagreementError(question.opinions, distance, place)
+            trusted = False
+        strict = taken.question(other, pose, given[own], _STRICT)
+        regular[own] = ~_doubtful(Stiffness.of(strict))
+    # One of them may be singular by chance: of an arm that is stretched out at home.
+    return trusted and bool(2 * np.count_nonzero(met & ~regular) < np.count_nonzero(met))
+
+
+def _doubtful(result: Stiffness) -> np.ndarray:
+    return (result.status_codes & int(Status.ILL_CONDITIONED)) != 0
+
+
+def depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: PostureFinder) -> bool:
+    """Whether K differs between postures of one pose that differ in coordinates that are held.
+
+    A rod that spins between spherical joints is held by nothing, and transmits the same. A passive
+    joint that folds a chain of beams is held by nothing either, but K depends on the fold: there
+    the record and the careful closure may be at different postures.
+    """
+    held = () if recorded.closure is None else recorded.closure.held
+    if not held:
+        return False
+    posture = sample_postures(finder)
+    moved = np.isin(recorded.joints, held) * _SPUN
+    ends = np.cumsum([leg.chain.size for leg in robot.legs])[:-1]
+    for row, pose in enumerate(posture.pose):
+        q = [own[row] for own in posture.coordinates]
+        here, there = (
+            direct_stiffness(finder.robot, pose, near=near)
+            for near in (q, np.split(np.concatenate(q) + moved, ends))
+        )
+        if not (here.answered and there.answered):
+            return True
+        if here.details().matrices[None].differences(there.details()[None], PosesOfRobot.free):
+            return True
+    return False

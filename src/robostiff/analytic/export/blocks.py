@@ -1,0 +1,212 @@
+"""What a written formula consists of, whatever its language: words, equations, tables, names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.export.entries import (
+    factored_matrix,
+    in_decimals,
+    operations,
+    readable,
+    readable_matrix,
+    without_lost_digits,
+)
+from robostiff.analytic.vectors.vector_expressions import Equation, Over, Vector
+from robostiff.errors import printable
+
+#: A matrix with more operations than this is not written out between other equations.
+LONGEST = 1500
+
+
+@dataclass(frozen=True)
+class Outer:
+    """``w w^T``, or ``W C W^T`` with a matrix in the middle; names, or what else stands there."""
+
+    vector: Any
+    middle: Any = None
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The inverse of a matrix."""
+
+    matrix: Any
+
+
+@dataclass(frozen=True)
+class Total:
+    """A sum of a term over an index; over all of a kind where the index is empty."""
+
+    index: str
+    term: Any
+
+
+@dataclass(frozen=True)
+class Lever:
+    """``(v x) R``: the vector product of an arm with each column of a matrix."""
+
+    arm: Any
+    matrix: Any
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A matrix by its rows, of which parts may be zero (None)."""
+
+    rows: tuple[tuple[Any, ...], ...]
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A title; level 1 is the title of the whole."""
+
+    text: str
+    level: int = 2
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", printable(self.text, kept="\n"))
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Sentences; `{}` in them stands for a formula each, or for a name, where they have some."""
+
+    text: str
+    formulas: tuple[Any, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", printable(self.text, kept="\n"))
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Equations of scalars, vectors and matrices, one below the other.
+
+    `springs`: definitions that are stiffnesses, for the nomenclature, which has the numbers.
+    """
+
+    rows: tuple[Equation, ...]
+    springs: tuple[Definition, ...] = ()
+
+
+@dataclass(frozen=True)
+class MatrixEquation:
+    """``name = whole = factor * rest``; a column is given as the row that it is written as."""
+
+    name: str
+    whole: sp.ImmutableMatrix
+    factor: Any = sp.S.One
+    rest: Any = None
+
+    @property
+    def is_vector(self) -> bool:
+        """Whether it is a column, written as a row."""
+        return self.whole.rows == 1
+
+    def entry_name(self, i: int, j: int) -> str:
+        """Name for the entry in row i and column j, from 0, where it needs one."""
+        return f"{self.name}_{'' if self.is_vector else i + 1}{j + 1}"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of a name in words and of formulas, under a head of names."""
+
+    head: tuple[Vector | str, ...]
+    rows: tuple[tuple[str, tuple[Any, ...]], ...]
+    of: str = "leg"  # what the rows are
+
+    def __post_init__(self) -> None:
+        rows = tuple((printable(words), cells) for words, cells in self.rows)
+        object.__setattr__(self, "rows", rows)
+
+
+#: Names, of vectors and matrices as `Vector`, and their meaning.
+Meaning = tuple[tuple[Vector | str, ...], str]
+
+
+@dataclass(frozen=True)
+class Nomenclature:
+    """Names and their meanings; several names with the same meaning are listed together."""
+
+    rows: tuple[Meaning, ...]
+
+
+Block = Heading | Paragraph | Equations | MatrixEquation | Table | Nomenclature
+
+
+def equations(definitions: Sequence[Definition]) -> Equations:
+    """Definitions as equations; stiffnesses in numbers are left to the nomenclature."""
+    springs = tuple(d for d in definitions if d.parts)
+    shown = [d for d in definitions if not is_value(d)]
+    return Equations(
+        tuple(scalar(d.symbol.name, in_decimals(d.expression)) for d in shown), springs
+    )
+
+
+def is_value(definition: Definition) -> bool:
+    """Whether it is a stiffness in numbers."""
+    return bool(definition.parts) and definition.expression.is_number
+
+
+def scalar(name: str, expression: Any) -> Equation:
+    """``name = expression`` of a scalar."""
+    return Equation(name, expression, is_vector=False)
+
+
+def scalar_unless_name(name: str, expression: Any) -> list[Block]:
+    """The same where the expression is more than the name itself."""
+    is_name = expression.is_Symbol and expression.name == name
+    return [] if is_name else [Equations((scalar(name, readable(expression)),))]
+
+
+def equation(name: str, expression: Any) -> Equations:
+    """``name = expression`` of a vector or a matrix, alone."""
+    return Equations((Equation(name, expression),))
+
+
+def column_equation(name: str, column: Any) -> MatrixEquation:
+    """``name = column``, written as a row."""
+    return MatrixEquation(name, readable_matrix(column).T)
+
+
+def stiffness_equation(name: str, K: Any) -> MatrixEquation:
+    """``name = factor * matrix`` of a stiffness matrix."""
+    K = without_lost_digits(K)
+    return MatrixEquation(name, readable_matrix(K), *factored_matrix(K))
+
+
+def unless_long(expressions: Any, name: str, blocks: Sequence[Block]) -> Sequence[Block]:
+    """Blocks that write a matrix out, or a sentence where that is long."""
+    count = operations(expressions)
+    if count <= LONGEST:
+        return blocks
+    words = f"{{}} takes {count} operations and is not written out."
+    return [Paragraph(words, (Vector(name),))]
+
+
+def meanings_of_given(given: Iterable[str], meanings: Mapping[str, str]) -> list[Meaning]:
+    """Rows of given symbols; those with the same meaning stand in one."""
+    rows: dict[str, list[str]] = {}
+    for name in given:
+        rows.setdefault(meanings.get(name, "given"), []).append(name)
+    return [(tuple(names), meaning) for meaning, names in rows.items()]
+
+
+def share(wrench: str, compliance: str) -> Any:
+    """``w w^T / c``."""
+    outer: Any = Outer(Vector(wrench))
+    return Over(outer, sp.Symbol(compliance))
+
+
+def transport(after: str, before: str, axes: Vector, arm: Vector) -> Equations:
+    """``after = T before T^T``: from axes with an arm to the reference point, eq. (11)-(13)."""
+    T: Any = Rows(((axes, None), (Lever(arm, axes), axes)))
+    moved: Any = Outer(Vector("T"), Vector(before))
+    return Equations((Equation(after, moved), Equation("T", T)))

@@ -1,0 +1,423 @@
+"""Mathematics and documents in a language: what LaTeX, HTML, Typst and plain text share."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+import sympy as sp
+from sympy.printing.printer import Printer
+
+from robostiff.analytic.export.blocks import (
+    Block,
+    Equations,
+    Heading,
+    Inverse,
+    Lever,
+    MatrixEquation,
+    Nomenclature,
+    Outer,
+    Paragraph,
+    Rows,
+    Table,
+    Total,
+)
+from robostiff.analytic.export.broken_lines import broken_lines, math_width, name_width
+from robostiff.analytic.export.products import (
+    differential_parts,
+    is_word,
+    joined_terms,
+    name_parts,
+    number_in_front,
+    ordered_terms,
+    printed_product,
+)
+from robostiff.analytic.export.vocabulary import function_name
+from robostiff.analytic.vectors.vector_expressions import (
+    Coordinates,
+    Cross,
+    Dot,
+    Equation,
+    Norm,
+    Over,
+    Stacked,
+    Sum,
+    Times,
+    Turned,
+    Turns,
+    Vector,
+)
+
+# Between two columns of a matrix, and around it [widths of a letter].
+_GAP = 1.8
+_AROUND = 3.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """An equation of which the right-hand side takes one or more lines."""
+
+    left: str
+    lines: tuple[str, ...]
+    width: float = math.inf  # estimate of its width, where it is on one line [widths of a letter]
+
+
+class Language(ABC):
+    """How a language writes mathematics, and the parts of a document.
+
+    `room`: of a line [widths of a letter]; `first`: level of the first heading.
+    """
+
+    # brackets that may stand on different lines, a stroke, and a power after a bracket
+    opening: str
+    closing: str
+    slash: str
+    power: str
+    fraction: str
+    brackets: str = "({})"
+    partial: str = ""  # of derivatives
+    cross: str
+    dot: str
+    norm: str
+    transposed: str  # what follows a transposed matrix
+    inverse: str
+    total: str
+    total_over: str  # an index
+    apart: str  # between a word and what it multiplies
+    zero: str = "0"
+    below: str  # subscripts
+    matrix_signs: tuple[str, str, str, str]  # start, between cells, between rows, end
+    list_signs: tuple[Sequence[str], str, Sequence[str]]  # lines before, names and meaning, after
+    dots: str = "…"
+
+    def __init__(self, room: float = math.inf, first: int = 1) -> None:
+        super().__init__()
+        self.room, self.first = room, first
+
+    @abstractmethod
+    def write(self, expression: Any) -> str:
+        """An expression of SymPy."""
+
+    def word(self, word: str) -> str:
+        """A part of a name: a letter, a number, or a word."""
+        return word
+
+    def bold(self, letter: str) -> str:
+        """The letter of a vector or matrix."""
+        return letter
+
+    def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
+        """A written letter with primes and written subscripts."""
+        below = self.below.format(",".join(subscripts)) if subscripts else ""
+        return letter + "'" * primes + below
+
+    def matrix(self, rows: list[list[str]]) -> str:
+        """Written entries in brackets."""
+        start, cells, lines, end = self.matrix_signs
+        return start + lines.join(cells.join(row) for row in rows) + end
+
+    def inline(self, formula: str) -> str:
+        """A formula in a sentence."""
+        return f"${formula}$"
+
+    @abstractmethod
+    def words(self, text: str) -> str:
+        """Words, with what is special in the language escaped."""
+
+    @abstractmethod
+    def heading(self, text: str, level: int) -> str:
+        """A title of written words."""
+
+    def paragraph(self, text: str) -> str:
+        """Written sentences."""
+        return text
+
+    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
+        """Written names with their meanings."""
+        start, item, end = self.list_signs
+        return "\n".join([*start, *(item.format(*row) for row in rows), *end])
+
+    @abstractmethod
+    def table(self, rows: list[list[str]]) -> str:
+        """Written cells, the head first."""
+
+    @abstractmethod
+    def display(self, rows: Sequence[Row]) -> Iterable[str]:
+        """Equations below one another."""
+
+    def document(self, blocks: Iterable[Block]) -> list[str]:
+        """All parts of a document."""
+        return [text for block in blocks for text in self.part(block)]
+
+    def part(self, block: Block) -> Iterator[str]:
+        """A block, in one or more paragraphs."""
+        match block:
+            case Heading(text, level):
+                yield self.heading(self.words(text), level)
+            case Paragraph():
+                yield self.paragraph(self.sentences(block))
+            case Nomenclature(rows):
+                yield self.heading("Nomenclature", 2)
+                named = [(self.names(names), self.words(meaning)) for names, meaning in rows]
+                yield self.listed(named)
+            case Table(head, rows, of):
+                yield self.table(
+                    [[self.words(x), *map(self.cell, own)] for x, own in ((of, head), *rows)]
+                )
+            case _:
+                for formula in self.formulas(block):
+                    yield from self.display(formula)
+
+    def sentences(self, block: Paragraph) -> str:
+        """A paragraph with the formulas in it."""
+        between = " ".join(block.text.split()).split("{}", len(block.formulas))
+        written = [x.replace(x.strip(), self.words(x.strip())) if x.strip() else x for x in between]
+        formulas = [self.cell(x) for x in block.formulas]
+        return "".join(x + y for x, y in zip(written, [*formulas, ""], strict=True))
+
+    def names(self, names: Sequence[Vector | str]) -> str:
+        """Names in a sentence, each a formula of its own."""
+        return ", ".join(self.dots if x == "..." else self.cell(x) for x in names)
+
+    def cell(self, part: Any) -> str:
+        """A name or an expression as a formula in a sentence or in a cell of a table."""
+        return self.inline(self.name(part) if isinstance(part, str) else self.written(part))
+
+    def name(self, name: str, *, bold: bool = False) -> str:
+        """Name of a symbol with its subscripts; of a matrix or vector in bold type."""
+        differential = differential_parts(name)
+        if differential is not None:
+            above, below = self.name(differential[0], bold=bold), self.name(differential[1])
+            return self.over(f"{self.partial}{above}", f"{self.partial}{below}")
+        parts = name_parts(name)
+        letter = self.bold(parts.letter) if bold else self.word(parts.letter)
+        return self.subscripted(letter, parts.primes, list(map(self.word, parts.subscripts)))
+
+    def over(self, above: str, below: str) -> str:
+        """A fraction of written expressions."""
+        return self.fraction.format(above, below)
+
+    def in_brackets(self, written: str) -> str:
+        """Round brackets, as high as what is in them."""
+        return self.brackets.format(written)
+
+    def written(self, expression: Any) -> str:
+        """An expression of vectors and matrices."""
+        write = self.written
+        match expression:
+            case Vector(name):
+                found = self.name(name, bold=True)
+            case Coordinates(entries):
+                found = self.in_brackets(", ".join(map(self.write, entries)))
+            case Sum(terms):
+                signed = [(" - " if sign < 0 else " + ") + write(term) for sign, term in terms]
+                found = "".join(signed).removeprefix(" + ").replace(" - ", "-", terms[0][0] < 0)
+            case Turned(rotation, vector):
+                found = f"{self.name(rotation, bold=True)} {self._factor(vector)}"
+            case Over(vector, scalar):
+                found = self.over(write(vector), write(scalar))
+            case Times(scalar, vector):
+                number = self.write(scalar)
+                number = self.in_brackets(number) if scalar.is_Add else number
+                is_apart = isinstance(scalar, sp.Symbol) and is_word(scalar.name)
+                found = f"{number}{self.apart if is_apart else ' '}{self._factor(vector)}"
+            case Cross(left, right) | Dot(left, right):
+                sign = self.cross if isinstance(expression, Cross) else self.dot
+                found = f"{self._factor(left)} {sign} {self._factor(right)}"
+            case Norm(vector):
+                found = self.norm.format(write(vector))
+            case Stacked(force, moment):
+                found = self.matrix([[write(force)], [write(moment)]])
+            case Turns(turns):
+                named = ((self.name(f"R_{axis}", bold=True), write(x)) for axis, x in turns)
+                found = " ".join(f"{R}{self.in_brackets(angle)}" for R, angle in named)
+            case None | Outer() | Inverse() | Total() | Lever() | Rows():
+                found = self._matrices(expression)
+            case _:
+                found = self.write(expression)
+        return found
+
+    def _matrices(self, expression: Any) -> str:
+        """An expression of matrices; None is zero."""
+        write = self.written
+        match expression:
+            case None:
+                return self.zero
+            case Outer(vector, middle):
+                between = [] if middle is None else [write(middle)]
+                return " ".join([write(vector), *between, f"{write(vector)}{self.transposed}"])
+            case Inverse(matrix):
+                return f"{write(matrix)}{self.inverse}"
+            case Total(index, term):
+                sign = self.total_over.format(index) if index else self.total
+                inner = write(term)
+                return f"{sign} {self.in_brackets(inner) if isinstance(term, Sum) else inner}"
+            case Lever(arm, matrix):
+                return f"({write(arm)} {self.cross}) {write(matrix)}"
+            case _:
+                return self.matrix([[write(x) for x in row] for row in expression.rows])
+
+    def _factor(self, part: Any) -> str:
+        is_bare = not isinstance(part, Sum | Turned | Times | Cross)
+        return self.written(part) if is_bare else self.in_brackets(self.written(part))
+
+    def formulas(self, block: Any) -> list[list[Row]]:
+        """A block as displayed formulas, each of one or more equations below one another."""
+        if isinstance(block, Equations):
+            return [[self._row(equation) for equation in block.rows]]
+        around = name_width(block.name) + 2 + _AROUND + _GAP * (block.whole.cols - 1)
+        factor, matrix, named = fitted(block, math_width, self.room - around)
+        written = self.matrix([[self.write(e) for e in row] for row in matrix.tolist()])
+        written += self.transposed * block.is_vector
+        if factor != 1:
+            before = self.write(factor)
+            written = f"{self.in_brackets(before) if factor.is_Add else before} {written}"
+        found = [[Row(self.name(block.name, bold=True), (written,))]]
+        return [*found, *self.formulas(named)] if named.rows else found
+
+    def _row(self, equation: Equation) -> Row:
+        name = self.name(equation.name, bold=equation.is_vector)
+        expression: Any = equation.expression
+        if not isinstance(expression, sp.Expr):
+            return Row(name, (self.written(expression),), 6 + _width(expression))
+        around = name_width(equation.name) + 4
+        lines = broken_lines(expression, self, self.room - around)
+        return Row(name, tuple(lines), math_width(expression) + around)
+
+
+def _width(part: Any) -> float:
+    """Estimate of the width of a written vector [widths of a letter]."""
+    if isinstance(part, sp.Expr):
+        return math_width(part)
+    if isinstance(part, Rows | Outer | Total):
+        return math.inf
+    parts = [getattr(part, x.name) for x in fields(part)] if is_dataclass(part) else part
+    return 2 + sum(map(_width, parts)) if isinstance(parts, list | tuple) else 2
+
+
+Measure = Callable[[Any], float]
+
+
+def fitted(
+    block: MatrixEquation, measure: Measure, room: float, *, stacked: bool = False
+) -> tuple[Any, sp.ImmutableMatrix, Equations]:
+    """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
+
+    Its common factor stands in front where all fits, and has a name where it is long; otherwise
+    it stays in the entries, and those that are too wide get a name. The `room` is that of all
+    columns side by side, in the unit of `measure`; `stacked` says that the factor may stand above
+    the matrix.
+    """
+
+    def widths(matrix: Any) -> list[float]:
+        return sorted(max(map(measure, matrix.col(j))) for j in range(matrix.cols))
+
+    taken = 0 if block.factor == 1 else measure(block.factor)
+    rest = block.whole if block.rest is None else block.rest
+    needed = sum(widths(rest))
+    if needed + (0 if stacked else taken) <= room and taken <= room / 2:
+        return block.factor, rest, Equations(())
+    name = f"{block.name}_f"
+    if needed + len(name) <= room and block.rest is not None and block.factor != 1:
+        named = Equation(name, block.factor, is_vector=False)
+        return sp.Symbol(name), rest, Equations((named,))
+    columns = widths(block.whole)
+    # The widest entry for which all columns fit; narrow columns leave space for the others.
+    shares = [(room - sum(columns[:n])) / (len(columns) - n) for n in range(len(columns))]
+    pairs = zip(columns, shares, strict=True)
+    limit = next((share for width, share in pairs if width > share), columns[-1])
+    return sp.S.One, *_named(block, measure, limit)
+
+
+def _named(
+    block: MatrixEquation, measure: Measure, limit: float
+) -> tuple[sp.ImmutableMatrix, Equations]:
+    """Names for entries wider than a limit; those that are equal up to their sign share one."""
+    names: dict[Any, Any] = {}
+    named: list[Equation] = []
+    shown: list[Any] = []
+    whole = block.whole
+    all_entries = set(whole.flat())  # both signs of one get a name, or none
+    for place, entry in enumerate(whole.flat()):
+        short = entry.is_Atom and not entry.is_Float
+        width = max(measure(x) for x in (entry, -entry) if x in all_entries)
+        if not short and entry not in names and width > limit:
+            name = block.entry_name(*divmod(place, whole.cols))
+            names[entry] = sp.Symbol(name)
+            names.setdefault(-entry, -names[entry])
+            named.append(Equation(name, entry, is_vector=False))
+        shown.append(names.get(entry, entry))
+    return sp.ImmutableMatrix(whole.rows, whole.cols, shown), Equations(tuple(named))
+
+
+_HALF = sp.Rational(1, 2)
+
+
+class Typeset(Language, Printer):
+    """A language in which sums, fractions, powers and functions are written by these rules."""
+
+    minus, plus = " - ", " + "
+    root: str
+    in_a_line: str  # a small fraction, as an exponent
+    raised: str
+
+    @abstractmethod
+    def applied(self, function: Any, power: str = "") -> str:
+        """A function with its arguments, and the power to which it is raised."""
+
+    @abstractmethod
+    def times(self, factor: str, *, apart: bool) -> str:
+        """What stands before a factor that is not the first; `apart` where one is a word."""
+
+    def write(self, expression: Any) -> str:
+        """An expression of SymPy."""
+        return self.doprint(expression)
+
+    def _print_Symbol(self, expr: Any) -> str:
+        return self.name(expr.name)
+
+    def _print_Add(self, expr: Any) -> str:
+        return joined_terms(map(self._print, ordered_terms(expr)), self.minus, self.plus)
+
+    def _print_Mul(self, expr: Any) -> str:
+        number, rest = number_in_front(expr)
+        if rest is not None:
+            return f"{self._print(number)} {self._factors((rest,), alone=True)}"
+        product = printed_product(expr)
+        written = self._factors(product.above, alone=not product.below)
+        if product.below:
+            written = self.over(written, self._factors(product.below))
+        return f"-{written}" if product.negative else written
+
+    _print_Rational = _print_Mul
+
+    def _print_Pow(self, expr: Any) -> str:
+        base, exponent = expr.base, expr.exp
+        if exponent.is_Rational and exponent.is_negative:
+            return self._print_Mul(expr)
+        if exponent == _HALF:
+            return self.root.format(self._print(base))
+        power = self._print(exponent)
+        if exponent.is_Rational and not exponent.is_Integer:
+            power = self.in_a_line.format(exponent.p, exponent.q)
+        if function_name(base) not in {None, "abs", "exp"} and exponent.is_Integer:
+            return self.applied(base, power)
+        bare = self._print(base)
+        is_bare = base.is_Symbol or (base.is_Integer and base >= 0)
+        return self.raised.format(bare if is_bare else self.in_brackets(bare), power)
+
+    def _factors(self, factors: tuple[Any, ...], *, alone: bool = False) -> str:
+        if len(factors) == 1 and not alone:
+            return self._print(factors[0])
+        written, was_word = "", False
+        for factor in factors:
+            text, bare = self._print(factor), factor.base if factor.is_Pow else factor
+            word = bare.is_Symbol and is_word(bare.name)
+            if factor.is_Add or text.startswith("-"):
+                text = self.in_brackets(text)
+            written += (self.times(text, apart=word or was_word) if written else "") + text
+            was_word = word
+        return written or self._print(sp.Integer(1))

@@ -1,0 +1,387 @@
+"""The contents of the exported formula of a robot: one leg and a table, or all legs, and K."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.export.blocks import (
+    Block,
+    Equations,
+    Heading,
+    Inverse,
+    Lever,
+    MatrixEquation,
+    Outer,
+    Paragraph,
+    Rows,
+    Table,
+    Total,
+    column_equation,
+    equation,
+    equations,
+    scalar,
+    scalar_unless_name,
+    share,
+    stiffness_equation,
+    transport,
+    unless_long,
+)
+from robostiff.analytic.export.entries import EntryNames, in_decimals, readable_matrix
+from robostiff.analytic.export.nomenclature import OF_STRUTS, nomenclature_of_robot
+from robostiff.analytic.reading.combinations import name_combinations
+from robostiff.analytic.robot_derivation import InNames, InSeries, LegDerivation, RobotDerivation
+from robostiff.analytic.vectors.vector_expressions import (
+    ArmOfSprings,
+    Coordinates,
+    Equation,
+    Sum,
+    Times,
+    Vector,
+    VectorForm,
+    with_formulas_changed,
+)
+
+_MOST_LINES = 15  # of entries of K and of names, beside which one leg and the table are enough
+
+
+def robot_outline(derivation: RobotDerivation) -> list[Block]:
+    """The blocks of the derivation of a robot: its legs, their sum, and the nomenclature."""
+    names = EntryNames(derivation)
+    blocks: list[Block] = [Heading(names.title, level=1), _summary(derivation, names)]
+    blocks += [Paragraph(derivation.remark)] * bool(derivation.remark)
+    named = _named(derivation, names)
+    definitions = list(named.definitions)
+    form, alone, taken = derivation.vectors, is_vectors_alone(derivation), set(names.given)
+    if form is not None:
+        if derivation.is_closed or not alone:
+            form = replace(form, average=None)  # K is written out
+        springs = [] if alone else [d for d in derivation.definitions if d.parts]
+        taken |= set() if alone else {d.symbol.name for d in derivation.definitions}
+        section, defined = _vector_level(form, names.result, [*definitions, *springs], taken)
+        blocks += section
+        definitions = [d for d in definitions if d.symbol not in defined]
+    series = derivation.in_series
+    if alone:
+        blocks += _legs_in_words(derivation, kinds=True)
+    elif series is not None:
+        # K as the inverse of C is the whole formula: wrenches of an arm say no more.
+        blocks += (
+            _entries_in_series(series, names.result)
+            if isinstance(series, InSeries)
+            else (_arm(series, names.result, taken))
+        )
+        blocks.append(Paragraph(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
+    else:
+        closing = tuple(scalar("0", x) for c in derivation.conditions for x in c.equations)
+        blocks += [Heading("Where the legs close"), Equations(closing)]
+        if form is not None and derivation.is_closed:
+            # One leg and the table have said what all legs transmit, and how they add up.
+            blocks += _legs_in_words(derivation, kinds=True)
+            used = used_definitions(definitions, named.K.flat())
+            blocks += [Heading("All legs together"), equations(used)]
+        else:
+            blocks += [Heading("Names for recurring expressions"), equations(definitions)]
+            blocks += _leg_by_leg(derivation, named.legs, names)
+        blocks.append(stiffness_equation(names.result, named.K))
+    return [*blocks, nomenclature_of_robot(derivation, names, alone=alone)]
+
+
+def is_vectors_alone(derivation: RobotDerivation) -> bool:
+    """Whether one leg, the table and the sum are all: where the entries of K are long."""
+    if derivation.vectors is None or derivation.steps_asked:
+        return False
+    if not derivation.is_closed or derivation.named is None:
+        return not derivation.is_closed
+    K, definitions = derivation.named.K, derivation.named.definitions
+    entries = {max(x, -x, key=str) for x in K.flat() if x != 0}
+    used = [d for d in used_definitions(definitions, K.flat()) if d.expression.free_symbols]
+    return len(entries) + len(used) > _MOST_LINES
+
+
+def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
+    """Names for K and the wrenches together, so that a name has one meaning; none in steps."""
+    K, legs = derivation.K, derivation.legs
+    if derivation.named is not None:
+        return derivation.named
+    if not derivation.is_closed:
+        return InNames(K, legs, ())
+    upper = [K[i, j] for i in range(K.rows) for j in range(i, K.rows)]
+    columns = [[*w, c] for leg in legs for w, c in zip(leg.wrenches, leg.compliances, strict=True)]
+    every = [*upper, *(entry for column in columns for entry in column)]
+    named = name_combinations(sp.ImmutableMatrix([every]), names.given)
+    written = dict(zip(every, named.matrix.flat(), strict=True))
+    found = [
+        replace(
+            leg,
+            wrenches=tuple(w.applyfunc(written.__getitem__) for w in leg.wrenches),
+            compliances=tuple(written[c] for c in leg.compliances),
+        )
+        for leg in legs
+    ]
+    lower = {K[j, i]: written[K[i, j]] for i in range(K.rows) for j in range(i, K.rows)}
+    return InNames(K.applyfunc({**lower, **written}.__getitem__), tuple(found), named.definitions)
+
+
+def _summary(derivation: RobotDerivation, names: EntryNames) -> Paragraph:
+    start = f"Stiffness about the reference point in world axes, {derivation.where}"
+    if derivation.in_series is not None:
+        return Paragraph(
+            f"{start}. No joint is passive: the stiffness is the inverse of the compliance, to "
+            "which each spring adds what it feels of a unit wrench."
+        )
+    form = "in closed form" if derivation.is_closed else "in named steps"
+    share_of_leg = "made conjugate to one another; each has a compliance {}"
+    if is_vectors_alone(derivation):
+        form = "leg by leg"
+        if derivation.vectors and derivation.vectors.coupled:
+            share_of_leg = "and which share the compliances {}"
+    count = len(derivation.legs)
+    legs = "one leg" if count == 1 else f"{count} legs"
+    return Paragraph(
+        f"{start}, {form}. Passive joints leave each chain the wrenches {{}} that they transmit, "
+        f"{share_of_leg}. The stiffness is a sum over {legs}, eq. (12).",
+        (Vector(names.generic("w")), names.generic("c")),
+    )
+
+
+def _legs_in_words(derivation: RobotDerivation, *, kinds: bool = False) -> list[Block]:
+    """What is elastic and passive in each leg, where all are alike or `kinds` are asked for."""
+    alike: dict[str, list[str]] = {}
+    for leg in derivation.legs:
+        alike.setdefault(_in_words(leg), []).append(leg.name)
+    count = len(derivation.legs)
+    if count == 1 or (len(alike) > 1 and not kinds):
+        return []
+    of = [f"each of the {count} legs"] if len(alike) == 1 else map(", ".join, alike.values())
+    texts = [Paragraph(f"Springs of {x}: {words}") for x, words in zip(of, alike, strict=True)]
+    return [Heading("The legs"), *texts]
+
+
+def _in_words(leg: LegDerivation) -> str:
+    words = f"{_listed(leg.elastic)}; passive joints: {_listed(leg.joints) or 'none'}"
+    if leg.redundant:
+        words += f"; of these add no freedom to those before: {_listed(leg.redundant)}"
+    return f"{words}."
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names in a sentence; the freedoms of one joint together."""
+    counts: dict[str, int] = {}
+    for name in names:
+        bare = re.sub(r"\[\d+\]$", "", name)
+        counts[bare] = counts.get(bare, 0) + 1
+    return ", ".join(
+        f"{name} ({count} freedoms)" if count > 1 else name for name, count in counts.items()
+    )
+
+
+def _leg_by_leg(
+    derivation: RobotDerivation, in_names: Sequence[LegDerivation], names: EntryNames
+) -> list[Block]:
+    """Wrenches and compliances of each leg, and the beginning of their sum."""
+    blocks = _legs_in_words(derivation)
+    alike = len(derivation.legs) > 1 and len({*map(_in_words, derivation.legs)}) == 1
+    for number, leg in enumerate(in_names, start=1):
+        blocks.append(Heading(f"Leg {number}: {' '.join(leg.name.split())}"))
+        if not alike:
+            blocks.append(Paragraph(f"Springs: {_in_words(derivation.legs[number - 1])}"))
+        blocks.append(equations(leg.definitions))
+        if not leg.wrenches:
+            blocks.append(Paragraph("It transmits no wrench."))
+        for k, (w, c) in enumerate(zip(leg.wrenches, leg.compliances, strict=True), start=1):
+            own = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
+            written = [column_equation(f"w_{own}", w), *scalar_unless_name(f"c_{own}", c)]
+            blocks += unless_long(sp.ImmutableMatrix([*w, c]), f"w_{own}", written)
+    of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
+    rest = [d for d in derivation.definitions if d.symbol not in of_legs]
+    total = equation(names.result, Total("", share(*map(names.generic, "wc"))))
+    return [*blocks, Heading("Sum of the legs"), total, equations(rest)]
+
+
+def _vector_level(
+    found: VectorForm, result: str, known: Sequence[Definition], taken: set[str]
+) -> tuple[list[Block], set[Any]]:
+    """The generic leg, the table of what differs, and the sum over the legs.
+
+    Also the known names that it defines.
+
+    `result`: name of the stiffness; `known`: names that the rest of the derivation has;
+    `taken`: names that stand for something else.
+    """
+    words = (
+        "A leg transmits forces and couples, written as [force; moment], between a point of the "
+        "base and a point of the platform. The table has what differs between the legs."
+    )
+    forms = (found, *found.others)
+    formulas: tuple[Any, ...] = ()
+    if all({e.name for e in form.leg} == OF_STRUTS for form in forms):
+        words += " The sum is eq. (25) with {} = {}; {} and {} are {} and {} of eq. (26)."
+        d, b, u, v = (Vector(f"{x}_i") for x in "dbuv")
+        formulas = ("K_11", 1 / sp.Symbol("c_i"), d, Sum(((-1, b),)), u, v)
+    blocks: list[Block] = [
+        Heading("One leg, and what differs between the legs"),
+        Paragraph(words, formulas),
+    ]
+    parts = [result] if len(forms) == 1 else [f"K_{k + 1}" for k in range(len(forms))]
+    written: set[Any] = set()
+    for k, (form, part) in enumerate(zip(forms, parts, strict=True)):
+        renamed, names = _in_known_names(form.names, known, taken)
+        if len(forms) > 1:
+            of = "Leg" if len(form.legs) == 1 else "Legs"
+            blocks.append(Heading(f"{of}: {', '.join(form.legs)}", level=3))
+        new = [d for d in names if d.symbol not in written]
+        blocks += _kind_of_leg(form, part, renamed, new, () if k else form.pose)
+        written |= {d.symbol for d in names}
+    if len(forms) > 1:
+        total = Sum(tuple((1, Vector(part)) for part in parts))
+        blocks += [Heading("All legs", level=3), equation(result, total)]
+    if found.average is not None:
+        blocks += [
+            Paragraph(
+                "The wrenches are turns of the first about z, or mirror images, and meet the same "
+                "compliance. With the entries ({}, {}, {}, {}, {}, {}) of {} the sum is",
+                ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z", Vector("w_1")),
+            ),
+            MatrixEquation(result, found.average),
+        ]
+    return blocks, written
+
+
+def _kind_of_leg(
+    found: VectorForm,
+    result: str,
+    renamed: Mapping[Any, Any],
+    names: Sequence[Definition],
+    pose: Sequence[Equation],
+) -> list[Block]:
+    """One leg of a kind, the table of what differs, and the sum over these legs."""
+
+    def in_names(part: Any) -> Any:
+        return with_formulas_changed(part, lambda x: x.xreplace(dict(renamed)))
+
+    leg = in_names(found.leg)
+    of_wrench = [e.name.startswith(("w_", "c_", "o_")) for e in leg]
+    first = [e for e, is_later in zip(leg, of_wrench, strict=True) if not is_later]
+    rest = [e for e, is_later in zip(leg, of_wrench, strict=True) if is_later]
+    blocks: list[Block] = [Equations((*pose, *first)), equations(names), Equations(tuple(rest))]
+    if found.columns:
+        columns = [in_names(c) for c in found.columns.values()]
+        rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
+        pairs = zip(found.columns, columns, strict=True)
+        head = (Vector(x) if isinstance(c[0], Coordinates) else x for x, c in pairs)
+        blocks.append(Table(tuple(head), tuple(rows)))
+    if found.turned:
+        same = "; ".join(", ".join(group) for group in found.turned)
+        blocks.append(Paragraph(f"Legs that are turns of one another about z: {same}."))
+    terms: list[Any] = [share(w, c) for w, c in found.wrenches]
+    if found.rods:
+        couple, compliance = in_names(found.of_rod)
+        blocks += [
+            Paragraph(
+                "Rods of a leg are parallel. They act as one rod at their middle, and each turns "
+                "the middle by a couple; the vectors from there to their ends sum to zero."
+            ),
+            Equations((couple, compliance)),
+            Table(
+                ("r_ijx", "r_ijy", "r_ijz"),
+                tuple((name, arm) for _, name, arm in found.rods),
+                "rod",
+            ),
+        ]
+        terms.append(Total("j", share(couple.name, compliance.name)))
+    if not found.coupled:
+        of_leg = terms[0] if len(terms) == 1 else Sum(tuple((1, term) for term in terms))
+        return [*blocks, equation(result, Total("i", of_leg))]
+    W: Any = Rows((tuple(Vector(w) for w, _ in found.wrenches),))
+    C: Any = Rows(tuple(tuple(sp.Symbol(c) if c else None for c in row) for row in found.coupled))
+    K: Any = Total("i", Outer(Vector("W_i"), Inverse(Vector("C_i"))))
+    return [*blocks, Equations((Equation("W_i", W), Equation("C_i", C), Equation(result, K)))]
+
+
+_IN_SERIES = "Compliance: a sum over the springs"
+
+
+def _entries_in_series(found: InSeries, result: str) -> list[Block]:
+    """The compliance of a serial arm by its entries, its inverse, and where that is moved to."""
+    C, axes, arm = map(Vector, ("C", "R_0", "v_0"))
+    return [
+        Heading(_IN_SERIES),
+        Paragraph(
+            "Springs in series add their compliances. These are in axes of the arm, in which they "
+            "are simplest: columns of {}, in world axes, with their origin at {} from the "
+            "reference point.",
+            (axes, arm),
+        ),
+        equations(found.definitions),
+        MatrixEquation(axes.name, readable_matrix(found.axes)),
+        column_equation(arm.name, found.arm),
+        MatrixEquation(C.name, found.C.applyfunc(in_decimals)),
+        equation("K_0", Inverse(C)),
+        transport(result, "K_0", axes, arm),
+    ]
+
+
+def _arm(found: ArmOfSprings, result: str, taken: set[str]) -> list[Block]:
+    """The compliance of a serial arm in vectors: drives and beams."""
+    drives = tuple((joint, (Vector(t), c)) for joint, t, c in found.drives)
+    beams = tuple((beam, (Vector(Q), Vector(m), *own)) for beam, Q, m, own in found.beams)
+    letters = [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
+    t, p, m, Q, T, D, C = map(Vector, "tpmQTDC")
+    blocks: list[Block] = [
+        Heading(_IN_SERIES),
+        Paragraph(
+            "Springs in series add their compliances: a drive that of its unit motion, of which {} "
+            "is the twist [translation; rotation] about the reference point {}, and a beam that "
+            "about its middle, at {} from {}, in its own axes, the columns of {}, x along it.",
+            (t, p, m, p, Q),
+        ),
+        Equations(found.equations),
+        equations(found.names),
+    ]
+    terms: list[tuple[int, Any]] = []
+    rows: list[Equation] = []
+    if drives:
+        twist: Any = Outer(t)
+        terms.append((1, Total("", Times(sp.Symbol("c"), twist))))
+        blocks.append(Table((t, "c"), drives, "joint"))
+    if beams:
+        L, EA, EI_y, EI_z, GJ = map(sp.Symbol, letters)
+        own = [L / EA, L**3 / (12 * EI_z), L**3 / (12 * EI_y), L / GJ, L / EI_y, L / EI_z]
+        moved: Any = Rows(((Q, Lever(m, Q)), (None, Q)))
+        terms.append((1, Total("", Outer(T, D))))
+        rows.append(Equation("T", moved))
+        blocks.append(Table((Q, m, *letters), beams, "beam"))
+        blocks.append(MatrixEquation("D", sp.ImmutableMatrix(sp.diag(*own))))
+    total = Equation("C", Sum(tuple(terms)))
+    return [*blocks, Equations((total, *rows)), equation(result, Inverse(C))]
+
+
+def _in_known_names(
+    names: Sequence[Definition], known: Sequence[Definition], taken: set[str]
+) -> tuple[dict[Any, Any], tuple[Definition, ...]]:
+    """Names that the rest of the derivation has for the same formulas, otherwise free ones."""
+    by_formula = {d.expression: d.symbol for d in known}
+    same = {(d.symbol, d.expression) for d in known}
+    used = taken | {d.symbol.name for d in known}
+    renamed: dict[Any, Any] = {}
+    new = []
+    for definition in names:
+        own = by_formula.get(definition.expression)
+        if (definition.symbol, definition.expression) in same:
+            own = definition.symbol
+        if own is None:
+            name = definition.symbol.name
+            while name in used:
+                letter, _, number = name.partition("_")
+                name = f"{letter}'_{number}"
+            own = sp.Symbol(name, positive=True)
+        expression: Any = definition.expression.xreplace(renamed)
+        new.append(replace(definition, symbol=own, expression=expression))
+        renamed[definition.symbol] = own
+    return renamed, tuple(new)

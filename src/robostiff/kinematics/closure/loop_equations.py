@@ -1,0 +1,218 @@
+"""Loops of moving frames as equations: gaps, rates at which coordinates close them, and steps.
+
+Screws that make many turns take steps in which another joint about the same axis turns them back.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree
+from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
+from robostiff.spatial.batch import product, transposed
+from robostiff.spatial.rotation import vector_of_rotation
+
+_COAXIAL = 1e-9  # sine, and part of the length
+_SEED = 3  # of the postures at which axes are compared
+
+
+@dataclass(frozen=True)
+class Spin:
+    """A screw, and the joint of the same chain about its axis that can take its turns back.
+
+    A nut advances 100 mm in twenty turns, and nothing but the nut is turned where that joint turns
+    back. One step of Newton's method goes that far only where both turn together.
+    """
+
+    place: int  # of the screw
+    back: tuple[int, ...]  # places of a coaxial turn, or of a spherical joint on the axis
+    # Angle that advances by the characteristic length, or one radian if that is more [rad]
+    unit: float
+
+    def add_to(self, rates: np.ndarray, axes: np.ndarray) -> None:
+        """In rates (N, ends, 6, size), the screw's become those of an advance without a turn.
+
+        With the axes (N, size, 3) of all coordinates.
+        """
+        own = rates[..., self.place]
+        for place, share in self._shares(axes):
+            own = own + share[:, None, None] * rates[..., place]
+        rates[..., self.place] = self.unit * own
+
+    def take_from(self, step: np.ndarray, back: np.ndarray, axes: np.ndarray) -> None:
+        """From steps (N, size) so scaled, those of the coordinates, and what is taken back."""
+        step[..., self.place] *= self.unit
+        for place, share in self._shares(axes):
+            back[..., place] += share * step[..., self.place]
+
+    def _shares(self, axes: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+        """What each joint that turns back turns where the screw turns by one (N,), by its place."""
+        for i in self.back:
+            yield i, -np.einsum("...i,...i->...", axes[:, self.place], axes[:, i])
+
+
+def _spins_of(loops: LoopEquations) -> tuple[Spin, ...]:
+    """The screws whose turns another joint of their chain takes back, at any posture."""
+    tree, free = loops.tree, loops.unknowns.tolist()
+    screws = [i for i in free if tree.screws[i].turns and tree.screws[i].slides]
+    if not screws:
+        return ()
+    x = np.tile(loops.guess, (2, 1))
+    x[:, free] = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, len(free)))
+    placed = tree.placed(x)
+    balls = [tuple(own) for own in tree.balls.tolist() if own[0] in free]
+    of_balls = {i for own in balls for i in own}
+    turning = [(i,) for i in free if tree.screws[i].is_rotation and i not in of_balls]
+    found = []
+    for i in screws:
+        chain, pitch = tree.chains[i], abs(float(tree.screws[i].pitch))
+        fits = [
+            back
+            for back in (*balls, *turning)
+            if tree.chains[back[0]] == chain and chain is not None
+            if _is_on_axis(placed, i, back, pitch)
+        ]
+        if fits:
+            nearest = min(fits, key=lambda back: abs(back[0] - i))
+            found.append(Spin(i, nearest, max(1.0, loops.length / pitch)))
+    return tuple(found)
+
+
+def _is_on_axis(placed: PlacedTree, screw: int, back: tuple[int, ...], pitch: float) -> bool:
+    """Whether the axis of a turn is that of a screw, or a spherical joint is on it."""
+    apart, axis = placed.points[:, back[0]] - placed.points[:, screw], placed.axes[:, screw]
+    size = np.linalg.norm(apart, axis=-1).max() + pitch
+    off = np.linalg.norm(np.cross(axis, apart), axis=-1).max()
+    turned = 0.0
+    if len(back) == 1:
+        turned = float(np.linalg.norm(np.cross(axis, placed.axes[:, back[0]]), axis=-1).max())
+    return bool(off <= _COAXIAL * size and turned <= _COAXIAL)
+
+
+def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
+    """Coordinates (..., size) after small motions; balls at places (b, 3) turn about frame axes."""
+    moved = q + delta
+    if balls.size:
+        turn = turn_by_vector(delta[..., balls])
+        moved[..., balls] = vector_of_rotation(product(turn, turn_by_vector(q[..., balls])))
+    return moved
+
+
+@dataclass(frozen=True)
+class ClosurePart:
+    """Equations whose determinant keeps its sign within an assembly mode."""
+
+    loops: np.ndarray  # (n,) of int: equations of loops inside legs, which are taken first
+    ends: np.ndarray  # (n,) of int: the other equations
+    unknowns: np.ndarray  # (n,) of int
+
+    @property
+    def equations(self) -> np.ndarray:
+        """All equations, those of loops first."""
+        return np.concatenate([self.loops, self.ends])
+
+
+class LoopEquations(ABC):
+    """Loops of a motion tree as equations at postures x (N, size), one in each row.
+
+    Each loop has six: its shift as a part of the length, then its turn. Unknowns are scaled to
+    radians and parts of the length.
+    """
+
+    length: float  # characteristic length [m] that weighs turns against shifts
+    # Coordinates of a spherical joint whose rotation vector moves by sums; all others are turned
+    summed: slice | None = None
+
+    @cached_property
+    @abstractmethod
+    def tree(self) -> MotionTree:
+        """The frames, and the pairs that loops bring together."""
+
+    @cached_property
+    @abstractmethod
+    def unknowns(self) -> np.ndarray:
+        """Places of the unknown coordinates (n,)."""
+
+    @cached_property
+    @abstractmethod
+    def given(self) -> np.ndarray:
+        """Places of the prescribed coordinates (g,)."""
+
+    @cached_property
+    @abstractmethod
+    def parts(self) -> Sequence[ClosurePart]:
+        """What has an assembly mode of its own; the last has all equations and unknowns."""
+
+    @cached_property
+    def spins(self) -> Sequence[Spin]:
+        """Screws whose turns another joint takes back."""
+        return _spins_of(self)
+
+    @cached_property
+    @abstractmethod
+    def guess(self) -> np.ndarray:
+        """Coordinates (size,) to start from; those that are not unknown stay there."""
+
+    def gaps(self, x: np.ndarray) -> np.ndarray:
+        """All gaps as parts of the length and radians (N, 6 m)."""
+        if len(x) == 1:  # sums over a lone pose round in another order: it comes with its twin
+            return self.gaps(np.repeat(x, 2, axis=0))[:1]
+        return self._gaps_of(self.tree.placed(x))
+
+    def rates(self, x: np.ndarray) -> np.ndarray:
+        """Rates at which the unknowns close the gaps (N, 6 m, n)."""
+        return self.gaps_and_rates(x)[1]
+
+    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Both, of frames that are placed once."""
+        if len(x) == 1:
+            e, J = self.gaps_and_rates(np.repeat(x, 2, axis=0))
+            return e[:1], J[:1]
+        placed = self.tree.placed(x)
+        J = self.tree.closing_twists(placed)
+        for spin in self.spins:
+            spin.add_to(J, placed.axes)
+        if self.summed is not None and np.any(J[..., self.summed]):
+            J[..., self.summed] = J[..., self.summed] @ rotvec_rate(x[:, self.summed])[:, None]
+        J = np.take(J, self.unknowns, axis=-1)
+        J[:, :, :3] /= self.length
+        J = J.reshape(len(x), 6 * J.shape[1], J.shape[-1]) * self._unit_steps
+        return self._gaps_of(placed), J
+
+    def _gaps_of(self, placed: PlacedTree) -> np.ndarray:
+        turn = vector_of_rotation(placed.R_wanted @ transposed(placed.R))
+        shift = (placed.p_wanted - placed.p) / self.length
+        return np.concatenate([shift, turn], axis=-1).reshape(len(turn), 6 * turn.shape[1])
+
+    def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Postures after steps (N, n) of the unknowns."""
+        delta = np.zeros(x.shape)
+        delta[:, self.unknowns] = step * self._unit_steps
+        if not self.spins:
+            return advanced(x, delta, self._turned)
+        axes, back = self.tree.placed(x).axes, np.zeros_like(delta)
+        for spin in self.spins:
+            spin.take_from(delta, back, axes)
+        # Last, so that what is turned back is turned about the very axis of the screw.
+        return advanced(advanced(x, delta, self._turned), back, self._turned)
+
+    def lengths(self, x: np.ndarray) -> np.ndarray:
+        """Lengths of the beams of telescopes (N, k) [m], which must be positive."""
+        places, fixed, share = np.array(self.tree.beams, dtype=float).reshape(-1, 3).T
+        return fixed + share * x[:, places.astype(int)]
+
+    @cached_property
+    def _turned(self) -> np.ndarray:
+        """Spherical joints (b, 3) that are turned by steps."""
+        balls = self.tree.balls
+        return balls if self.summed is None else balls[balls[:, 0] != self.summed.start]
+
+    @cached_property
+    def _unit_steps(self) -> np.ndarray:
+        """Unit of each unknown: the length for a shift, a radian for a turn."""
+        return np.where(self.tree.turns[self.unknowns], 1.0, self.length)

@@ -1,0 +1,74 @@
+"""The search for short writing: what it finds, and the laws that no move breaks."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.exact_points import values_of
+from robostiff.analytic.reading.short_writing import Written, shortest
+
+R, r, h, k, L = sp.symbols("R r h k L_a", positive=True)
+AT = {s: np.array([0.7, 1.1, 0.9]) + 0.2 * i for i, s in enumerate((R, r, h, k))}
+
+
+def platform():
+    """Entries of a Gough-Stewart platform by the length of its legs."""
+    length = Definition(L, sp.sqrt(R**2 - R * r + h**2 + r**2))
+    below = 1 / L**2
+    entries = (
+        3 * k * (R**2 - R * r + r**2) * below,
+        3 * h * k * r * (R - 2 * r) * below / 2,
+        6 * h**2 * k * below + k,
+        3 * h**2 * k * r**2 * below,
+        sp.Rational(9, 2) * R**2 * k * r**2 * below,
+    )
+    return Written(entries, (length,))
+
+
+def short():
+    return shortest(platform(), {s.name for s in AT}, AT)
+
+
+def test_the_angle_of_a_triangle_has_a_name():
+    named = rs.derive("3-rrr").named
+    assert named is not None
+    angle = next(d for d in named.definitions if d.expression.has(sp.acos))
+    assert angle.symbol.name.startswith("theta")
+    assert not any(
+        x.exp == sp.S.Half for d in named.definitions for x in d.expression.atoms(sp.Pow)
+    )
+
+
+def test_a_sum_of_angles_has_a_name():
+    named = rs.derive("hexapod").named
+    assert named is not None
+    angle = 2 * sp.Symbol("alpha", real=True) + sp.pi / 6
+    sums = [d.symbol.name for d in named.definitions if d.expression == angle]
+    assert sums == ["theta_a"]
+
+
+def test_what_is_found_is_shorter_and_the_same():
+    start, found = platform(), short()
+    assert found.cost < start.cost
+    before = values_of(start.results, AT, start.definitions)
+    after = values_of(found.results, AT, found.definitions)
+    np.testing.assert_allclose(after, before, rtol=1e-13)
+
+
+def test_no_pole_is_added():
+    # A ratio to h would be shorter: s_b = h^2 k/L_a^2, and s_b/h beside it.
+    assert short().below <= platform().below
+    assert h not in short().below
+
+
+@pytest.mark.parametrize("name", ["delta", "h4", "3-upu"])
+def test_a_name_has_one_dimension(name):
+    # Stiffnesses and lengths are in one name where that is a compliance, and nowhere else.
+    named = rs.derive(name).named
+    assert named is not None
+    springs = ("k", "EA", "EI", "GJ", "c_")
+    for d in named.definitions:
+        has_springs = any(s.name.startswith(springs) for s in d.expression.free_symbols)
+        assert not has_springs or d.symbol.name.startswith(springs)
