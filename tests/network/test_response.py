@@ -9,8 +9,9 @@ from numpy.testing import assert_allclose
 import robostiff as rs
 from robostiff.elasticity import BeamTheory, EulerBernoulli, Timoshenko
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.io.results.equilibrium import response_data, response_text
+from robostiff.markup import page_text
 from robostiff.network import JointElement, Network, beam_between
+from robostiff.page import page_data, response_page
 from robostiff.spatial import Space, move_twist, move_wrench
 from tests.network.frames import BAR, GRAPH_NAMES, STEEL, ball, graph, nodes, sliding, turning
 
@@ -264,9 +265,10 @@ def test_nodes_of_a_truss_spin_and_are_displaced_all_the_same():
     assert_allclose(found.shifts["tip"], np.linalg.solve(K, F), rtol=1e-9)
     assert "tip" in found.free_nodes
     assert "tip" not in found.twists
-    shown = response_text(truss, found)
+    page = response_page(truss, found)
+    shown = page_text(page)
     assert "; it spins freely" in shown
     assert "can move freely" not in shown
-    data = response_data(truss, found)["displacements"]["tip"]
+    data = page_data(page)["displacements"]["tip"]
     assert_allclose(data[:3], found.shifts["tip"])
     assert data[3:] == [None] * 3

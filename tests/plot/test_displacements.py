@@ -1,5 +1,6 @@
 """The deformed shape is mechanics: legs stay closed, joints move as they may, beams bend."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,8 +10,9 @@ from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
-from robostiff.plot.geometry.displacement import BodyMotion, LegMotion, motion_under
-from robostiff.plot.geometry.legs import MemberKind, joint_marks, leg_members
+from robostiff.plot.geometry.displacement import BodyMotion, Motions, motion_under
+from robostiff.plot.picture import LineWeight, Marks, Path
+from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.spatial import move_wrench
 from tests.generators.robots import FreeRobot, robots
 from tests.plot.machines import HERE, LOAD, POSE, hexapod_deflection, robot
@@ -33,35 +35,53 @@ def test_deformed_legs_end_on_the_displaced_platform(name: str):
     bent = rs.deflection(machine, wrench=answer.K @ t)
     assert bent.has_answer
     snapshot = rs.find_posture(machine).snapshot.one(0)
-    motion = motion_under(snapshot, bent)
-    for leg, own in zip(snapshot.legs, motion.legs, strict=True):
-        assert not np.any(own.bodies[0].twist)
-        check_closed(leg, own, motion.platform)
+    motions = motion_under(snapshot, bent)
+    for leg in snapshot.legs:
+        check_closed(leg, f"{leg.name}/", motions, motions["platform"])
 
 
-def check_closed(leg: PlacedLeg, own: LegMotion, wanted: BodyMotion) -> None:
+def bodies_of(leg: PlacedLeg, motions: Motions) -> list[BodyMotion]:
+    """Motions of the base and of the bodies behind the elements of a leg."""
+    still = BodyMotion(np.zeros(6), np.zeros(3))
+    return [still, *(motions[f"{leg.name}/{own.name}"] for own in leg.elements)]
+
+
+def lines_of(snapshot: Snapshot, bent: rs.Deflection, scale: float) -> dict[str, list[Path]]:
+    """The lines of every leg from base to platform [m]."""
+    picture = picture_of_posed(snapshot, bent, rs.plot.Colouring.NONE, exaggeration=scale)
+    metre = 1e-3 if "mm" in picture.axes[0] else 1.0
+    drawn = [
+        replace(item, points=metre * item.points)
+        for item in picture.items
+        if isinstance(item, Path) and not item.dashed
+    ]
+    return {
+        leg.name: [line for line in drawn if line.about.partition("/")[0] == leg.name]
+        for leg in snapshot.legs
+    }
+
+
+def check_closed(leg: PlacedLeg, prefix: str, motions: Motions, wanted: BodyMotion) -> None:
     """A leg ends on the body that it holds, and so do the branches of its parallel blocks."""
-    last = own.bodies[-1]
+    last = motions[prefix + leg.elements[-1].name]
     assert last.displacement(leg.end) == pytest.approx(
         wanted.displacement(leg.end), rel=1e-7, abs=1e-12
     )
     assert last.twist[3:] == pytest.approx(wanted.twist[3:], rel=1e-7, abs=1e-11)
-    for i, branches in own.branches.items():
-        block = leg.elements[i]
-        assert isinstance(block, PlacedBlock)
-        for branch, motion in zip(block.branches, branches, strict=True):
-            assert motion.bodies[0].twist == pytest.approx(own.bodies[i].twist)
-            check_closed(branch, motion, own.bodies[i + 1])
+    for block in leg.elements:
+        if isinstance(block, PlacedBlock):
+            for branch in block.branches:
+                check_closed(branch, prefix, motions, motions[prefix + block.name])
 
 
 def test_branches_of_a_parallelogram_are_displaced_with_their_bodies():
     """Among the robots above some have legs with blocks in them."""
     snapshot = snapshot_of("orthoglide")
     bent = rs.deflection(robot("orthoglide"), wrench=[30, -20, 50, 0, 0, 0])
-    motion = motion_under(snapshot, bent)
-    for leg, own in zip(snapshot.legs, motion.legs, strict=True):
-        assert any(own.branches.values())
-        names = [member.part for member in leg_members(leg, own, 100.0) if member.part]
+    drawn = lines_of(snapshot, bent, 100.0)
+    for leg in snapshot.legs:
+        assert any(isinstance(own, PlacedBlock) for own in leg.elements)
+        names = [line.about.partition("/")[2] for line in drawn[leg.name]]
         springs = [spring.name for spring in leg.springs]
         assert [name for name in names if name in springs] == springs
 
@@ -76,11 +96,11 @@ def test_legs_of_random_robots_close(free: FreeRobot, seed: int):
     bent = rs.deflection(free.snapshot, wrench=answer.K @ t)
     if not bent.has_answer:
         return
-    motion = motion_under(free.snapshot, bent)
+    motions = motion_under(free.snapshot, bent)
     s = np.repeat([1.0, float(answer.length)], 3)
-    size = np.linalg.norm(motion.platform.twist * s)
-    for own in motion.legs:
-        gap = (own.bodies[-1].twist - motion.platform.twist) * s
+    size = np.linalg.norm(motions["platform"].twist * s)
+    for leg in free.snapshot.legs:
+        gap = (bodies_of(leg, motions)[-1].twist - motions["platform"].twist) * s
         assert np.linalg.norm(gap) <= 1e-6 * size
 
 
@@ -90,11 +110,13 @@ def test_every_joint_moves_only_as_it_may(name: str):
     machine = robot(name)
     bent = rs.deflection(machine, wrench=np.array(LOAD)[list(machine.space.rows)])
     snapshot = snapshot_of(name)
-    for leg, own in zip(snapshot.legs, motion_under(snapshot, bent).legs, strict=True):
+    motions = motion_under(snapshot, bent)
+    for leg in snapshot.legs:
+        bodies = bodies_of(leg, motions)
         for i, element in enumerate(leg.elements):
             if not isinstance(element, PlacedFreedom):
                 continue
-            before, after = own.bodies[i], own.bodies[i + 1]
+            before, after = bodies[i], bodies[i + 1]
             turn = after.twist[3:] - before.twist[3:]
             shift = after.displacement(element.point) - before.displacement(element.point)
             if element.is_rotation:
@@ -112,11 +134,13 @@ def test_springs_give_way_as_their_compliance_says(name: str):
     bent = rs.deflection(machine, wrench=np.array(LOAD)[list(machine.space.rows)])
     snapshot = snapshot_of(name)
     energies = {(part.leg, part.part): part.energy for part in bent.parts}
-    for leg, own in zip(snapshot.legs, motion_under(snapshot, bent).legs, strict=True):
+    motions = motion_under(snapshot, bent)
+    for leg in snapshot.legs:
+        bodies = bodies_of(leg, motions)
         for i, element in enumerate(leg.elements):
             if not isinstance(element, PlacedSpring):
                 continue
-            before, after = own.bodies[i], own.bodies[i + 1]
+            before, after = bodies[i], bodies[i + 1]
             R = element.rotation
             shift = after.displacement(element.point) - before.displacement(element.point)
             own_twist = np.concatenate([R.T @ shift, R.T @ (after.twist[3:] - before.twist[3:])])
@@ -135,8 +159,8 @@ def test_cantilever_bends_as_its_textbook_line():
     cantilever = rs.Robot("cantilever", (leg,))
     bent = rs.deflection(cantilever, wrench=[0, 0, -20.0, 0, 0, 0])
     snapshot = rs.find_posture(cantilever).snapshot.one(0)
-    (member,) = leg_members(snapshot.legs[0], motion_under(snapshot, bent).legs[0], 50.0)
-    assert member.kind is MemberKind.ELASTIC
+    ((member,),) = lines_of(snapshot, bent, 50.0).values()
+    assert member.weight is LineWeight.BOLD
     x = member.points[:, 0]
     tip = bent.twist[2]
     assert member.points[-1, 2] == pytest.approx(50 * tip)
@@ -148,25 +172,27 @@ def test_cantilever_bends_as_its_textbook_line():
 def test_members_run_from_base_to_platform_without_gaps():
     snapshot = snapshot_of("hexapod")
     bent = rs.deflection(robot("hexapod"), wrench=LOAD)
-    motion = motion_under(snapshot, bent)
+    motions = motion_under(snapshot, bent)
     for scale in (0.0, 1000.0):
-        for leg, own in zip(snapshot.legs, motion.legs, strict=True):
-            members = leg_members(leg, own, scale)
+        drawn = lines_of(snapshot, bent, scale)
+        for leg in snapshot.legs:
+            members = drawn[leg.name]
             for one, following in pairwise(members):
                 assert following.points[0] == pytest.approx(one.points[-1], abs=1e-12)
-            ends = leg.end + scale * motion.platform.displacement(leg.end)
+            ends = leg.end + scale * motions["platform"].displacement(leg.end)
             assert members[-1].points[-1] == pytest.approx(ends, abs=1e-9)
 
 
 def test_undeformed_members_are_the_links_and_struts():
-    leg = snapshot_of("3-puu").legs[0]
-    motion = motion_under(snapshot_of("3-puu"), rs.deflection(robot("3-puu"), wrench=LOAD)).legs[0]
-    members = leg_members(leg, motion)
-    assert [(m.part, m.kind) for m in members] == [
-        ("drive", MemberKind.SLIDE),
-        ("rod", MemberKind.ELASTIC),
+    snapshot = snapshot_of("3-puu")
+    bent = rs.deflection(robot("3-puu"), wrench=LOAD)
+    assert [own.about for own in lines_of(snapshot, bent, 0.0)["leg1"]] == [
+        "leg1/drive",
+        "leg1/rod",
     ]
-    assert [mark.freedom for mark in joint_marks(leg, motion)] == list(leg.freedoms)
+    marks = (own for own in picture_of_posed(snapshot).items if isinstance(own, Marks))
+    joints = {name for own in marks for name in own.about if name.startswith("leg1/")}
+    assert joints == {f"leg1/{own.name}" for own in snapshot.legs[0].freedoms}
 
 
 def test_motion_is_about_a_point_asked_for_as_well():
@@ -179,4 +205,5 @@ def test_motion_is_about_a_point_asked_for_as_well():
     there = rs.deflection(robot("hexapod"), POSE, wrench, at=point)
     one, other = motion_under(snapshot, here), motion_under(snapshot, there)
     p = snapshot.reference_point
-    assert one.platform.displacement(p) == pytest.approx(other.platform.displacement(p), rel=1e-9)
+    expected = other["platform"].displacement(p)
+    assert one["platform"].displacement(p) == pytest.approx(expected, rel=1e-9)

@@ -5,10 +5,9 @@ import pytest
 
 import robostiff as rs
 from robostiff.network import Network
-from robostiff.plot.geometry.displacement import network_motion
+from robostiff.plot.geometry.displacement import finite_motions, network_motion
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import Arrow, Marks, Path
-from robostiff.plot.structures import motions_of
 from tests.statics.robots_under_load import loaded
 
 STRUCTURES = ("double-pantograph", "examples/portal.json")
@@ -22,7 +21,7 @@ def test_bodies_move_as_in_the_linear_answer_when_loads_are_small(name):
     assert isinstance(answer.posed, Network)
     network = answer.posed
     finite, linear = (
-        motions_of(network, answer.places),
+        finite_motions(network, answer.places),
         network_motion(network, rs.deflection(robot, wrench=F)),
     )
     assert set(finite) == set(linear)

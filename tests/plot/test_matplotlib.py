@@ -19,7 +19,7 @@ from robostiff.plot import Matplotlib, Theme, Width
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.maps.pictures import bands_picture, slice_picture
 from robostiff.plot.picture import Path
-from robostiff.plot.posed_robot import robot_picture
+from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.stiffness_pictures import matrix_picture
 from tests.plot.machines import (
     POSE,
@@ -64,7 +64,7 @@ def test_every_plot_fits_its_figure_and_no_texts_overlap(width: Width, theme: Th
 
 def test_lines_of_the_robot_are_those_of_the_picture():
     snapshot = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
-    picture = robot_picture(snapshot, hexapod_deflection())
+    picture = picture_of_posed(snapshot, hexapod_deflection())
     ax = rs.plot.robot(robot("hexapod"), POSE, deflection=hexapod_deflection())
     lines = [line for line in ax.lines if isinstance(line, Line3D) and line.get_marker() == "None"]
     drawn = [np.stack(line.get_data_3d(), axis=1) for line in lines]

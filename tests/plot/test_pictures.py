@@ -9,7 +9,7 @@ import robostiff as rs
 from robostiff.plot.energy_bars import Measure, comparison_picture, energy_picture
 from robostiff.plot.geometry.ellipsoid import Quality
 from robostiff.plot.picture import Arrow, Face, Marks, Mesh, Path, Scene
-from robostiff.plot.posed_robot import Colouring, robot_picture
+from robostiff.plot.posed_robot import Colouring, picture_of_posed
 from robostiff.plot.posture import surroundings
 from robostiff.plot.stiffness_pictures import (
     Kind,
@@ -38,7 +38,7 @@ def labelled(scene: Scene) -> dict:
 
 
 def test_robot_has_its_joints_where_they_are():
-    found = labelled(robot_picture(HEXAPOD))
+    found = labelled(picture_of_posed(HEXAPOD))
     passive = [f.point for leg in HEXAPOD.legs for f in leg.freedoms if f.is_passive]
     assert found["passive joint"].points == pytest.approx(np.array(passive))
     assert found["passive joint"].about[0] == "leg1/base joint[0]"
@@ -50,7 +50,7 @@ def test_robot_has_its_joints_where_they_are():
 @pytest.mark.parametrize("colouring", [Colouring.LEGS, Colouring.PARTS])
 def test_lines_have_the_energy_share_of_their_leg_or_part(colouring: Colouring):
     bent = hexapod_deflection()
-    scene = robot_picture(HEXAPOD, bent, colouring)
+    scene = picture_of_posed(HEXAPOD, bent, colouring)
     drawn = {
         item.about: item.paint for item in scene.items if isinstance(item, Path) and item.about
     }
@@ -69,19 +69,19 @@ def test_lines_have_the_energy_share_of_their_leg_or_part(colouring: Colouring):
 
 def test_exaggeration_is_round_and_named_and_displaces_the_platform():
     bent = hexapod_deflection()
-    scene = robot_picture(HEXAPOD, bent)
+    scene = picture_of_posed(HEXAPOD, bent)
     (note,) = scene.notes
     factor = float(note.split()[-1])
     assert factor / 10 ** np.floor(np.log10(factor)) in {1, 2, 5}
     moved = labelled(scene)["reference point"].points[0]
     assert moved == pytest.approx(HEXAPOD.reference_point + factor * bent.twist[:3])
-    plain = robot_picture(HEXAPOD, bent, exaggeration=0)
+    plain = picture_of_posed(HEXAPOD, bent, exaggeration=0)
     assert labelled(plain)["reference point"].points[0] == pytest.approx(HEXAPOD.reference_point)
     assert not plain.notes
 
 
 def test_load_is_drawn_along_itself_with_its_size():
-    found = labelled(robot_picture(HEXAPOD, hexapod_deflection(), exaggeration=0))
+    found = labelled(picture_of_posed(HEXAPOD, hexapod_deflection(), exaggeration=0))
     force = found[f"force {np.linalg.norm(LOAD[:3]):.3g} N"]
     along = force.tip - force.start
     assert along / np.linalg.norm(along) == pytest.approx(
@@ -93,7 +93,7 @@ def test_load_is_drawn_along_itself_with_its_size():
 
 def test_small_robots_are_drawn_in_millimetres_and_planar_ones_from_above():
     snapshot = rs.find_posture(robot("3-rrr")).snapshot.one(0)
-    scene = robot_picture(snapshot)
+    scene = picture_of_posed(snapshot)
     assert scene.axes == ("x [mm]", "y [mm]", "z [mm]")
     assert scene.is_flat
     assert labelled(scene)["reference point"].points == pytest.approx(
@@ -106,8 +106,8 @@ def test_load_out_of_the_plane_is_seen_in_space():
     snapshot = rs.find_posture(arm).snapshot.one(0)
     inside = rs.deflection(arm, wrench=[10, 5, 0, 0, 0, 1])
     outside = rs.deflection(arm, wrench=[0, 0, -10, 0, 0, 0])
-    assert robot_picture(snapshot, inside).is_flat
-    assert not robot_picture(snapshot, outside).is_flat
+    assert picture_of_posed(snapshot, inside).is_flat
+    assert not picture_of_posed(snapshot, outside).is_flat
 
 
 def test_deflection_of_another_pose_is_refused():
@@ -119,13 +119,13 @@ def test_flexible_platform_is_drawn_with_the_energy_of_its_beams():
     machine: Any = rs.load(str(STAR))
     bent = rs.deflection(machine, wrench=LOAD)
     snapshot = rs.find_posture(machine).snapshot.one(0)
-    scene = robot_picture(snapshot, bent, Colouring.PARTS)
+    scene = picture_of_posed(snapshot, bent, Colouring.PARTS)
     drawn = {item.about.partition(":")[0]: item for item in scene.items if isinstance(item, Path)}
     assert snapshot.platform is not None
     for part in snapshot.platform.platform.parts:
         share = sum(p.share for p in bent.parts if (p.leg, p.part) == ("platform", part.name))
         assert drawn[f"platform/{part.name}"].paint == pytest.approx(100 * share)
-    still = robot_picture(snapshot, bent, exaggeration=0).items
+    still = picture_of_posed(snapshot, bent, exaggeration=0).items
     beams = [one for one in still if isinstance(one, Path) and one.about.startswith("platform/")]
     assert len(beams) == len(snapshot.platform.platform.parts)
     assert all(len(beam.points) == 2 for beam in beams)

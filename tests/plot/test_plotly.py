@@ -12,7 +12,7 @@ from robostiff.plot import Plotly, Theme
 from robostiff.plot.backend import plotly_figure
 from robostiff.plot.maps.pictures import isosurface_picture
 from robostiff.plot.picture import Mesh, Path, PlainColour, Scene
-from robostiff.plot.posed_robot import robot_picture
+from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.theme import named_colours
 from tests.plot.machines import (
     POSE,
@@ -54,7 +54,7 @@ def test_a_figure_drawn_with_names_of_colours_is_that_of_each_theme():
 
 def test_lines_of_the_robot_are_those_of_the_picture():
     snapshot = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
-    picture = robot_picture(snapshot, hexapod_deflection())
+    picture = picture_of_posed(snapshot, hexapod_deflection())
     figure = rs.plot.robot(robot("hexapod"), POSE, deflection=hexapod_deflection(), backend=PLOTLY)
     drawn = [np.stack([t.x, t.y, t.z], axis=1) for t in figure.data if t.type == "scatter3d"]
     for item in picture.items:

@@ -9,10 +9,16 @@ import robostiff as rs
 from robostiff.kinematics import freedom_twist
 from robostiff.network import network_of_snapshot
 from robostiff.plot.energy_bars import energy_picture
-from robostiff.plot.geometry.displacement import finite_motion, motion_under, network_motion
+from robostiff.plot.geometry.displacement import (
+    end_key,
+    finite_motions,
+    motion_under,
+    network_motion,
+    node_key,
+)
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
-from robostiff.plot.posed_robot import picture_of_robot, robot_picture
+from robostiff.plot.posed_robot import picture_of_posed, picture_of_robot
 from tests.plot.machines import robot
 
 
@@ -37,7 +43,7 @@ def test_every_joint_of_a_network_is_marked_where_it_is():
 
 
 def test_an_arm_is_coloured_part_by_part_and_its_joints_are_named():
-    picture = robot_picture(rs.find_posture(robot("six-joint-arm")).snapshot.one(0))
+    picture = picture_of_posed(rs.find_posture(robot("six-joint-arm")).snapshot.one(0))
     bold = [i for i in picture.items if isinstance(i, Path) and i.weight is LineWeight.BOLD]
     assert len({repr(one.paint) for one in bold}) == len(bold) > 3
     words = ", ".join(one.words for one in picture.items if isinstance(one, Text)).split(", ")
@@ -97,21 +103,24 @@ def test_a_flexible_platform_bends_and_keeps_the_legs_together():
     star = rs.load(STAR)
     bent = rs.deflection(star, None, [500, 0, -1000, 0, 0, 20])
     snapshot = rs.find_posture(star).snapshot.one(0)
-    motion = motion_under(snapshot, bent)
+    motions = motion_under(snapshot, bent)
     placed = snapshot.platform
     assert placed is not None
-    for leg, own, node in zip(snapshot.legs, motion.legs, placed.holds, strict=True):
-        end = motion.nodes[node].displacement(leg.end)
-        np.testing.assert_allclose(own.bodies[-1].displacement(leg.end), end, atol=1e-12)
+    for i, leg in enumerate(snapshot.legs):
+        assert end_key(snapshot, i) == node_key(placed.holds[i])
+        end = motions[end_key(snapshot, i)].displacement(leg.end)
+        last = motions[f"{leg.name}/{leg.elements[-1].name}"]
+        np.testing.assert_allclose(last.displacement(leg.end), end, atol=1e-12)
     energy = 0.0
     for part in placed.platform.parts:
         point, R = placed.in_world(part.point), placed.rotation @ part.axes
-        d = motion.nodes[part.b].twist_about(point) - motion.nodes[part.a].twist_about(point)
+        a, b = (motions[node_key(name)].twist_about(point) for name in (part.a, part.b))
+        d = b - a
         own = np.concatenate([R.T @ d[:3], R.T @ d[3:]])
         energy += 0.5 * own @ np.linalg.solve(part.elasticity.compliance, own)
     felt = sum(part.energy for part in bent.parts if part.leg == "platform")
     assert energy == pytest.approx(felt, rel=1e-6)
-    picture = robot_picture(snapshot, bent)
+    picture = picture_of_posed(snapshot, bent)
     paths = [one for one in picture.items if isinstance(one, Path)]
     (arm,) = (one for one in paths if one.about.startswith("platform/arm1"))
     assert len(arm.points) > 2
@@ -124,18 +133,18 @@ def test_nodes_of_a_flexible_platform_rest_where_small_loads_move_them():
     assert isinstance(rest, rs.Equilibrium)
     snapshot = rs.find_posture(star).snapshot.one(0)
     small = motion_under(snapshot, rs.deflection(star, None, load))
-    finite = finite_motion(snapshot, rest.places)
+    finite = finite_motions(snapshot, rest.places)
     placed = snapshot.platform
     assert placed is not None
     for node in placed.platform.nodes:
         point = placed.in_world(placed.platform.point_of(node.name))
-        moved = small.nodes[node.name].displacement(point)
-        np.testing.assert_allclose(
-            finite.nodes[node.name].displacement(point), moved, rtol=0, atol=2e-3 * abs(moved).max()
-        )
-    for leg, own, node in zip(snapshot.legs, finite.legs, placed.holds, strict=True):
-        end = finite.nodes[node].displacement(leg.end)
-        np.testing.assert_allclose(own.bodies[-1].displacement(leg.end), end, rtol=0, atol=1e-12)
+        moved = small[node_key(node.name)].displacement(point)
+        found = finite[node_key(node.name)].displacement(point)
+        np.testing.assert_allclose(found, moved, rtol=0, atol=2e-3 * abs(moved).max())
+    for i, leg in enumerate(snapshot.legs):
+        end = finite[end_key(snapshot, i)].displacement(leg.end)
+        last = finite[f"{leg.name}/{leg.elements[-1].name}"]
+        np.testing.assert_allclose(last.displacement(leg.end), end, rtol=0, atol=1e-12)
     bent = [one for one in equilibrium_picture(rest).items if isinstance(one, Path)]
     assert any(one.about.startswith("platform/arm1") and len(one.points) > 2 for one in bent)
     heavy = rs.modes(star, masses={"platform": 5.0})

@@ -27,7 +27,7 @@ def small_load(machine: Any) -> np.ndarray:
     return np.arange(1.0, machine.space.size + 1)
 
 
-def numbers(html: str, symbol: str = "K") -> np.ndarray:
+def numbers(html: str, symbol: str = "K(?:_C)?") -> np.ndarray:
     """Of the matrix in a page, with all their digits."""
     table = re.search(rf'<table[^>]*data-symbol="{symbol}".*?</table>', html, re.DOTALL)
     found = re.findall(r'<data value="([^"]+)"', table[0] if table else "")

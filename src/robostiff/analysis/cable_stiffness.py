@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result import in_short, points_given
-from robostiff.analysis.result_tables import cable_load_html, stiffness_html, tension_table
 from robostiff.cables import (
     TensionRule,
     axial_stiffness,
@@ -29,6 +28,7 @@ from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import NoAnswerError
 from robostiff.kinematics import Pose
+from robostiff.markup import InNotebooks
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, move_wrench
 
@@ -36,7 +36,7 @@ _ROUNDING = 1e-12  # of squares, with room
 
 
 @dataclass(frozen=True, repr=False)
-class CableStiffness(CableAnswer):
+class CableStiffness(InNotebooks, CableAnswer):
     """Stiffness of a cable robot about a point, in world axes, with tensions and status.
 
     Attributes
@@ -168,10 +168,6 @@ class CableStiffness(CableAnswer):
 
     def __repr__(self) -> str:
         return in_short(self, "CableStiffness")
-
-    def _repr_html_(self) -> str:
-        shown = self.answered.all() and not self.batch_shape
-        return stiffness_html(self, tension_table(self) if shown else None)
 
     def _in_words(self, kind: str) -> tuple[FreeMotion, ...]:
         if self.batch_shape:
@@ -334,7 +330,7 @@ class SlackEvent:
 
 
 @dataclass(frozen=True, repr=False)
-class CableResponse:
+class CableResponse(InNotebooks):
     """A cable robot under a load on top of its weight.
 
     Attributes
@@ -410,9 +406,6 @@ class CableResponse:
     def __repr__(self) -> str:
         slack = f"slack {', '.join(self.slack) or 'none'}" if self.has_answer else "no rest"
         return f"<CableResponse of {self.before.name!r}: {slack}, status {self.status}>"
-
-    def _repr_html_(self) -> str:
-        return cable_load_html(self)
 
     def _answer(self) -> CableStiffness:
         if self.after is None:

@@ -14,7 +14,6 @@ from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness, given_wrenches
-from robostiff.analysis.result_tables import deflection_html, shown_twist
 from robostiff.elastostatics import DEFAULT_TOLERANCE, BlockCompliance, Status, Tolerance
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
@@ -167,11 +166,10 @@ class Deflection(InNotebooks):
     def __repr__(self) -> str:
         if not self.has_answer:
             return f"<Deflection of {self.stiffness.name!r}, status {self.status}>"
-        twist = ", ".join(f"{x:.4g}" for x in shown_twist(self))
+        length = float(self.stiffness.length)
+        moved = self.stiffness.space.without_rounding(self.twist, length)
+        twist = ", ".join(f"{x:.4g}" for x in moved)
         return f"<Deflection of {self.stiffness.name!r}: ({twist}) m, rad, status {self.status}>"
-
-    def _repr_html_(self) -> str:
-        return deflection_html(self)
 
     @property
     def has_answer(self) -> bool:

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.details import Details, Matrices, Question, StructuralAnalysis
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.result_tables import stiffness_html
 from robostiff.elastostatics import (
     Form,
     RankDecision,
@@ -313,9 +312,6 @@ class Stiffness(StatusOfPoses, InNotebooks):
             None if self.recorded is None else self.recorded[index],
             None if self.point is None else self.point[index],
         )
-
-    def _repr_html_(self) -> str:
-        return stiffness_html(self)
 
     def __repr__(self) -> str:
         return in_short(self, "Stiffness")

@@ -9,7 +9,6 @@ import numpy as np
 
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness, require_one_pose
-from robostiff.analysis.result_tables import verification_html
 from robostiff.elastostatics import (
     DEFAULT_TOLERANCE,
     Block,
@@ -23,6 +22,7 @@ from robostiff.elastostatics import (
 from robostiff.errors import InputError, NoAnswerError, TooFewDigitsError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
+from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network, energy_stiffness, network_of_snapshot
@@ -104,7 +104,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Verification:
+class Verification(InNotebooks):
     """The stiffness of a robot at a pose by several methods.
 
     Attributes
@@ -125,9 +125,6 @@ class Verification:
         """Whether no method differs, and at least one other holds."""
         outcomes = {comparison.outcome for comparison in self.comparisons}
         return Outcome.AGREES in outcomes and Outcome.DIFFERS not in outcomes
-
-    def _repr_html_(self) -> str:
-        return verification_html(self)
 
 
 def verify(

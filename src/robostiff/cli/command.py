@@ -6,11 +6,11 @@ import os
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -24,6 +24,9 @@ from robostiff.errors import (
     printable,
 )
 from robostiff.version import __version__
+
+if TYPE_CHECKING:
+    from robostiff.markup import Page
 
 BAD_STATUS = 1
 BAD_INPUT = 2
@@ -147,19 +150,13 @@ class _Ended:
     status = 0
 
 
-Result = TypeVar("Result")
+def answered(page: Page, answer: Answer) -> int:
+    """Print a page as text or as JSON; 1 for a bad status, otherwise 0."""
+    from robostiff.markup import page_text
+    from robostiff.page.data import page_data
 
-
-def answered(
-    result: Result,
-    answer: Answer,
-    data: Callable[[Result], Mapping[str, Any]],
-    text: Callable[[Result], str],
-) -> int:
-    """Print a result as text or as JSON; 1 for a bad status, otherwise 0."""
-    show(data(result) if answer.as_json else text(result))
-    status: Any = result.status  # pyright: ignore[reportAttributeAccessIssue]
-    return BAD_STATUS if status.is_bad else 0
+    show(page_data(page) if answer.as_json else page_text(page))
+    return BAD_STATUS if getattr(page.status, "is_bad", False) else 0
 
 
 @contextmanager

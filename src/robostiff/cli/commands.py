@@ -9,7 +9,7 @@ from robostiff.analysis.result import Stiffness
 from robostiff.cli.command import BAD_STATUS, answered, slips
 from robostiff.cli.options import Answer, Length, Model, Posing
 from robostiff.cli.options_of_answers import CheckDetails, Method, WrittenLoads, WrittenTensions
-from robostiff.cli.output import draw, picture_beside, show
+from robostiff.cli.output import draw, picture_beside
 from robostiff.cli.written_arguments import (
     chosen,
     gravity_from,
@@ -30,21 +30,10 @@ from robostiff.elastostatics import (
     WrenchBasis,
 )
 from robostiff.errors import InputError
-from robostiff.io.results.stiffness import (
-    about,
-    deflection_data,
-    deflection_text,
-    picked,
-    plain,
-    stiffness_data,
-    stiffness_text,
-)
-from robostiff.markup import text_of
 from robostiff.model import Robot, Snapshot
-from robostiff.version import __version__
+from robostiff.page.stiffness import deflection_page, stiffness_page
 
 if TYPE_CHECKING:
-    from robostiff.analysis.verification import Comparison, Verification
     from robostiff.cables import TensionRule
     from robostiff.model.cable import CableRobot
 
@@ -56,7 +45,7 @@ METHODS: dict[str, Form] = {
 def check_robot(model: Model, details: CheckDetails, answer: Answer) -> int:
     """Print the parts of a robot; reading the file checks it."""
     from robostiff.analysis.parts_at_home import mobility_at_home, parts_at_home
-    from robostiff.cli.robot_facts import facts_of, facts_text
+    from robostiff.page.facts import facts_of, facts_page
 
     picture = picture_beside(details.plot, answer)
     doubts: list[str] = []
@@ -74,8 +63,7 @@ def check_robot(model: Model, details: CheckDetails, answer: Answer) -> int:
 
         draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)
         facts["picture"] = str(picture)
-    show(facts if answer.as_json else facts_text(facts))
-    return 0
+    return answered(facts_page(facts), answer)
 
 
 def print_stiffness(model: Model, place: Posing, method: Method, answer: Answer) -> int:
@@ -84,10 +72,10 @@ def print_stiffness(model: Model, place: Posing, method: Method, answer: Answer)
     robot = loaded(model, place)
     result = stiffness(robot, method=form, **where_from(robot, place))
     if not isinstance(result, Stiffness):
-        from robostiff.io.results.stiffness import cable_stiffness_data, cable_stiffness_text
+        from robostiff.page.cables import cable_stiffness_page
 
-        return answered(result, answer, cable_stiffness_data, cable_stiffness_text)
-    return answered(result, answer, stiffness_data, stiffness_text)
+        return answered(cable_stiffness_page(result), answer)
+    return answered(stiffness_page(result), answer)
 
 
 def print_deflection(model: Model, written: WrittenLoads, place: Posing, answer: Answer) -> int:
@@ -113,14 +101,14 @@ def print_deflection(model: Model, written: WrittenLoads, place: Posing, answer:
         from robostiff.analysis import deflection
 
         result = deflection(robot, wrench=F, **where)
-    return answered(result, answer, deflection_data, deflection_text)
+    return answered(deflection_page(result), answer)
 
 
 def print_indices(model: Model, place: Posing, length: Length, answer: Answer) -> int:
     """Print the stiffness indices at a pose; 1 for a bad status."""
     from robostiff.analysis.indices import indices
-    from robostiff.io.results.indices import indices_data, indices_text
     from robostiff.model.cable import CableRobot
+    from robostiff.page.indices import indices_page
 
     robot = loaded(model, place)
     if isinstance(robot, CableRobot):
@@ -131,61 +119,18 @@ def print_indices(model: Model, place: Posing, length: Length, answer: Answer) -
         )
     result = stiffness(robot, **where_from(robot, place))
     found = indices(result, length=length_from(length)) if result.answered.all() else None
-    return answered(
-        result,
-        answer,
-        lambda own: indices_data(own, found),
-        lambda own: stiffness_text(own) if found is None else indices_text(found),
-    )
+    return answered(indices_page(result, found), answer)
 
 
 def print_verification(model: Model, place: Posing, answer: Answer) -> int:
     """Print the distances between the methods at a pose; 1 when they disagree."""
     from robostiff.analysis.verification import verify
+    from robostiff.page.stiffness import verification_page
 
     robot = model.load()
     result = verify(robot, pose_from(robot, place), near=near_from(robot, place))
-    show(_verification_data(result) if answer.as_json else _verification_text(result))
+    answered(verification_page(result), answer)
     return 0 if result.agree else BAD_STATUS
-
-
-def _verification_text(result: Verification) -> str:
-    reference = result.reference
-    lines = [
-        f"{reference.name}, {about(reference)}",
-        f"status: {reference.status}, rank {int(reference.rank)} of {reference.space.size}",
-        f"compared with: {reference.method.name}, {reference.method.equation}",
-        "",
-        f"{'method':<14}{'distance':>10}  outcome",
-    ]
-    lines += [_comparison(own) for own in result.comparisons]
-    verdict = "agree" if result.agree else "DISAGREE"
-    lines += ["", f"methods {verdict} (largest distance allowed {result.agreement:g})"]
-    return text_of(lines)
-
-
-def _comparison(comparison: Comparison) -> str:
-    distance = "-" if comparison.distance is None else f"{comparison.distance:.1e}"
-    reason = f": {comparison.reason}" if comparison.reason else ""
-    return f"{comparison.method:<14}{distance:>10}  {comparison.outcome.value}{reason}"
-
-
-def _verification_data(result: Verification) -> dict[str, Any]:
-    reference = result.reference
-    return {
-        "robostiff": __version__,
-        "robot": reference.name,
-        "pose": plain(reference.pose),
-        "status": str(reference.status),
-        "rank": int(reference.rank),
-        "compared_with": reference.method.name,
-        "comparisons": [
-            {**own, "outcome": own["outcome"].value}
-            for own in picked(result.comparisons, "method outcome distance rank reason")
-        ],
-        "agreement": result.agreement,
-        "agree": result.agree,
-    }
 
 
 _RULES = ("nearest", "closed-form")
@@ -194,8 +139,8 @@ _RULES = ("nearest", "closed-form")
 def print_cables(model: Model, place: Posing, written: WrittenTensions, answer: Answer) -> int:
     """Print tensions and stiffness at a pose, and the response to a load with locked winches."""
     from robostiff.analysis import cable_stiffness
-    from robostiff.io.results import stiffness as results
     from robostiff.model.cable import CableRobot
+    from robostiff.page.cables import cable_response_page, cable_stiffness_page
     from robostiff.statics import cable_response
 
     robot, source = model.load(), model.source
@@ -212,13 +157,12 @@ def print_cables(model: Model, place: Posing, written: WrittenTensions, answer: 
     if wrench is not None:
         if balance is not None:
             raise InputError("--wrench and --balance", expected="one of them")
-        result = cable_response(robot, pose, wrench_from(wrench, robot.space), tensions=rule)
-        text, data = results.cable_response_text, results.cable_response_data
-    else:
-        held = None if balance is None else wrench_from(balance, robot.space, "--balance")
-        result = cable_stiffness(robot, pose, held, tensions=rule)
-        text, data = results.cable_stiffness_text, results.cable_stiffness_data
-    return answered(result, answer, data, text)  # pyright: ignore[reportArgumentType]
+        load = wrench_from(wrench, robot.space)
+        found = cable_response(robot, pose, load, tensions=rule)
+        return answered(cable_response_page(found), answer)
+    held = None if balance is None else wrench_from(balance, robot.space, "--balance")
+    result = cable_stiffness(robot, pose, held, tensions=rule)
+    return answered(cable_stiffness_page(result), answer)
 
 
 def _rule(

@@ -148,7 +148,7 @@ def convert(model: Model, wanted: Converted, place: Posing, answer: Answer) -> i
         )
     robot = model.load()
     if form == "matlab" and path is not None:
-        from robostiff.io.results.stiffness import write_matlab
+        from robostiff.page.matlab import write_matlab
 
         write_matlab(path, _results(source, robot, place))
     else:

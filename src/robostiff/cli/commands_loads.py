@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -20,13 +19,13 @@ from robostiff.cli.written_arguments import (
     wrench_from,
 )
 from robostiff.errors import InputError
-from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.linkage import Linkage
 from robostiff.model import Mass, PlacedLeg
 from robostiff.model.cable import CableRobot
 from robostiff.network import DistributedForce, ForceOnBeam, Network
+from robostiff.page.loads import equilibrium_page, modes_page
 from robostiff.spatial import Screw, Space
 from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path, modes
 
@@ -61,14 +60,7 @@ def print_equilibrium(
         from robostiff.plot.loaded_robot import equilibrium_picture, load_curve_picture
 
         draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
-    return answered(
-        result,
-        answer,
-        lambda own: equilibrium_data(own, critical, curve),
-        lambda own: "\n\n".join(
-            [equilibrium_text(own, critical), *(() if curve is None else (_curve_text(curve),))]
-        ),
-    )
+    return answered(equilibrium_page(result, critical, curve), answer)
 
 
 def print_modes(
@@ -79,8 +71,7 @@ def print_modes(
     answer: Answer,
 ) -> int:
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
-    from robostiff.cli.robot_facts import masses_at_home, masses_in_words
-    from robostiff.io.results.equilibrium import modes_data, modes_text
+    from robostiff.page.facts import masses_at_home, masses_in_words
 
     picture = picture_beside(shown.plot, answer)
     robot = loaded(model, place)
@@ -95,12 +86,8 @@ def print_modes(
         number = shown.number
         draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
     masses = masses_at_home(robot)
-    return answered(
-        found,
-        answer,
-        lambda own: {**modes_data(own), "masses": masses.get("masses")},
-        lambda own: "\n".join([modes_text(own), *masses_in_words(masses, "masses of the model")]),
-    )
+    words = masses_in_words(masses, "masses of the model")
+    return answered(modes_page(found, masses.get("masses"), tuple(words)), answer)
 
 
 def _options(robot: Any, place: Posing, written: WrittenLoads) -> dict[str, Any]:
@@ -111,21 +98,6 @@ def _options(robot: Any, place: Posing, written: WrittenLoads) -> dict[str, Any]
         "gravity": gravity_from(written.gravity),
         "preload": _pushes(robot, written.preloads),
     }
-
-
-def _curve_text(curve: Any) -> str:
-    from robostiff.elastostatics import Status
-    from robostiff.markup import row
-
-    lines = [f"{'factor':>10}  displacement ({' '.join(map(str, curve.twist.values))}) [m, rad]"]
-    rows = zip(
-        curve.factor.values, curve.displacement.values, curve.status_code.values, strict=True
-    )
-    for factor, moved, code in rows:
-        status = Status(int(code))
-        words = "none" if np.isnan(moved).any() else row(moved)
-        lines.append(f"{factor:10.5g}  {words}" + (f"  {status}" if status else ""))
-    return "\n".join(lines)
 
 
 def body_loads(written: WrittenLoads) -> dict[str, list[Mass | DeadForce]]:
@@ -211,8 +183,8 @@ def _factors(text: str) -> np.ndarray:
 
 def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
     """Print how a network answers its loads."""
-    from robostiff.io.results.equilibrium import response_data, response_text
     from robostiff.network import network_response
+    from robostiff.page.loads import response_page
     from robostiff.robots import load
 
     source, network = written.source, load(written.source)
@@ -235,9 +207,7 @@ def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
             f"loads of {source!r}", got="none", expected="--load, --along, --on or --settle"
         )
     result = network_response(network, loads, settlements=settlements)
-    return answered(
-        result, answer, partial(response_data, network), partial(response_text, network)
-    )
+    return answered(response_page(network, result), answer)
 
 
 Row = dict[str, Dimension]

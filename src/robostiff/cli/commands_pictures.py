@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from robostiff.analysis import cable_stiffness, stiffness
 from robostiff.cli.command import BAD_STATUS
 from robostiff.cli.options import Answer, Model, Posing, named_once
-from robostiff.cli.options_of_pictures import WHAT, Page, Pages, PictureFile, Subject
+from robostiff.cli.options_of_pictures import WHAT, BrowserPage, Pages, PictureFile, Subject
 from robostiff.cli.output import draw, new_file, picture_file, show
 from robostiff.cli.written_arguments import (
     chosen,
@@ -188,7 +188,7 @@ def _with_symbols(model: Model) -> Robot | None:
     return None
 
 
-def show_view(model: Model, place: Posing, page: Page, answer: Answer) -> int:
+def show_view(model: Model, place: Posing, page: BrowserPage, answer: Answer) -> int:
     """Serve a view until it is interrupted; 0 then."""
     from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
 

@@ -200,7 +200,7 @@ class Pages:
 
 
 @dataclass(frozen=True)
-class Page:
+class BrowserPage:
     """Load at the beginning, port, and whether a browser is opened."""
 
     wrench: str | None = wrench_option("Load on the platform at the beginning")
@@ -251,7 +251,7 @@ COMMANDS = {
     ),
     "view": Command(
         "commands_pictures:show_view",
-        (Model, Part(Posing, "pose", "joints"), Page, PRINTED),
+        (Model, Part(Posing, "pose", "joints"), BrowserPage, PRINTED),
         "Show a robot in the browser, with sliders for its pose, its parameters and a load.",
         "Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. "
         "Only this computer can open the page. Ctrl-C ends it.",

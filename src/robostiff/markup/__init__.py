@@ -1,6 +1,6 @@
-"""Numbers, tables and matrices as text, HTML and Typst.
+"""Pages of results, and their blocks: numbers, tables and matrices as text, HTML and Typst.
 
-``blocks`` defines the blocks; ``in_html`` and ``in_typst`` write them.
+``blocks`` defines them; ``in_text``, ``in_html`` and ``in_typst`` write them.
 """
 
 from robostiff.markup.blocks import (
@@ -14,6 +14,7 @@ from robostiff.markup.blocks import (
     Heading,
     LabelledMatrix,
     Number,
+    Page,
     Paragraph,
     Table,
     Tone,
@@ -21,9 +22,17 @@ from robostiff.markup.blocks import (
     number_html,
     row,
     shown_matrix,
-    text_of,
 )
-from robostiff.markup.in_html import InNotebooks, block_html, element, escaped, listing
+from robostiff.markup.in_html import (
+    InNotebooks,
+    block_html,
+    blocks_html,
+    element,
+    escaped,
+    listing,
+    page_html,
+)
+from robostiff.markup.in_text import page_text, text_of
 from robostiff.markup.in_typst import TYPST_BLOCKS, block_typst, typst_text
 
 __all__ = [
@@ -39,16 +48,20 @@ __all__ = [
     "InNotebooks",
     "LabelledMatrix",
     "Number",
+    "Page",
     "Paragraph",
     "Table",
     "Tone",
     "block_html",
     "block_typst",
+    "blocks_html",
     "element",
     "escaped",
     "listing",
     "number",
     "number_html",
+    "page_html",
+    "page_text",
     "row",
     "shown_matrix",
     "text_of",

@@ -1,14 +1,13 @@
-"""Blocks of a page, independent of its format; numbers with few digits, and lines of text."""
+"""Blocks of a page, independent of its format; numbers with few digits."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 import numpy as np
-
-from robostiff.errors import printable
 
 _ROUNDING = 1e-12
 
@@ -69,11 +68,18 @@ class Table:
     Attributes
     ----------
     header : sequence of str
+        Names of the columns; empty for a list that its title explains.
     rows : sequence of rows of str or Number
+    title : str
+        What it is of.
+    lines : sequence of str
+        The rows as lines of text, where columns would be too wide for a terminal or say too much.
     """
 
     header: Sequence[str]
     rows: Sequence[Sequence[Cell]]
+    title: str = ""
+    lines: Sequence[str] = ()
 
     @property
     def of_numbers(self) -> tuple[bool, ...]:
@@ -134,16 +140,37 @@ class LabelledMatrix:
 Block = Paragraph | Heading | Bullets | Facts | Table | LabelledMatrix
 
 
-def text_of(lines: Iterable[str]) -> str:
-    r"""Lines of text; control characters in names are escaped.
+@dataclass(frozen=True)
+class Page:
+    """What is said of a result, in every format.
 
-    Examples
-    --------
-    >>> print(text_of(["robot a\nstatus: ok", "rank 3"]))
-    robot a\nstatus: ok
-    rank 3
+    Attributes
+    ----------
+    name : str
+        Of the robot.
+    place : str
+        What follows the name in the first line, such as ``, pose [...] (m, rad)``.
+    status : Status, or None
+        What happened; None where nothing is computed.
+    blocks : sequence of blocks
+        Those that are None are left out.
+    advice : tuple of str
+    data : mapping of str to values
+        All of it for programs, with what nobody would read.
+    before : str
+        What stands before the name.
+    posture : str
+        A second line, on the coordinates of joints.
     """
-    return "\n".join(map(printable, lines))
+
+    name: str
+    place: str = ""
+    status: object = None
+    blocks: Sequence[Block | None] = ()
+    advice: Sequence[str] = ()
+    data: Mapping[str, Any] = field(default_factory=dict)
+    before: str = ""
+    posture: str = ""
 
 
 def number(value: float) -> str:

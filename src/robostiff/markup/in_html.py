@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from html import escape
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any, Protocol
+from typing import Any
 
 from robostiff.errors import printable
 from robostiff.markup.blocks import (
@@ -18,6 +18,7 @@ from robostiff.markup.blocks import (
     Heading,
     LabelledMatrix,
     Number,
+    Page,
     Paragraph,
     Table,
     Tone,
@@ -95,11 +96,25 @@ def block_html(block: Block) -> str:
             rows_html = "".join(
                 element("dt", escaped(a)) + element("dd", escaped(b)) for a, b in rows
             )
-            return element("dl", rows_html)
+            return element("dl", rows_html) if rows else ""
         case Table():
             return _table(block)
         case LabelledMatrix():
             return _matrix(block)
+
+
+def page_html(page: Page) -> str:
+    """A page as HTML: name and status, its blocks, and advice."""
+    status = "" if page.status is None else f"; status {element('b', escaped(page.status))}"
+    name = element("b", escaped(page.name))
+    lead = f"{escaped(page.before)}{name}{escaped(page.place)}{status}"
+    blocks = [*page.blocks, Bullets(tuple(page.advice))]
+    return element("div", element("p", lead) + blocks_html(blocks))
+
+
+def blocks_html(blocks: Iterable[Block | None]) -> str:
+    """Blocks one after the other; None is left out."""
+    return "".join(block_html(block) for block in blocks if block is not None)
 
 
 def _in_tone(html: str, tone: Tone) -> str:
@@ -122,7 +137,9 @@ def _table(block: Table) -> str:
         for cell, kind in zip(cells, kinds[1:], strict=True):
             row += element("td", _cell(cell), **kind)
         rows += element("tr", row)
-    return element("table", element("thead", element("tr", head)) + element("tbody", rows))
+    title = element("p", escaped(block.title)) if block.title else ""
+    head = element("thead", element("tr", head)) if any(block.header) else ""
+    return title + element("table", head + element("tbody", rows))
 
 
 def _cell(cell: Cell) -> str:
@@ -167,24 +184,21 @@ def _matrix(block: LabelledMatrix) -> str:
     )
 
 
-# Pictures are drawn far above the results, and need Matplotlib: imported when one is shown.
-_PICTURES = "robostiff.plot.in_notebooks"
-
-
-class _ShownAsHtml(Protocol):
-    def _repr_html_(self) -> str: ...
+# Pages are written and pictures drawn far above the results: imported when one is shown.
+_PAGES, _PICTURES = "robostiff.page", "robostiff.plot.in_notebooks"
 
 
 class InNotebooks:
     """A result that notebooks show as HTML, with its picture where it has one.
 
-    A notebook shows one format of a result only, so the picture is part of the HTML. A terminal
-    needs no HTML, and no picture is drawn there.
+    Its tables are those of its page. A notebook shows one format of a result only, so the picture
+    is part of the HTML. A terminal needs no HTML, and no picture is drawn there.
     """
 
-    def _repr_mimebundle_(
-        self: _ShownAsHtml, include: Any = None, exclude: Any = None
-    ) -> dict[str, str]:
+    def _repr_html_(self) -> str:
+        return page_html(import_module(_PAGES).page_of(self))
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
         del include, exclude  # IPython selects by itself
         if not _shows_html():
             return {}

@@ -111,8 +111,9 @@ def _table(block: Table) -> str:
     head = ", ".join(f"[{typst_text(name)}]" for name in block.header)
     lines = ["  " + ", ".join(f"[{_cell(cell)}]" for cell in row) + "," for row in block.rows]
     sides = ", ".join("right" if own else "left" for own in block.of_numbers)
+    title = [f"{typst_text(block.title)}\n"] if block.title else []
     start = f"#rows({_columns(block)}, ({sides},), table.header({head}),"
-    return "\n".join([start, *lines, ")"])
+    return "\n".join([*title, start, *lines, ")"])
 
 
 def _columns(block: Table) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from robostiff.markup import Table, block_html, element, escaped
 from robostiff.model.chain import ParallelBlock
 from robostiff.model.joint import Joint
 from robostiff.model.link import Telescope
@@ -13,7 +12,6 @@ from robostiff.model.snapshot import PlacedBlock
 
 if TYPE_CHECKING:
     from robostiff.model.chain import Chain, Element
-    from robostiff.model.robot import Robot
     from robostiff.model.snapshot import PlacedElement, PlacedLeg
 
 
@@ -77,20 +75,3 @@ def _block(name: str, insides: Mapping[str, Iterable[str]]) -> str:
         return f"{name} {len(insides)} x [{next(iter(called))}]"
     listed = "; ".join(f"{', '.join(own)}: {words}" for words, own in called.items())
     return f"{name} [{listed}]"
-
-
-def robot_html(robot: Robot) -> str:
-    """Title, source, symbols and elements of the legs of a robot as HTML."""
-    title = f": {escaped(robot.title)}" if robot.title else ""
-    parts = [element("p", element("b", escaped(robot.name)) + title)]
-    if robot.symbols:
-        names = ", ".join(map(str, robot.symbols))
-        parts.append(element("p", f"symbols: {escaped(names)}"))
-    rows = [[leg.name, ", ".join(elements_in_words(leg.chain))] for leg in robot.legs]
-    parts.append(block_html(Table(["leg", "from base to platform"], rows)))
-    if robot.coordinates:
-        free = " ".join(coordinate.value for coordinate in robot.coordinates)
-        parts.append(element("p", f"free coordinates: {free}"))
-    if robot.source:
-        parts.append(element("p", element("small", escaped(robot.source))))
-    return element("div", "".join(parts), class_="robostiff-robot")

@@ -17,7 +17,6 @@ from robostiff.model.chain import Chain
 from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.entries import Symbolic, are_equal
 from robostiff.model.flexible_platform import FlexiblePlatform
-from robostiff.model.in_words import robot_html
 from robostiff.model.joint import Passive
 from robostiff.model.mass import Mass, gravity_vector, masses_of
 from robostiff.model.stiffness_law import ForceLaw, StiffnessLaw
@@ -280,9 +279,6 @@ class Robot(InNotebooks, Symbolic):
         posed = "posed by its joints" if self.is_posed_by_joints else posed
         symbols = f", symbols {', '.join(map(str, self.symbols))}" if self.symbols else ""
         return f"<Robot {self.name!r}, {legs}, {posed}{symbols}>"
-
-    def _repr_html_(self) -> str:
-        return robot_html(self)
 
     def with_elbows(self, elbows: Elbow | Mapping[str, Elbow]) -> Robot:
         """The same robot in another working mode.

@@ -15,7 +15,7 @@ from robostiff.model import Robot
 from robostiff.plot.backend import Matplotlib
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import Picture
-from robostiff.plot.posed_robot import picture_of_robot, robot_picture
+from robostiff.plot.posed_robot import picture_of_posed, picture_of_robot
 from robostiff.plot.posture import surroundings
 from robostiff.plot.stiffness_pictures import Quality, ellipsoid_picture
 from robostiff.statics import Equilibrium, Modes
@@ -57,7 +57,7 @@ def picture_of_result(result: object) -> Picture | None:
         case Deflection(stiffness=Stiffness() as own) if _is_posed(own):
             # the shape under forces at bodies is not known from the wrench
             drawable = result.has_answer and result.work_of_loads is None
-            return robot_picture(own.snapshot(), result) if drawable else None
+            return picture_of_posed(own.snapshot(), result) if drawable else None
         case Equilibrium() if result.has_answer:
             return equilibrium_picture(result)
         case Modes() if result.each:

@@ -10,10 +10,12 @@ import numpy as np
 
 from robostiff.analysis import PartShare
 from robostiff.errors import InputError
+from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.displacement import finite_motion, spatial
+from robostiff.plot.geometry.displacement import finite_motions, spatial
+from robostiff.plot.outline import of_cables, outline_of
 from robostiff.plot.picture import (
     Category,
     Curve,
@@ -24,11 +26,10 @@ from robostiff.plot.picture import (
     PlainColour,
     Scene,
 )
-from robostiff.plot.posed_robot import Colouring, energy_colours
+from robostiff.plot.posed_robot import Colouring, energy_shares
 from robostiff.plot.prefix import prefixed, short
-from robostiff.plot.robot_parts import RobotSketch
 from robostiff.plot.sketch import Sketch, exaggeration_note
-from robostiff.plot.structures import CableSketch, NetworkSketch, energies_by_name, motions_of
+from robostiff.spatial import Space
 from robostiff.statics import BodyPlaces, Equilibrium, Modes
 
 if TYPE_CHECKING:
@@ -95,17 +96,14 @@ def equilibrium_picture(
         )
     _ = result.displacement  # raises with the reason when there is none
     posed, problem = result.posed, cast("EquilibriumProblem", result.problem)
-    sketch = _sketch(posed, problem, result.places, result.shares, colouring)
-    if isinstance(sketch, CableSketch):
-        tensions = np.array([own.tension for own in result.springs])
-        lines = replace(sketch.lines, tensions=tensions, slack=tensions == 0)
-        sketch = replace(sketch, lines=lines)
+    tensions = np.array([own.tension for own in result.springs])
+    sketch = _sketch(posed, problem, result.places, result.shares, colouring, tensions)
     sketch = sketch.exaggerated(exaggeration, is_finite=True)
     notes = exaggeration_note(sketch.scale)
     notes += () if result.stable else ("the robot does not stay there",)
     load = problem.point, spatial(result.wrench, result.space.rows)
     title, is_named = f"{result.name} under load", isinstance(posed, Network)
-    more = _springs(result, sketch) if isinstance(sketch, RobotSketch) else ()
+    more = _springs(posed, result, sketch) if isinstance(posed, Snapshot) else ()
     return sketch.scene(title, load, is_named=is_named, notes=notes, more=more)
 
 
@@ -115,21 +113,20 @@ def _sketch(
     places: BodyPlaces,
     shares: Sequence[PartShare],
     colouring: Colouring,
+    tensions: np.ndarray | None = None,
 ) -> Sketch:
     """A machine of any kind with its bodies at other places, coloured by elastic energy."""
     if isinstance(posed, CableRobot):
-        return CableSketch.moved(problem, places.platform)
-    if isinstance(posed, Network):
-        paints = energies_by_name(shares)
-        plain = PlainColour.MUTED if paints else PlainColour.INK
-        motions = motions_of(posed, places)
-        return NetworkSketch(network=posed, colours=paints, plain=plain, motions=motions)
-    if len(posed.legs) == 1 and colouring is Colouring.LEGS:
-        colouring = Colouring.PARTS
-    values = energy_colours(shares, colouring)
+        springs = problem.groups[0].springs
+        ends = np.array([[end.point for end in own.ends] for own in springs])
+        names, space = [own.name for own in springs], Space.of_size(len(problem.rows))
+        outline = of_cables(names, (ends[:, 0], ends[:, 1]), problem.point, space, tensions)
+        return Sketch(outline=outline, motions=finite_motions(posed, places))
+    outline = outline_of(posed)
+    values = energy_shares(shares, colouring, outline)
     plain = PlainColour.MUTED if values else PlainColour.INK
-    motion = finite_motion(posed, places)
-    return RobotSketch(snapshot=posed, motion=motion, shares=values, plain=plain)
+    motions = finite_motions(posed, places)
+    return Sketch(outline=outline, motions=motions, shares=values, plain=plain)
 
 
 def mode(
@@ -191,11 +188,11 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     return replace(scene, frame=np.array([low - margin, high + margin]))
 
 
-def _springs(result: Equilibrium, sketch: RobotSketch) -> list[Item]:
+def _springs(posed: Snapshot, result: Equilibrium, sketch: Sketch) -> list[Item]:
     """Springs between bodies as coils, their ends displaced as the bodies are."""
     items: list[Item] = []
     label, factor = "spring", sketch.in_unit().factor
-    for placed, own in zip(sketch.snapshot.springs, result.springs, strict=True):
+    for placed, own in zip(posed.springs, result.springs, strict=True):
         pairs = zip(placed.points, own.points, strict=True)
         a, b = (p + sketch.scale * (now - p) for p, now in pairs)
         about = f"{own.name}: {own.tension:.4g} N"

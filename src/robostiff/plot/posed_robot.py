@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from typing import Any, TypeVar
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,23 +18,23 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import (
-    RobotMotion,
-    at_rest,
+    PLATFORM,
+    FiniteMotion,
+    Motions,
+    end_key,
     motion_under,
     network_motion,
     spatial,
 )
+from robostiff.plot.outline import Outline, of_cables, outline_of
 from robostiff.plot.picture import PlainColour, Scene
 from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import short
-from robostiff.plot.robot_parts import RobotSketch, part_names
-from robostiff.plot.sketch import colours_of_parts, exaggeration_note
-from robostiff.plot.structures import (
-    CableSketch,
-    NetworkSketch,
-    colours_of_network,
-    energies_by_name,
-)
+from robostiff.plot.sketch import Sketch, colours_of_parts, exaggeration_note
+from robostiff.spatial import Space
+from robostiff.spatial.rotation import matrix_of_rotation
+
+Posed = Snapshot | Network | CableStiffness
 
 _MISSED = 1e-4
 
@@ -123,46 +123,27 @@ def picture_of_robot(
     """The picture of `robot`, as data."""
     if near is not None and not isinstance(robot, Robot):
         raise InputError(f"near of {robot.name!r}", got=near, expected="none: it has no postures")
+    has_cables = isinstance(robot, CableRobot)
+    of = getattr(bent, "before" if has_cables else "stiffness", None)
+    if bent is not None and (of is None or of.name != robot.name):
+        call = "rs.cable_response" if has_cables else "rs.deflection"
+        raise InputError(
+            f"deflection in a plot of {robot.name!r}",
+            got=bent,
+            expected=f"a result of {call} of this robot",
+        )
+    words: tuple[str, ...] = ()
+    posed: Posed
     if isinstance(robot, CableRobot):
-        if bent is None:
-            return CableSketch.at_pose(cable_stiffness(robot, pose)).scene(robot.name)
-        return _loaded_cables(_of_kind(robot, bent, CableResponse), exaggeration)
-    own = None if bent is None else _of_kind(robot, bent, Deflection)
-    if isinstance(robot, Linkage):
-        words = joints_in_words(robot, pose)
-        return _network_picture(robot.network_at(pose), own, exaggeration, words)
-    if isinstance(robot, Network):
+        posed = cable_stiffness(robot, pose) if bent is None else cast("CableResponse", bent).before
+    elif isinstance(robot, Linkage):
+        posed, words = robot.network_at(pose), joints_in_words(robot, pose)
+    elif isinstance(robot, Network):
         check_is_not_posed(robot, pose)
-        return _network_picture(robot, own, exaggeration)
-    return robot_picture(snapshot_at(robot, pose, near), own, colouring, exaggeration)
-
-
-def _loaded_cables(found: CableResponse, exaggeration: float | None) -> Scene:
-    _ = found.tensions  # raises with the reason where the load is not carried
-    sketch = CableSketch.under_load(found).exaggerated(exaggeration)
-    load = sketch.rest.point, spatial(found.load, sketch.space.rows)
-    return sketch.scene(found.before.name, load, notes=exaggeration_note(sketch.scale))
-
-
-def _network_picture(
-    network: Network,
-    bent: Deflection | None,
-    exaggeration: float | None,
-    notes: tuple[str, ...] = (),
-) -> Scene:
-    """A network, coloured part by part; under a load deformed and coloured by elastic energy."""
-    if bent is None:
-        sketch = NetworkSketch(network=network, colours=colours_of_network(network))
-        return sketch.scene(network.name, is_named=True, notes=notes)
-    sketch = NetworkSketch(
-        network=network,
-        colours=energies_by_name(bent.parts),
-        plain=PlainColour.MUTED,
-        motions=network_motion(network, bent),
-    ).exaggerated(exaggeration)
-    load = bent.stiffness.reference_point, spatial(bent.wrench, network.space.rows)
-    notes = (*notes, *exaggeration_note(sketch.scale))
-    return sketch.scene(network.name, load, is_named=True, notes=notes)
+        posed = robot
+    else:
+        posed = snapshot_at(robot, pose, near)
+    return picture_of_posed(posed, bent, colouring, exaggeration, words)
 
 
 def joints_in_words(linkage: Linkage, values: Mapping[str, Any] | None) -> tuple[str, ...]:
@@ -180,106 +161,99 @@ def joints_in_words(linkage: Linkage, values: Mapping[str, Any] | None) -> tuple
 
 
 def picture_of_posed(
-    posed: Snapshot | Network | CableStiffness,
+    posed: Posed,
     bent: Deflection | CableResponse | None = None,
     colouring: Colouring = Colouring.LEGS,
+    exaggeration: float | None = None,
+    notes: tuple[str, ...] = (),
 ) -> Scene:
     """The picture of what has been placed at a pose."""
-    if isinstance(posed, CableStiffness):
-        if isinstance(bent, CableResponse):
-            return _loaded_cables(bent, None)
-        return CableSketch.at_pose(posed).scene(posed.name)
-    return picture_of_robot(posed, None, bent, colouring)
-
-
-_Bent = TypeVar("_Bent", Deflection, CableResponse)
-
-
-def _of_kind(robot: Any, bent: Any, kind: type[_Bent]) -> _Bent:
-    """A deflection of the kind that this robot has, and of this robot."""
-    of = bent.before if isinstance(bent, CableResponse) else getattr(bent, "stiffness", None)
-    if not isinstance(bent, kind) or of is None or of.name != robot.name:
-        call = "rs.cable_response" if kind is CableResponse else "rs.deflection"
-        raise InputError(
-            f"deflection in a plot of {robot.name!r}",
-            got=bent,
-            expected=f"a result of {call} of this robot",
-        )
-    return bent
-
-
-def robot_picture(
-    snapshot: Snapshot,
-    bent: Deflection | None = None,
-    colouring: Colouring = Colouring.LEGS,
-    exaggeration: float | None = None,
-) -> Scene:
-    """The picture of a robot of legs."""
-    is_arm, named = len(snapshot.legs) == 1, colouring is Colouring.NAMES
+    outline, named = outline_of(posed), colouring is Colouring.NAMES
     if bent is None:
-        named = is_arm or named
-        colours = colours_of_parts(part_names(snapshot)) if named else {}
-        sketch = RobotSketch(snapshot=snapshot, motion=at_rest(snapshot), colours=colours)
-        return sketch.scene(snapshot.name, is_named=named)
-    if is_arm and colouring is Colouring.LEGS:
-        colouring = Colouring.PARTS
-    shares = energy_colours(bent.parts, colouring)
-    sketch = RobotSketch(
-        snapshot=snapshot,
-        motion=motion_of(snapshot, bent),
+        named = outline.is_named or named
+        colours = colours_of_parts(outline.part_names) if named else {}
+        sketch = Sketch(outline=outline, colours=colours)
+        return sketch.scene(posed.name, is_named=named, notes=notes)
+    parts: Sequence[PartShare] = ()
+    if isinstance(bent, CableResponse):
+        motions, outline = moved_cables(bent)
+        F, point = bent.load, outline.point.point
+    else:
+        motions, parts = motion_of(cast("Snapshot | Network", posed), bent), bent.parts
+        F, point = bent.wrench, bent.stiffness.reference_point
+    shares = energy_shares(parts, colouring, outline)
+    sketch = Sketch(
+        outline=outline,
+        motions=motions,
         shares=shares,
-        colours=colours_of_parts(part_names(snapshot)) if named else {},
+        colours=colours_of_parts(outline.part_names) if named else {},
         plain=PlainColour.MUTED if shares or named else PlainColour.INK,
     ).exaggerated(exaggeration)
-    load = bent.stiffness.reference_point, spatial(bent.wrench, bent.stiffness.space.rows)
-    notes = exaggeration_note(sketch.scale)
-    return sketch.scene(snapshot.name, load, is_named=is_arm, notes=notes)
+    load = point, spatial(F, Space.of_size(len(F)).rows)
+    notes = (*notes, *exaggeration_note(sketch.scale))
+    return sketch.scene(posed.name, load, is_named=outline.is_named, notes=notes)
 
 
-def motion_of(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
+def moved_cables(found: CableResponse) -> tuple[Motions, Outline]:
+    """Motion of the platform under a load that is carried, and the cables that are taut there."""
+    tensions = found.tensions  # raises with the reason where the load is not carried
+    placed, moved = found.before.placed, cast("np.ndarray", found.displacement)
+    d = spatial(moved, found.before.space.rows)
+    R = matrix_of_rotation(d[3:])
+    p = placed.reference_point
+    motions = {PLATFORM: FiniteMotion(np.zeros(6), np.zeros(3), R - np.eye(3), d[:3] + p - R @ p)}
+    ends = placed.exit_points, placed.attachments
+    return motions, of_cables(found.before.cable_names, ends, p, found.before.space, tensions)
+
+
+def motion_of(posed: Snapshot | Network, bent: Deflection) -> Motions:
     """Motions of the bodies; InputError where they are not those of this pose and a wrench."""
+    if isinstance(posed, Network):
+        return network_motion(posed, bent)
     if bent.work_of_loads is not None:
         raise InputError(
-            f"deflection in a plot of {snapshot.name!r}",
+            f"deflection in a plot of {posed.name!r}",
             got="one with forces or weights at bodies",
             expected="one under a wrench on the platform",
             hint="the shape is drawn of rs.deflection(robot, pose, wrench) without loads, gravity",
         )
-    motion = motion_under(snapshot, bent)
-    _check_fit(snapshot, bent, motion)
-    return motion
+    motions = motion_under(posed, bent)
+    _check_fit(posed, bent, motions)
+    return motions
 
 
-def energy_colours(
-    parts: Sequence[PartShare], colouring: Colouring
+def energy_shares(
+    parts: Sequence[PartShare], colouring: Colouring, outline: Outline
 ) -> dict[tuple[str, str], float]:
-    """Shares [%] of legs, or of their parts; the part of a whole leg has no name."""
+    """Shares [%] of legs, or of their parts; the part of a whole leg has no name.
+
+    Parts of a network have no leg, and are found by their whole names.
+    """
     shares: dict[tuple[str, str], float] = {}
     if colouring in {Colouring.NONE, Colouring.NAMES}:
         return shares
+    part_by_part = colouring is Colouring.PARTS or outline.is_named
     for part in parts:
-        key = (part.leg, part.part if colouring is Colouring.PARTS else "")
+        key = (part.leg, part.part if part_by_part else "")
         shares[key] = shares.get(key, 0.0) + 100 * part.share
+        if part_by_part:
+            for name in (f"{part.leg}/{part.part}", part.part):
+                shares.setdefault(("", name), 100 * part.share)
     return shares
 
 
-def _check_fit(snapshot: Snapshot, bent: Deflection, motion: RobotMotion) -> None:
+def _check_fit(snapshot: Snapshot, bent: Deflection, motions: Motions) -> None:
     """Raise unless the deflection is that of this pose: otherwise the legs do not close."""
-    length = float(bent.stiffness.length)
+    length, o = float(bent.stiffness.length), bent.stiffness.origin
     s = np.repeat([1.0, length], 3)
-    size = np.linalg.norm(motion.platform.twist * s)
-    ends = [motion.platform] * len(motion.legs)
-    if snapshot.platform is not None:
-        ends = [motion.nodes[name] for name in snapshot.platform.holds]
-    o = bent.stiffness.origin
-    gaps = [
-        np.linalg.norm((leg.bodies[-1].twist - end.twist_about(o)) * s)
-        for leg, end in zip(motion.legs, ends, strict=True)
-    ]
-    if max(gaps) > _MISSED * size:
-        raise InputError(
-            f"deflection in a plot of {snapshot.name!r}",
-            got=f"that of {bent.stiffness.name!r} at another pose",
-            expected="the deflection of this robot at this pose",
-            hint="give both functions the same pose",
-        )
+    size = np.linalg.norm(motions[PLATFORM].twist * s)
+    for i, leg in enumerate(snapshot.legs):
+        last = motions[f"{leg.name}/{leg.elements[-1].name}"].twist
+        wanted = motions[end_key(snapshot, i)].twist_about(o)
+        if np.linalg.norm((last - wanted) * s) > _MISSED * size:
+            raise InputError(
+                f"deflection in a plot of {snapshot.name!r}",
+                got=f"that of {bent.stiffness.name!r} at another pose",
+                expected="the deflection of this robot at this pose",
+                hint="give both functions the same pose",
+            )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,12 +14,10 @@ from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.plot.geometry.displacement import at_rest
 from robostiff.plot.geometry.ellipsoid import AnyStiffness
-from robostiff.plot.picture import Item, PlainColour
-from robostiff.plot.robot_parts import RobotSketch, backdrop
+from robostiff.plot.outline import outline_of
+from robostiff.plot.picture import Item
 from robostiff.plot.sketch import Sketch, unit_of
-from robostiff.plot.structures import CableSketch, NetworkSketch
 
 Around = Robot | Snapshot | Network | CableRobot | CableStiffness
 
@@ -75,32 +74,26 @@ def surroundings(robot: Around | None, result: AnyStiffness) -> Surroundings | N
 
     Raises InputError when `robot` is none that can be drawn at the pose of the result.
     """
-    muted = PlainColour.MUTED
     if isinstance(robot, CableRobot):
         robot = cable_stiffness(robot, result.pose)
-    cables = robot if isinstance(robot, CableStiffness) else result
-    if isinstance(cables, CableStiffness):
-        return _around(replace(CableSketch.at_pose(cables), plain=muted))
-    if robot is None or isinstance(robot, CableStiffness) or isinstance(result, CableStiffness):
-        return None
+    posed = robot if isinstance(robot, CableStiffness) else result
+    if not isinstance(posed, CableStiffness):
+        if robot is None:
+            return None
+        posed = _placed(robot, posed)
+    sketch = Sketch(outline=outline_of(posed)).in_unit()
+    unit, items = unit_of(sketch.size)[1], tuple(sketch.backdrop())
+    return Surroundings(sketch.size, sketch.factor, unit, sketch.outline.is_level, items)
+
+
+def _placed(robot: Any, result: Stiffness) -> Snapshot | Network:
     if isinstance(robot, Network):
-        return _around(NetworkSketch(network=robot, plain=muted, ink=muted))
+        return robot
     if isinstance(robot, Snapshot):
-        snapshot = snapshot_at(robot, None)
-    elif isinstance(result, Stiffness) and robot.name == result.name:
-        snapshot = result.snapshot()  # in the posture that the result is of
-    else:
-        snapshot = snapshot_at(robot, _pose(result))
-    return _around(RobotSketch(snapshot=snapshot, motion=at_rest(snapshot), plain=muted))
-
-
-def _around(sketch: Sketch) -> Surroundings:
-    """A machine without its reference point, which what is inside has."""
-    drawn = sketch.in_unit()
-    parts = backdrop(drawn) if isinstance(drawn, RobotSketch) else drawn.parts()
-    kept = tuple(item for item in parts if item.label != "reference point")
-    unit = unit_of(sketch.size)[1]
-    return Surroundings(sketch.size, drawn.factor, unit, sketch.is_level, kept)
+        return snapshot_at(robot, None)
+    if isinstance(result, Stiffness) and robot.name == result.name:
+        return result.snapshot()  # in the posture that the result is of
+    return snapshot_at(robot, _pose(result))
 
 
 def _pose(result: AnyStiffness) -> np.ndarray:

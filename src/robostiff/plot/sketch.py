@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import TypeVar
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.model import Actuated, Locked, Passive, Role
+from robostiff.plot.geometry.displacement import STILL, BodyMotion, Motions
 from robostiff.plot.geometry.ellipsoid import screw_line
+from robostiff.plot.outline import JointPoint, Line, Outline, PointOfBody
 from robostiff.plot.picture import (
     Arrow,
     Category,
     ColourScale,
+    Face,
     Item,
     LineWeight,
+    Marks,
     Paint,
     Path,
     PlainColour,
     Scene,
+    Shape,
+    Text,
 )
 from robostiff.plot.prefix import prefixed, short
 from robostiff.spatial import Screw
@@ -29,54 +35,147 @@ _ARROW = 0.2  # of the robot
 _ROUNDING = 1e-12  # of the robot
 _IN_PLANE = 1e-9  # of the largest displacement, or of the unit of a wrench
 _SEEN = 0.1  # of the robot: the largest displacement drawn with the default exaggeration
-
-_Own = TypeVar("_Own", bound="Sketch")
+_APART = 1e-9  # of the robot: closer points are one
+_BENDS = 17  # points along a bent part
+_ONE_PLACE = 0.08  # of the robot: names nearer than that would overlap
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sketch(ABC):
-    """What is drawn of a machine; each kind says what its parts are, and how far they move."""
+class Sketch:
+    """A machine of any kind as it is drawn: at rest, or beside that with its bodies displaced.
 
-    factor: float = 1.0  # from metres to the unit of the axes
-    scale: float = 0.0  # of the displacements; 0 at rest
+    Attributes
+    ----------
+    outline : Outline
+    motions : mapping of str to BodyMotion
+        Of bodies by name; those that are not there rest.
+    shares : mapping of (str, str) to float
+        Parts of the elastic energy [%], by leg and part, or by leg and an empty name.
+    colours : mapping of str to Paint
+        Of parts without a share, by their names.
+    of_joints : mapping of str to Paint
+    plain, ink : PlainColour
+        Of parts without a colour, and of bodies and joints.
+    factor : float
+        From metres to the unit of the axes.
+    scale : float
+        Of the displacements; 0 at rest.
+    """
+
+    outline: Outline
+    motions: Motions = field(default_factory=dict)
+    shares: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    colours: Mapping[str, Paint] = field(default_factory=dict)
+    of_joints: Mapping[str, Paint] = field(default_factory=dict)
+    plain: PlainColour = PlainColour.INK
+    factor: float = 1.0
+    scale: float = 0.0
 
     @property
-    @abstractmethod
     def size(self) -> float:
         """Length of the machine [m]."""
+        return self.outline.size
 
     @property
-    @abstractmethod
-    def is_level(self) -> bool:
-        """Whether all of it lies in one plane z = constant at rest."""
-
-    @property
-    @abstractmethod
     def shifts(self) -> np.ndarray:
         """Displacements (n, 3) of its points, before they are exaggerated [m]."""
+        return np.array([self._body(at).displacement(at.point) for at in self.outline.anchors])
 
-    @property
-    def values(self) -> Iterable[float]:
-        """Numbers that its colours are, shares of the elastic energy [%]."""
-        return ()
+    def _body(self, at: PointOfBody) -> BodyMotion:
+        return self.motions.get(at.body, STILL)
 
-    @abstractmethod
-    def placed(self, point: np.ndarray) -> np.ndarray:
-        """Where a point (3,) of the platform [m] is drawn."""
+    def moved(self, at: PointOfBody) -> np.ndarray:
+        """Where a point is drawn (3,), in the unit of the axes."""
+        shift = self.scale * self._body(at).displacement(at.point) if self.scale else 0.0
+        return self.factor * (at.point + shift)
 
-    @abstractmethod
+    def _lines(self) -> Iterator[tuple[Line, np.ndarray]]:
+        """Lines that can be seen, and their points (n, 3) in the unit of the axes."""
+        for line in self.outline.lines:
+            points = self._drawn(line)
+            if np.linalg.norm(points[-1] - points[0]) > _APART * self.factor * self.size:
+                yield line, points
+
+    def _drawn(self, line: Line) -> np.ndarray:
+        a, b = line.start, line.end
+        if line.bends and self.scale and np.linalg.norm(b.point - a.point) > _APART * self.size:
+            ends = (a.point, b.point, self._body(a), self._body(b))
+            return self.factor * bent_line(*ends, self.scale)
+        return np.array([self.moved(a), self.moved(b)])
+
     def parts(self) -> list[Item]:
-        """Base, platform, legs or cables, joints."""
+        """Base, platform, legs or cables, and joints."""
+        items: list[Item] = []
+        for face in self.outline.plates:
+            corners = np.array([self.moved(PointOfBody(p, face.body)) for p in face.corners])
+            items.append(Face(corners, face.paint, 0.35, face.label))
+        unlisted = dict(self.colours) if self.outline.has_legend else {}
+        for line, points in self._lines():
+            paint, about = self._paint(line.leg, line.part)
+            label = line.part if unlisted.pop(line.part, None) is not None else line.label
+            about, paint = line.about or about, line.paint or paint
+            items.append(Path(points, paint, line.weight, line.is_dashed, label, about))
+        for spots in self.outline.spots:
+            points = np.array([self.moved(at) for at in spots.at])
+            paint, about = self._paint("", spots.part)
+            names = (about,) if spots.part else spots.names
+            items.append(Marks(points, paint, spots.shape, spots.label, names))
+        items += self._joints()
+        at = self.moved(self.outline.point)[None]
+        return [*items, Marks(at, PlainColour.INK, Shape.CROSS, "reference point")]
 
-    @abstractmethod
+    def _paint(self, leg: str, part: str) -> tuple[Paint, str]:
+        """The colour of a part, and its description."""
+        share = self.shares.get((leg, part), self.shares.get((leg, "")))
+        about = "/".join(filter(None, (leg, part)))
+        if share is None:
+            return self.colours.get(part, self.plain), about
+        return share, f"{about}: {share:.1f} %"
+
+    def _joints(self) -> Iterator[Item]:
+        for kind, (label, shape) in _KINDS.items():
+            alike = [own for own in self.outline.joints if _kind(own.role) is kind]
+            by_paint: dict[Paint, list[JointPoint]] = {}
+            for joint in alike:
+                paint = self.of_joints.get(joint.name, PlainColour.INK)
+                by_paint.setdefault(paint, []).append(joint)
+            for paint, own in by_paint.items():
+                points = np.array([self.moved(joint.at) for joint in own])
+                names = tuple(f"{joint.owner}/{joint.name}" for joint in own)
+                yield Marks(points, paint, shape, label, names)
+            for joint in alike:
+                share = self.shares.get((joint.owner, joint.name))
+                if share is not None:
+                    about = f"{joint.owner}/{joint.name}: {share:.1f} %"
+                    yield Marks(self.moved(joint.at)[None], share, shape, about=(about,))
+
     def ghost(self, label: str = "without load") -> list[Item]:
         """Its lines at rest, dashed."""
+        at_rest = replace(self, scale=0.0)._lines()
+        lines = [points for line, points in at_rest if line.has_ghost]
+        return [
+            Path(line, PlainColour.MUTED, LineWeight.THIN, True, "" if i else label)
+            for i, line in enumerate(lines)
+        ]
+
+    def backdrop(self) -> list[Item]:
+        """Faces and lines in one colour, behind something else."""
+        muted = PlainColour.MUTED
+        items: list[Item] = []
+        for face in self.outline.plates:
+            paint = face.paint if face.paint is PlainColour.FAINT else muted
+            items.append(Face(self.factor * face.corners, paint, 0.35))
+        for line, points in self._lines():
+            weight = min(line.weight, LineWeight.LINE, key=lambda own: own.value)
+            items.append(Path(points, muted, weight, line.is_dashed))
+        return items
 
     def names(self) -> list[Item]:
         """Names beside its joints."""
-        return []
+        places = [(self.moved(at), name) for at, name in self.outline.words]
+        return words_at(places, self.factor * self.size)
 
-    def exaggerated(self: _Own, factor: float | None, *, is_finite: bool = False) -> _Own:
+    def exaggerated(self, factor: float | None, *, is_finite: bool = False) -> Sketch:
         """With displacements times a factor; by default a round one that makes them visible.
 
         Finite displacements are then drawn at least as large as they are.
@@ -88,13 +187,13 @@ class Sketch(ABC):
             raise InputError("exaggeration of a plot", got=factor, expected="a finite number")
         return replace(self, scale=float(factor))
 
-    def in_unit(self: _Own) -> _Own:
+    def in_unit(self) -> Sketch:
         """In the unit of axes that suits its size."""
         return replace(self, factor=unit_of(self.size)[0])
 
     def is_flat(self, F: np.ndarray) -> bool:
         """Whether neither a part nor a wrench (6,) on it leaves the x-y plane."""
-        if not self.is_level or np.any(np.abs(F[2:5]) > _IN_PLANE):
+        if not self.outline.is_level or np.any(np.abs(F[2:5]) > _IN_PLANE):
             return False
         moved = np.abs(self.shifts)
         return bool(moved[:, 2].max(initial=0.0) <= _IN_PLANE * moved.max(initial=0.0))
@@ -104,7 +203,8 @@ class Sketch(ABC):
 
         The force points to the point, the moment away from it; from above it turns around it.
         """
-        return wrench_items(self.placed(point), self.factor * self.size, F, is_flat)
+        at = self.moved(PointOfBody(point, self.outline.point.body))
+        return wrench_items(at, self.factor * self.size, F, is_flat)
 
     def scene(
         self,
@@ -124,10 +224,41 @@ class Sketch(ABC):
         items += drawn.parts()
         items += drawn.names() if is_named else []
         items += [] if load is None else drawn.load(*load, is_flat)
-        top = max(drawn.values, default=0.0)
+        top = max(self.shares.values(), default=0.0)
         scale = ColourScale("share of elastic energy [%]", 0, top) if top else None
-        unit = unit_of(self.size)[1]
-        return robot_scene(title, [*items, *more], unit, is_flat, scale, notes)
+        return robot_scene(title, [*items, *more], unit_of(self.size)[1], is_flat, scale, notes)
+
+
+_KINDS = {
+    Passive: ("passive joint", Shape.RING),
+    Actuated: ("actuator", Shape.SQUARE),
+    Locked: ("locked joint", Shape.DIAMOND),
+}
+"""Names in the legend, and marks, of joints."""
+
+
+def _kind(role: Role) -> type:
+    return next((kind for kind in _KINDS if isinstance(role, kind)), Locked)
+
+
+def bent_line(
+    start: np.ndarray, end: np.ndarray, first: BodyMotion, last: BodyMotion, scale: float
+) -> np.ndarray:
+    """Line of a beam (n, 3) from start to end (3,) [m], which move with two bodies, exaggerated.
+
+    Across the beam the cubic with the displacements and slopes of its ends, along it a straight
+    line: exact for a uniform Euler-Bernoulli beam that is loaded at its ends.
+    """
+    along = end - start
+    s = np.linspace(0.0, 1.0, _BENDS)[:, None]
+    u_0, u_1 = first.displacement(start), last.displacement(end)
+    slope_0, slope_1 = first.turned(along), last.turned(along)
+    cubic = (1 - 3 * s**2 + 2 * s**3) * u_0 + (3 * s**2 - 2 * s**3) * u_1
+    cubic = cubic + (s - 2 * s**2 + s**3) * slope_0 + (s**3 - s**2) * slope_1
+    e = along / np.linalg.norm(along)
+    straight = (1 - s) * (u_0 @ e) + s * (u_1 @ e)
+    u = cubic - (cubic @ e)[:, None] * e + straight * e
+    return start + s * along + scale * u
 
 
 def unit_of(size: float) -> tuple[float, str]:
@@ -190,12 +321,28 @@ def colours_of_parts(names: Iterable[str]) -> dict[str, Paint]:
     return {name: Category(i) for i, name in enumerate(dict.fromkeys(names))}
 
 
-def dashed(lines: Iterable[np.ndarray], label: str) -> list[Item]:
-    """Thin dashed lines, the first of which is named in the legend."""
-    return [
-        Path(line, PlainColour.MUTED, LineWeight.THIN, True, "" if i else label)
-        for i, line in enumerate(lines)
-    ]
+_NUMBER = re.compile(r"\[\d+\]$")
+
+
+def words_at(places: Sequence[tuple[np.ndarray, str]], size: float) -> list[Item]:
+    """Names of joints beside their points (3,), those of one point in one line.
+
+    A joint of several freedoms is named once, and joints of the branches of a block by the first.
+    """
+    found: list[tuple[np.ndarray, list[str]]] = []
+    named: set[str] = set()
+    for place, name in places:
+        own = _NUMBER.sub("", name.rpartition("/")[2])
+        if own in named:
+            continue
+        named.add(own)
+        for point, names in found:
+            if np.linalg.norm(point - place) <= _ONE_PLACE * size:
+                names.append(own)
+                break
+        else:
+            found.append((place, [own]))
+    return [Text(point, ", ".join(dict.fromkeys(names)), PlainColour.INK) for point, names in found]
 
 
 def wrench_items(point: np.ndarray, size: float, F: np.ndarray, is_flat: bool) -> list[Item]:

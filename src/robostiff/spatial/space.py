@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from enum import Enum
 
+import numpy as np
+
 from robostiff.errors import InputError
+
+_ROUNDING = 1e-9  # of the largest
 
 
 class Space(Enum):
@@ -72,3 +76,9 @@ class Space(Enum):
     def wrench_order(self) -> tuple[str, ...]:
         """Names of the load coordinates [N, N m]."""
         return tuple(("Fx", "Fy", "Fz", "Mx", "My", "Mz")[row] for row in self.value)
+
+    def without_rounding(self, twist: np.ndarray, length: float = 1.0) -> np.ndarray:
+        """A twist (n,) [m, rad] with zero for what is rounding, rotations times a length [m]."""
+        shifts = np.arange(self.size) < self.translations
+        sizes = np.abs(twist) * np.where(shifts, 1.0, length)
+        return np.where(sizes < _ROUNDING * np.max(sizes), 0.0, twist)

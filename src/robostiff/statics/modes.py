@@ -28,7 +28,6 @@ from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Gravity, Laws, Loads, Masses
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_wrench, postures_of
-from robostiff.statics.result_tables import modes_html
 
 # So that beams have modes of their own, the first of them within some percent.
 _HALVES = Bowing(elements=2)
@@ -131,9 +130,6 @@ class Modes(InNotebooks):
     def __repr__(self) -> str:
         first = "; ".join(str(mode) for mode in self.each[:3])
         return f"<{len(self.each)} modes of {self.name!r}, status {self.status}: {first}>"
-
-    def _repr_html_(self) -> str:
-        return modes_html(self)
 
 
 def modes(

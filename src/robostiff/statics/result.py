@@ -31,7 +31,6 @@ from robostiff.statics.loaded_parts import (
     shares_of,
 )
 from robostiff.statics.loading.flexible_platform import about_the_tool
-from robostiff.statics.result_tables import equilibrium_html, without_rounding
 
 _NOT_FREE = (
     "rigid parts do not let the platform move so: give a displacement along the motions that they "
@@ -270,15 +269,12 @@ class Equilibrium(InNotebooks):
     def __repr__(self) -> str:
         if not self.has_answer:
             return f"<Equilibrium of {self.name!r}, status {self.status}>"
-        shown = without_rounding(self.displacement, self.space)
+        shown = self.space.without_rounding(self.displacement)
         moved = ", ".join(f"{x:.4g}" for x in shown)
         return (
             f"<Equilibrium of {self.name!r}: moved ({moved}) m, rad, margin {self.margin:.3g}, "
             f"status {self.status}>"
         )
-
-    def _repr_html_(self) -> str:
-        return equilibrium_html(self)
 
     @property
     def _share(self) -> float:

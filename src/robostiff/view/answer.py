@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.analysis.result_tables import displacement_table, energy_table, stiffness_html
 from robostiff.errors import NoAnswerError
-from robostiff.markup import Bullets, Tone, block_html, element, escaped
-from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, Stiffness, principal_axes
+from robostiff.markup import Bullets, Tone, block_html, element, escaped, page_html
+from robostiff.page.stiffness import displacement_table, energy_table, stiffness_page
+from robostiff.plot.geometry.ellipsoid import AnyStiffness, PrincipalAxes, Quality, principal_axes
 from robostiff.plot.picture import Item, Paint, colour_of
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.stiffness_pictures import ellipsoid_items
@@ -85,7 +85,7 @@ def answer_of(
         kind_of(bent.status.is_bad, not bent.status),
         tuple(bent.advice),
         layers,
-        stiffness_html(bent.stiffness),
+        page_html(stiffness_page(bent.stiffness)),
         load_html(bent, colours) if np.any(bent.wrench) else "",
         tuple(notes),
         colour_key(colours),
@@ -106,7 +106,9 @@ class Ellipsoids:
     def __init__(self) -> None:
         self._sizes: dict[Quality, float] = {}
 
-    def items(self, result: Stiffness, quality: Quality, extent: float) -> tuple[list[Item], str]:
+    def items(
+        self, result: AnyStiffness, quality: Quality, extent: float
+    ) -> tuple[list[Item], str]:
         """Items of one ellipsoid, and what its size means; nothing where there is none."""
         try:
             axes = principal_axes(result, quality)
@@ -136,7 +138,7 @@ def load_html(bent: Deflection, colours: Mapping[str, Paint]) -> str:
         return UNDER_LOAD + element("p", f"There is no deflection: status {escaped(bent.status)}.")
     blocks = [UNDER_LOAD, block_html(displacement_table(bent)), energy_bars(bent, colours)]
     if bent.energy > 0 and len({part.part for part in bent.parts}) < len(bent.parts):
-        blocks.append(block_html(energy_table(bent.parts, _BARS)))
+        blocks.append(block_html(energy_table(bent.parts, bent.energy, _BARS)))
     return "".join(blocks)
 
 

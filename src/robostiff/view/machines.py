@@ -11,34 +11,25 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.result_tables import (
-    blocks_html,
-    cable_load_blocks,
-)
+from robostiff.analysis import Deflection
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.linkage import Linkage
+from robostiff.markup import blocks_html, page_html
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.plot.geometry.displacement import at_rest, network_motion, spatial
-from robostiff.plot.geometry.ellipsoid import Quality, Stiffness
-from robostiff.plot.geometry.legs import points_of
+from robostiff.page.cables import cable_load_blocks, cable_stiffness_page
+from robostiff.plot.geometry.displacement import spatial
+from robostiff.plot.geometry.ellipsoid import AnyStiffness, Quality
+from robostiff.plot.outline import Outline, outline_of
 from robostiff.plot.picture import Item, PlainColour
-from robostiff.plot.posed_robot import motion_of
+from robostiff.plot.posed_robot import motion_of, moved_cables
 from robostiff.plot.prefix import short
-from robostiff.plot.robot_parts import RobotSketch, part_names
 from robostiff.plot.sketch import Sketch, colours_of_parts
 from robostiff.plot.stiffness_pictures import free_motion_items
-from robostiff.plot.structures import (
-    CableSketch,
-    NetworkSketch,
-    colours_of_network,
-    network_points,
-    size_of,
-)
 from robostiff.spatial import Space
 from robostiff.statics import cable_response, deflection
 from robostiff.view.answer import (
@@ -69,9 +60,10 @@ class Machine(ABC):
 
     sliders: tuple[Slider, ...] = ()
 
-    def __init__(self, robot: Any, points: np.ndarray) -> None:
+    def __init__(self, robot: Any, outline: Outline) -> None:
         self.robot, self.name, self.space = robot, robot.name, robot.space
-        self.size, self.box = size_of(points), (points.min(axis=0), points.max(axis=0))
+        points = np.array([at.point for at in outline.anchors])
+        self.size, self.box = outline.size, (points.min(axis=0), points.max(axis=0))
         self._ellipsoids = Ellipsoids()
 
     def like(self, robot: Any) -> Machine:
@@ -87,7 +79,7 @@ class Machine(ABC):
     def _layers(
         self,
         sketch: Sketch,
-        result: Stiffness,
+        result: AnyStiffness,
         load: tuple[np.ndarray, np.ndarray],
         look: Look,
     ) -> tuple[dict[str, Sequence[Item]], list[str]]:
@@ -105,15 +97,17 @@ class Machine(ABC):
         shapes, meanings = shapes_of(result, self._ellipsoids, sketch.size, look)
         return {**layers, **shapes}, [*words, *meanings]
 
-    def _of_network(self, network: Network, wrench: np.ndarray, look: Look) -> ShownAnswer:
-        """What is shown of a network under a load (n,) on its platform."""
-        bent = deflection(network, None, wrench)
-        colours = colours_of_network(network)
-        sketch = NetworkSketch(network=network, colours=colours)
-        if bent.has_answer and np.any(wrench):
-            sketch = replace(sketch, motions=network_motion(network, bent))
+    def _bent(self, posed: Snapshot | Network, bent: Deflection, look: Look) -> ShownAnswer:
+        """What is shown of a robot with legs or of a network under a load on its platform."""
+        outline = outline_of(posed)
+        colours = colours_of_parts(outline.part_names)
+        sketch = Sketch(
+            outline=outline, colours=colours, of_joints=colours, plain=PlainColour.MUTED
+        )
+        if bent.has_answer and np.any(bent.wrench):
+            sketch = replace(sketch, motions=motion_of(posed, bent))
             sketch = sketch.exaggerated(look.exaggeration)
-        load = bent.stiffness.reference_point, spatial(bent.wrench, network.space.rows)
+        load = bent.stiffness.reference_point, spatial(bent.wrench, self.space.rows)
         return answer_of(bent, *self._layers(sketch, bent.stiffness, load, look), colours)
 
 
@@ -158,9 +152,9 @@ class RobotMachine(Machine):
 
     def __init__(self, robot: Robot | Snapshot, pose: Any = None) -> None:
         if isinstance(robot, Snapshot):
-            super().__init__(robot, points_of(robot))
+            super().__init__(robot, outline_of(robot))
             return
-        super().__init__(robot, points_of(find_posture(robot, None).snapshot.one(0)))
+        super().__init__(robot, outline_of(find_posture(robot, None).snapshot.one(0)))
         start = find_posture(robot, pose)
         if start.batch:
             raise InputError("pose of a view", got=pose, expected="a single pose")
@@ -186,18 +180,11 @@ class RobotMachine(Machine):
         if Status.UNREACHABLE in result.status:
             return ShownAnswer(str(bent.status), "bad", tuple(bent.advice))
         snapshot = self.robot if isinstance(self.robot, Snapshot) else result.snapshot()
-        colours = colours_of_parts(part_names(snapshot))
-        own = {"colours": colours, "of_joints": colours, "plain": PlainColour.MUTED}
-        sketch = RobotSketch(snapshot=snapshot, motion=at_rest(snapshot), **own)
-        if bent.has_answer and np.any(bent.wrench):
-            sketch = replace(sketch, motion=motion_of(snapshot, bent))
-            sketch = sketch.exaggerated(look.exaggeration)
-        load = result.reference_point, spatial(bent.wrench, result.space.rows)
-        return answer_of(bent, *self._layers(sketch, result, load, look), colours)
+        return self._bent(snapshot, bent, look)
 
 
 def shapes_of(
-    result: Stiffness, ellipsoids: Ellipsoids, size: float, look: Look
+    result: AnyStiffness, ellipsoids: Ellipsoids, size: float, look: Look
 ) -> tuple[dict[str, list[Item]], list[str]]:
     """Ellipsoids and free motions of a result, as far as they are wanted, and what they mean."""
     layers: dict[str, list[Item]] = {}
@@ -215,18 +202,18 @@ class NetworkMachine(Machine):
     """A network of bodies: it does not move, its load does."""
 
     def __init__(self, network: Network) -> None:
-        super().__init__(network, network_points(network))
+        super().__init__(network, outline_of(network))
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown under a load (n,) on the platform."""
-        return self._of_network(self.robot, wrench, look)
+        return self._bent(self.robot, deflection(self.robot, None, wrench), look)
 
 
 class LinkageMachine(Machine):
     """Bodies and joints in loops: the joints that keep their coordinates are moved."""
 
     def __init__(self, linkage: Linkage, start: Mapping[str, float]) -> None:
-        super().__init__(linkage, network_points(linkage.network_at()))
+        super().__init__(linkage, outline_of(linkage.network_at()))
         moved = [
             (joint.name, bool(joint.freedoms[0].turns), float(np.asarray(joint.home)[0]))
             for joint in linkage.joints
@@ -240,7 +227,7 @@ class LinkageMachine(Machine):
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
         network = self.robot.network_at({s.name: values[s.name] for s in self.sliders})
-        return self._of_network(network, wrench, look)
+        return self._bent(network, deflection(network, None, wrench), look)
 
 
 class CableMachine(Machine):
@@ -248,7 +235,7 @@ class CableMachine(Machine):
 
     def __init__(self, robot: CableRobot, pose: Any = None) -> None:
         first = cable_response(robot, pose, np.zeros(robot.space.size)).before
-        super().__init__(robot, CableSketch.at_pose(first).rest.points)
+        super().__init__(robot, outline_of(first))
         home = cable_response(robot, None, np.zeros(robot.space.size)).before.pose
         self.sliders = coordinate_sliders(robot.coordinates, home, first.pose, self.size)
 
@@ -257,10 +244,11 @@ class CableMachine(Machine):
         pose = np.array([values[slider.name] for slider in self.sliders])
         found = cable_response(self.robot, pose, wrench)
         before = found.before
-        sketch = CableSketch.at_pose(before)
+        sketch = Sketch(outline=outline_of(before))
         if found.has_answer and np.any(wrench):
-            sketch = CableSketch.under_load(found).exaggerated(look.exaggeration)
-        load = sketch.rest.point, spatial(found.load, self.space.rows)
+            motions, outline = moved_cables(found)
+            sketch = Sketch(outline=outline, motions=motions).exaggerated(look.exaggeration)
+        load = sketch.outline.point.point, spatial(found.load, self.space.rows)
         layers, words = self._layers(sketch, before, load, look)
         blocks = cable_load_blocks(found) if np.any(wrench) else []
         status = found.status if np.any(wrench) else before.status
@@ -270,7 +258,7 @@ class CableMachine(Machine):
             kind_of(status.is_bad, not status),
             advice,
             layers,
-            before._repr_html_(),
+            page_html(cable_stiffness_page(before)),
             UNDER_LOAD + blocks_html(blocks) if blocks else "",
             tuple(words),
         )

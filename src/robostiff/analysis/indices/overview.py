@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.free_motion import direction_in_words
 from robostiff.analysis.indices.metric import (
     ConditionNumber,
     Eigenstiffness,
@@ -41,55 +40,18 @@ from robostiff.analysis.indices.screws import (
 from robostiff.analysis.indices.stiffness_parts import stiffness_parts
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness
-from robostiff.analysis.result_tables import head_html
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
-from robostiff.markup import Cell, Number, Table, block_html, element, number, row
+from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 
 
-def principal_table(found: StiffnessIndices) -> Table:
-    """Principal stiffnesses with their directions, the smallest first."""
-    principal, rows = found.principal, []
-    forces = zip(principal.translational, principal.translational_directions, strict=True)
-    moments = zip(principal.rotational, principal.rotational_directions, strict=True)
-    nothing = "free" if Status.FREE_MOTIONS in found.status else "less than rounding"
-    for kind, unit, pairs in (("force", "N/m", forces), ("moment", "N m/rad", moments)):
-        for value, direction in pairs:
-            meets = Number(float(value), unit) if value else nothing
-            rows.append([kind, meets, direction_in_words(direction)])
-    return Table(["load", "principal stiffness", "direction"], rows)
-
-
-def ratio_table(found: StiffnessIndices) -> Table:
-    """Worst deflections, ratios and centres."""
-    unlimited = "unlimited" if Status.FREE_MOTIONS in found.status else "unknown: below rounding"
-
-    def shown(value: float | None, unit: str) -> Cell:
-        return unlimited if value is None else Number(float(value), unit)
-
-    def place(centre: Centre) -> str:
-        return "none" if centre.point is None else f"({row(np.asarray(centre.point))}) m"
-
-    worst, ratio = found.worst_deflection, found.anisotropy
-    condition = f"condition number, rotations times {number(found.length)} m"
-    rows: list[list[Cell]] = [
-        ["largest displacement of a unit force", shown(worst.translational, "m/N")],
-        ["largest rotation of a unit moment", shown(worst.rotational, "rad/(N m)")],
-        ["largest over smallest displacement", shown(ratio.translational, "")],
-        [condition, shown(found.condition.two_norm, "")],
-        ["centre of stiffness", place(found.centre_of_stiffness)],
-        ["centre of compliance", place(found.centre_of_compliance)],
-    ]
-    return Table(["", "value"], rows)
-
-
 @dataclass(frozen=True)
-class StiffnessIndices:
+class StiffnessIndices(InNotebooks):
     """The stiffness indices of a single pose; each attribute has a text `about` its definition.
 
     Attributes
@@ -132,10 +94,6 @@ class StiffnessIndices:
 
     def __repr__(self) -> str:
         return f"<StiffnessIndices of {self.result.name!r}, status {self.status}>"
-
-    def _repr_html_(self) -> str:
-        tables = block_html(principal_table(self)) + block_html(ratio_table(self))
-        return element("div", head_html(self.result, self.status) + tables)
 
 
 @dataclass(frozen=True, repr=False)

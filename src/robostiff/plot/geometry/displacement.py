@@ -13,8 +13,8 @@ an equilibrium has them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import cast
+from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from robostiff.model import (
     CoupledFreedom,
     PlacedFreedom,
     PlacedLeg,
-    PlacedPlatform,
     PlacedSpring,
     Snapshot,
 )
@@ -58,27 +57,25 @@ class BodyMotion:
         return cross(self.twist[3:], along)
 
 
-@dataclass(frozen=True)
-class LegMotion:
-    """Motions of the bodies of a leg."""
+Motions = Mapping[str, BodyMotion]
+"""Of bodies by name; of a robot of legs ``leg/element`` is the body behind an element."""
 
-    # the one before the first element, and the one after each element
-    bodies: tuple[BodyMotion, ...]
-    # of the elements that are parallel blocks, by their place
-    branches: dict[int, tuple[LegMotion, ...]]
+PLATFORM = "platform"
+STILL = BodyMotion(np.zeros(6), np.zeros(3))
 
 
-@dataclass(frozen=True)
-class RobotMotion:
-    """Motions of the platform and of all bodies of the legs."""
-
-    platform: BodyMotion  # of a flexible platform, that of its tool
-    legs: tuple[LegMotion, ...]
-    # of the nodes of a flexible platform
-    nodes: Mapping[str, BodyMotion] = field(default_factory=dict)
+def node_key(name: str) -> str:
+    """The name of a node of a flexible platform among bodies."""
+    return f"{PLATFORM}, {name}"
 
 
-def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
+def end_key(snapshot: Snapshot, i: int) -> str:
+    """The body that leg i ends on: the platform, or the node that holds the leg."""
+    placed = snapshot.platform
+    return PLATFORM if placed is None else node_key(placed.holds[i])
+
+
+def motion_under(snapshot: Snapshot, bent: Deflection) -> Motions:
     """Motions of the bodies of a robot, at the single pose that was loaded, of a deflection.
 
     Examples
@@ -86,8 +83,8 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     >>> import robostiff as rs
     >>> robot = rs.load("planar-link")
     >>> bent = rs.deflection(robot, wrench=[0, 10, 0])
-    >>> motion = motion_under(rs.find_posture(robot).snapshot.one(0), bent)
-    >>> bool(np.allclose(motion.legs[0].bodies[-1].twist, motion.platform.twist))
+    >>> motions = motion_under(rs.find_posture(robot).snapshot.one(0), bent)
+    >>> bool(np.allclose(motions["link/tip"].twist, motions["platform"].twist))
     True
     """
     answer = bent.stiffness
@@ -96,30 +93,21 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
     t = move_twist(bent.twist, to_origin)
     held = answer.details().whole
-    solver = _LegSolver(answer.origin, answer.space, held.length, held.tolerance)
-    platform = BodyMotion(spatial(t, rows), answer.origin)
-    ends, nodes = [platform] * len(snapshot.legs), {}
+    found = {PLATFORM: BodyMotion(spatial(t, rows), answer.origin)}
     if snapshot.platform is not None:
-        nodes = _nodes_of_platform(snapshot, snapshot.platform, bent)
-        ends = [nodes[name] for name in snapshot.platform.holds]
-    legs = tuple(
-        solver.motion(leg, own, np.zeros(6), end.twist_about(answer.origin), spatial(F, rows))
-        for leg, end, own, F in zip(
-            snapshot.legs, ends, bent.stiffness.details().leg_blocks, bent.leg_wrenches, strict=True
-        )
-    )
-    return RobotMotion(platform, legs, nodes)
+        placed = snapshot.platform
+        moved = network_motion(network_of_snapshot(snapshot), bent)
+        for node in placed.platform.nodes:
+            found[node_key(node.name)] = moved[platform_node(placed, node.name)]
+    solver = _LegSolver(answer.origin, answer.space, held.length, held.tolerance, found)
+    legs = zip(snapshot.legs, answer.details().leg_blocks, bent.leg_wrenches, strict=True)
+    for i, (leg, blocks, F) in enumerate(legs):
+        end = found[end_key(snapshot, i)].twist_about(answer.origin)
+        solver.solve(leg, f"{leg.name}/", blocks, np.zeros(6), end, spatial(F, rows))
+    return found
 
 
-def _nodes_of_platform(
-    snapshot: Snapshot, placed: PlacedPlatform, bent: Deflection
-) -> dict[str, BodyMotion]:
-    """Motions of the nodes of a flexible platform, by their own names."""
-    moved = network_motion(network_of_snapshot(snapshot), bent)
-    return {node.name: moved[platform_node(placed, node.name)] for node in placed.platform.nodes}
-
-
-def network_motion(network: Network, bent: Deflection) -> dict[str, BodyMotion]:
+def network_motion(network: Network, bent: Deflection) -> Motions:
     """Motions of the bodies of a network under the load of a deflection, by name.
 
     Raises NoAnswerError when there is no deflection.
@@ -132,39 +120,24 @@ def network_motion(network: Network, bent: Deflection) -> dict[str, BodyMotion]:
     return {name: BodyMotion(*own) for name, own in moved.items()}
 
 
-def at_rest(snapshot: Snapshot) -> RobotMotion:
-    """Zero motion."""
-    still = BodyMotion(np.zeros(6), np.zeros(3))
-    placed = snapshot.platform
-    nodes = {} if placed is None else {node.name: still for node in placed.platform.nodes}
-    return RobotMotion(still, tuple(_leg_at_rest(leg, still) for leg in snapshot.legs), nodes)
-
-
-def _leg_at_rest(leg: PlacedLeg, still: BodyMotion) -> LegMotion:
-    branches = {
-        i: tuple(_leg_at_rest(branch, still) for branch in element.branches)
-        for i, element in enumerate(leg.elements)
-        if isinstance(element, PlacedBlock)
-    }
-    return LegMotion((still,) * (len(leg.elements) + 1), branches)
-
-
 @dataclass(frozen=True)
 class _LegSolver:
     origin: np.ndarray
     space: Space
     length: np.ndarray
     tolerance: Tolerance
+    found: dict[str, BodyMotion]
 
-    def motion(
+    def solve(
         self,
         leg: PlacedLeg,
+        prefix: str,
         known: Sequence[BlockCompliance],
         t_start: np.ndarray,
         t_end: np.ndarray,
         F: np.ndarray,
-    ) -> LegMotion:
-        """Motion of a leg whose ends move by t_start and t_end (6,) while it carries F (6,).
+    ) -> None:
+        """Find the bodies of a leg whose ends move by t_start and t_end (6,) under F (6,).
 
         Its parallel blocks are `known`, by which they share a wrench among their branches.
         """
@@ -180,18 +153,17 @@ class _LegSolver:
         for moved, N in given:
             motions.append(moved + N @ q[start : start + N.shape[1]])
             start += N.shape[1]
-        t, twists, branches = t_start, [t_start], {}
-        for i, (block, own) in enumerate(zip(solved, self._shared(leg, motions), strict=True)):
-            element = leg.elements[i]
+        t = t_start
+        for element, block, own in zip(
+            leg.elements, solved, self._shared(leg, motions), strict=True
+        ):
             if block is not None and isinstance(element, PlacedBlock):
                 parts = zip(element.branches, block.inner, block.shares, strict=True)
-                branches[i] = tuple(
-                    self.motion(branch, inner, t, t + own, spatial(share @ F[rows], rows))
-                    for branch, inner, share in parts
-                )
+                for branch, inner, share in parts:
+                    F_branch = spatial(share @ F[rows], rows)
+                    self.solve(branch, prefix, inner, t, t + own, F_branch)
             t = t + own
-            twists.append(t)
-        return LegMotion(tuple(BodyMotion(twist, self.origin) for twist in twists), branches)
+            self.found[prefix + element.name] = BodyMotion(t, self.origin)
 
     def _shared(self, leg: PlacedLeg, motions: list[np.ndarray]) -> list[np.ndarray]:
         """Motions of the elements, those of coupled coordinates at the joints that they move."""
@@ -270,43 +242,39 @@ class FiniteMotion(BodyMotion):
         return self.D @ along
 
 
-def finite_motion(snapshot: Snapshot, places: BodyPlaces) -> RobotMotion:
-    """Motions of all bodies of a robot from its unloaded posture to their places."""
-    platform = FiniteMotion.of(places.platform)
-    still = FiniteMotion.of(BodyPlace(np.eye(3), np.zeros(3)))
+def finite_motions(posed: Any, places: BodyPlaces) -> Motions:
+    """Motions of all bodies of a machine from its unloaded posture to their places."""
+    found: dict[str, BodyMotion] = {PLATFORM: FiniteMotion.of(places.platform)}
+    if isinstance(posed, Network):
+        still = BodyPlace(np.eye(3), np.zeros(3))
+        nodes = {posed.platform: places.platform, **places.nodes}
+        return {one.name: FiniteMotion.of(nodes.get(one.name, still)) for one in posed.nodes}
+    if not isinstance(posed, Snapshot):
+        return found
     known = {name: FiniteMotion.of(own) for name, own in places.behind.items()}
-    nodes = {name: FiniteMotion.of(own) for name, own in places.nodes.items()}
-    placed, legs = snapshot.platform, []
-    for i, leg in enumerate(snapshot.legs):
-        end = platform if placed is None else nodes[placed.holds[i]]
-        walk = _along(leg, f"{leg.name}/", still, known)
+    found |= {node_key(name): FiniteMotion.of(own) for name, own in places.nodes.items()}
+    for i, leg in enumerate(posed.legs):
+        _along(leg, f"{leg.name}/", STILL, known, found)
         # nothing moves behind the last part that does
-        last = _last_moving(leg, f"{leg.name}/", known)
-        bodies = tuple(body if k <= last else end for k, body in enumerate(walk.bodies))
-        legs.append(LegMotion(bodies, walk.branches))
-    return RobotMotion(platform, tuple(legs), nodes)
+        for element in reversed(leg.elements):
+            key = f"{leg.name}/{element.name}"
+            found[key] = found[end_key(posed, i)]
+            if isinstance(element, PlacedBlock) or key in known:
+                break
+    return found
 
 
 def _along(
-    leg: PlacedLeg, prefix: str, start: BodyMotion, known: dict[str, FiniteMotion]
-) -> LegMotion:
-    bodies = [start]
-    branches = {}
-    for i, element in enumerate(leg.elements):
+    leg: PlacedLeg,
+    prefix: str,
+    body: BodyMotion,
+    known: Motions,
+    found: dict[str, BodyMotion],
+) -> BodyMotion:
+    """Find the bodies of a leg from its first; the last one."""
+    for element in leg.elements:
         if isinstance(element, PlacedBlock):
-            own = tuple(_along(branch, prefix, bodies[-1], known) for branch in element.branches)
-            branches[i] = own
-            bodies.append(own[0].bodies[-1])
-        else:
-            bodies.append(known.get(prefix + element.name, bodies[-1]))
-    return LegMotion(tuple(bodies), branches)
-
-
-def _last_moving(leg: PlacedLeg, prefix: str, known: dict[str, FiniteMotion]) -> int:
-    """Place of the last body before one that is the platform."""
-    moving = [
-        i
-        for i, element in enumerate(leg.elements)
-        if isinstance(element, PlacedBlock) or prefix + element.name in known
-    ]
-    return moving[-1] if moving else -1
+            ends = [_along(own, prefix, body, known, found) for own in element.branches]
+            body = ends[0]
+        body = found[prefix + element.name] = known.get(prefix + element.name, body)
+    return body

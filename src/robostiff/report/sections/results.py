@@ -8,31 +8,37 @@ from dataclasses import replace
 
 import numpy as np
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection
-from robostiff.analysis.indices.overview import principal_table, ratio_table
-from robostiff.analysis.result_tables import (
-    actuator_table,
-    cable_load_blocks,
-    compliance_matrix,
-    displacement_table,
-    energy_table,
-    free_motion_table,
-    shown_twist,
-    small_motion,
-    stiffness_matrix,
-    tension_table,
-    without_rounding,
-)
+from robostiff.analysis import CableResponse, CableStiffness, Deflection, Stiffness
 from robostiff.errors import NoAnswerError
 from robostiff.markup import (
+    COMPLIANCE_UNITS,
     Bullets,
     Cell,
+    LabelledMatrix,
     Number,
     Paragraph,
     Table,
     Tone,
 )
 from robostiff.model import Robot
+from robostiff.page.cables import cable_load_blocks, tension_table
+from robostiff.page.indices import principal_table, screw_table, worst_table
+from robostiff.page.loads import (
+    KNOWN,
+    matrix_under_load,
+    mode_table,
+    other_modes,
+    stability_in_words,
+)
+from robostiff.page.stiffness import (
+    actuator_table,
+    displacement_table,
+    energy_table,
+    free_motion_table,
+    shown_twist,
+    small_motion,
+    stiffness_matrix,
+)
 from robostiff.plot.energy_bars import comparison_picture, energy_picture
 from robostiff.plot.loaded_robot import equilibrium_picture, load_curve_picture, mode_picture
 from robostiff.plot.picture import Bars
@@ -50,13 +56,6 @@ from robostiff.report.section import (
     one_figure,
     section,
 )
-from robostiff.statics.result_tables import (
-    KNOWN,
-    matrix_under_load,
-    mode_table,
-    other_modes,
-    stability_in_words,
-)
 
 _TITLE = "Stiffness and compliance"
 
@@ -66,7 +65,7 @@ def matrices_section(contents: ReportContents) -> Section:
     result = contents.stiffness
     parts: list[Part | None] = []
     if np.all(result.answered):
-        K, C = stiffness_matrix(result), compliance_matrix(result)
+        K, C = stiffness_matrix(result), _compliance_matrix(result)
         parts.append(SideBySide((K,) if C is None else (K, C)))
         if C is None:
             parts.append(Paragraph("K is singular: there is no compliance matrix."))
@@ -91,6 +90,14 @@ def matrices_section(contents: ReportContents) -> Section:
     return section("stiffness", _TITLE, parts)
 
 
+def _compliance_matrix(result: Stiffness | CableStiffness) -> LabelledMatrix | None:
+    """The compliance; None where there is none."""
+    C, space = result.compliance, result.space
+    if C is None:
+        return None
+    return LabelledMatrix("C", C, space.twist_order, space.wrench_order, COMPLIANCE_UNITS)
+
+
 def _ellipsoid(contents: ReportContents) -> Figure | None:
     """The ellipsoid of displacements; nothing where there is none."""
     result = contents.stiffness
@@ -113,7 +120,7 @@ def weakest_section(contents: ReportContents) -> Section | None:
         "The principal stiffnesses are those with all other displacements and rotations held. The "
         "largest displacement is with rotations free, the largest rotation with displacements free."
     )
-    tables = SideBySide((principal_table(found), ratio_table(found)))
+    tables = SideBySide((principal_table(found), worst_table(found), screw_table(found)))
     return section("weakest", "Where it is soft", [words, tables, _ellipsoid(contents)])
 
 
@@ -138,7 +145,7 @@ def bending_section(contents: ReportContents) -> Section | None:
         of = "each leg, part by part" if len(bent.leg_wrenches) > 1 else "each part"
         caption = f"Elastic energy of {of}."
         parts.append(one_figure("energy", caption, energy_picture(bent)))
-        every = energy_table(bent.parts, most=len(bent.parts))
+        every = energy_table(bent.parts, bent.energy, most=len(bent.parts))
         parts.append(Folded(f"{len(bent.parts)} parts, one by one", (every,)))
     return section("load", _LOAD, parts)
 
@@ -163,7 +170,8 @@ def finite_load_section(contents: ReportContents) -> Section | None:
     if known is None:
         return None
     result = known.equilibrium
-    parts: list[Part | None] = [Paragraph(f"Status {result.status}. {stability_in_words(result)}")]
+    words = stability_in_words(result) if result.has_answer else "no equilibrium was found"
+    parts: list[Part | None] = [Paragraph(f"Status {result.status}: {words}.")]
     robot = contents.robot
     if isinstance(robot, Robot) and robot.gravity is not None:
         parts.append(Paragraph("The weights of the robot act besides the load."))
@@ -192,7 +200,7 @@ def _displacements(known: AnswersUnderLoad, contents: ReportContents) -> Table:
     result, bent = known.equilibrium, contents.deflection
     rows: list[list[Cell]] = []
     small = shown_twist(bent) if isinstance(bent, Deflection) and bent.has_answer else None
-    moved = without_rounding(result.displacement, result.space)
+    moved = result.space.without_rounding(result.displacement)
     for i, name in enumerate(result.space.twist_order):
         other: Cell = "none" if small is None else small_motion(name, small[i])
         rows.append([name, small_motion(name, moved[i]), other])

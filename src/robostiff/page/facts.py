@@ -1,4 +1,4 @@
-"""Contents of a robot, a snapshot or a network: plain data, and lines of text."""
+"""Contents of a robot, a snapshot or a network."""
 
 from __future__ import annotations
 
@@ -13,90 +13,112 @@ from robostiff.analysis.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.linkage import Linkage
-from robostiff.markup import STIFFNESS_UNITS, row, text_of
+from robostiff.markup import STIFFNESS_UNITS, Block, Bullets, Facts, Page, Table, row
 from robostiff.model import Actuated, Passive, PlacedMass, Robot, Role, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
-from robostiff.network import BeamElement, Network, Node, SpringElement
+from robostiff.network import Network
 
 #: Of the parts of those that have no legs.
 _HEADS = {"network": "parts of the network", "cable robot": "cables at home"}
-_STIFFNESS = {"stiffness": asdict(STIFFNESS_UNITS)}
 #: Words whose singular is not their plural without an s.
 _ONE = {"bodies": "body"}
 
 
-def head_facts(
-    robot: Robot | CableRobot | Snapshot | Network, kind: str, legs: list[dict[str, Any]]
-) -> dict[str, Any]:
-    """What is printed of every kind of robot; snapshots and networks have only a description."""
+def robot_page(robot: Robot) -> Page:
+    """A robot in short: title, symbols, elements of the legs, free coordinates and source."""
+    legs = [[leg.name, ", ".join(elements_in_words(leg.chain))] for leg in robot.legs]
+    facts = {
+        "symbols": ", ".join(map(str, robot.symbols)),
+        "free coordinates": " ".join(coordinate.value for coordinate in robot.coordinates),
+        "source": robot.source,
+    }
+    blocks: list[Block] = [
+        Table(["leg", "from base to platform"], legs),
+        Facts(tuple((name, words) for name, words in facts.items() if words)),
+    ]
+    return Page(robot.name, f": {robot.title}" if robot.title else "", blocks=blocks)
+
+
+def facts_page(facts: Mapping[str, Any]) -> Page:
+    """All parts of a robot, its masses, and its stiffness at home.
+
+    Parameters
+    ----------
+    facts : mapping of str to values
+        As of `facts_of`; besides ``mobility``, ``parts``, ``warnings`` and ``picture`` where they
+        are known.
+    """
+    blocks: list[Block] = [Bullets(tuple(_fact_lines(facts)))]
+    for leg, parts in facts.get("parts", {}).items():
+        head = _HEADS.get(facts["kind"], f"{leg} at home, from base to platform")
+        blocks.append(Bullets((head, *(f"  {part_in_words(part)}" for part in parts))))
+    blocks.append(Bullets(tuple(_home_lines(facts))))
+    place = f": {facts['kind']}, {facts['space']}"
+    return Page(facts["name"], place, None, blocks, facts["home"]["advice"], facts)
+
+
+def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
+    """Plain data, the stiffness at home included.
+
+    Springs between bodies are listed; the stiffness is that of the legs.
+    """
     is_frozen = isinstance(robot, Snapshot | Network)
+    legs: list[dict[str, Any]] = []
+    own: dict[str, Any] = {}
+    if isinstance(robot, CableRobot):
+        kind, home, own = "cable robot", cable_stiffness(robot), {"cables": robot.cable_names}
+    elif isinstance(robot, Network):
+        kind, home, own = "network", stiffness(robot), _network_facts(robot)
+    elif isinstance(robot, Snapshot):
+        kind, home = "snapshot", stiffness(robot)
+        own = _mass_facts(_masses_of(robot), robot.gravity)
+        for leg in robot.legs:
+            roles = [one.role for one in leg.freedoms]
+            legs.append(_leg(leg.name, placed_in_words(leg), roles))
+    else:
+        kind, home = "model", stiffness(robot.with_springs())
+        own = {} if robot.platform is None else {"platform": _platform_facts(robot)}
+        own |= {} if Status.UNREACHABLE in home.status else _placed_facts(robot)
+        for leg in robot.legs:
+            legs.append(_leg(leg.name, elements_in_words(leg.chain), leg.chain.roles))
+    units = {"length": "m", "angle": "rad", "force": "N", "mass": "kg"}
     return {
         "name": robot.name,
         "kind": kind,
         "title": robot.description if is_frozen else robot.title,
         "source": "" if is_frozen else robot.source,
         "space": robot.space.name.lower(),
-        "coordinates": [] if is_frozen else [own.value for own in robot.coordinates],
-        "units": {"length": "m", "angle": "rad", "force": "N", "mass": "kg", **_STIFFNESS},
+        "coordinates": [] if is_frozen else [one.value for one in robot.coordinates],
+        "units": {**units, "stiffness": asdict(STIFFNESS_UNITS)},
         "legs": legs,
+        **own,
+        "home": _home_facts(home),
     }
 
 
-def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
-    """Facts for ``robostiff check``, the stiffness at home included."""
-    if isinstance(robot, CableRobot):
-        home, cables = home_facts(cable_stiffness(robot)), robot.cable_names
-        return {**head_facts(robot, "cable robot", []), "cables": cables, "home": home}
-    if isinstance(robot, Network):
-        return network_facts(robot)
-    return snapshot_facts(robot) if isinstance(robot, Snapshot) else robot_facts(robot)
-
-
-def network_facts(network: Network) -> dict[str, Any]:
-    """Facts about a network, its stiffness included."""
+def _network_facts(network: Network) -> dict[str, Any]:
     freedoms = [f for joint in network.joints for f in joint.freedoms]
-    carriers = (*network.nodes, *network.beams, *network.springs)
     return {
-        **head_facts(network, "network", []),
         "bodies": len(network.nodes),
         "beams": len(network.beams),
         "springs": len(network.springs),
         "joints": len(network.joints),
         "passive_freedoms": sum(f.is_passive for f in freedoms),
         "elastic_freedoms": sum(f.stiffness is not None for f in freedoms),
-        **mass_facts(_in_parts(carriers), network.gravity),
-        "home": home_facts(stiffness(network)),
+        **_mass_facts(_in_parts(network), network.gravity),
     }
 
 
-def platform_facts(robot: Robot) -> dict[str, Any]:
+def _platform_facts(robot: Robot) -> dict[str, Any]:
     """Nodes, parts, tool, and the node that holds each leg; nothing for a rigid platform."""
-    platform = robot.platform
-    if platform is None:
-        return {}
+    platform: Any = robot.platform
     names = [leg.name for leg in robot.legs]
     return {
         "nodes": [node.name for node in platform.nodes],
         "parts": [part.name for part in platform.parts],
         "tool": platform.tool,
         "legs": dict(zip(names, robot.holds, strict=True)),
-    }
-
-
-def robot_facts(robot: Robot) -> dict[str, Any]:
-    """Facts about a robot, its stiffness at home included.
-
-    Springs between bodies are listed; the stiffness is that of the legs.
-    """
-    home = stiffness(robot.with_springs())
-    of_platform = {} if robot.platform is None else {"platform": platform_facts(robot)}
-    legs = [_leg(own.name, elements_in_words(own.chain), own.chain.roles) for own in robot.legs]
-    return {
-        **head_facts(robot, "model", legs),
-        **of_platform,
-        **({} if Status.UNREACHABLE in home.status else placed_facts(robot)),
-        "home": home_facts(home),
     }
 
 
@@ -111,11 +133,11 @@ def _leg(name: str, elements: list[str], roles: Sequence[Role]) -> dict[str, Any
     }
 
 
-def placed_facts(robot: Robot) -> dict[str, Any]:
+def _placed_facts(robot: Robot) -> dict[str, Any]:
     """Masses at home, gravity, springs between bodies."""
     posture = find_posture(robot)
     snapshot = with_masses(posture).one(0)
-    facts = mass_facts(_masses_of(snapshot), snapshot.gravity)
+    facts = _mass_facts(_masses_of(snapshot), snapshot.gravity)
     if robot.springs:
         placed_springs = with_body_springs(posture).one(0).springs
         facts["springs"] = [
@@ -132,7 +154,7 @@ def placed_facts(robot: Robot) -> dict[str, Any]:
     return facts
 
 
-def mass_facts(
+def _mass_facts(
     masses: Iterable[tuple[str, PlacedMass]], gravity: np.ndarray | None
 ) -> dict[str, Any]:
     """Masses by names, their sum and centre, and gravity."""
@@ -156,27 +178,14 @@ def _masses_of(snapshot: Snapshot) -> Iterator[tuple[str, PlacedMass]]:
     return ((f"{owner}/{mass.name}", mass) for owner, mass in snapshot.named_masses)
 
 
-def _in_parts(
-    carriers: Iterable[Node | BeamElement | SpringElement],
-) -> Iterator[tuple[str, PlacedMass]]:
+def _in_parts(network: Network) -> Iterator[tuple[str, PlacedMass]]:
     """Masses of a network; that of a beam has the beam's name."""
-    for own in carriers:
+    for own in (*network.nodes, *network.beams, *network.springs):
         for mass in own.masses:
             yield own.name if mass.name == own.name else f"{own.name}/{mass.name}", mass
 
 
-def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
-    """Facts about a snapshot, its stiffness included."""
-    legs = [
-        _leg(leg.name, placed_in_words(leg), [own.role for own in leg.freedoms])
-        for leg in snapshot.legs
-    ]
-    masses = mass_facts(_masses_of(snapshot), snapshot.gravity)
-    home = home_facts(stiffness(snapshot))
-    return {**head_facts(snapshot, "snapshot", legs), **masses, "home": home}
-
-
-def home_facts(home: Stiffness | CableStiffness) -> dict[str, Any]:
+def _home_facts(home: Stiffness | CableStiffness) -> dict[str, Any]:
     """Status, rank and free motions at home."""
     return {
         "status": str(home.status),
@@ -184,15 +193,6 @@ def home_facts(home: Stiffness | CableStiffness) -> dict[str, Any]:
         "free_motions": [str(motion) for motion in home.free_motions],
         "advice": list(home.advice),
     }
-
-
-def facts_text(facts: Mapping[str, Any]) -> str:
-    """The parts of a robot as lines of text."""
-    lines = [f"{facts['name']}: {facts['kind']}, {facts['space']}", *_fact_lines(facts)]
-    for leg, parts in facts.get("parts", {}).items():
-        lines.append(_HEADS.get(facts["kind"], f"{leg} at home, from base to platform"))
-        lines += [f"  {part_in_words(part)}" for part in parts]
-    return text_of([*lines, *_home_lines(facts)])
 
 
 def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
@@ -227,7 +227,6 @@ def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
     rank = f"rank {home['rank']}, " if home["rank"] >= 0 else ""
     yield f"at home: {rank}status {home['status']}"
     yield from (f"free: {motion}" for motion in home["free_motions"])
-    yield from (f"advice: {advice}" for advice in home["advice"])
     if "picture" in facts:
         yield f"picture: {facts['picture']}"
 
@@ -272,10 +271,9 @@ def masses_at_home(robot: Robot | CableRobot | Snapshot | Network | Linkage) -> 
     if isinstance(robot, Linkage):
         robot = robot.network_at({})
     if isinstance(robot, Network):
-        carriers = (*robot.nodes, *robot.beams, *robot.springs)
-        return {"kind": "network", **mass_facts(_in_parts(carriers), None)}
+        return {"kind": "network", **_mass_facts(_in_parts(robot), None)}
     if isinstance(robot, Snapshot):
-        return {"kind": "snapshot", **mass_facts(_masses_of(robot), None)}
+        return {"kind": "snapshot", **_mass_facts(_masses_of(robot), None)}
     if isinstance(robot, Robot):
-        return {"kind": "model", **placed_facts(robot)}
+        return {"kind": "model", **_placed_facts(robot)}
     return {}

@@ -1,0 +1,27 @@
+from robostiff.page.cables import cable_response_page, cable_stiffness_page
+from robostiff.page.data import page_data
+from robostiff.page.facts import facts_of, facts_page, robot_page
+from robostiff.page.indices import indices_page, principal_table
+from robostiff.page.loads import equilibrium_page, modes_page, response_page
+from robostiff.page.matlab import write_matlab
+from robostiff.page.of_result import page_of
+from robostiff.page.stiffness import deflection_page, stiffness_page, verification_page
+
+__all__ = [
+    "cable_response_page",
+    "cable_stiffness_page",
+    "deflection_page",
+    "equilibrium_page",
+    "facts_of",
+    "facts_page",
+    "indices_page",
+    "modes_page",
+    "page_data",
+    "page_of",
+    "principal_table",
+    "response_page",
+    "robot_page",
+    "stiffness_page",
+    "verification_page",
+    "write_matlab",
+]

@@ -1,0 +1,195 @@
+"""Stiffness indices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import fields
+
+import numpy as np
+
+from robostiff.analysis import Stiffness
+from robostiff.analysis.free_motion import FreeMotion, direction_in_words
+from robostiff.analysis.indices import (
+    Centre,
+    CollinearStiffness,
+    Eigenwrench,
+    PrincipalStiffnesses,
+    StiffnessIndices,
+)
+from robostiff.elastostatics import Status
+from robostiff.markup import Block, Cell, Number, Page, Table, number, row
+from robostiff.page.data import order
+from robostiff.page.stiffness import place_of, stiffness_page
+
+_SMALL = 1e-9
+
+
+def indices_page(result: Stiffness, found: StiffnessIndices | None) -> Page:
+    """The indices at a pose; where there is no matrix None, and the stiffness is shown."""
+    names = [own.name for own in fields(StiffnessIndices) if own.name not in {"result", "length"}]
+    blocks = stiffness_page(result).blocks if found is None else _blocks(found)
+    return Page(
+        result.name,
+        place_of(result),
+        result.status,
+        blocks,
+        result.advice,
+        {
+            "pose": result.pose,
+            "reference_point": result.reference_point,
+            "order": order(result.space),
+            "length": None if found is None else found.length,
+            "indices": None if found is None else {n: getattr(found, n) for n in names},
+        },
+    )
+
+
+def _blocks(found: StiffnessIndices) -> list[Block | None]:
+    condition, work, status = found.condition, found.virtual_work, found.status
+    return [
+        _along_axes(found),
+        principal_table(found),
+        _listed(f"collinear stiffness: {found.collinear.about}", _loads(found.collinear)),
+        worst_table(found),
+        screw_table(found),
+        _listed(
+            f"rotations multiplied by the characteristic length {number(found.length)} m:",
+            [
+                _entry(k, "N/m", str(motion))
+                for k, motion in zip(
+                    found.eigenstiffness.values, found.eigenstiffness.motions, strict=True
+                )
+            ],
+            [
+                f"condition number: {_known(condition.two_norm, status)} (two-norm), "
+                f"{_known(condition.frobenius, status)} (Frobenius); "
+                f"isotropy {number(condition.isotropy)}",
+                f"virtual work of unit loads: {_known(work.worst, status)} J/N^2 at worst, "
+                f"{_known(work.mean, status)} J/N^2 in the mean",
+            ],
+        ),
+    ]
+
+
+def _along_axes(found: StiffnessIndices) -> Table:
+    rows: list[list[Cell]] = []
+    for along in found.along_axes:
+        moves = "moves freely" if Status.UNBALANCED in along.status else ""
+        words = f"  {direction_in_words(along.direction)}"
+        rows.append([words, Number(float(along.free)), Number(float(along.held)), moves])
+    return Table(["stiffness along world axes [N/m]", "free", "held", ""], rows)
+
+
+_Entry = tuple[Cell, str, str]  # a value or a word in its place, its unit, and what it is of
+
+
+def _listed(title: str, entries: Iterable[_Entry], further: Sequence[str] = ()) -> Table:
+    """Values with what they are of, and sentences below them."""
+    rows: list[list[Cell]] = []
+    lines = []
+    for value, unit, words in entries:
+        shown = number(value.value) if isinstance(value, Number) else value
+        rows.append([words, value])
+        lines.append(f"  {shown:>11} {unit:<9} {words}")
+    rows.extend([words, ""] for words in further)
+    return Table(("", ""), rows, title, [*lines, *further])
+
+
+def principal_table(found: StiffnessIndices) -> Table:
+    """Principal stiffnesses with their directions, the smallest first."""
+    return _listed(f"principal stiffness: {found.principal.about}", _loads(found.principal))
+
+
+def worst_table(found: StiffnessIndices) -> Table:
+    """The largest deflections of unit loads, and how much they differ by direction."""
+    worst, ratio, status = found.worst_deflection, found.anisotropy, found.status
+    unit_force = f"along {direction_in_words(worst.translational_direction)}"
+    unit_moment = f"about {direction_in_words(worst.rotational_direction)}"
+    return _listed(
+        f"worst deflection {worst.about}",
+        [
+            _worst(worst.translational, "m/N", unit_force, status),
+            _worst(worst.rotational, "rad/(N m)", unit_moment, status),
+        ],
+        [
+            f"anisotropy: {_known(ratio.translational, status)} of displacements, "
+            f"{_known(ratio.rotational, status)} of rotations"
+        ],
+    )
+
+
+def screw_table(found: StiffnessIndices) -> Table:
+    """Eigenscrews, compliant axes and centres."""
+    screws = found.eigenscrews
+    return _listed(
+        f"eigenscrews: {screws.about}",
+        [
+            *(_entry(w.stiffness, "N/m", _wrench(w)) for w in screws.wrenches),
+            *(
+                _entry(t.stiffness, "N m/rad", str(FreeMotion(np.zeros(6), t.screw)))
+                for t in screws.twists
+            ),
+        ],
+        [
+            *(
+                f"compliant axis: {direction_in_words(axis.direction)} through "
+                f"({_place(axis.point)}) m"
+                for axis in screws.compliant_axes
+            ),
+            f"centre of stiffness:  {_centre(found.centre_of_stiffness)}",
+            f"centre of compliance: {_centre(found.centre_of_compliance)}",
+        ],
+    )
+
+
+def _loads(found: PrincipalStiffnesses | CollinearStiffness) -> Iterator[_Entry]:
+    forces = zip(found.translational, found.translational_directions, strict=True)
+    moments = zip(found.rotational, found.rotational_directions, strict=True)
+    for k, u in forces:
+        yield _entry(k, "N/m", f"force along {direction_in_words(u)}", found.status)
+    for k, w in moments:
+        yield _entry(k, "N m/rad", f"moment about {direction_in_words(w)}", found.status)
+
+
+def _entry(value: float, unit: str, words: str, status: Status = Status.FREE_MOTIONS) -> _Entry:
+    if value == 0:
+        words = f"{'free' if Status.FREE_MOTIONS in status else 'less than rounding'}: {words}"
+    return Number(float(value), unit), unit, words
+
+
+def _worst(value: float | None, unit: str, words: str, status: Status) -> _Entry:
+    if value is None and Status.FREE_MOTIONS not in status:
+        return "unknown", unit, f"{words}, as the compliance is below rounding"
+    if value is None:
+        return "infinite", unit, f"{words}, a free motion"
+    return Number(float(value), unit), unit, words
+
+
+def _wrench(found: Eigenwrench) -> str:
+    screw = found.screw
+    if screw is None or screw.point is None:
+        return f"translation along {direction_in_words(found.direction)}"
+    line = f"along {direction_in_words(screw.axis)} through ({_place(screw.point)}) m"
+    if screw.is_rotation:  # of a wrench: a pitch of zero
+        return f"force {line}"
+    return f"wrench {line}, {1e3 * (screw.pitch or 0.0):.4g} N mm per N"
+
+
+def _centre(centre: Centre) -> str:
+    if centre.point is None or centre.coupling is None:
+        return "none"
+    where = f"({_place(centre.point)}) m"
+    if centre.line is not None:
+        where += f" and along {direction_in_words(centre.line)}"
+    rest = "decoupled" if centre.is_decoupled else f"coupling {number(centre.coupling)}"
+    return f"{where}, {rest}"
+
+
+def _place(point: np.ndarray) -> str:
+    return row(np.where(np.abs(point) < _SMALL, 0.0, point))
+
+
+def _known(value: float | None, status: Status) -> str:
+    if value is not None:
+        return number(value)
+    return "infinite" if Status.FREE_MOTIONS in status else "unknown"

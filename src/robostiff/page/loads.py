@@ -1,0 +1,347 @@
+"""Equilibria, critical loads, natural vibrations and loaded networks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from robostiff.analysis import PartShare
+from robostiff.elastostatics import Status
+from robostiff.markup import (
+    COMPLIANCE_UNITS,
+    STIFFNESS_UNITS,
+    Block,
+    Bullets,
+    Cell,
+    LabelledMatrix,
+    Number,
+    Page,
+    Paragraph,
+    Table,
+    Tone,
+    number,
+    row,
+)
+from robostiff.network import Network, NetworkResponse
+from robostiff.page.data import UNDER_LOAD, order, picked
+from robostiff.page.stiffness import drive_line, energy_table, load_table, named
+from robostiff.statics import CriticalLoad, Equilibrium, Modes
+
+if TYPE_CHECKING:
+    import xarray
+
+    from robostiff.statics.equations.problem import EquilibriumProblem
+
+KNOWN = 1e-9  # of the largest: what is smaller is rounding
+_CANCELLED = 1e-15  # of the largest entry, rotations in lengths of the robot
+_COORDINATES = 1e-15  # of the size: so far apart may be what rests in one place
+
+
+def equilibrium_page(
+    result: Equilibrium,
+    critical: CriticalLoad | None = None,
+    curve: xarray.Dataset | None = None,
+) -> Page:
+    """An equilibrium, with the critical load of its wrench and a curve of `load_path`."""
+    known = result.has_answer
+    has_K, has_C = result.status.has_stiffness, not result.status & Status.FREE_MOTIONS
+    names = ("wrench", "displacement", "pose", "point", "energy", "margin")
+    data: dict[str, Any] = {
+        "order": order(result.space),
+        "units": UNDER_LOAD,
+        "stable": result.stable,
+        "critical_factor": result.critical_factor,
+        **{name: getattr(result, name) if known else None for name in names},
+        **{name: getattr(result, name) if has_K else None for name in ("K", "K_sym", "K_total")},
+        "compliance": result.compliance if known and has_C else None,
+        "margins": dict(result.margins),
+        "reactions": result.reactions if known else [],
+        "parts": picked(
+            result.parts if known else (), "leg part number of wrench point motion load energy"
+        ),
+        "springs": picked(result.springs if known else (), "name points length tension energy"),
+    }
+    blocks = _equilibrium_blocks(result) if known else []
+    if critical is not None:
+        blocks.append(Bullets(tuple(_critical(critical))))
+        found = ("factor", "mode", "leg", "is_limit")
+        data["critical_load"] = {
+            "status": critical.status,
+            **{name: getattr(critical, name) if critical.is_found else None for name in found},
+            "searched_to": critical.searched_to,
+        }
+    if curve is not None:
+        blocks.append(_curve_table(curve))
+        data["load_path"] = _curve_data(curve)
+    return Page(
+        result.name,
+        f" under load, about ({row(result.point)}) m, world axes" if known else " under load",
+        result.status,
+        blocks,
+        result.advice,
+        data,
+    )
+
+
+def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
+    """Displacement, stability, K under load, energy, springs and drives."""
+    space = result.space
+    moved, least, is_strained = result.displacement, 0.0, True
+    if result.problem is not None and result.status.has_stiffness:  # beyond rounding
+        length, d = result.problem.length, space.translations
+        least = _COORDINATES * min(length, 1.0)
+        of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
+        is_strained = bool(result.energy > of_rounding)
+    least = max(KNOWN * np.abs(moved).max(initial=0.0), least)
+    table = load_table(space, result.wrench, np.where(np.abs(moved) < least, 0.0, moved))
+    lines = [
+        f"wrench:       {named(space.wrench_order, result.wrench, 'N', 'N m')}",
+        table.lines[0].replace("deflection:", "displacement:"),
+        f"pose:         [{row(result.pose)}] (m, rad)",
+    ]
+    blocks: list[Block | None] = [replace(table, lines=lines)]
+    if result.critical is None or not result.stable:
+        blocks.append(Paragraph(stability_in_words(result)))
+    blocks.append(matrix_under_load(result))
+    of_parts = sum(share.energy for share in result.shares)
+    if of_parts > 0 and is_strained:
+        blocks.append(energy_table(result.shares, of_parts))
+    if result.springs:
+        are_cables = all(own.is_cable for own in result.springs)
+        blocks.append(
+            Table(
+                ["spring", "tension", "length", "energy"],
+                [
+                    [
+                        own.name,
+                        Number(own.tension, "N"),
+                        Number(own.length, "m"),
+                        Number(own.energy, "J"),
+                    ]
+                    for own in result.springs
+                ],
+                "cables:" if are_cables else "springs between bodies:",
+                [
+                    f"  {own.name}: tension {own.tension:.5g} N, length {own.length:.5g} m, "
+                    f"energy {own.energy:.4g} J"
+                    for own in result.springs
+                ],
+            )
+        )
+    drives = _drives(result)
+    if drives and is_strained:
+        blocks.append(
+            Table(
+                ["drive", "load"],
+                [[name, Number(*own)] for name, own in drives.items()],
+                "load on elastic drives:",
+                [drive_line(load, unit, name) for name, (load, unit) in drives.items()],
+            )
+        )
+    return blocks
+
+
+def stability_in_words(result: Equilibrium) -> str:
+    """Whether the robot stays where it is, and its margin."""
+    words = "stable" if result.stable else "not stable"
+    return f"{words}, margin {result.margin:.4g} of 1 without load"
+
+
+def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
+    """K under load; the compliance where a direction is rigid, none beside a free motion."""
+    F, t = result.space.wrench_order, result.space.twist_order
+    if result.status.has_stiffness:
+        # zero where terms of the size of the largest entry cancel up to rounding
+        K, scale = result.K, cast("EquilibriumProblem", result.problem).scale
+        sizes = np.abs(K) / np.outer(scale, scale)
+        K = np.where(sizes > _CANCELLED * sizes.max(initial=0.0), K, 0.0)
+        return LabelledMatrix("K under load", K, F, t, STIFFNESS_UNITS)
+    if result.status & Status.FREE_MOTIONS:
+        return None
+    return LabelledMatrix("C under load", result.compliance, t, F, COMPLIANCE_UNITS)
+
+
+def _critical(critical: CriticalLoad) -> list[str]:
+    if not critical.is_found and critical.searched_to == 0:
+        if critical.status & Status.FREE_MOTIONS:
+            return ["no critical load is determined: hold the free motions of the platform"]
+        return ["no critical load: there is no stable equilibrium to start from"]
+    if not critical.is_found:
+        return [f"no critical load up to {critical.searched_to:g} times the wrench"]
+    return [f"critical load: {critical.factor:.6g} times the wrench", f"there {critical.mode}"]
+
+
+def _drives(result: Equilibrium) -> dict[str, tuple[float, str]]:
+    """What elastic drives and locks carry, with its unit; rounding is shown as zero."""
+    loads = {
+        f"{part.leg}/{part.part}": (part.load, part.unit)
+        for part in result.parts
+        if part.load is not None and (part.energy > 0 or part.load != 0)
+    }
+    largest = max((abs(v) for v, _ in loads.values()), default=0.0)
+    return {k: (v if abs(v) > KNOWN * largest else 0.0, u) for k, (v, u) in loads.items()}
+
+
+def _curve_table(curve: xarray.Dataset) -> Table:
+    names = " ".join(map(str, curve.twist.values))
+    title = f"{'factor':>10}  displacement ({names}) [m, rad]"
+    rows: list[list[Cell]] = []
+    lines = []
+    columns = (curve.factor, curve.displacement, curve.status_code)
+    for factor, moved, code in zip(*(own.values for own in columns), strict=True):
+        status = Status(int(code))
+        words = "none" if np.isnan(moved).any() else row(moved)
+        rows.append([Number(float(factor)), words, str(status)])
+        lines.append(f"{factor:10.5g}  {words}" + (f"  {status}" if status else ""))
+    return Table(("", "", ""), rows, title, lines)
+
+
+def _curve_data(curve: xarray.Dataset) -> dict[str, Any]:
+    """A force-deflection curve; null where there is no equilibrium."""
+    codes, displacements = curve["status_code"].values, curve["displacement"].values
+    path = ("path_factor", "path_displacement", "path_stable")
+    return {
+        "factors": curve["factor"].values,
+        "displacement": [None if np.isnan(own).any() else own for own in displacements],
+        "stable": curve["stable"].values,
+        "status": [Status(int(code)) for code in codes],
+        **{name: curve[name].values for name in path},
+    }
+
+
+_MOST = 10  # modes, or parts of a network, in a list
+_SHARES = 3  # parts with the most energy, of each mode
+
+
+def modes_page(found: Modes, masses: Any = None, in_words: tuple[str, ...] = ()) -> Page:
+    """Natural vibrations, slowest first, and the masses of the model as `check` has them."""
+    pairs = zip(picked(found, "frequency growth twist words"), found, strict=True)
+    return Page(
+        found.name,
+        "",
+        found.status,
+        [mode_table(found), other_modes(found), Bullets(in_words)] if found.each else [],
+        found.status.advice,
+        {
+            "order": order(found.space),
+            "units": {"length": "m", "angle": "rad", "frequency": "Hz", "growth": "1/s"},
+            "modes": [
+                {**own, "shares": picked(mode.shares, "leg part share")} for own, mode in pairs
+            ],
+            "masses": masses,
+        },
+        before="natural vibrations of ",
+    )
+
+
+def mode_table(found: Modes) -> Table:
+    """The slowest modes."""
+    rows: list[list[Cell]] = []
+    lines: list[str] = []
+    for i, mode in enumerate(found.each[:_MOST], start=1):
+        most = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
+        lines.append(f"{i:3}. {mode}")
+        if most:
+            shares = ", ".join(f"{own.name} {own.share:.0%}" for own in most)
+            lines.append(f"     elastic energy: {shares}")
+        part = f"{most[0].name}, {most[0].share:.0%}" if most else "none"
+        rate: Cell = Number(mode.frequency, "Hz")
+        if mode.growth != 0:
+            rate = f"grows by {mode.growth:.4g} /s"
+        rows.append([str(i), rate, mode.words, part])
+    return Table(["mode", "frequency", "motion", "most energy in"], rows, lines=lines)
+
+
+def other_modes(found: Modes) -> Paragraph | None:
+    """How many modes the table leaves out; None where it has all."""
+    more = len(found) - _MOST
+    return Paragraph(f"{more} more at higher frequencies", Tone.QUIET) if more > 0 else None
+
+
+_SECTION = ("N", "Vy", "Vz", "T", "My", "Mz")
+_ENDS = ("start", "end")
+
+
+def response_page(network: Network, result: NetworkResponse) -> Page:
+    """How the nodes of a network move under loads, and what its supports and beams carry."""
+    space, d = network.space, network.space.translations
+    turns = space.size - d
+    twists, shifts = (_without_rounding(own, d) for own in (result.twists, result.shifts))
+    reactions = _without_rounding(result.reactions, d)
+    moved = [(n, named(space.twist_order, 1e6 * t, "um", "urad")) for n, t in twists.items()]
+    for name in result.free_nodes:
+        words = "can move freely"
+        if name in shifts:
+            shift = named(space.twist_order[:d], 1e6 * shifts[name], "um", "urad")
+            words = f"{shift}; it spins freely"
+        moved.append((name, words))
+    held = [(n, named(space.wrench_order, F, "N", "N m")) for n, F in reactions.items()]
+    held += [(n, "statically indeterminate") for n in network.fixed if n not in reactions]
+    blocks: list[Block | None] = [
+        _listed("node", "displacement of nodes [um, urad]:", moved),
+        _listed("support", "reaction of supports [N, N m]:", held),
+    ]
+    if result.beams:
+        ends = {f"{n}, {end}": getattr(x, end) for n, x in result.beams.items() for end in _ENDS}
+        every = _without_rounding(ends, 3).items()
+        head = " " * 24 + "".join(f"{name:>12}" for name in _SECTION)
+        blocks.append(
+            Table(
+                ["", *_SECTION],
+                [[name, *(Number(float(x)) for x in F)] for name, F in every],
+                "forces in beams, start and end [N, N m], N > 0 in tension:",
+                [head, *(f"  {n:22}" + "".join(f"{number(x):>12}" for x in F) for n, F in every)],
+            )
+        )
+    energies = sorted(result.loads.energies, key=lambda part: -part[2])
+    whole = sum(energy for *_, energy in energies) or 1.0
+    shares = [PartShare(of, part, energy, energy / whole) for of, part, energy in energies]
+    blocks.append(energy_table(shares, result.energy))
+    displacements = {
+        node.name: [*result.shifts[node.name], *[None] * turns]
+        if node.name in result.shifts
+        else None
+        for node in network.nodes
+    }
+    return Page(
+        network.name,
+        " under load",
+        result.status,
+        blocks,
+        data={
+            "network": network.name,
+            "order": order(space),
+            "units": UNDER_LOAD,
+            "displacements": displacements | result.twists,
+            "reactions": {name: result.reactions.get(name) for name in network.fixed},
+            "beams": {
+                n: {
+                    end: dict(zip(_SECTION, getattr(own, end).tolist(), strict=True))
+                    for end in _ENDS
+                }
+                for n, own in result.beams.items()
+            },
+            "energies": [
+                {"part": part, "of": of, "energy": energy}
+                for of, part, energy in result.loads.energies
+            ],
+            "energy": result.energy,
+        },
+    )
+
+
+def _listed(head: str, title: str, rows: list[tuple[str, str]]) -> Table:
+    return Table((head, ""), rows, title, [f"  {name}: {words}" for name, words in rows])
+
+
+def _without_rounding(rows: dict[str, np.ndarray], split: int) -> dict[str, np.ndarray]:
+    """Zero in place of what is rounding beside the largest of its kind."""
+    if not rows:
+        return {}
+    every = np.abs(np.array(list(rows.values())))
+    largest = np.empty(every.shape[1])
+    largest[:split] = every[:, :split].max(initial=0.0)
+    largest[split:] = every[:, split:].max(initial=0.0)
+    return {n: np.where(np.abs(own) > KNOWN * largest, own, 0.0) for n, own in rows.items()}

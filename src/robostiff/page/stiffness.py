@@ -1,0 +1,288 @@
+"""Stiffness, deflection and verification of robots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robostiff.analysis import Stiffness
+from robostiff.elastostatics import Status
+from robostiff.markup import (
+    COMPLIANCE_UNITS,
+    STIFFNESS_UNITS,
+    Block,
+    Facts,
+    LabelledMatrix,
+    Number,
+    Page,
+    Paragraph,
+    Table,
+    row,
+)
+from robostiff.page.data import UNDER_LOAD, order, picked
+from robostiff.spatial import Space
+
+if TYPE_CHECKING:
+    from robostiff.analysis import CableStiffness, Deflection, PartShare
+    from robostiff.analysis.verification import Verification
+
+MOST_PARTS = 10
+_NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
+
+
+def stiffness_page(result: Stiffness) -> Page:
+    """The stiffness of a robot at a single pose."""
+    reached, answered = Status.UNREACHABLE not in result.status, bool(np.all(result.answered))
+    rank, found, facts = None, [], []
+    if answered:
+        found.append(replace(stiffness_matrix(result), symbol="K_C"))
+    if reached:
+        rank = int(result.rank)
+        found += [Paragraph(f"rank {rank} of {result.space.size}"), free_motion_table(result)]
+        facts += [("redundant passive joint", name) for name in result.redundant_joints]
+        facts += [("rigid direction", _unit_load(w, result)) for w in result.rigid_directions]
+        facts.append(("decided by", str(result.decision)))
+    facts.append(("method", f"{result.method.name}, {result.method.equation}"))
+    return Page(
+        result.name,
+        place_of(result),
+        result.status,
+        [*found, Facts(tuple(facts))],
+        result.advice,
+        {
+            **_posture_data(result),
+            "units": {
+                "length": "m",
+                "angle": "rad",
+                "stiffness": asdict(STIFFNESS_UNITS),
+                "compliance": asdict(COMPLIANCE_UNITS),
+            },
+            "stiffness": result.K if answered else None,
+            "compliance": result.compliance,
+            "rank": rank,
+            "free_motions": result.free_motions,
+            "rigid_directions": result.rigid_directions if reached else [],
+            "redundant_joints": result.redundant_joints if reached else [],
+            "method": result.method.name,
+            "equation": result.method.equation,
+            "decided_by": str(result.decision) if reached else None,
+        },
+        posture=_posture(result),
+    )
+
+
+def deflection_page(result: Deflection) -> Page:
+    """The deflection of a robot at a pose."""
+    answer = result.stiffness
+    reached = Status.UNREACHABLE not in answer.status
+    load = named(answer.space.wrench_order, result.wrench, "N", "N m")
+    if result.work_of_loads is not None:
+        load = f"{'' if load == 'none' else f'{load}; '}forces or weights at bodies"
+    blocks: list[Block | None] = [Facts((("load", load),))]
+    if result.has_answer:
+        table = displacement_table(result)
+        blocks = [replace(table, lines=[f"load:       {load}", *table.lines])]
+        blocks += [free_motion_table(answer, "free:       ")]
+        if result.energy > 0:
+            blocks.append(energy_table(result.parts, result.energy))
+        blocks.append(actuator_table(result))
+    return Page(
+        answer.name,
+        place_of(answer),
+        result.status,
+        blocks,
+        result.advice,
+        {
+            **_posture_data(answer),
+            "units": UNDER_LOAD,
+            "wrench": result.wrench,
+            "deflection": result.twist if result.has_answer else None,
+            "energy": result.energy if result.has_answer else None,
+            "parts": picked(result.parts, "leg part energy share"),
+            "actuators": picked(result.actuators, "leg joint load travel unit"),
+            "reactions": picked(result.reactions, "leg joint wrench point"),
+            "free_motions": [str(motion) for motion in answer.free_motions] if reached else [],
+        },
+        posture=_posture(answer),
+    )
+
+
+def verification_page(result: Verification) -> Page:
+    """Every method with its distance from the reference, and whether all agree."""
+    reference = result.reference
+    rank, size, form = int(reference.rank), reference.space.size, reference.method
+    rows, lines = [], [f"{'method':<14}{'distance':>10}  outcome"]
+    for own in result.comparisons:
+        distance = "-" if own.distance is None else f"{own.distance:.1e}"
+        reason = f": {own.reason}" if own.reason else ""
+        lines.append(f"{own.method:<14}{distance:>10}  {own.outcome.value}{reason}")
+        far = "" if own.distance is None else Number(own.distance)
+        rows.append([own.method, far, own.outcome.value, own.reason])
+    verdict = "agree" if result.agree else "DISAGREE"
+    compared = picked(result.comparisons, "method outcome distance rank reason")
+    return Page(
+        reference.name,
+        place_of(reference),
+        f"{reference.status}, rank {rank} of {size}",
+        [
+            Facts((("compared with", f"{form.name}, {form.equation}"),)),
+            Table(["method", "distance", "outcome", ""], rows, lines=["", *lines, ""]),
+            Paragraph(f"methods {verdict} (largest distance allowed {result.agreement:g})"),
+        ],
+        data={
+            "pose": reference.pose,
+            "status": reference.status,
+            "rank": rank,
+            "compared_with": form.name,
+            "comparisons": [{**own, "outcome": own["outcome"].value} for own in compared],
+            "agreement": result.agreement,
+            "agree": result.agree,
+        },
+    )
+
+
+def place_of(result: Stiffness | CableStiffness) -> str:
+    """Pose, reference point and axes, behind a name."""
+    point = f"about ({row(result.reference_point)}) m, world axes"
+    if result.pose is None:
+        return f", snapshot {point}"
+    return f", pose [{row(result.pose)}] (m, rad) {point}"
+
+
+def _posture(result: Stiffness) -> str:
+    """Joint coordinates of a robot with one leg, which a pose may not determine.
+
+    With passive joints those of the drives, by name.
+    """
+    if len(result.joint_coordinates) != 1 or Status.UNREACHABLE in result.status:
+        return ""
+    ((leg, q),) = result.joint_coordinates.items()
+    names = result.details().joint_names.get(leg, [leg] * len(q))
+    drives = [
+        f"{name}={value:.5g}"
+        for name, value in zip(names, q, strict=True)
+        if f"{leg}/{name}" not in result.details().passive_joint_names
+    ]
+    if len(drives) == len(q):
+        return f"joints [{row(q)}] (m, rad)"
+    return f"drives at {', '.join(drives)} (m, rad)" if drives else ""
+
+
+def _posture_data(answer: Stiffness) -> dict[str, object]:
+    """Where a robot is, and the order of what follows."""
+    return {
+        "pose": answer.pose,
+        "joint_coordinates": dict(answer.joint_coordinates),
+        "joint_names": dict(answer.details().joint_names),
+        "reference_point": answer.reference_point,
+        "order": order(answer.space),
+    }
+
+
+def stiffness_matrix(result: Stiffness | CableStiffness) -> LabelledMatrix:
+    """K_C."""
+    space = result.space
+    return LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
+
+
+def free_motion_table(result: Stiffness | CableStiffness, label: str = "free: ") -> Table | None:
+    """Free motions in words, with their twists; None where there are none."""
+    motions = result.free_motions
+    if not motions:
+        return None
+    rows = [[str(motion), f"({row(motion.twist)})"] for motion in motions]
+    header = ["free motion", f"twist ({', '.join(result.space.twist_order)})"]
+    return Table(header, rows, lines=[f"{label}{motion}" for motion in motions])
+
+
+def _unit_load(wrench: np.ndarray, result: Stiffness) -> str:
+    """A wrench (n,) with a unit force, or a unit moment where it has no force."""
+    force, moment = np.split(wrench, [result.space.translations])
+    size = np.linalg.norm(force)
+    pulls = size * float(result.length) > 1e-9 * np.linalg.norm(moment)
+    unit = wrench / (size if pulls else np.linalg.norm(moment))
+    unit = unit * np.sign(unit[np.argmax(np.abs(unit))])
+    return named(result.space.wrench_order, np.round(unit, 9) + 0.0, "N", "N m")
+
+
+def shown_twist(result: Deflection) -> np.ndarray:
+    """Displacement (n,) [m, rad]; rounding errors are shown as zero."""
+    length = float(result.stiffness.length)
+    return result.stiffness.space.without_rounding(result.twist, length)
+
+
+def displacement_table(result: Deflection) -> Table:
+    """Load and displacement, axis by axis."""
+    return load_table(result.stiffness.space, result.wrench, shown_twist(result))
+
+
+def load_table(space: Space, wrench: np.ndarray, moved: np.ndarray) -> Table:
+    """A wrench (n,) [N, N m] and a twist (n,) [m, rad], axis by axis."""
+    rows = [
+        [force, Number(float(F), unit), motion, small_motion(motion, t)]
+        for force, F, unit, motion, t in zip(
+            space.wrench_order, wrench, space.wrench_units, space.twist_order, moved, strict=True
+        )
+    ]
+    shown = named(space.twist_order, 1e6 * moved, "um", "urad")
+    return Table(["load", "", "displacement", ""], rows, lines=[f"deflection: {shown}"])
+
+
+def small_motion(motion: str, value: float) -> Number:
+    """One component of a twist [m, rad] in millionths."""
+    return Number(1e6 * float(value), "µrad" if motion.startswith("r") else "µm")
+
+
+def energy_table(parts: Sequence[PartShare], energy: float, most: int = MOST_PARTS) -> Table:
+    """The parts with the largest share of the elastic energy [J]."""
+    each = [part for part in parts[:most] if part.share >= _NAMED]
+    if len(each) == len(parts) - 1:  # a single one has a name rather than a count
+        each = list(parts)
+    shown = [(part.name, part.share) for part in each]
+    if rest := parts[len(each) :]:
+        shown.append((f"{len(rest)} more parts", sum(part.share for part in rest)))
+    return Table(
+        ["part", "share of the elastic energy"],
+        [[name, Number(100 * share, "%")] for name, share in shown],
+        f"elastic energy {energy:.4g} J, by part:",
+        [f"{100 * share:7.2f} %  {name}" for name, share in shown],
+    )
+
+
+def actuator_table(result: Deflection) -> Table | None:
+    """Loads and deflections of the actuators; None where there are none.
+
+    What is rounding beside them and the forces in joints is shown as zero.
+    """
+    if not result.actuators:
+        return None
+    length = float(result.stiffness.length)
+    sizes = [abs(a.load) / (length if a.unit == "N m" else 1.0) for a in result.actuators]
+    forces = (float(np.linalg.norm(own.wrench[:3])) for own in result.reactions)
+    least = 1e-9 * max([*sizes, *forces], default=0)
+    rows, lines = [], []
+    for a, size in zip(result.actuators, sizes, strict=True):
+        load, travel = (float(a.load), 1e6 * a.travel) if size > least else (0.0, 0.0)
+        unit = "µrad" if a.unit == "N m" else "µm"
+        rows.append([a.name, Number(load, a.unit), Number(travel, unit)])
+        lines.append(drive_line(load, a.unit, a.name))
+    title = "load on the actuators:"
+    return Table(["actuator", "load", "deflection"], rows, title, lines)
+
+
+def drive_line(load: float, unit: str, name: str) -> str:
+    """A load with its unit and the drive that it is on."""
+    return f"{load:12.5g} {unit:<4} {name}"
+
+
+def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> str:
+    """Values with their names and units, zeros left out."""
+    parts = [
+        f"{name} {value:.5g} {angular if name[0] in 'Mr' else unit}"
+        for name, value in zip(names, values, strict=True)
+        if value != 0
+    ]
+    return ", ".join(parts) or "none"

@@ -1,0 +1,469 @@
+"""Machines of any kind as lines, faces and joints, each with the body that it belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis import CableStiffness
+from robostiff.kept import kept
+from robostiff.model import (
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Role,
+    Snapshot,
+)
+from robostiff.network import Network, SpringElement
+from robostiff.plot.geometry.displacement import PLATFORM, end_key, node_key
+from robostiff.plot.geometry.surfaces import plate
+from robostiff.plot.picture import LineWeight, PlainColour, Shape
+from robostiff.spatial import Space
+
+_IN_PLANE = 1e-3  # of the machine
+_SAME = 1e-9  # of the machine: closer points are one
+_SEEN = 1e-3  # of the machine: a line
+_NAMED = 24  # joints of a network: more names would cover the picture
+_LISTED = 8  # parts of a network that have names in the legend
+_GROUND = ""
+
+
+@dataclass(frozen=True)
+class PointOfBody:
+    """A point (3,) of a body [m]."""
+
+    point: np.ndarray
+    body: str
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line between two bodies.
+
+    Attributes
+    ----------
+    start, end : PointOfBody
+    leg, part : str
+        Of what it is; no part is named where it is rigid.
+    weight : LineWeight
+    bends : bool
+        Whether it is bent as its ends move, as a beam.
+    paint : PlainColour or None
+        None for the colour of the part.
+    is_dashed : bool
+    about, label : str
+        Its description, where it is not the name, and its name in the legend.
+    has_ghost : bool
+        Whether it is drawn at rest, too, beside a deformed shape.
+    """
+
+    start: PointOfBody
+    end: PointOfBody
+    leg: str = ""
+    part: str = ""
+    weight: LineWeight = LineWeight.BOLD
+    bends: bool = False
+    paint: PlainColour | None = None
+    is_dashed: bool = False
+    about: str = ""
+    label: str = ""
+    has_ghost: bool = True
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A face between points of a body."""
+
+    corners: np.ndarray  # (n, 3)
+    body: str
+    paint: PlainColour
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class JointPoint:
+    """A freedom, in the leg or the joint that owns it."""
+
+    at: PointOfBody
+    owner: str
+    name: str
+    role: Role
+
+
+@dataclass(frozen=True)
+class Spots:
+    """Marks at points; those of a part have its colour."""
+
+    at: tuple[PointOfBody, ...]
+    shape: Shape
+    label: str
+    names: tuple[str, ...] = ()
+    part: str = ""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What is drawn of a machine.
+
+    Attributes
+    ----------
+    point : PointOfBody
+        The reference point of the platform.
+    size : float
+        Length of the machine [m].
+    is_level : bool
+        Whether it is planar, or lies in one plane z = constant.
+    lines, plates, joints, spots : tuples
+    words : tuple of (PointOfBody, str)
+        Names of joints.
+    part_names : tuple of str
+        Of parts that colours distinguish.
+    is_named : bool
+        Whether its parts and joints are always named, as of an arm and of a network.
+    has_legend : bool
+        Whether its parts are few enough for one.
+    """
+
+    point: PointOfBody
+    size: float
+    is_level: bool
+    lines: tuple[Line, ...]
+    plates: tuple[Plate, ...]
+    joints: tuple[JointPoint, ...] = ()
+    spots: tuple[Spots, ...] = ()
+    words: tuple[tuple[PointOfBody, str], ...] = ()
+    part_names: tuple[str, ...] = ()
+    is_named: bool = False
+    has_legend: bool = True
+
+    @property
+    def anchors(self) -> list[PointOfBody]:
+        """Points that move with the bodies."""
+        ends = [end for line in self.lines for end in (line.start, line.end)]
+        return [self.point, *ends, *(joint.at for joint in self.joints)]
+
+
+def outline_of(posed: Snapshot | Network | CableStiffness) -> Outline:
+    """The outline of what has been placed at a pose."""
+    if isinstance(posed, Snapshot):
+        return of_snapshot(posed)
+    if isinstance(posed, Network):
+        return of_network(posed)
+    placed, known = posed.placed, bool(np.all(posed.answered))
+    return of_cables(
+        posed.cable_names,
+        (placed.exit_points, placed.attachments),
+        placed.reference_point,
+        posed.space,
+        posed.tensions if known else None,
+    )
+
+
+@kept
+def of_snapshot(snapshot: Snapshot) -> Outline:
+    """The outline of a robot of legs at a single pose."""
+    points = [snapshot.reference_point]
+    for leg in snapshot.legs:
+        points += [leg.end, _foot(leg), *(part.point for part in leg.parts)]
+    size = size_of(points)
+    heights = [points[0], *(leg.end for leg in snapshot.legs)]
+    heights += [part.point for leg in snapshot.legs for part in leg.parts]
+    joints = [list(_joints(leg, f"{leg.name}/", _GROUND, leg.name)) for leg in snapshot.legs]
+    # of legs whose joints have the same names, those of the first
+    named = {tuple(joint.name for joint in own): own for own in reversed(joints)}
+    lines = [_leg_lines(leg, end_key(snapshot, i)) for i, leg in enumerate(snapshot.legs)]
+    ends = [leg.end for leg in snapshot.legs]
+    plates, ties = _platform_plate(ends, points[0])
+    base = plate(np.array([_foot(leg) for leg in snapshot.legs]))
+    names = [
+        part.name
+        for leg in snapshot.legs
+        for part in leg.parts
+        if isinstance(part, PlacedSpring) or part.slides or not part.is_passive
+    ]
+    if snapshot.platform is not None:
+        plates, ties = [], []
+        own_parts = snapshot.platform.platform.parts
+        names += [own.name for own in own_parts if np.any(own.elasticity.compliance)]
+    if base is not None:
+        plates.insert(0, Plate(base, _GROUND, PlainColour.FAINT))
+    level = np.ptp([p[2] for p in heights]) <= _SAME * size
+    return Outline(
+        PointOfBody(points[0], PLATFORM),
+        size,
+        snapshot.space is Space.PLANAR or bool(level),
+        (*ties, *_platform_lines(snapshot), *(line for own in lines for line in own)),
+        tuple(plates),
+        tuple(joint for own in joints for joint in own),
+        words=tuple((one.at, one.name) for own in reversed(named.values()) for one in own),
+        part_names=tuple(names),
+        is_named=len(snapshot.legs) == 1,
+    )
+
+
+def _platform_plate(ends: list[np.ndarray], point: np.ndarray) -> tuple[list[Plate], list[Line]]:
+    """The face between the ends of the legs; a point away from it, or from one leg, is tied."""
+    top = plate(np.array(ends))
+    if top is not None:
+        middle = np.array(ends).mean(axis=0)
+        tied, weight = [middle], LineWeight.THIN
+    else:
+        away = np.linalg.norm(np.array(ends) - point, axis=1)
+        tied, weight = (ends if away.max() > _SAME else []), LineWeight.LINE
+    to = PointOfBody(point, PLATFORM)
+    ties = [
+        Line(PointOfBody(p, PLATFORM), to, weight=weight, paint=PlainColour.MUTED, has_ghost=False)
+        for p in tied
+    ]
+    return ([] if top is None else [Plate(top, PLATFORM, PlainColour.PLATE, "platform")]), ties
+
+
+def _platform_lines(snapshot: Snapshot) -> Iterator[Line]:
+    """Parts of a flexible platform."""
+    placed = snapshot.platform
+    if placed is not None:
+        for part in placed.platform.parts:
+            a, b = (
+                PointOfBody(placed.in_world(placed.platform.point_of(name)), node_key(name))
+                for name in (part.a, part.b)
+            )
+            yield Line(a, b, PLATFORM, part.name, bends=True)
+
+
+def _leg_lines(leg: PlacedLeg, end: str) -> Iterator[Line]:
+    """From base to platform, without rigid lines too short to be visible."""
+    points = [_foot(leg), leg.end, *(part.point for part in leg.parts)]
+    apart = _SAME * (size_of(points) or 1.0)
+    for line in _along(leg, leg.name, _GROUND, end, []):
+        is_long = np.linalg.norm(line.end.point - line.start.point) > apart
+        if line.part or is_long:
+            yield line
+
+
+def _along(
+    leg: PlacedLeg, name: str, body: str, end: str, here: list[PointOfBody]
+) -> Iterator[Line]:
+    """Lines from places, or from the first element, to the end of a leg or a branch."""
+    first = leg.elements[0]
+    if isinstance(first, PlacedSpring):
+        clamped = PointOfBody(clamped_end(first), body)
+        yield from (Line(place, clamped, name, weight=LineWeight.LINE) for place in here)
+        here = [clamped]
+    slid = ""
+    for element in leg.elements:
+        behind = f"{name}/{element.name}"
+        if isinstance(element, PlacedBlock):
+            # a block begins where its branches begin
+            for branch in element.branches:
+                yield from _along(branch, name, body, behind, here[:1])
+            here, slid = [PointOfBody(branch.end, behind) for branch in element.branches], ""
+        elif isinstance(element, PlacedSpring):
+            at = PointOfBody(element.point, behind)
+            yield from (Line(place, at, name, element.name, bends=True) for place in here)
+            here, slid = [at], ""
+        else:
+            at = PointOfBody(element.point, body)
+            yield from (_joined(place, at, name, slid) for place in here)
+            # a rail belongs to the body before the slide, whatever the position of the slide
+            here, slid = [at], element.name if element.slides else ""
+        body = behind
+    yield from (_joined(place, PointOfBody(leg.end, end), name, slid) for place in here)
+
+
+def _joined(start: PointOfBody, end: PointOfBody, leg: str, slid: str) -> Line:
+    """A rigid line, or the rail of a slide."""
+    return Line(start, end, leg, slid, LineWeight.BOLD if slid else LineWeight.LINE)
+
+
+def _joints(leg: PlacedLeg, prefix: str, body: str, owner: str) -> Iterator[JointPoint]:
+    """Joints of a leg, with the body before them; those of branches are the leg's."""
+    for element in leg.elements:
+        if isinstance(element, PlacedFreedom):
+            yield JointPoint(PointOfBody(element.point, body), owner, element.name, element.role)
+        elif isinstance(element, PlacedBlock):
+            for branch in element.branches:
+                yield from _joints(branch, prefix, body, owner)
+        body = prefix + element.name
+
+
+def _foot(leg: PlacedLeg) -> np.ndarray:
+    """Point of a leg on the base (3,) [m]: its first joint, or the start of its first beam."""
+    first = leg.elements[0]
+    if isinstance(first, PlacedBlock):
+        return np.mean([_foot(branch) for branch in first.branches], axis=0)
+    return first.point if isinstance(first, PlacedFreedom) else clamped_end(first)
+
+
+def clamped_end(spring: PlacedSpring | SpringElement) -> np.ndarray:
+    """Start (3,) of an elastic part of which only the far end is given.
+
+    Its centre of compliance, where a force alone does not turn it, lies half-way: exact for a
+    uniform beam; a spring in a point begins where it ends.
+    """
+    C = spring.elasticity.compliance
+    if not np.any(C[:3, 3:]):
+        return spring.point
+    coupling = C[:3, 3:] @ np.linalg.pinv(C[3:, 3:])
+    to_centre = 0.5 * np.array(
+        [
+            coupling[2, 1] - coupling[1, 2],
+            coupling[0, 2] - coupling[2, 0],
+            coupling[1, 0] - coupling[0, 1],
+        ]
+    )
+    return spring.point + 2 * spring.rotation @ to_centre
+
+
+@kept
+def of_network(network: Network) -> Outline:
+    """The outline of bodies, beams, springs and joints in any arrangement."""
+    bodies = _bodies(network)
+    points = np.concatenate([network.reference_point[None], *bodies.values()])
+    size = size_of(points)
+    lines: list[Line] = []
+    plates: list[Plate] = []
+    for name, own in bodies.items():
+        is_fixed = name in network.fixed
+        corners = _flat_face(own)
+        if corners is not None:
+            paint = PlainColour.FAINT if is_fixed else PlainColour.PLATE
+            label = PLATFORM if name == network.platform else ""
+            plates.append(Plate(corners, name, paint, label))
+        middle = PointOfBody(own.mean(axis=0) if len(own) > 2 else own[-1], name)
+        paint = PlainColour.MUTED if is_fixed else PlainColour.INK
+        for p in own if len(own) > 2 else own[:-1]:
+            lines.append(
+                Line(
+                    middle,
+                    PointOfBody(p, name),
+                    weight=LineWeight.THIN,
+                    paint=paint,
+                    about=name,
+                    has_ghost=not is_fixed,
+                )
+            )
+    for beam in network.beams:
+        a, b = PointOfBody(beam.start, beam.a), PointOfBody(beam.end, beam.b)
+        lines.append(Line(a, b, part=beam.name, bends=True))
+    elastic = [own for own in network.springs if np.any(own.elasticity.compliance)]
+    spots: list[Spots] = []
+    for spring in elastic:
+        a, b = PointOfBody(clamped_end(spring), spring.a), PointOfBody(spring.point, spring.b)
+        if np.linalg.norm(a.point - b.point) > _SEEN * size:
+            lines.append(Line(a, b, part=spring.name, bends=True, has_ghost=False))
+        else:
+            label = "" if spots else "elastic part"
+            spots.append(Spots((b,), Shape.DIAMOND, label, (spring.name,), spring.name))
+    joints = [own for own in network.joints if own.freedoms]
+    names = tuple(part.name for part in (*network.beams, *elastic))
+    return Outline(
+        PointOfBody(network.reference_point, network.platform),
+        size,
+        network.space is Space.PLANAR or _is_level(points),
+        tuple(lines),
+        tuple(plates),
+        tuple(
+            JointPoint(PointOfBody(own.point, joint.a), joint.name, own.name, own.role)
+            for joint in joints
+            for own in joint.freedoms
+        ),
+        tuple(spots),
+        tuple((PointOfBody(own.freedoms[0].point, own.a), own.name) for own in joints)
+        if len(joints) <= _NAMED
+        else (),
+        names,
+        is_named=True,
+        has_legend=len(set(names)) <= _LISTED,
+    )
+
+
+def _bodies(network: Network) -> dict[str, np.ndarray]:
+    """Points of attachment (n, 3) of each body that has some, each point once."""
+    bodies = {}
+    for name, points in network.connection_points.items():
+        if not points:
+            continue
+        own = [*points, *([network.reference_point] if name == network.platform else [])]
+        size = float(np.max(np.ptp(np.array(own), axis=0)))
+        apart: list[np.ndarray] = []
+        for point in own:
+            if all(np.linalg.norm(point - other) > _SAME * size for other in apart):
+                apart.append(point)
+        bodies[name] = np.array(apart)
+    return bodies
+
+
+def of_cables(
+    names: Sequence[str],
+    ends: tuple[np.ndarray, np.ndarray],
+    point: np.ndarray,
+    space: Space,
+    tensions: np.ndarray | None = None,
+) -> Outline:
+    """The outline of a cable robot.
+
+    Parameters
+    ----------
+    names : sequence of m str
+    ends : (m, 3) array, (m, 3) array
+        Where the cables leave the base, and where they hold the platform [m].
+    point : (3,) array
+        The reference point of the platform [m].
+    space : Space
+    tensions : (m,) array, optional
+        Of the cables [N]: those without any are dashed.
+    """
+    exits, attachments = ends
+    plates = []
+    for points, body, paint, label in (
+        (exits, _GROUND, PlainColour.FAINT, ""),
+        (attachments, PLATFORM, PlainColour.PLATE, PLATFORM),
+    ):
+        corners = _flat_face(points)
+        if corners is not None:
+            plates.append(Plate(corners, body, paint, label))
+    feet = [PointOfBody(p, _GROUND) for p in exits]
+    holds = [PointOfBody(p, PLATFORM) for p in attachments]
+    lines, label = [], "slack cable"
+    for i, (name, a, b) in enumerate(zip(names, feet, holds, strict=True)):
+        T = None if tensions is None else float(tensions[i])
+        about = name if T is None else f"{name}: {T:.4g} N"
+        is_slack = T == 0
+        weight = LineWeight.THIN if is_slack else LineWeight.LINE
+        own = label if is_slack else ""
+        lines.append(Line(a, b, weight=weight, is_dashed=is_slack, about=about, label=own))
+        label = "" if is_slack else label
+    points = np.concatenate([exits, attachments])
+    return Outline(
+        PointOfBody(point, PLATFORM),
+        size_of(points),
+        space is Space.PLANAR or _is_level(points),
+        tuple(lines),
+        tuple(plates),
+        spots=(
+            Spots(tuple(feet), Shape.SQUARE, "winch", tuple(names)),
+            Spots(tuple(holds), Shape.RING, "attachment"),
+        ),
+    )
+
+
+def _flat_face(points: np.ndarray) -> np.ndarray | None:
+    """Corners of the face through points in one plane (n, 3); None where they are not."""
+    if len(points) < 3:
+        return None
+    *_, out = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return plate(points) if out <= _IN_PLANE * size_of(points) else None
+
+
+def size_of(points: Any) -> float:
+    """Length of the diagonal of the box around points (n, 3) [m]."""
+    return float(np.linalg.norm(np.ptp(np.array(points), axis=0)))
+
+
+def _is_level(points: np.ndarray) -> bool:
+    """Whether points (n, 3) lie in one plane z = constant."""
+    return bool(np.ptp(points[:, 2]) <= _SAME * size_of(points))
