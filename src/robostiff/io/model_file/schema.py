@@ -10,7 +10,7 @@ from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 from robostiff.io.model_file.cables import WrittenCableRobot
 from robostiff.io.model_file.machine import WrittenMachine
 from robostiff.io.model_file.robots import WrittenArm, WrittenRobot
-from robostiff.io.snapshot import WithoutTitles
+from robostiff.io.validation import WithoutTitles
 
 #: What a key means, where its model does not say; of one part alone as PART.key.
 _MEANINGS = {
