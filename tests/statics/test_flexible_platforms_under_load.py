@@ -114,7 +114,7 @@ def test_legs_carry_the_load_of_the_tool_together(star: rs.Robot):
     assert np.allclose(np.sum(answer.leg_wrenches, axis=0), F, rtol=0, atol=1e-6)
     size = np.abs(answer.K).max()
     assert np.allclose(np.sum(answer.leg_K, axis=0), answer.K, rtol=0, atol=1e-10 * size)
-    for own, leg in zip(rest.leg_K, rs.stiffness(star).legs, strict=True):
+    for own, leg in zip(rest.leg_K, rs.stiffness(star).details().legs, strict=True):
         assert np.allclose(own, leg.K, rtol=0, atol=1e-9 * np.abs(rest.K).max())
     h = 1e-6
     for i in range(3):

@@ -17,6 +17,7 @@ from robostiff.model import PlacedFreedom
 from robostiff.recorded.closure import LAST
 from robostiff.statics.kernels.strut import buckling_of
 from robostiff.statics.loading.loaded_posture import postures_of
+from tests.statics.robots_under_load import loaded
 
 COUNT = 3
 # One answer or a batch, as the question is.
@@ -406,3 +407,24 @@ def test_what_has_no_kernel_is_refused_with_the_way_to_go():
         compiled("gough-stewart-b").evaluate(np.zeros((1, 6)), [0, 0, -1])
     with pytest.raises(rs.InputError, match="2 wrenches"):
         compiled("gough-stewart-b").evaluate(np.zeros((3, 6)), np.zeros((2, 6)))
+
+
+@pytest.mark.parametrize(
+    ("name", "body"),
+    [("hexapod", "leg1/strut"), ("six-joint-arm", "arm/joint3"), ("six-joint-arm", "arm/forearm")],
+)
+def test_a_mass_in_the_frame_of_a_body_of_a_leg_turns_with_it(name: str, body: str):
+    """At a pose where that frame is turned; it was refused."""
+    robot, F = rs.load(name), np.linspace(20.0, -30, 6)[None]
+    loads = {body: rs.Mass(5, centre=[0.02, -0.03, 0.1])}
+    fast = rs.compile_loaded(robot, loads=loads, backend=rs.Backend.ARRAYS)
+    home = np.broadcast_to(rs.stiffness(robot).pose, (1, 6))
+    pose = home + np.array([0.02, -0.01, 0.03, 0.1, -0.2, 0.15])
+    found = fast.evaluate(pose, F)
+    assert not np.any(found.guarded)
+    answer = loaded(robot, pose=pose[0], wrench=F[0], loads=loads)
+    size = np.abs(answer.displacement).max()
+    np.testing.assert_allclose(found.displacement[0], answer.displacement, atol=1e-7 * size)
+    own = {body: rs.Mass(5)}
+    other = loaded(robot, pose=pose[0], wrench=F[0], loads=own)
+    assert np.abs(other.displacement - answer.displacement).max() > 1e-5 * size

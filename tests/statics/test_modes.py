@@ -332,9 +332,17 @@ def test_one_element_is_a_cantilever_within_half_a_percent():
     assert np.allclose(found[:2], 1.00475 * exact, rtol=1e-4)
 
 
-def test_a_flexure_stage_has_thirteen_thirtyfifths_of_its_leaves():
-    """Four leaves between the ground and a table that shifts: ``12 E I / L^3`` and 13/35 each."""
-    E, rho, L, b, t, table = 205e9, 7850.0, 0.06, 0.02, 0.4e-3, 0.5
+@pytest.mark.parametrize(
+    ("heavier", "frequency", "rtol"), [(1.0, 15.603, 2e-5), (25.48, 13.84, 2e-3)]
+)
+def test_a_flexure_stage_has_thirteen_thirtyfifths_of_its_leaves(
+    heavier: float, frequency: float, rtol: float
+):
+    """Four leaves between the ground and a table that shifts: ``12 E I / L^3`` and 13/35 each.
+
+    With half of heavy leaves at the table it had 13.34 Hz. Heavy leaves bend a little differently.
+    """
+    E, rho, L, b, t, table = 205e9, heavier * 7850.0, 0.06, 0.02, 0.4e-3, 0.5
     steel = rs.Material("spring steel", E, E / 2.6, density=rho)
     leaf = rs.beam_link([0, 0, L], steel, rs.rectangle(t, b), y_axis=[1, 0, 0], name="leaf")
     legs = []
@@ -346,8 +354,9 @@ def test_a_flexure_stage_has_thirteen_thirtyfifths_of_its_leaves():
     K, m = 4 * 12 * E * b * t**3 / 12 / L**3, rho * L * b * t
     exact = np.sqrt(K / (table + 4 * (13 / 35 + 1.2 * t**2 / 12 / L**2) * m)) / TURN
     for beams in (rs.Bowing(), rs.Linear()):
-        assert np.isclose(rs.modes(stage, beams=beams).frequencies[0], exact, rtol=2e-5)
-    assert np.isclose(exact, 15.603, atol=1e-3)
+        found = rs.modes(stage, beams=beams).frequencies[0]
+        assert np.isclose(found, exact, rtol=rtol), found / exact - 1
+    assert np.isclose(exact, frequency, atol=1e-3)
 
 
 def test_masses_on_the_platform_are_those_that_are_given():

@@ -318,6 +318,6 @@ def put_direct(
             jumps = ~result.answered | (result.rank != rank)
             answer.values[output.name][rows[jumps]] = np.nan
             continue
-        values, unbalanced = values_of(output, result)
+        values, of_load = values_of(output, result)
         answer.values[output.name][rows] = values
-        answer.status_codes[rows] |= unbalanced * np.uint16(Status.UNBALANCED)
+        answer.status_codes[rows] |= of_load

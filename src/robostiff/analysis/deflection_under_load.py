@@ -206,11 +206,10 @@ def deflection_at(
             return Deflection(F, answer, answer.status | held.status, None)
         F_origin = F_origin + held.wrench
     loads = leg_loads(answer, F_origin)
-    if loads is None:
+    if loads is None or loads.status_codes:
         few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
-        return Deflection(F, answer, answer.status | few, None)
-    if not loads.balanced:
-        return Deflection(F, answer, answer.status | Status.UNBALANCED, None)
+        code = few if loads is None else Status(int(loads.status_codes))
+        return Deflection(F, answer, answer.status | code, None)
     t_origin, leg_wrenches = loads.twist, loads.wrenches
     parts: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
@@ -221,6 +220,8 @@ def deflection_at(
     placed = answer.placed()
     if isinstance(placed, Network):
         carried = loads_under(placed, F_origin, tolerance, held)
+        if not carried.balanced:
+            return Deflection(F, answer, answer.status | Status.ILL_CONDITIONED, None)
         work = None if held is None else carried.work
         parts += carried.energies
         reactions += [JointReaction(*own) for own in carried.reactions]
@@ -321,9 +322,8 @@ class DeflectionsOfPoses(StatusOfPoses):
             if loads is None:
                 known[rows] = False
                 continue
-            balanced = np.asarray(loads.balanced)
-            codes[rows] |= np.where(balanced, np.uint16(0), np.uint16(Status.UNBALANCED))
-            held = balanced[..., None]
+            codes[rows] |= loads.status_codes
+            held = (loads.status_codes == 0)[..., None]
             twist[rows] = np.where(held, loads.twist, np.nan)
             for own, wrench in zip(of_legs, loads.wrenches, strict=True):
                 own[rows] = np.where(held, wrench, np.nan)

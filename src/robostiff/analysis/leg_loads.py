@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from robostiff.analysis.result import Stiffness
-from robostiff.elastostatics import ConjugateWrenches, least_energy, scaling
+from robostiff.elastostatics import ConjugateWrenches, Status, least_energy, scaling
 
 _BALANCED = 1e-9  # part of a load that may do work on a free motion
+# Of a load and the wrenches of all legs: what they lack for equilibrium that is no rounding.
+_MISSED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -17,8 +20,9 @@ class LegLoads:
     """Loads of the legs of a robot, about the origin of its result, in world axes."""
 
     twist: np.ndarray  # (..., n): the least displacement, where free motions remain [m, rad]
-    # (...) of bool: where the load does no work on free motions; nothing else holds elsewhere
-    balanced: np.ndarray
+    # (...) of uint16: UNBALANCED where the load does work on free motions, ILL_CONDITIONED where
+    # the wrenches of the legs are not that of the load; nothing else holds there
+    status_codes: np.ndarray
     wrenches: tuple[np.ndarray, ...]  # tuple of (..., n): on each leg; none for a network
 
 
@@ -35,7 +39,7 @@ def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads | None:
         twist = np.einsum("...ij,...j->...i", C, wrench)
         F = np.broadcast_to(wrench, twist.shape)
         own = (F,) if details.legs else ()
-        return LegLoads(twist, np.ones(twist.shape[:-1], dtype=bool), own)
+        return LegLoads(twist, np.zeros(twist.shape[:-1], dtype=np.uint16), own)
     known = [leg.carried for leg in details.legs if leg.carried is not None]
     if whole.carried is None or len(known) < len(details.legs):
         return _by_matrices(answer, wrench)
@@ -46,18 +50,30 @@ def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads | None:
     wrenches = ConjugateWrenches.carried(known, found.shares @ F, found.rigid_shares @ F)
     return LegLoads(
         twist=(found.compliance @ F)[..., 0] / s,
-        balanced=_is_balanced(F - np.sum(wrenches, axis=0), F, whole.rank),
+        status_codes=_codes(F, wrenches, np.sum(wrenches, axis=0), whole.rank),
         wrenches=tuple(own[..., 0] * s for own in wrenches),
     )
 
 
-def _is_balanced(missing: np.ndarray, F: np.ndarray, rank: np.ndarray) -> np.ndarray:
-    """Where a load (..., n, 1) does no work on free motions; without any, it misses rounding.
+def _codes(
+    F: np.ndarray, wrenches: Sequence[np.ndarray], among: np.ndarray, rank: np.ndarray
+) -> np.ndarray:
+    """Status (...) of a load (..., n, 1), what legs carry, and its part without free motions.
 
-    Rigid wrenches of two legs that are almost one carry 1e8 of a load, and miss 1e-8 of it.
+    Without free motions a part is missing by rounding alone: rigid wrenches of two legs that are
+    almost one carry 1e8 of a load, and miss 1e-8 of it.
     """
-    missed, size = (np.linalg.norm(own[..., 0], axis=-1) for own in (missing, F))
-    return (missed <= _BALANCED * size) | (rank == F.shape[-2])
+
+    def size(own: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(own[..., 0], axis=-1)
+
+    driven = (size(F - among) > _BALANCED * size(F)) & (rank < F.shape[-2])
+    codes = np.where(driven, np.uint16(Status.UNBALANCED), np.uint16(0))
+    if wrenches:
+        whole = size(F) + np.sum([size(own) for own in wrenches], axis=0)
+        lost = ~driven & ~(size(F - np.sum(wrenches, axis=0)) <= _MISSED * whole)
+        codes = codes | np.where(lost, np.uint16(Status.ILL_CONDITIONED), np.uint16(0))
+    return codes
 
 
 def loads_known(answer: Stiffness) -> np.ndarray:
@@ -90,8 +106,9 @@ def _by_matrices(answer: Stiffness, wrench: np.ndarray) -> LegLoads | None:
         t = np.linalg.solve(K_held, load)[..., 0] / s
     except np.linalg.LinAlgError:  # stiffnesses too far apart for their sum to hold both
         return None
+    own = tuple(np.einsum("...ij,...j->...i", leg.matrix, t) for leg in legs)
     return LegLoads(
         twist=t,
-        balanced=_is_balanced(F - load, F, whole.rank),
-        wrenches=tuple(np.einsum("...ij,...j->...i", leg.matrix, t) for leg in legs),
+        status_codes=_codes(F, [o[..., None] / s[..., None] for o in own], load, whole.rank),
+        wrenches=own,
     )

@@ -184,41 +184,41 @@ def compliance_where_answered(result: Stiffness) -> np.ndarray:
 
 
 def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray]:
-    """Values (N, ...) of an output, and where a load of its own drives a free motion (N,).
+    """Values (N, ...) of an output, and status (N,) of a load of its own.
 
     Not a number where there are none, which the status explains.
     """
-    balanced = np.zeros(result.batch_shape, dtype=bool)
+    unloaded = np.zeros(result.batch_shape, dtype=np.uint16)
     match output:
         case StiffnessMatrix():
-            return stiffness_where_answered(result), balanced
+            return stiffness_where_answered(result), unloaded
         case ComplianceMatrix():
-            return compliance_where_answered(result), balanced
+            return compliance_where_answered(result), unloaded
         case DeflectionUnder():
             return twists_under(result, np.array(output.wrench))
         case WorstDeflection():
             worst = worst_deflection(compliance_where_answered(result))["worst_deflection"]
-            return worst, balanced
+            return worst, unloaded
         case PrincipalStiffness():
             blocks = principal_stiffnesses(stiffness_where_answered(result))
-            return np.concatenate(list(blocks.values()), axis=-1), balanced
+            return np.concatenate(list(blocks.values()), axis=-1), unloaded
     raise InputError("output", got=output.name, expected="an output with a batched form")
 
 
 def twists_under(result: Stiffness, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Twists (N, n) of the reference point under a wrench (n,), and where it is unbalanced (N,).
+    """Twists (N, n) of the reference point under a wrench (n,), and its status (N,).
 
     The least displacement where free motions remain that the load does not feel; NaN where there is
     none.
     """
     twist = np.einsum("...ij,j->...i", compliance_where_answered(result), wrench)
-    unbalanced = np.zeros(len(twist), dtype=bool)
+    codes = np.zeros(len(twist), dtype=np.uint16)
     rows = np.flatnonzero(loads_known(result) & np.isnan(twist[:, 0]))
     if len(rows):
         v = result.offset[rows]
         F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), -v)
         loads = leg_loads(result[rows], F)
         if loads is not None:
-            t = np.where(loads.balanced[:, None], loads.twist, np.nan)
-            twist[rows], unbalanced[rows] = move_twist(t, v), ~loads.balanced
-    return twist, unbalanced
+            t = np.where(loads.status_codes[:, None] == 0, loads.twist, np.nan)
+            twist[rows], codes[rows] = move_twist(t, v), loads.status_codes
+    return twist, codes

@@ -63,7 +63,8 @@ class BeamElement:
     Attributes
     ----------
     name, a, b : str
-        Its own name, and the nodes that hold its start and its end.
+        Its own name, and the nodes that hold its start and its end. Under load its axes are those
+        of the start; the other way round, displacements differ by about the square of its turn.
     start, end : (3,) arrays
         World coordinates [m].
     rotation : (3, 3) array
@@ -101,7 +102,9 @@ class SpringElement:
     rotation : (3, 3) array
         Columns: the spring's axes.
     elasticity : Elasticity
-        Of node b against node a. A zero compliance is a rigid connection.
+        Of node b against node a, in axes that move with node a under load. Of a full matrix
+        displacements differ by about the turn [rad] where a and b are exchanged. A zero compliance
+        is a rigid connection.
     masses : tuple of PlacedMass
         Along it, which its ends carry, or without a `start` on node b.
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,8 @@ from robostiff.network.saddle_point import (
 from robostiff.spatial import move_twist, move_wrench
 
 _MISSED = 1e-9  # of the displacement of the platform
+# Of the loads and reactions: what they lack for equilibrium that is no rounding.
+_BALANCED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -43,12 +45,15 @@ class InternalLoads:
         Load along the coordinate [N or N m], and travel [m or rad].
     work : float
         Of forces at bodies on their displacements [J].
+    balanced : bool
+        Whether loads and reactions of the supports are in equilibrium, forces and moments.
     """
 
     energies: tuple[tuple[str, str, float], ...]
     reactions: tuple[tuple[str, str, np.ndarray, np.ndarray], ...]
     actuators: tuple[tuple[str, str, float, float, str], ...]
     work: float = 0.0
+    balanced: bool = True
 
 
 @dataclass(frozen=True)
@@ -62,14 +67,17 @@ class HeldUnderLoads:
         digits hold: nothing else has a meaning then.
     wrench : (n,) array
         What they are worth at the platform, about ``condense(network).origin`` [N, N m].
+    forces : tuple of NodeForce
+        As they were given.
     right, x : (size,) arrays
-        The forces, and the displacements and wrenches under them, scaled.
+        These, and the displacements and wrenches under them, scaled.
     undetermined : frozenset of int
         Numbers of the connections whose loads are statically indeterminate among rigid parts.
     """
 
     status: Status
     wrench: np.ndarray
+    forces: tuple[NodeForce, ...]
     right: np.ndarray
     x: np.ndarray
     undetermined: frozenset[int]
@@ -95,11 +103,8 @@ def held_under(
     """
     equations = equations_of(network, tolerance)
     system, mobile, dependent = system_of(equations, platform_fixed=True)
-    rows = list(network.space.rows)
-    right = system.forces(
-        equations,
-        ((own.node, np.append(own.force, np.zeros(3))[rows], own.point) for own in forces),
-    )
+    given = tuple(forces)
+    right = system.forces(equations, _wrenches(equations, given))
     x, step = system.solve(right)
     status = Status.OK
     if driven_mechanism(equations, mobile, system, right) is not None:
@@ -108,7 +113,7 @@ def held_under(
         status = Status.ILL_CONDITIONED
     platform = system.rows_of[network.platform]
     worth = (right - system.matrix @ x)[platform, 0] * equations.scale * equations.stiffness
-    return HeldUnderLoads(status, worth, right[:, 0], x[:, 0], dependent.undetermined)
+    return HeldUnderLoads(status, worth, given, right[:, 0], x[:, 0], dependent.undetermined)
 
 
 def loads_under(
@@ -142,12 +147,51 @@ def loads_under(
     ('rod', 75.788)
     """
     equations = equations_of(network, tolerance)
-    system, x, dependent = _under(equations, wrench)
-    if held is None:
-        return loads_of_parts(equations, system, x, dependent.undetermined)
-    x, undetermined = x + held.x, dependent.undetermined | held.undetermined
+    system, right, x, dependent = _under(equations, wrench)
+    undetermined, work, forces = dependent.undetermined, 0.0, ()
+    if held is not None:
+        x, right, forces = x + held.x, right + held.right, held.forces
+        undetermined, work = undetermined | held.undetermined, float(held.right @ x)
+        wrench = wrench - held.wrench
     found = loads_of_parts(equations, system, x, undetermined)
-    return replace(found, work=equations.stiffness * float(held.right @ x))
+    own = equations.points[network.platform]
+    applied = [(own, wrench), *((at, F) for _, F, at in _wrenches(equations, forces))]
+    carried = reactions(equations, system, x, right).values()
+    balanced = are_balanced(equations, [*applied, *carried])
+    return replace(found, work=equations.stiffness * work, balanced=balanced)
+
+
+def _wrenches(
+    equations: Equations, forces: Iterable[NodeForce]
+) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Nodes, wrenches (n,) and the points about which they are, of forces."""
+    rows = list(equations.network.space.rows)
+    for own in forces:
+        yield own.node, np.append(own.force, np.zeros(3))[rows], own.point
+
+
+def reactions(
+    equations: Equations, system: SaddlePointSystem, x: np.ndarray, right: np.ndarray
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """The points of fixed nodes in the equations, and what these lack for equilibrium (n,).
+
+    Under a right side (size,), with the solution x (size,): the reactions of the supports. What
+    is statically indeterminate among them has one of its possible values.
+    """
+    missing = (system.matrix @ x - right) * equations.stiffness
+    return {
+        name: (equations.points[name], missing[system.rows_of[name]] * equations.scale)
+        for name in equations.network.fixed
+    }
+
+
+def are_balanced(equations: Equations, wrenches: Iterable[tuple[np.ndarray, np.ndarray]]) -> bool:
+    """Whether wrenches (n,) about points (3,) are in equilibrium, forces and moments."""
+    about, d = equations.network.reference_point, equations.network.space.translations
+    each = [move_wrench(F, (about - point)[:d]) for point, F in wrenches]
+    scaled = np.array(each).reshape(-1, equations.size) / equations.scale
+    size = np.sum(np.linalg.norm(scaled, axis=1))
+    return bool(np.linalg.norm(scaled.sum(axis=0)) <= _BALANCED * size)
 
 
 def motions_under(
@@ -189,7 +233,7 @@ def motions_under(
     equations = equations_of(network, tolerance)
     own = equations.points[network.platform]
     to_own = (own - network.reference_point)[: network.space.translations]
-    system, x, _ = _under(equations, move_wrench(wrench, to_own))
+    system, _, x, _ = _under(equations, move_wrench(wrench, to_own))
     rows = system.rows_of[network.platform]
     missing = equations.scale * move_twist(twist, to_own) - x[rows]
     if np.linalg.norm(missing) > _MISSED * np.linalg.norm(x[rows] + missing):  # a free motion
@@ -206,12 +250,12 @@ def motions_under(
 
 def _under(
     equations: Equations, wrench: np.ndarray
-) -> tuple[SaddlePointSystem, np.ndarray, Redundancy]:
-    """Displacements and wrenches, scaled, under a wrench about the platform's own point."""
+) -> tuple[SaddlePointSystem, np.ndarray, np.ndarray, Redundancy]:
+    """Right side, displacements and wrenches, scaled, of a wrench about the platform's point."""
     system, _, dependent = system_of(equations)
     platform = equations.network.platform
     right = system.forces(equations, [(platform, wrench, equations.points[platform])])
-    return system, system.solve(right)[0][:, 0], dependent
+    return system, right[:, 0], system.solve(right)[0][:, 0], dependent
 
 
 def loads_of_parts(

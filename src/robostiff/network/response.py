@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
 
@@ -13,7 +13,13 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load
 from robostiff.network.equations import Equations, RelativeMotion, equations_of
-from robostiff.network.internal_loads import InternalLoads, carried_wrench, loads_of_parts
+from robostiff.network.internal_loads import (
+    InternalLoads,
+    are_balanced,
+    carried_wrench,
+    loads_of_parts,
+    reactions,
+)
 from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import (
@@ -28,8 +34,6 @@ Loads = Mapping[str, Any]
 _ON_BEAMS = (DistributedForce, ForceOnBeam)
 # Of the largest displacement: a gap between rigid parts that is no rounding.
 _GAP = 1e-9
-# Of the loads and reactions: what they lack for equilibrium that is no rounding.
-_BALANCED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -165,16 +169,17 @@ def network_response(
             f"no response of {network.name!r}: the loads drive a motion without stiffness, of "
             f"{nodes}; {Status.FREE_MOTIONS.advice[0]}"
         )
-    given = np.zeros(right.shape)
+    settled = np.zeros(right.shape)
     for name, t in moved.items():
         D = equations.between(points[name], equations.points[name])
-        given[system.rows_of[name], 0] = D @ (equations.scale * t)
-    x, step = system.solve(right - system.matrix @ given)
+        settled[system.rows_of[name], 0] = D @ (equations.scale * t)
+    x, step = system.solve(right - system.matrix @ settled)
     if step > CONVERGED:
         raise NoAnswerError(f"no response: {Status.ILL_CONDITIONED.advice[0]}")
-    x = x + given
+    x = x + settled
     gap = (system.matrix @ x - right)[:, 0]
-    size = max(np.abs(x[rows, 0]).max() for rows in system.rows_of.values())
+    # rigid parts that hold every node leave rounding alone
+    size = max(np.abs(right).max(), *(np.abs(x[rows, 0]).max() for rows in system.rows_of.values()))
     for k, numbers in dependent.dropped.items():  # constraints that were left out hold, too
         if np.any(np.abs(gap[system.wrench_rows[k][numbers]]) > _GAP * size):
             raise NoAnswerError(
@@ -185,17 +190,13 @@ def network_response(
     undetermined = {
         end for k in dependent.undetermined for end, _, _ in equations.connections[k].ends
     }
-    reactions = {
-        # What a fixed node lacks for its equilibrium, about its point.
-        name: move_wrench(
-            gap[system.rows_of[name]] * equations.scale * equations.stiffness,
-            (points[name] - equations.points[name])[: network.space.translations],
+    carried = reactions(equations, system, x[:, 0], right[:, 0])
+    given = [*_wrenches_of(network, points, at_nodes, {} if loads is None else loads)]
+    if not are_balanced(equations, [*given, *carried.values()]):
+        raise NoAnswerError(
+            f"no response of {network.name!r}: the reactions do not balance the loads; "
+            f"{Status.ILL_CONDITIONED.advice[0]}"
         )
-        for name in network.fixed
-        if name not in undetermined
-    }
-    if len(reactions) == len(network.fixed):
-        _check_balance(equations, points, at_nodes, {} if loads is None else loads, reactions)
     extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
     free = {name for mechanism in mobile.mechanisms for name in mechanism.moving}
     twists = {name: system.twist(equations, x[:, 0], name, own) for name, own in points.items()}
@@ -203,7 +204,11 @@ def network_response(
     return NetworkResponse(
         network.name,
         {name: own for name, own in twists.items() if name not in free},
-        reactions,
+        {
+            name: move_wrench(F, (points[name] - at)[: network.space.translations])
+            for name, (at, F) in carried.items()
+            if name not in undetermined
+        },
         beams,
         loads_of_parts(equations, system, x[:, 0], dependent.undetermined, extra),
         tuple(node.name for node in network.nodes if node.name in free),
@@ -286,18 +291,14 @@ def _settlement(network: Network, name: str, value: Any) -> np.ndarray:
     return as_floats(f"displacement of node {name!r}", value, expected, units, (space.size,))
 
 
-def _check_balance(
-    equations: Equations,
+def _wrenches_of(
+    network: Network,
     points: Mapping[str, np.ndarray],
     at_nodes: Mapping[str, np.ndarray],
     loads: Loads,
-    reactions: Mapping[str, np.ndarray],
-) -> None:
-    """Raise unless the loads as they are given, and the reactions, are in equilibrium."""
-    network = equations.network
-    d, about = network.space.translations, network.reference_point
-    pairs = [(points[name], F) for own in (at_nodes, reactions) for name, F in own.items()]
-    each = [move_wrench(F, (about - point)[:d]) for point, F in pairs]
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The loads as they are given: points (3,), and wrenches (n,) about these [N, N m]."""
+    yield from ((points[name], F) for name, F in at_nodes.items())
     beams = {beam.name: beam for beam in network.beams}
     for name in loads.keys() - at_nodes.keys():
         beam = beams[name]
@@ -309,14 +310,7 @@ def _check_balance(
             else:
                 per_length = as_floats("force", own.per_length, "three numbers [N/m]", "N/m")
                 force[:3] = beam.length * per_length
-            moved = move_wrench(force, about - beam.start - s * beam.rotation[:, 0])
-            each.append(moved[list(network.space.rows)])
-    scaled = np.array(each).reshape(-1, equations.size) / equations.scale
-    if np.linalg.norm(scaled.sum(axis=0)) > _BALANCED * np.sum(np.linalg.norm(scaled, axis=1)):
-        raise NoAnswerError(
-            f"no response of {network.name!r}: the reactions do not balance the loads; "
-            f"{Status.ILL_CONDITIONED.advice[0]}"
-        )
+            yield beam.start + s * beam.rotation[:, 0], force[list(network.space.rows)]
 
 
 def _beams(

@@ -31,6 +31,7 @@ from robostiff.statics.equations.stability import (
     meets_stiffness,
     platform_margin,
 )
+from robostiff.statics.loaded_parts import is_balanced
 from robostiff.statics.loading.given_loads import Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, postures_of, wrenches_of
 from robostiff.statics.result import Equilibria, Equilibrium
@@ -238,6 +239,10 @@ def _answer(
     held: bool,
 ) -> Equilibrium:
     problem, known = loaded.problem, found.known
+    wrench = loading.wrench + loading.wrench_rate
+    share = loading.shares(found.factor).value
+    if not held and not is_balanced(problem, found.state, wrench, share):
+        return Equilibrium(loaded.name, loaded.space, status | Status.ILL_CONDITIONED, critical)
     if not held and not meets_stiffness(problem, known):
         status |= Status.FREE_MOTIONS
     if not (known.regular and problem.at_rest.regular):

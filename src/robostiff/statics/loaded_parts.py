@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.analysis import PartShare
 from robostiff.spatial import cross, move_wrench
-from robostiff.statics.chains.body_springs import SpringTerms
+from robostiff.statics.chains.body_springs import SpringTerms, on_anchors
 from robostiff.statics.chains.chain import (
     BodyLoad,
     BodyPlace,
@@ -18,9 +18,15 @@ from robostiff.statics.chains.chain import (
     FiniteJoint,
     LegState,
     Share,
+    wrench_at,
 )
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem, State
+
+# Of loads and reactions: what they lack for equilibrium that is no rounding.
+_BALANCED = 1e-6
+# Of the length of a robot: rounding of where its parts are.
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -132,26 +138,80 @@ def _held(
 
 
 def base_reactions(
-    problem: EquilibriumProblem, state: State, share: float
+    problem: EquilibriumProblem,
+    state: State,
+    share: float,
+    places: State | None = None,
+    pulls: Sequence[Sequence[np.ndarray]] = (),
 ) -> tuple[np.ndarray, ...]:
-    """What every leg exerts on the base about the point of the platform (6,) [N, N m]."""
+    """What every leg exerts on the base about the point of the platform (6,) [N, N m].
+
+    Places and pulls as of `loaded_parts`.
+    """
+    where = state if places is None else places
     found = {i: np.zeros(6) for group in problem.groups for i in group.indices}
-    for group, own in zip(problem.groups, state.legs, strict=True):
-        acting = _acting(group, own, state, share)
-        for c, (chain, motion) in enumerate(zip(group.chains, group.moved(own), strict=True)):
+    for g, (group, own) in enumerate(zip(problem.groups, state.legs, strict=True)):
+        acting = _acting(group, own, state, share, pulls[g] if pulls else None)
+        moved = group.moved(where.legs[g])
+        for c, (chain, motion) in enumerate(zip(group.chains, moved, strict=True)):
             if chain.start is not None:
                 continue
             f = np.zeros((group.count, 6))
             f[:, list(problem.rows)] = own.W[c]
-            total = move_wrench(f, state.p - motion[-1].of(group.end_point(c)))
+            total = move_wrench(f, where.p - motion[-1].of(group.end_point(c)))
             for load in acting[c]:
-                f = np.zeros((group.count, 6))
-                f[:, :3] = load.force
                 at = motion[load.after].of(load.point)
-                total += move_wrench(f, state.p - at)
+                total += wrench_at(where.p, at, load.force)
             for row, i, _ in group.rows_of(c):
                 found[i] += total[row]
     return tuple(found[k] for k in sorted(found))
+
+
+def is_balanced(
+    problem: EquilibriumProblem,
+    state: State,
+    wrench: np.ndarray,
+    share: float,
+    places: State | None = None,
+    forces: Sequence[np.ndarray] = (),
+) -> bool:
+    """Whether what acts on a robot is what it exerts on the base, forces and moments.
+
+    A wrench (r,) acts on the platform about its point, beside a share of all other loads. What
+    moves the robot by rounding of its length is no load, and is not looked at. For small
+    loads the robot is where it is at `places`, and springs between bodies of every group have
+    `forces` (S, 3) on their first points.
+    """
+    where = state if places is None else places
+    rows, about = list(problem.rows), where.p
+    on_platform = np.zeros(6)
+    on_platform[rows] = wrench
+    applied = [on_platform, share * problem.dead.acting(where.R)[0]]
+    if problem.steady is not None:
+        on_platform[rows] += problem.steady.moment
+        applied.append(problem.steady.weights.acting(where.R)[0])
+    carried: list[np.ndarray] = []
+    pulls: list[Sequence[np.ndarray]] = []
+    for g, group in enumerate(problem.groups):
+        moved = group.moved(where.legs[g]) if any(chain.loads for chain in group.chains) else []
+        for chain, motion in zip(group.chains, moved, strict=False):
+            for load in chain.loads:
+                at = motion[load.after].of(load.point)
+                applied += list(wrench_at(about, at, share * load.force))
+        pulls.append([])
+        if group.springs:
+            now = group.spring_arrays.at(group, where.legs[g], where.R, about, share)
+            force = forces[g] if len(forces) else now.force
+            pulls[g] = on_anchors(group, force)
+            for side, spring in zip(*np.nonzero(group.spring_arrays.on_base), strict=True):
+                sign = 1.0 if side == 0 else -1.0
+                carried.append(wrench_at(about, now.points[side, spring], sign * force[spring]))
+    carried += base_reactions(problem, state, share, places, pulls)
+    both = np.array([*applied, *(-own for own in carried)])[:, rows] / problem.scale
+    stiffness = np.max(np.abs(problem.at_rest.K / np.outer(problem.scale, problem.scale)))
+    if np.abs(both[: len(applied)]).sum() <= _ROUNDING * problem.length * stiffness:
+        return True
+    return bool(np.all(np.abs(both.sum(axis=0)) <= _BALANCED * np.abs(both).sum()))
 
 
 def _acting(

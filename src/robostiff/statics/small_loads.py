@@ -21,10 +21,10 @@ from robostiff.model import Robot, Snapshot
 from robostiff.network import Network, NodeForce, held_under
 from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
-from robostiff.statics.chains.body_springs import small_pulls
+from robostiff.statics.chains.body_springs import on_anchors, small_forces
 from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.loaded_parts import loaded_parts, shares_of
+from robostiff.statics.loaded_parts import is_balanced, loaded_parts, shares_of
 from robostiff.statics.loading.flexible_platform import about_the_tool
 from robostiff.statics.loading.from_snapshot import load_vector
 from robostiff.statics.loading.given_loads import Gravity, Loads, acting_gravity, given_forces
@@ -34,6 +34,7 @@ from robostiff.statics.loading.loaded_posture import one_loaded_posture, places_
 _DRIVEN = 1e-6
 # Of the largest stiffness of the platform, and of a load: none.
 _FREE, _PULLS = 1e-12, 1e-9
+_NO_FORCES = np.zeros((0, 3))
 
 
 def deflection(
@@ -142,7 +143,7 @@ def _of_network(
     pull = acting_gravity(network, gravity, loads)
     point = np.asarray(rest.stiffness.reference_point, dtype=float)
     points = {name: p for name, p in places_of(network).items() if name not in network.fixed}
-    points = {"platform": point} | points | {network.platform: point}
+    points = {"platform": point} | points
     forces = list(network.weights(pull)) if np.any(pull) else []
     frame_of = {name: (np.eye(3), at) for name, at in points.items()}.get
     for name, own in given_forces(loads, pull, network.space, frame_of).items():
@@ -200,14 +201,20 @@ def _under_small_loads(
         status = status if is_free else status & ~Status.FREE_MOTIONS
     else:
         carried = leg_loads(stiffness, move_wrench(known.by_factor, to_origin))
-        if carried is None or not carried.balanced:
-            return none(Status.ILL_CONDITIONED if carried is None else Status.UNBALANCED)
+        if carried is None or carried.status_codes:
+            return none(Status(int(carried.status_codes)) if carried else Status.ILL_CONDITIONED)
         t = move_twist(carried.twist, -to_origin)
     steps = [a + B @ t for a, B in zip(known.factor_steps, known.by_twist, strict=True)]
     state = problem.moved(at_rest, nothing, steps)
-    pulls = [
-        small_pulls(group, at_rest, step[0, : group.free_size], t) if group.springs else []
+    forces = [
+        small_forces(group, at_rest, step[0, : group.free_size], t) if group.springs else _NO_FORCES
         for group, step in zip(problem.groups, steps, strict=True)
+    ]
+    if not is_balanced(problem, state, F, 1.0, at_rest, forces):
+        return none(Status.ILL_CONDITIONED)
+    pulls = [
+        on_anchors(group, own) if group.springs else []
+        for group, own in zip(problem.groups, forces, strict=True)
     ]
     parts = loaded_parts(problem, state, 1.0, at_rest, pulls)
     wrenches: Sequence[np.ndarray] = problem.leg_wrenches(state)

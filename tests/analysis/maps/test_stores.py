@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -231,3 +232,26 @@ def test_nothing_is_overwritten(tmp_path):
     with pytest.raises(InputError, match="existing folder"):
         rs.stiffness_map(loaded("3-rpr"), grid, store=tmp_path / "missing" / "map.zarr")
     assert (tmp_path / "file").read_text() == "precious"
+
+
+def test_a_store_needs_nothing_of_posix(tmp_path, undisturbed, monkeypatch):
+    """As Windows has it: no `fcntl`, folders that cannot be opened, locks of bytes."""
+    held: list[int] = []
+
+    def locking(handle: int, mode: int, count: int) -> None:
+        if held:
+            raise PermissionError(13, "Permission denied")
+        assert (mode, count) == (2, 1)
+        held.append(handle)
+
+    windows = SimpleNamespace(LK_NBLCK=2, locking=locking)
+    monkeypatch.setitem(sys.modules, "msvcrt", windows)
+    monkeypatch.setitem(sys.modules, "fcntl", None)
+    monkeypatch.setattr("robostiff.analysis.maps.store.sys", SimpleNamespace(platform="win32"))
+    path = tmp_path / "map.zarr"
+    begun(path)
+    with pytest.raises(InputError, match="another process is filling"):
+        rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
+    held.clear()
+    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
+    xarray.testing.assert_identical(found.load(), undisturbed)

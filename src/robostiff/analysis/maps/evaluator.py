@@ -275,8 +275,8 @@ class MapEvaluator:
         found = self._of_matrices(K, result.rank, C, definite=True)
         if self.wrench:
             F = np.array(self.wrench)
-            twist, unbalanced = twists_under(result, F)
-            status = status | unbalanced * np.uint16(Status.UNBALANCED)
+            twist, of_load = twists_under(result, F)
+            status = status | of_load
             d = self.robot.space.translations
             found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
             if Quantity.ACTUATOR_FORCES in self.quantities:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -167,16 +168,21 @@ def already_there(path: Path) -> InputError:
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Keep other processes from filling the same store; the lock ends with the process."""
-    import fcntl  # of POSIX, as syncing folders is
-
     try:
         file = (path / _MARKS / _LOCK).open("w")
     except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
         raise damaged(path, f"no folder {_MARKS!r} of its own") from None
     with file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            if sys.platform == "win32":
+                import msvcrt
+
+                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                import fcntl
+
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):  # of POSIX, of Windows
             raise InputError(
                 f"map in {str(path)!r}",
                 got="a store that another process is filling",

@@ -86,6 +86,7 @@ class SpringArrays:
 
     points: np.ndarray  # (2, S, 3): of their ends, at the unloaded posture [m]
     on_platform: np.ndarray  # (2, S): which ends the platform has
+    on_base: np.ndarray  # (2, S): which ends the base has
     on_chains: tuple[tuple[int, int, int, int], ...]  # end, spring, chain, and place there
     stiffness: np.ndarray  # (S,)
     length: np.ndarray
@@ -99,6 +100,7 @@ class SpringArrays:
         return SpringArrays(
             np.array([[end.point for end in own] for own in ends]),
             np.array([[end.on_platform for end in own] for own in ends]),
+            np.array([[end.chain is None and not end.on_platform for end in o] for o in ends]),
             tuple(
                 (side, i, end.chain, end.place)
                 for side, own in enumerate(ends)
@@ -195,7 +197,7 @@ class SpringTerms:
         wide = np.zeros((1, len(rows), group.size))
         wide[0, :, :m] = (J_t.T @ by_J)[rows]
         return SpringTerms(
-            _on_anchors(group, own.force),
+            on_anchors(group, own.force),
             J.T @ by_J,
             J.T @ own.rate.ravel(),
             (J.T @ by_J_t)[:, rows],
@@ -204,7 +206,7 @@ class SpringTerms:
         )
 
 
-def _on_anchors(group: LegGroup, force: np.ndarray) -> list[np.ndarray]:
+def on_anchors(group: LegGroup, force: np.ndarray) -> list[np.ndarray]:
     """Forces (A, 3) on the anchors of each chain, from those of springs (S, 3) [N]."""
     found = [np.zeros((len(own.anchors), 3)) for own in group.chains]
     for side, i, chain, place in group.spring_arrays.on_chains:
@@ -212,20 +214,18 @@ def _on_anchors(group: LegGroup, force: np.ndarray) -> list[np.ndarray]:
     return found
 
 
-def small_pulls(
+def small_forces(
     group: LegGroup, at_rest: State, step: np.ndarray, twist: np.ndarray
-) -> list[np.ndarray]:
-    """Forces (A, 3) on the anchors of each chain under small loads, tension among them.
+) -> np.ndarray:
+    """Forces of springs (S, 3) on their first points under small loads, tension among them.
 
     The coordinates and bodies of the legs move by a step (m,), the platform by a twist (r,).
     """
-    if not group.springs:
-        return _on_anchors(group, np.zeros((0, 3)))
     arrays, moved = group.spring_arrays, np.zeros(6)
     moved[list(group.rows)] = twist
     own = arrays.at(group, group.unloaded(), at_rest.R, at_rest.p, 0.0)
     d = own.J @ step + own.J_t @ moved
-    return _on_anchors(group, (own.D @ d[..., None])[..., 0] + own.rate)
+    return (own.D @ d[..., None])[..., 0] + own.rate
 
 
 @dataclass(frozen=True)

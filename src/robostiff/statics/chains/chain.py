@@ -18,6 +18,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import ForceLaw
 from robostiff.model.stiffness_law import ForceFromStiffness
+from robostiff.spatial import cross
 from robostiff.statics.chains.bending import Bending, BowingTerms
 
 Law = ForceLaw | ForceFromStiffness
@@ -332,3 +333,8 @@ def unknown_name(subject: str, name: object, known: Iterable[str], what: str) ->
     known = list(known)
     near = get_close_matches(str(name), known, n=3) or known[:3]
     return InputError(subject, got=name, expected=f"{what}, such as {', '.join(map(repr, near))}")
+
+
+def wrench_at(about: np.ndarray, point: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Wrench (..., 6) about a point (3,) of forces (..., 3) at points (..., 3) [N, N m]."""
+    return np.concatenate([force, cross(point - about, force)], axis=-1)

@@ -200,10 +200,16 @@ def has_symbols(spring: BodySpring) -> bool:
     return any(map(is_formula, (spring.stiffness, spring.free_length, spring.preload, *ends)))
 
 
-def with_anchors(leg: Leg, springs: Sequence[BodySpring]) -> Leg:
-    """The same leg with a mark in the frame of each body that holds a spring."""
+def with_anchors(leg: Leg, springs: Sequence[BodySpring], loads: Loads | None) -> Leg:
+    """The same leg with a mark in the frame of each body that holds a spring, or a given mass."""
     bodies = {end.body for spring in springs for end in spring.between}
+    bodies |= {_part_of(name) for name in loads or {}}
     return marked(leg, _ANCHOR, lambda body, _: body in bodies)
+
+
+def _part_of(name: str) -> str:
+    """The part whose frame a body has, by the name of one of its freedoms or beams."""
+    return name.partition("[")[0].partition(".beam")[0]
 
 
 def without_anchors(here: RobotOnEntries) -> tuple[RobotOnEntries, Frames]:
@@ -418,11 +424,19 @@ def loads_on_legs(
 
 
 def loads_on_platform(
-    here: RobotOnEntries, standing: StandingLoads, gravity: np.ndarray
+    here: RobotOnEntries, standing: StandingLoads, gravity: np.ndarray, bodies: Frames
 ) -> tuple[list[tuple[np.ndarray, np.ndarray]], dict[str, tuple[DeadForce, ...]]]:
-    """Arms (3,) and forces (3,) of what acts on the platform; and forces on legs by their names."""
+    """Arms (3,) and forces (3,) of what acts on the platform; and forces on legs by their names.
+
+    `bodies` are frames of bodies of the legs, by their names.
+    """
     robot, pose, reference = here.robot, here.pose, here.reference
-    forces = given_forces(standing.loads, gravity, robot.space, {"platform": (pose.R, pose.p)}.get)
+    frames = {"platform": (pose.R, pose.p), **bodies}
+
+    def frame_of(name: str) -> tuple[np.ndarray, np.ndarray] | None:
+        return frames.get(name) or frames.get(_part_of(name))
+
+    forces = given_forces(standing.loads, gravity, robot.space, frame_of)
     found = []
     if np.any(gravity) and robot.platform_masses:
         several = [

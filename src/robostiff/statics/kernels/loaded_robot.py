@@ -340,7 +340,9 @@ def record_loading(
         robot,
         finder,
         by_pose=by_pose,
-        changed=lambda leg: with_anchors(framed(leg) if np.any(gravity) else leg, springs),
+        changed=lambda leg: with_anchors(
+            framed(leg) if np.any(gravity) else leg, springs, standing.loads
+        ),
     )
     here, frames = without_anchors(here)
     if np.any(gravity):
@@ -357,7 +359,7 @@ def record_loading(
     sizes = {name: force * (1.0 if row < 3 else finder.length) for name, row in rows}
     wrench = [record.add_input(name, small(size)) for name, size in sizes.items()]
     inputs = record.inputs
-    dead, forces = loads_on_platform(here, standing, gravity)
+    dead, forces = loads_on_platform(here, standing, gravity, frames)
     snapshot = loaded_postures[0].snapshot
     walks = [] if snapshot is None else walks_of(snapshot, standing.beams)
     on_legs = [own.leg for own in here.placed]

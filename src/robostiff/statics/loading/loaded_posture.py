@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -25,11 +25,13 @@ from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams
 from robostiff.statics.chains.carried_masses import CarriedMasses
+from robostiff.statics.chains.chain import wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.loading.flexible_platform import node_names, on_platform_nodes
 from robostiff.statics.loading.from_network import group_of
 from robostiff.statics.loading.from_snapshot import legs_of, masses_on_legs
 from robostiff.statics.loading.given_loads import (
+    DeadForce,
     Frame,
     Gravity,
     Laws,
@@ -49,7 +51,7 @@ if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures
 
 _NO_MASSES = CarriedMasses()
-# Of the forces: what is missing of them that is no rounding.
+# Of the loads: what is missing of them that is no rounding.
 _MISSED = 1e-9
 _NO_POSTURE = Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
 
@@ -171,7 +173,7 @@ class Postures:
         point = point_at(at, posed.reference_point)
         frame_of = partial(self._frame_of, i if self.batch else 0, posed, frame)
         forces = given_forces(loads, pull, posed.space, frame_of)
-        forces_given = [load_vector("force", n, f.force) for n, own in forces.items() for f in own]
+        given = _given_places(forces, point, posed)
         acting = list(forces.pop("platform", ()))
         pushes = {
             name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
@@ -181,7 +183,9 @@ class Postures:
         moving = given_masses(masses or {}, places, frame_of)
         on_it = moving.pop("platform", [])
         if isinstance(posed, Network):
-            acting += forces.pop(posed.platform, ())
+            tool = places_of(posed)[posed.platform]
+            for own in forces.pop(posed.platform, ()):
+                acting.append(replace(own, point=tool) if own.point is None else own)
             group, more, carried = group_of(posed, point, beams, forces, pushes, pull, moving)
             groups = (group,)
         else:
@@ -207,7 +211,7 @@ class Postures:
             float(posed.characteristic_length) or 1.0,
             on_platform([*acting, *more], point),
         )
-        _check_all_act(problem, forces_given, posed, pull)
+        _check_all_act(problem, given, posed, pull)
         laws = self.robot.laws if isinstance(self.robot, Robot) else {}
         if laws and isinstance(posed, Snapshot):
             check_own_laws(laws, posed)
@@ -254,25 +258,49 @@ class Postures:
         return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
 
 
+def _given_places(
+    forces: Mapping[str, Sequence[DeadForce]],
+    platform_point: np.ndarray,
+    posed: Snapshot | Network,
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Points in the world (3,) and forces (3,) as they are given [m, N]."""
+    found = []
+    for name, several in forces.items():
+        for own in several:
+            if own.point is not None:
+                at = load_vector("point", name, own.point)
+            elif name == "platform":
+                at = platform_point
+            else:
+                at = places_of(posed).get(name, np.zeros(3))  # that there is none is told later
+            found.append((at, load_vector("force", name, own.force)))
+    return found
+
+
 def _check_all_act(
     problem: EquilibriumProblem,
-    forces: list[np.ndarray],
+    given: list[tuple[np.ndarray, np.ndarray]],
     posed: Snapshot | Network,
     pull: np.ndarray,
 ) -> None:
-    """Raise unless the problem has all forces and weights of what moves, which reactions balance.
+    """Raise unless all forces and weights of what moves act, with their moments.
 
-    The forces (3,) are as they are given, and the masses as the robot has them.
+    The forces are as they are given, by their points, and the masses as the robot has them.
     """
     moving = {name for group in problem.groups for name in (*group.nodes, *group.within)}
-    wanted = np.sum([np.zeros(3), *forces], axis=0)
-    weight = pull * float(sum(mass.value for mass in posed.moving_masses(moving)))
-    acting = [load.force for g in problem.groups for c in g.chains for load in c.loads]
-    total = np.sum(
-        [np.zeros(3), *(f for own in [*acting, problem.dead.forces] for f in own)], axis=0
-    )
-    size = sum(np.linalg.norm(f) for own in [*acting, problem.dead.forces] for f in own)
-    if np.linalg.norm(total - wanted - weight) > _MISSED * max(float(size), np.linalg.norm(wanted)):
+    wanted = list(given)
+    if np.any(pull):
+        wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(moving)]
+    dead = problem.dead
+    acting = [(problem.point + own, f) for own, f in zip(dead.arms, dead.forces, strict=True)]
+    for load in (load for g in problem.groups for c in g.chains for load in c.loads):
+        acting += zip(load.point, load.force, strict=True)
+    if not wanted and not acting:
+        return
+    points, forces = (np.array(own, dtype=float) for own in zip(*wanted, *acting, strict=True))
+    each = wrench_at(problem.point, points, forces) / np.repeat([1.0, problem.length], 3)
+    each[len(wanted) :] *= -1
+    if np.linalg.norm(each.sum(axis=0)) > _MISSED * np.sum(np.linalg.norm(each, axis=1)):
         raise NoAnswerError(f"no answer of {posed.name!r}: its loads are not those that are given")
 
 
@@ -322,7 +350,8 @@ def places_of(posed: Snapshot | Network | CableRobot) -> dict[str, np.ndarray]:
         for part in leg.parts:
             joint = getattr(part, "joint", part.name)  # of a coupling the one that follows
             for name in (part.name, part.name.partition("[")[0], joint):
-                found[f"{leg.name}/{name}"] = np.asarray(part.point, dtype=float)
+                # a joint of several freedoms stands where its first does
+                found.setdefault(f"{leg.name}/{name}", np.asarray(part.point, dtype=float))
     return found
 
 

@@ -1,0 +1,207 @@
+"""Loads, weights and reactions of the base are in equilibrium, forces and moments; or no answer."""
+
+import pkgutil
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.elasticity import circle
+from robostiff.errors import NoAnswerError
+from robostiff.network import Network, beam_between
+from robostiff.spatial import move_wrench
+from tests.network.frames import BAR, GRAPH_NAMES, STEEL, graph, nodes
+from tests.statics.robots_under_load import loaded
+
+# Functions that the tests damage.
+LOADING = "robostiff.statics.loading.loaded_posture.on_platform"
+REACTIONS = "robostiff.statics.loaded_parts.base_reactions"
+BEAM_LOADS = "robostiff.network.response.beam_load"
+SUPPORTS = "robostiff.network.internal_loads.reactions"
+LEGS = "robostiff.analysis.leg_loads.ConjugateWrenches.carried"
+
+
+def wrench_of(force: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Of a force at a point, about the origin of the world (6,)."""
+    return move_wrench(np.append(force, np.zeros(3)), -at)
+
+
+def assert_balanced(applied: list[np.ndarray], carried: list[np.ndarray], rows: Any) -> None:
+    """Wrenches (6,) about one point; sums are of the largest of them."""
+    both = np.array([*applied, *(-own for own in carried)])[:, list(rows)]
+    assert np.abs(both).max() > 0
+    assert np.abs(both.sum(axis=0)).max() < 1e-8 * np.abs(both).max()
+
+
+def on_legs(robot: rs.Robot, size: float) -> dict[str, rs.DeadForce]:
+    """A force at a place of its own on the body behind the last part of every leg."""
+    rng, space = np.random.default_rng(11), robot.space
+    answer = loaded(robot)
+    last = {name.partition("/")[0]: name for name in answer.places.behind}
+    found = {}
+    for name in last.values():
+        force = np.append(rng.normal(size=space.translations), np.zeros(3 - space.translations))
+        place = answer.point + rng.uniform(-0.1, 0.1, 3)
+        found[name] = rs.DeadForce(size * force, place)
+    return found
+
+
+@pytest.mark.parametrize("name", rs.shipped_robots())
+def test_what_a_loaded_robot_exerts_on_its_base_is_what_acts_on_it(name: str):
+    robot = rs.load(name)
+    space = robot.space
+    loads = on_legs(robot, 3.0)
+    wrench = 2.0 * np.linspace(1, -2, space.size)
+    answer = loaded(robot, wrench=wrench, loads=loads)
+    if not answer.has_answer:
+        pytest.skip(f"{name}: {answer.status}")
+    on_platform = np.zeros(6)
+    on_platform[list(space.rows)] = wrench
+    applied = [move_wrench(on_platform, -answer.point)]
+    for body, load in loads.items():
+        at = answer.places.behind[body].of(np.asarray(load.point, float))
+        applied.append(wrench_of(np.asarray(load.force, float), at))
+    carried = [move_wrench(own, -answer.point) for own in answer.reactions]
+    assert_balanced(applied, carried, space.rows)
+
+
+@pytest.mark.parametrize("name", GRAPH_NAMES)
+def test_what_a_loaded_network_exerts_on_its_base_is_what_acts_on_it(name: str):
+    network, _ = graph(name)
+    space, rng = network.space, np.random.default_rng(5)
+    forces = {node: rng.normal(size=3) for node in network.free_nodes}
+    if space.size == 3:
+        forces = {node: own * [1, 1, 0] for node, own in forces.items()}
+    answer = loaded(network, loads=forces)
+    if not answer.has_answer:
+        pytest.skip(f"{name}: {answer.status}")
+    points = {node.name: node.point for node in network.nodes}
+    applied = [
+        wrench_of(own, answer.places.nodes[node].of(points[node])) for node, own in forces.items()
+    ]
+    carried = [move_wrench(own, -answer.point) for own in answer.reactions]
+    assert_balanced(applied, carried, space.rows)
+
+
+def overhang() -> Network:
+    """A cantilever whose platform is described about a point beyond its node."""
+    wall, tip = nodes(wall=[0, 0, 0], tip=[1.0, 0, 0])
+    rod = beam_between(wall, tip, STEEL, circle(0.02), name="rod")
+    return Network("overhang", (wall, tip), ("wall",), "tip", np.array([1.5, 0, 0]), beams=(rod,))
+
+
+def test_a_force_at_the_node_of_the_platform_acts_there():
+    """It acted at the reference point, about which wrenches of the platform are given."""
+    network, force = overhang(), np.array([0.0, 0, -10])
+    found = rs.deflection(network, loads={"tip": force})
+    wanted = rs.deflection(network, wrench=[*force.tolist(), 0, 0, 0], at=[1.0, 0, 0])
+    np.testing.assert_allclose(found.energy, wanted.energy, rtol=1e-9)
+    np.testing.assert_allclose(rs.network_response(network, {"tip": force}).energy, found.energy)
+    small = loaded(network, loads={"tip": 1e-3 * force}, beams=rs.Linear())
+    np.testing.assert_allclose(small.displacement, 1e-3 * found.twist, rtol=1e-5, atol=1e-11)
+
+
+def test_a_load_that_loses_its_moment_on_the_way_is_no_load_of_an_equilibrium(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    right = pkgutil.resolve_name(LOADING)
+
+    def without_arms(forces: Any, point: np.ndarray) -> Any:
+        found = right(forces, point)
+        return replace(found, arms=0 * found.arms)
+
+    loads = {"platform": rs.DeadForce([0, 0, -50], [0.2, 0.1, 0.5])}
+    assert loaded(rs.load("hexapod"), loads=loads).has_answer
+    monkeypatch.setattr(LOADING, without_arms)
+    for asked in (loaded, rs.deflection):
+        with pytest.raises(NoAnswerError, match="not those that are given"):
+            asked(rs.load("hexapod"), loads=loads)
+
+
+def test_an_equilibrium_whose_reactions_lack_a_moment_has_no_answer(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    right = pkgutil.resolve_name(REACTIONS)
+
+    def turned(*args: Any) -> Any:
+        return tuple(own + np.array([0, 0, 0, 1e-3, 0, 0]) for own in right(*args))
+
+    robot, wrench = rs.load("hexapod"), [0, 0, -100.0, 0, 0, 0]
+    loads = {"leg1/strut": [0, 0, -5.0]}
+    monkeypatch.setattr(REACTIONS, turned)
+    for asked in (loaded, rs.deflection):
+        answer = asked(robot, wrench=wrench, loads=loads)
+        assert not answer.has_answer
+        assert answer.status & rs.Status.ILL_CONDITIONED
+
+
+def propped() -> Network:
+    """A beam to a body that two rigid struts hold, which share what they carry in no one way."""
+    a, b, c, d = nodes(a=[0, 0, 0], b=[1.0, 0, 0], c=[2.0, 0, 0], d=[2.0, 0, 1.0])
+    along_y = np.array([0.0, 1, 0])
+    rod = beam_between(a, b, STEEL, BAR, y_axis=along_y, name="ab")
+    struts = [beam_between(b, o, STEEL, BAR, y_axis=along_y, name=f"b{o.name}") for o in (c, d)]
+    rigid = [replace(own, tip_compliance=np.zeros((6, 6))) for own in struts]
+    fixed = ("a", "c", "d")
+    return Network("propped", (a, b, c, d), fixed, "b", b.point, beams=(rod, *rigid))
+
+
+@pytest.mark.parametrize("rigid", [False, True])
+def test_a_response_whose_reactions_lack_a_moment_has_no_answer(
+    rigid: bool, monkeypatch: pytest.MonkeyPatch
+):
+    """Of supports that rigid parts leave statically indeterminate, too."""
+    network = propped() if rigid else overhang()
+    name = network.beams[0].name
+    loads = {name: rs.ForceOnBeam([0, 0, -10.0], 0.4)}
+    right = rs.network_response(network, loads)
+    assert (len(right.reactions) < len(network.fixed)) == rigid
+    of_load = pkgutil.resolve_name(BEAM_LOADS)
+
+    def without_moment(*args: Any) -> Any:
+        found = of_load(*args)
+        return replace(found, at_start=found.at_start * [1, 1, 1, 0, 0, 0])
+
+    monkeypatch.setattr(BEAM_LOADS, without_moment)
+    with pytest.raises(NoAnswerError, match="do not balance the loads"):
+        rs.network_response(network, loads)
+
+
+def test_a_deflection_whose_reactions_lack_a_moment_has_no_answer(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    network, right = overhang(), pkgutil.resolve_name(SUPPORTS)
+    asked: tuple[dict[str, Any], ...] = (
+        {"wrench": [0, 0, -10.0, 0, 0, 0]},
+        {"loads": {"tip": [0, 0, -10.0]}},
+    )
+    assert all(rs.deflection(network, **own).has_answer for own in asked)
+
+    def turned(*args: Any) -> Any:
+        more = np.array([0, 0, 0, 0.1, 0, 0])
+        return {name: (at, F + more) for name, (at, F) in right(*args).items()}
+
+    monkeypatch.setattr(SUPPORTS, turned)
+    for own in asked:
+        answer = rs.deflection(network, **own)
+        assert not answer.has_answer
+        assert answer.status & rs.Status.ILL_CONDITIONED
+
+
+def test_legs_that_do_not_carry_the_whole_load_have_no_deflection(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    robot, wrench = rs.load("hexapod"), [0, 0, -100.0, 0, 0, 0]
+    right = pkgutil.resolve_name(LEGS)
+
+    def more(*args: Any) -> list[np.ndarray]:
+        return [1.001 * own for own in right(*args)]
+
+    monkeypatch.setattr(LEGS, staticmethod(more))
+    one = rs.deflection(robot, wrench=wrench)
+    many = rs.deflection(robot, np.array([rs.stiffness(robot).pose] * 3), wrench)
+    assert not one.has_answer
+    assert not np.any(many.answered)
+    assert one.status & rs.Status.ILL_CONDITIONED
