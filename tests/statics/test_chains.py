@@ -15,7 +15,8 @@ from robostiff.spatial import Space, skew
 from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics.chains.bending import bending, bending_planes
 from robostiff.statics.chains.chain import BodyLoad, Element, FiniteChain, FiniteJoint, FiniteSpring
-from robostiff.statics.chains.moving_chain import FURTHEST_TURN, FiniteTurn, MovingChains
+from robostiff.statics.chains.finite_turn import FURTHEST_TURN, FiniteTurn
+from robostiff.statics.chains.moving_chain import MovingChains
 
 _ONE = np.ones(1)
 
