@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -20,7 +19,6 @@ from robostiff.statics.chains.bending import bending, bending_planes
 from robostiff.statics.chains.chain import Element, FiniteSpring
 
 _ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
-_ACROSS = 1e-6  # sine of the angle below which a joint turns a beam about its own axis alone
 # Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
 _BEAM, _OWN = "_beam", "_as_elements"
 
@@ -47,9 +45,8 @@ class Bowing:
     ----------
     elements : int or None
         Into how many clamped cubics, without inner modes, each beam is divided; errors decrease
-        with the fourth power. None: one element with inner modes; two cubics where one beam alone
-        spans two hinges, whose critical loads are up to 2.6 % too high. One cubic alone does not
-        buckle between clamped ends.
+        with the fourth power. None: one element with inner modes. One cubic alone does not buckle
+        between clamped ends.
 
     Raises
     ------
@@ -145,33 +142,6 @@ def uniform_beam(C: np.ndarray) -> UniformBeam | None:
     return beam if np.all(np.abs(C - beam.compliance) <= _ALIKE * scale) else None
 
 
-def elements_of(beams: Beams, beam: PlacedSpring, sides: Iterable[Sequence[PlacedElement]]) -> int:
-    """Into how many elements a beam is cut; 0 for a linear spring.
-
-    `sides` have the parts in series, outwards from both ends up to bodies that others hold, too.
-    """
-    if not isinstance(beams, Bowing):
-        return 0
-    if beams.elements is not None:
-        return beams.elements
-    along = beam.rotation[:, 0].tolist()
-    return 2 if all(_is_hinged(side, along) for side in sides) else 1
-
-
-def _is_hinged(side: Sequence[PlacedElement], along: Sequence[float]) -> bool:
-    """Whether a beam that is alone bends freely at an end, by what follows outwards from there."""
-    elastic = (isinstance(e, PlacedSpring) for e in side if moves(e) and not is_rigid(e))
-    return not next(elastic, False) and any(_bends_freely(e, along) for e in side)
-
-
-def _bends_freely(element: PlacedElement, along: Sequence[float]) -> bool:
-    """Whether it is a passive joint that turns about an axis across a direction."""
-    if not (isinstance(element, PlacedFreedom) and element.is_passive and element.turns):
-        return False
-    (a, b, c), (x, y, z) = element.axis.tolist(), along
-    return math.hypot(b * z - c * y, c * x - a * z, a * y - b * x) > _ACROSS
-
-
 def moves(element: PlacedElement) -> bool:
     """Whether it is no joint that is held rigidly."""
     if isinstance(element, PlacedFreedom):
@@ -194,11 +164,8 @@ class SpringElements:
     known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
     beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
 
-    def of(self, spring: PlacedSpring, sides: Iterable[Sequence[PlacedElement]]) -> list[Element]:
-        """An elastic part as one spring, or a beam as one or more elements with their bowing.
-
-        `sides` as for `elements_of`.
-        """
+    def of(self, spring: PlacedSpring) -> list[Element]:
+        """An elastic part as one spring, or a beam as one or more elements with their bowing."""
         C = spring.elasticity.compliance
         free = np.array(spring.elasticity.freedoms, dtype=float)
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
@@ -208,8 +175,9 @@ class SpringElements:
                 self.beams[entries] = None if free.size else uniform_beam(C)
             kept[_BEAM], kept[_OWN] = self.beams[entries], {}
         beam: UniformBeam | None = kept[_BEAM]
-        parts = 0 if beam is None else elements_of(self.treated, spring, sides)
-        inner = parts == 1 and self.treated == Bowing()
+        bows = beam is not None and isinstance(self.treated, Bowing)
+        parts = (self.treated.elements or 1) if bows else 0
+        inner = bows and self.treated.elements is None
         key = (*entries, turned, parts, inner)
         own = self.known.get(key) or kept[_OWN].get(key[2:])
         if own is None:

@@ -50,7 +50,7 @@ def on_flexible_platform(
         spring = spring_of(part, placed)
         if start is None:
             start = first + len(names)
-        chains.append(FiniteChain(start, end, tuple(elements.of(spring, [()]))))
+        chains.append(FiniteChain(start, end, tuple(elements.of(spring))))
     if any(chain.start == first + len(names) for chain in chains):
         chains.append(FiniteChain(first + len(names), None, ()))
         names.append(platform.tool)

@@ -13,7 +13,6 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
 
 import numpy as np
 
@@ -21,7 +20,6 @@ from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.kinematics.spanning_tree import branches, connected_parts
 from robostiff.model import Locked, PlacedFreedom, PlacedMass, PlacedSpring
-from robostiff.model.snapshot import PlacedElement
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import CouplingElement
 from robostiff.network.elements import Element as NetworkElement
@@ -148,7 +146,7 @@ def _in_series(
                 push = preload.pop(part.name, 0.0)
                 own.append(replace(joint, preload=joint.preload + push))
             else:
-                own += elements.of(part, bodies.sides[k])
+                own += elements.of(part)
         if not isinstance(element, JointElement) and isinstance(part := parts[0], PlacedSpring):
             here = number, len(own), len(own) - before[-1], part, np.asarray(part.point)
             lengthwise += [CarriedMass(m, *here) for m in element.masses if m.start is not None]
@@ -288,21 +286,6 @@ class _Bodies:
                 subject, got=name, expected=f"the name of a body that moves, or platform: {moving}"
             )
         return body
-
-    @cached_property
-    def sides(self) -> Mapping[int, Sequence[Sequence[PlacedElement]]]:
-        """Parts in series before and beyond each element, by its number, outwards from it.
-
-        They end at bodies that others hold, too. Elements within one body have none.
-        """
-        found: dict[int, Sequence[Sequence[PlacedElement]]] = {}
-        for path in self.paths:
-            way = [_parts(self.elements[k])[:: 1 if forward else -1] for k, forward in path]
-            for place, (k, forward) in enumerate(path):
-                before = list(chain.from_iterable(way[:place]))[::-1]
-                beyond = list(chain.from_iterable(way[place + 1 :]))
-                found[k] = (before, beyond) if forward else (beyond, before)
-        return found
 
     @cached_property
     def numbers(self) -> dict[str, int]:

@@ -319,12 +319,11 @@ class LegWalk:
         """A chain of joints and springs from one body to another; the bodies behind each."""
         own: list[Element] = []
         behind: list[_Behind] = []
-        for i, element in enumerate(run):
+        for element in run:
             drive = spring = None
             if isinstance(element, PlacedSpring):
                 spring = element
-                sides = run[i + 1 :], run[:i][::-1]
-                own += self.springs.of(element, sides)
+                own += self.springs.of(element)
             elif moves(element):
                 drive = len(own)
                 own.append(finite_joint(element))
