@@ -10,7 +10,7 @@ import robostiff as rs
 from robostiff.cli.main import app
 from robostiff.errors import FileError
 from robostiff.io.document import parse_document
-from robostiff.io.model_file.build_cables import cable_robot_from_document
+from robostiff.io.model_file.cables import cable_robot_from_document
 from robostiff.robots import describe, robot_file
 from tests.cables.machines import cable_robot
 from tests.project.shown_output import ROOT

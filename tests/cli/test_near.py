@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.maps.dataset import open_map
 from robostiff.cli import commands_pictures
+from robostiff.io.map_files import read_map
 from robostiff.model import PlacedFreedom
 from robostiff.plot.picture import Path, Scene
 from tests.cli.running import Running
@@ -98,7 +98,7 @@ def test_near_of_a_map(tmp_path):
     result = run(*command, words, *ending, str(found))
     assert result.exit_code == 0, result.output
     expected = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS], near=other)
-    with open_map(found) as stored:
+    with read_map(found) as stored:
         assert np.allclose(stored.K, expected.K, rtol=1e-9)
     home = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS])
     assert np.abs(expected.K - home.K).max() > 1e-3 * np.abs(home.K).max()

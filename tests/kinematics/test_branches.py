@@ -5,7 +5,7 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff.kinematics.spanning_tree import branches
+from robostiff.kinematics import branches
 
 _BODIES = st.integers(0, 7).map(str)
 _PAIRS = st.lists(st.tuples(_BODIES, _BODIES).filter(lambda pair: pair[0] != pair[1]), max_size=14)

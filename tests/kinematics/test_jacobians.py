@@ -13,8 +13,7 @@ from robostiff.kinematics import (
     place_chain,
     spring_jacobian,
 )
-from robostiff.kinematics.closure.loop_equations import advanced
-from robostiff.kinematics.closure.motion_tree import AT_REST, MotionTree
+from robostiff.kinematics.closure.motion_tree import AT_REST, MotionTree, advanced
 from robostiff.model import (
     Actuated,
     Chain,

@@ -8,7 +8,7 @@ from robostiff.elasticity import EulerBernoulli, circle, material
 from robostiff.elasticity.spring_from_matrix import elasticity_from_compliance
 from robostiff.kinematics import freedom_twists, place_chain, spring_compliance
 from robostiff.linkage import Connection
-from robostiff.linkage.linkage import turned_round
+from robostiff.linkage.essential import turned_round
 from robostiff.model import (
     Chain,
     Link,

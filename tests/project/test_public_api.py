@@ -305,7 +305,7 @@ def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
         [sys.executable, "-c", code], check=True, capture_output=True, text=True
     )
     others = {
-        *("model.cable", "io.model_file.build_cables", "network.network", "linkage.linkage"),
+        *("model.cable", "io.model_file.cables", "network.network", "linkage.linkage"),
         *("kinematics.formula", "kinematics.postures"),
     }
     assert not {f"robostiff.{name}" for name in others} & set(loaded.stdout.split())

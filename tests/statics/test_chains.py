@@ -13,9 +13,10 @@ from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.record import Record, cosine, derivatives_along, sine
 from robostiff.spatial import Space, skew
 from robostiff.spatial.rotation import matrix_of_rotation
-from robostiff.statics.chains.bending import Bending, bending, bending_planes
+from robostiff.statics.chains.bending import bending, bending_planes
 from robostiff.statics.chains.chain import BodyLoad, Element, FiniteChain, FiniteJoint, FiniteSpring
-from robostiff.statics.chains.moving_chain import FURTHEST_TURN, FiniteTurn, MovingChains
+from robostiff.statics.chains.finite_turn import FURTHEST_TURN, FiniteTurn
+from robostiff.statics.chains.moving_chain import MovingChains
 
 _ONE = np.ones(1)
 
@@ -31,7 +32,6 @@ def _beam(random: np.random.Generator) -> FiniteSpring:
     L, V = 0.4, np.eye(6)
     C = cantilever_compliance(L, 1.0, 1.0, 900.0, 2.0, 3.0, 4.0)
     bent = bending(V, C, L, bending_planes(Space.SPATIAL, np.eye(3)), inner=True)
-    bent = Bending(*(own[None] for own in (bent.z, bent.s, bent.b, bent.l)))
     rotation, k = matrix_of_rotation(random.normal(size=3)), random.uniform(20, 30, 6)
     at, axial = random.normal(size=(1, 3)), np.array([900 / L])
     return FiniteSpring(("beam",), at, rotation[None], V[None], k[None], axial, bent)

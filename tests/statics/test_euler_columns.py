@@ -14,7 +14,7 @@ from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import network_of_snapshot
 from robostiff.spatial import Space
-from robostiff.statics.chains.bending import bending, bending_planes
+from robostiff.statics.chains.bending import BowingTerms, bending, bending_planes
 from robostiff.statics.equations.equilibrium_path import path
 from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.loading.loaded_posture import postures_of
@@ -192,26 +192,25 @@ def test_energy_under_an_axial_force_is_the_least_of_all_inner_modes(e: float):
         a = np.linalg.solve(both[1:, 1:], -both[1:, 0])
         least += 0.5 * (both[0, 0] + both[0, 1:] @ a)
     along = np.eye(6)[0]
-    found = bent.terms(x, np.array(N), along, np.array(k)).energy
-    assert np.isclose(found + (N - k * x[0]) ** 2 / (2 * k), least, rtol=1e-12)
-    # displacements are of the order of the load, energies of that of its square
-    terms = bent.terms(x, np.array(N), along, np.array(k))
-    h = 1e-6
 
-    def settled(x: np.ndarray) -> tuple[float, np.ndarray]:
-        own = np.array(N)
+    def terms(x: np.ndarray, N: float) -> BowingTerms:
+        return bent.terms(x[None], np.array([N]), along[None], np.array([k]))
+
+    assert np.isclose(terms(x, N).energy[0] + (N - k * x[0]) ** 2 / (2 * k), least, rtol=1e-12)
+
+    def balanced(x: np.ndarray) -> float:
+        own = N
         for _ in range(60):
-            own = own + bent.terms(x, own, along, np.array(k)).missing
-        return float(bent.terms(x, own, along, np.array(k)).energy), own
+            own = own + float(terms(x, own).missing[0])
+        return own
 
-    N = float(settled(x)[1])
-    terms = bent.terms(x, np.array(N), along, np.array(k))
-    steps = h * np.eye(6)
-    ends = [[settled(x + sign * step) for sign in (1, -1)] for step in steps]
-    gradient = [(a[0] - b[0]) / (2 * h) for a, b in ends]
-    rates = [(a[1] - b[1]) / (2 * h) for a, b in ends]
-    assert np.allclose(terms.gradient, gradient, rtol=1e-6, atol=1e-6 * np.max(np.abs(gradient)))
-    assert np.allclose(terms.rate, rates, rtol=1e-6, atol=1e-6 * np.max(np.abs(rates)))
+    known, h = terms(x, balanced(x)), 1e-6
+    ends = [[x + sign * step for sign in (1, -1)] for step in h * np.eye(6)]
+    energies = [[float(terms(end, balanced(end)).energy[0]) for end in own] for own in ends]
+    forces = [[balanced(end) for end in own] for own in ends]
+    for found, own in ((known.gradient[0], energies), (known.rate[0], forces)):
+        expected = -np.diff(own, axis=1)[:, 0] / (2 * h)
+        assert np.allclose(found, expected, rtol=0, atol=1e-6 * np.max(np.abs(expected)))
 
 
 def test_struts_of_a_hexapod_on_flexures_and_clamped():
@@ -303,3 +302,22 @@ def test_batches_say_where_a_clamped_rod_buckles(tmp_path: Path):
         robot, np.zeros((2, 1)), np.outer([0.95, 1.05], [0, 0, critical, 0, 0, 0])
     )
     assert list(answers.stable) == [True, False]  # pyright: ignore
+
+
+def test_rods_that_meet_in_a_point():
+    """A tripod of clamped rods, to 1 nm: its size is that of its rods."""
+    angles = 2 * np.pi / 3 * np.arange(3)
+    ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    legs = []
+    for i, (foot, head) in enumerate(zip(0.5 * ring, 1e-9 * ring + [0, 0, 0.8], strict=True)):
+        rod = beam("rod", foot.tolist(), head.tolist(), 6e6, 13.4, 10.2)
+        legs.append(PlacedLeg(f"leg{i + 1}", (rod,), head))
+    tripod = Snapshot("tripod", tuple(legs), np.array([0, 0, 0.8]))
+    assert 0.3 < float(tripod.characteristic_length) < 0.8
+    assert rs.stiffness(tripod).status == rs.Status.OK
+    down = np.array([0, 0, -1.0, 0, 0, 0])
+    default, fine = (
+        rs.critical_load(tripod, wrench=down, up_to=1e5, beams=own).factor
+        for own in (rs.Bowing(), rs.Bowing(8))
+    )
+    assert abs(default / fine - 1) < 1e-3

@@ -11,7 +11,7 @@ import robostiff as rs
 from robostiff.elasticity import Elasticity, Material, circle, material
 from robostiff.kinematics import with_masses
 from robostiff.linkage import Connection, Linkage
-from robostiff.linkage.linkage import turned_round
+from robostiff.linkage.essential import turned_round
 from robostiff.model import Mass, PlacedMass, beam_link
 from robostiff.network import Network, Node, SpringElement, beam_between, network_of_snapshot
 from robostiff.spatial import Frame

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Callable, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -21,12 +20,12 @@ class PoseBatch:
 
     def __getitem__(self, index: Any) -> Self:
         """The same at one pose, or at some poses, of the batch."""
-        return _mapped(lambda arrays: np.asarray(arrays[0][index]), [self])
+        return _mapped(lambda own: np.asarray(own[index]), self)
 
     def reshaped(self, batch: tuple[int, ...]) -> Self:
         """The same under another batch shape."""
         axes = len(self.batch_shape)
-        return _mapped(lambda arrays: arrays[0].reshape((*batch, *arrays[0].shape[axes:])), [self])
+        return _mapped(lambda own: own.reshape((*batch, *own.shape[axes:])), self)
 
     @classmethod
     def joined(cls, parts: Sequence[Self], batch: tuple[int, ...] | None = None) -> Self:
@@ -34,29 +33,35 @@ class PoseBatch:
 
         Zeros fill up the other axes, and what one of the parts lacks the whole does, too.
         """
-        whole = parts[0] if len(parts) == 1 else _mapped(_one_batch, parts)
+        whole = parts[0] if len(parts) == 1 else _mapped(_one_batch, *parts)
         return whole if batch is None else whole.reshaped(batch)
 
 
-def _mapped(f: Callable[[Sequence[np.ndarray]], np.ndarray], values: Sequence[Any]) -> Any:
+def _mapped(f: Callable[..., np.ndarray], first: Any, *others: Any) -> Any:
     """The first of several values that are alike, its arrays made from those of all."""
-    first = None if any(value is None for value in values) else values[0]
+    found = first
     if isinstance(first, np.ndarray | np.generic):
-        return f([np.asarray(value) for value in values])
-    if isinstance(first, str):
-        return "; ".join(dict.fromkeys(value for value in values if value))
-    if isinstance(first, tuple):
-        return tuple(_mapped(f, own) for own in zip(*values, strict=True))
-    if isinstance(first, Mapping):
-        return {key: _mapped(f, [value[key] for value in values]) for key in first}
-    if not (isinstance(first, PoseBatch) and is_dataclass(first)):
-        return first
-    names = [own.name for own in fields(first)]
-    own = {name: _mapped(f, [getattr(value, name) for value in values]) for name in names}
-    return replace(first, **own)
+        found = f(*map(np.asarray, (first, *others)))
+    elif any(other is None for other in others):
+        found = None
+    elif isinstance(first, PoseBatch):
+        own = vars(first)
+        every = {}
+        for name in first.__dataclass_fields__:  # type: ignore[attr-defined]
+            is_alone = not others and type(own[name]) is np.ndarray  # most of all calls
+            rest = [getattr(other, name) for other in others]
+            every[name] = f(own[name]) if is_alone else _mapped(f, own[name], *rest)
+        found = type(first)(**every)
+    elif isinstance(first, str):
+        found = "; ".join(dict.fromkeys(own for own in (first, *others) if own))
+    elif isinstance(first, tuple) and not isinstance(next(iter(first), None), str):
+        found = tuple(_mapped(f, *own) for own in zip(first, *others, strict=True))
+    elif isinstance(first, dict):
+        found = {key: _mapped(f, first[key], *(own[key] for own in others)) for key in first}
+    return found
 
 
-def _one_batch(stacks: Sequence[np.ndarray]) -> np.ndarray:
+def _one_batch(*stacks: np.ndarray) -> np.ndarray:
     most = np.max([stack.shape[1:] for stack in stacks], axis=0).astype(int)
     missing = [[(0, 0), *((0, k) for k in most - stack.shape[1:])] for stack in stacks]
     return np.concatenate([np.pad(s, k) for s, k in zip(stacks, missing, strict=True)])

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from robostiff.analysis.maps import PoseList
-from robostiff.analysis.maps.dataset import open_map
 from robostiff.analysis.maps.pose_columns import SIX, Mapped, coordinate_units
+from robostiff.analysis.maps.store import open_map
 from robostiff.analysis.maps.stored import damaged
 from robostiff.analysis.maps.variables import status_words
 from robostiff.errors import FileError, InputError, Location, needs_extra, printable

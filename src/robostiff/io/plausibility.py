@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from robostiff.errors import Location, warn_of_slip
 from robostiff.io.suggest import listing
 from robostiff.io.units import Dimension
-from robostiff.kinematics.pose import FARTHEST, FULL_TURN
+from robostiff.model.checks import FARTHEST, FULL_TURN
 
 # Elastic moduli [Pa]: with a unit, and as bare numbers, which are often in another unit.
 _SOFTEST, _SOFTEST_BARE, _HARDEST = 1e3, 1e6, 1e13

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, RootModel, Tag, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic.json_schema import GenerateJsonSchema
 
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document
@@ -275,6 +276,14 @@ _KINDS: Mapping[str, Callable[[Trace, Mapping[str, Any], Any], Problem]] = Mappi
         "enum": _unknown_literal,
     }
 )
+
+
+class WithoutTitles(GenerateJsonSchema):
+    """A generator that leaves out titles that only repeat the key."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        """False: titles of fields only repeat their keys."""
+        return False
 
 
 Model = TypeVar("Model", bound=BaseModel)

@@ -26,6 +26,7 @@ from robostiff.kinematics.posture_finder import (
     posture_finder,
     postures,
 )
+from robostiff.kinematics.spanning_tree import branches
 
 __all__ = [
     "ActuatorCoordinates",
@@ -41,6 +42,7 @@ __all__ = [
     "PostureFinder",
     "ToolPose",
     "actuator_names",
+    "branches",
     "felt_by_springs",
     "find_posture",
     "freedom_twist",

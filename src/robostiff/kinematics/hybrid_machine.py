@@ -167,7 +167,7 @@ def hybrid_machine(
     elements = tuple(
         element
         for module in modules
-        for element in (*_elements(module), *(() if module is modules[-1] else _platform(module)))
+        for element in _elements(module, carries_next=module is not modules[-1])
     )
     if reference_point is None:
         reference_point = last.reference_point if isinstance(last, Robot) else np.zeros(3)
@@ -204,8 +204,8 @@ def _checked(modules: Sequence[Module]) -> tuple[Module, ...]:
     return modules
 
 
-def _elements(module: Module) -> Iterator[Element]:
-    """The elements of a module, its mount first, closed at home."""
+def _elements(module: Module, *, carries_next: bool) -> Iterator[Element]:
+    """The elements of a module, its mount first, closed at home; masses of a platform between."""
     if module.mount is not None:
         yield Rigid(module.mount, f"{module.name}/mount")
     part = module.part
@@ -225,13 +225,8 @@ def _elements(module: Module) -> Iterator[Element]:
     else:
         branches = (Branch(leg.name, leg.base, leg.chain, leg.attachment) for leg in legs)
         yield ParallelBlock(tuple(branches), module.name)
-
-
-def _platform(module: Module) -> Iterator[Element]:
-    """The masses of a platform that carries the next module."""
-    if isinstance(module.part, Robot) and module.part.platform_masses:
-        masses = module.part.platform_masses
-        yield Rigid(Frame.identity(), f"{module.name}/platform", masses)
+    if carries_next and part.platform_masses:
+        yield Rigid(Frame.identity(), f"{module.name}/platform", part.platform_masses)
 
 
 def _named(chain: Chain, module: str) -> Iterator[Element]:

@@ -26,6 +26,7 @@ from robostiff.model import (
     Rigid,
     Robot,
 )
+from robostiff.model.checks import FARTHEST, FULL_TURN
 from robostiff.spatial import Frame, Space, as_floats, holds_quantities
 from robostiff.spatial.batch import poses_side_by_side
 from robostiff.spatial.rotation import is_rigid_transform, nearest_rotation, vector_of_rotation
@@ -33,10 +34,6 @@ from robostiff.spatial.rotation import is_rigid_transform, nearest_rotation, vec
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
-FARTHEST = 100.0
-"""Lengths and places beyond that are probably meant in another unit [m]."""
-FULL_TURN = 2 * math.pi * (1 + 1e-9)
-"""Angles beyond that are probably meant in degrees [rad]."""
 _HELD = 1e-9  # of a held sum of joint coordinates [m or rad]
 _NO_ROTATION = 1e-6  # by which R^T R of a given matrix may differ from the identity
 _AT_ONCE = 64  # poses whose numbers are compared side by side

@@ -29,7 +29,7 @@ from robostiff.model.joint import (
 )
 from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
 from robostiff.model.mass import STANDARD_GRAVITY, Mass, PlacedMass, gravity_vector
-from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
+from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot, pose_coordinates
 from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
 from robostiff.model.snapshot import (
     CoupledFreedom,
@@ -94,6 +94,7 @@ __all__ = [
     "parallelogram",
     "planar",
     "platform_beam",
+    "pose_coordinates",
     "prismatic",
     "revolute",
     "rigid_member",

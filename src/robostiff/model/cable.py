@@ -9,10 +9,9 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model.checks import check_distinct, vector3
-from robostiff.model.robot import ALL_COORDINATES, Coordinate
+from robostiff.model.robot import ALL_COORDINATES, Coordinate, pose_coordinates
 from robostiff.spatial import Frame, Space, refuse_quantities
 
-_PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 _IN_PLANE = 1e-9  # [m]
 
 
@@ -195,7 +194,7 @@ class CableRobot:
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The pose coordinates that can be chosen freely."""
-        return _PLANAR_COORDINATES if self.space is Space.PLANAR else ALL_COORDINATES
+        return pose_coordinates(self.space)
 
     @property
     def coordinate_places(self) -> list[int]:

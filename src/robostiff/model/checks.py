@@ -23,6 +23,10 @@ from robostiff.spatial.formula import (
 )
 from robostiff.spatial.rotation import nearest_rotation
 
+FARTHEST = 100.0
+"""Lengths and places beyond that are probably meant in another unit [m]."""
+FULL_TURN = 2 * np.pi * (1 + 1e-9)
+"""Angles beyond that are probably meant in degrees [rad]."""
 # Of a unit vector: by so much an axis may lean out of the plane of a planar robot.
 _OUT_OF_PLANE = 1e-9
 

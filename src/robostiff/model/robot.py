@@ -51,6 +51,11 @@ class Coordinate(Enum):
 ALL_COORDINATES = tuple(Coordinate)
 
 
+def pose_coordinates(space: Space) -> tuple[Coordinate, ...]:
+    """All coordinates of a pose: six, or three in the plane."""
+    return (Coordinate.X, Coordinate.Y, Coordinate.RZ) if space is Space.PLANAR else ALL_COORDINATES
+
+
 @dataclass(frozen=True)
 class Leg:
     """A chain from a frame of the base to a frame of the platform.

@@ -21,6 +21,7 @@ from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import Screw, Space
 
 _ROUNDING = 1e-12  # of a coordinate: closer points are one
+_POINT = 1e-6  # of the size with its beams: a robot that small is a point
 
 
 @dataclass(frozen=True)
@@ -346,13 +347,22 @@ class Snapshot:
     def characteristic_length(self) -> np.ndarray:
         """RMS distance of springs, leg ends and joints but slides from their mean (...) [m].
 
-        It does not depend on the reference point, scales with the unit of length, and is 0 for a
-        robot that is all in one point.
+        Where these meet in a point, the starts of beams are among them. It does not depend on the
+        reference point, scales with the unit of length, and is 0 for a robot that is all in one
+        point.
         """
         points = [leg.end for leg in self.legs]
         for leg in self.legs:
             # Where on its axis a slide is drawn means nothing.
             points += [e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.turns]
+        length = self._spread(points)
+        springs = [e for leg in self.legs for e in leg.parts if isinstance(e, PlacedSpring)]
+        whole = self._spread([*points, *(_start(e) for e in springs)])
+        length = np.where(length < _POINT * whole, whole, length)
+        return np.broadcast_to(length, self.reference_point.shape[:-1])
+
+    def _spread(self, points: list[np.ndarray]) -> np.ndarray:
+        """RMS distance of points from their mean (...) [m]; 0 where it is rounding."""
         together = _together(points)
         furthest = np.max(np.abs(together), axis=(0, -1))
         # Of joints that meet in the origin rounding remains.
@@ -361,14 +371,21 @@ class Snapshot:
         together = together - together[0]
         apart = together - np.mean(together, axis=0)
         length = np.sqrt(np.einsum("k...i,k...i->...", apart, apart) / len(points))
-        length = np.where(length > _ROUNDING * furthest, length, 0.0)
-        return np.broadcast_to(length, self.reference_point.shape[:-1])
+        return np.where(length > _ROUNDING * furthest, length, 0.0)
 
     @property
     def centre(self) -> np.ndarray:
         """Mean of the leg ends (..., 3) [m]."""
         ends = _together([leg.end for leg in self.legs])
         return np.broadcast_to(np.mean(ends, axis=0), self.reference_point.shape)
+
+
+def _start(spring: PlacedSpring) -> np.ndarray:
+    """Where the beam begins that bends as a spring does; of other springs their point (..., 3)."""
+    C = np.asarray(spring.elasticity.compliance, dtype=float)
+    turn = C[..., 5, 5, None]
+    along = np.where(turn > 0, 2.0 * C[..., 1, 5, None] / np.where(turn > 0, turn, 1.0), 0.0)
+    return spring.point - along * spring.rotation[..., 0]
 
 
 def _together(points: list[np.ndarray]) -> np.ndarray:

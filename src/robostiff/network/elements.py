@@ -273,6 +273,11 @@ def section_compliance(
     --------
     >>> section_compliance(np.diag([2.0, 8 / 3, 8 / 3, 6.0, 2.0, 2.0]), 2.0)
     array([1., 0., 0., 3., 1., 1.])
+
+    A little shear is no rounding:
+
+    >>> section_compliance(np.diag([1.0, 1.0 + 1e-10, 1.0, 1.0, 3.0, 3.0]), 1.0)[1].round(12)
+    np.float64(1e-10)
     """
     whole = np.diagonal(tip_compliance) / length
     c = whole.copy()

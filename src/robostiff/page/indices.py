@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 
 import numpy as np
@@ -17,7 +17,7 @@ from robostiff.analysis.indices import (
     StiffnessIndices,
 )
 from robostiff.elastostatics import Status
-from robostiff.markup import Block, Cell, Number, Page, Table, number, row
+from robostiff.markup import Block, Bullets, Cell, Number, Page, Table, number, row
 from robostiff.page.data import order
 from robostiff.page.stiffness import place_of, stiffness_page
 
@@ -46,27 +46,34 @@ def indices_page(result: Stiffness, found: StiffnessIndices | None) -> Page:
 
 def _blocks(found: StiffnessIndices) -> list[Block | None]:
     condition, work, status = found.condition, found.virtual_work, found.status
+    screws = found.eigenscrews
+    wrenches = [_entry(w.stiffness, "N/m", _wrench(w)) for w in screws.wrenches]
+    motions = [FreeMotion(np.zeros(6), own.screw) for own in screws.twists]
+    twists = [
+        _entry(own.stiffness, "N m/rad", str(motion))
+        for own, motion in zip(screws.twists, motions, strict=True)
+    ]
+    scaled = zip(found.eigenstiffness.values, found.eigenstiffness.motions, strict=True)
     return [
         _along_axes(found),
         principal_table(found),
         _listed(f"collinear stiffness: {found.collinear.about}", _loads(found.collinear)),
         worst_table(found),
-        screw_table(found),
+        ratios(found),
+        _listed(f"eigenscrews: {screws.about}", [*wrenches, *twists]),
+        centres(found),
         _listed(
             f"rotations multiplied by the characteristic length {number(found.length)} m:",
-            [
-                _entry(k, "N/m", str(motion))
-                for k, motion in zip(
-                    found.eigenstiffness.values, found.eigenstiffness.motions, strict=True
-                )
-            ],
-            [
+            [_entry(k, "N/m", str(motion)) for k, motion in scaled],
+        ),
+        Bullets(
+            (
                 f"condition number: {_known(condition.two_norm, status)} (two-norm), "
                 f"{_known(condition.frobenius, status)} (Frobenius); "
                 f"isotropy {number(condition.isotropy)}",
                 f"virtual work of unit loads: {_known(work.worst, status)} J/N^2 at worst, "
                 f"{_known(work.mean, status)} J/N^2 in the mean",
-            ],
+            )
         ),
     ]
 
@@ -83,16 +90,15 @@ def _along_axes(found: StiffnessIndices) -> Table:
 _Entry = tuple[Cell, str, str]  # a value or a word in its place, its unit, and what it is of
 
 
-def _listed(title: str, entries: Iterable[_Entry], further: Sequence[str] = ()) -> Table:
-    """Values with what they are of, and sentences below them."""
+def _listed(title: str, entries: Iterable[_Entry]) -> Table:
+    """Values with what they are of."""
     rows: list[list[Cell]] = []
     lines = []
     for value, unit, words in entries:
         shown = number(value.value) if isinstance(value, Number) else value
         rows.append([words, value])
         lines.append(f"  {shown:>11} {unit:<9} {words}")
-    rows.extend([words, ""] for words in further)
-    return Table(("", ""), rows, title, [*lines, *further])
+    return Table(("", ""), rows, title, lines)
 
 
 def principal_table(found: StiffnessIndices) -> Table:
@@ -101,8 +107,8 @@ def principal_table(found: StiffnessIndices) -> Table:
 
 
 def worst_table(found: StiffnessIndices) -> Table:
-    """The largest deflections of unit loads, and how much they differ by direction."""
-    worst, ratio, status = found.worst_deflection, found.anisotropy, found.status
+    """The largest deflections of unit loads."""
+    worst, status = found.worst_deflection, found.status
     unit_force = f"along {direction_in_words(worst.translational_direction)}"
     unit_moment = f"about {direction_in_words(worst.rotational_direction)}"
     return _listed(
@@ -111,34 +117,30 @@ def worst_table(found: StiffnessIndices) -> Table:
             _worst(worst.translational, "m/N", unit_force, status),
             _worst(worst.rotational, "rad/(N m)", unit_moment, status),
         ],
-        [
-            f"anisotropy: {_known(ratio.translational, status)} of displacements, "
-            f"{_known(ratio.rotational, status)} of rotations"
-        ],
     )
 
 
-def screw_table(found: StiffnessIndices) -> Table:
-    """Eigenscrews, compliant axes and centres."""
-    screws = found.eigenscrews
-    return _listed(
-        f"eigenscrews: {screws.about}",
-        [
-            *(_entry(w.stiffness, "N/m", _wrench(w)) for w in screws.wrenches),
-            *(
-                _entry(t.stiffness, "N m/rad", str(FreeMotion(np.zeros(6), t.screw)))
-                for t in screws.twists
-            ),
-        ],
-        [
-            *(
-                f"compliant axis: {direction_in_words(axis.direction)} through "
-                f"({_place(axis.point)}) m"
-                for axis in screws.compliant_axes
-            ),
+def ratios(found: StiffnessIndices) -> Bullets:
+    """How much deflections differ by direction."""
+    ratio, status = found.anisotropy, found.status
+    displacements = f"{_known(ratio.translational, status)} of displacements"
+    return Bullets(
+        (f"anisotropy: {displacements}, {_known(ratio.rotational, status)} of rotations",)
+    )
+
+
+def centres(found: StiffnessIndices) -> Bullets:
+    """Compliant axes and centres."""
+    axes = (
+        f"compliant axis: {direction_in_words(axis.direction)} through ({_place(axis.point)}) m"
+        for axis in found.eigenscrews.compliant_axes
+    )
+    return Bullets(
+        (
+            *axes,
             f"centre of stiffness:  {_centre(found.centre_of_stiffness)}",
             f"centre of compliance: {_centre(found.centre_of_compliance)}",
-        ],
+        )
     )
 
 

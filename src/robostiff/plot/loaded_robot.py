@@ -23,10 +23,9 @@ from robostiff.plot.picture import (
     Item,
     LineWeight,
     Path,
-    PlainColour,
     Scene,
 )
-from robostiff.plot.posed_robot import Colouring, energy_shares
+from robostiff.plot.posed_robot import Colouring, loaded_sketch
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.sketch import Sketch, exaggeration_note
 from robostiff.spatial import Space
@@ -121,12 +120,9 @@ def _sketch(
         ends = np.array([[end.point for end in own.ends] for own in springs])
         names, space = [own.name for own in springs], Space.of_size(len(problem.rows))
         outline = of_cables(names, (ends[:, 0], ends[:, 1]), problem.point, space, tensions)
-        return Sketch(outline=outline, motions=finite_motions(posed, places))
-    outline = outline_of(posed)
-    values = energy_shares(shares, colouring, outline)
-    plain = PlainColour.MUTED if values else PlainColour.INK
-    motions = finite_motions(posed, places)
-    return Sketch(outline=outline, motions=motions, shares=values, plain=plain)
+    else:
+        outline = outline_of(posed)
+    return loaded_sketch(outline, finite_motions(posed, places), shares, colouring)
 
 
 def mode(

@@ -181,14 +181,7 @@ def picture_of_posed(
     else:
         motions, parts = motion_of(cast("Snapshot | Network", posed), bent), bent.parts
         F, point = bent.wrench, bent.stiffness.reference_point
-    shares = energy_shares(parts, colouring, outline)
-    sketch = Sketch(
-        outline=outline,
-        motions=motions,
-        shares=shares,
-        colours=colours_of_parts(outline.part_names) if named else {},
-        plain=PlainColour.MUTED if shares or named else PlainColour.INK,
-    ).exaggerated(exaggeration)
+    sketch = loaded_sketch(outline, motions, parts, colouring).exaggerated(exaggeration)
     load = point, spatial(F, Space.of_size(len(F)).rows)
     notes = (*notes, *exaggeration_note(sketch.scale))
     return sketch.scene(posed.name, load, is_named=outline.is_named, notes=notes)
@@ -222,7 +215,21 @@ def motion_of(posed: Snapshot | Network, bent: Deflection) -> Motions:
     return motions
 
 
-def energy_shares(
+def loaded_sketch(
+    outline: Outline, motions: Motions, parts: Sequence[PartShare], colouring: Colouring
+) -> Sketch:
+    """A machine with its bodies displaced, coloured by elastic energy or by names."""
+    named, shares = colouring is Colouring.NAMES, _energy_shares(parts, colouring, outline)
+    return Sketch(
+        outline=outline,
+        motions=motions,
+        shares=shares,
+        colours=colours_of_parts(outline.part_names) if named else {},
+        plain=PlainColour.MUTED if shares or named else PlainColour.INK,
+    )
+
+
+def _energy_shares(
     parts: Sequence[PartShare], colouring: Colouring, outline: Outline
 ) -> dict[tuple[str, str], float]:
     """Shares [%] of legs, or of their parts; the part of a whole leg has no name.

@@ -263,7 +263,7 @@ def load(
         is_model = not is_snapshot(document)
     if is_model:
         if isinstance(document.data, dict) and "cables" in document.data:
-            from robostiff.io.model_file.build_cables import cable_robot_from_document
+            from robostiff.io.model_file.cables import cable_robot_from_document
 
             numeric = "a cable robot is computed with numbers, not formulas"
             descriptions.refuse_symbols(name, symbols, numeric)

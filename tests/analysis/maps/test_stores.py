@@ -68,6 +68,9 @@ def test_a_store_holds_what_memory_would(poses, tmp_path):
     stored = rs.stiffness_map(*question, wrench=F, store=tmp_path / "map.zarr")
     assert stored.K.chunks is not None
     xarray.testing.assert_identical(memory, stored.load())
+    assert {name: own.dtype for name, own in memory.items()} == {
+        name: own.dtype for name, own in stored.items()
+    }
     assert list(memory.data_vars) == list(stored.data_vars)
     # Any other program can read it.
     again = xarray.open_zarr(tmp_path / "map.zarr", consolidated=False)

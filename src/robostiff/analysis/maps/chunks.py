@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-import google_crc32c
 from zarr.storage import LocalStore
 
-from robostiff.analysis.maps.stored import StoredArray, StoredMap, damaged
-
-_CHECKSUM = 4
-_BLOSC_HEADER = 16
+from robostiff.analysis.maps.stored import StoredMap, damaged, is_sound
 
 
 class CheckedChunks(LocalStore):
@@ -43,31 +38,12 @@ class CheckedChunks(LocalStore):
 
     def _checked(self, key: str, found: Any) -> Any:
         name, is_chunk, _ = key.partition("/c")
-        array = self.stored.arrays.get(name)
-        if not is_chunk or array is None:
+        if not is_chunk or name not in self.stored.described:
             return found
         if found is None:
             if self.stored.identity["complete"]:
                 raise damaged(self.stored.path, f"no {key}")
             return None  # not computed yet
-        if not is_sound(found.to_bytes(), array):
+        if not is_sound(found.to_bytes()):
             raise damaged(self.stored.path, f"{key} that does not agree with its checksum")
         return found
-
-
-def is_sound(chunk: bytes, array: StoredArray) -> bool:
-    """Whether a chunk has its checksum, and the size that its array says."""
-    content = memoryview(chunk)[:-_CHECKSUM]
-    if len(content) + _CHECKSUM != len(chunk):
-        return False
-    if google_crc32c.value(bytes(content)) != int.from_bytes(chunk[-_CHECKSUM:], "little"):
-        return False
-    if array.is_packed:
-        if len(content) < _BLOSC_HEADER:
-            return False
-        unpacked = int.from_bytes(content[4:8], "little")
-        packed = int.from_bytes(content[12:16], "little")
-        return unpacked == array.chunk_bytes and packed == len(content)
-    if array.bytes_a_value:
-        return len(content) == array.chunk_bytes
-    return int.from_bytes(content[:4], "little") == math.prod(array.chunk)

@@ -1,20 +1,18 @@
-"""A map as an `xarray.Dataset`: coordinates, attributes, in memory and from a store."""
+"""A map as an `xarray.Dataset`: coordinates and attributes."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import FACTOR, Mapped
-from robostiff.analysis.maps.stored import IDENTITY, damaged, read_store
 from robostiff.analysis.maps.variables import Variable, status_flags, status_words
-from robostiff.errors import InputError, needs_extra
+from robostiff.errors import InputError
 from robostiff.version import __version__
 
 if TYPE_CHECKING:
@@ -28,38 +26,28 @@ _CONVENTIONS = (
 )
 
 
-@dataclass(frozen=True)
-class CoordinateArray:
-    """An array that names places along the dimensions of a map."""
-
-    dims: tuple[str, ...]
-    values: np.ndarray
-    attributes: Mapping[str, Any]
-
-
-def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
-    """Axes of a grid, time along a list, names of rows and columns.
+def coordinate_arrays(job: MapJob) -> dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]]:
+    """Axes of a grid, time along a list, names of rows and columns: dimensions, values, attributes.
 
     Coordinates that each pose has of its own are variables of the job instead.
     """
     source = job.source
-    found: dict[str, CoordinateArray] = {}
+    found: dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]] = {}
     for name, values in source.axis_values().items():
         attributes = {"units": job.columns.unit_of(name), "long_name": _meaning(job, name)}
-        found[name] = CoordinateArray((name,), values, attributes)
+        found[name] = (name,), values, attributes
     parameter = source.parameter()
     if parameter is not None:
         name, unit, values = parameter
         long_name = "time" if unit == "s" else "length along the path"
         attributes = {"units": unit, "long_name": long_name}
-        found[name] = CoordinateArray(source.dims, values, attributes)
+        found[name] = source.dims, values, attributes
     for variable in job.answers:
         for dim, labels in zip(variable.dims, variable.labels, strict=False):
-            found[dim] = CoordinateArray((dim,), np.array(labels), {"long_name": dim})
+            found[dim] = (dim,), np.array(labels), {"long_name": dim}
         if not isinstance(variable.units, str):
             about = {"long_name": f"unit of each entry of {variable.name}"}
-            own = CoordinateArray(variable.dims, np.array(variable.units), about)
-            found[f"{variable.name}_units"] = own
+            found[f"{variable.name}_units"] = variable.dims, np.array(variable.units), about
     taken = {v.name for v in job.answers} | {d for v in job.variables for d in v.dims}
     for name in source.names:
         if name in taken or "/" in name:
@@ -167,42 +155,24 @@ class MapArrays:
 
     def dataset(self, summary: MapSummary) -> xarray.Dataset:
         """The map, once all blocks are there."""
-        import xarray
-
-        job = self.job
-        ranges = range_attributes(summary)
-        arrays: dict[str, Any] = {}
-        for variable in job.variables:
-            values = variable.poses_first(self._rows[variable.name], job.partition.shape)
-            attributes = variable_attributes(job, variable) | ranges.get(variable.name, {})
-            arrays[variable.name] = ((*job.source.dims, *variable.dims), values, attributes)
-        for name, coordinate in coordinate_arrays(job).items():
-            arrays[name] = (coordinate.dims, coordinate.values, dict(coordinate.attributes))
-        made = xarray.Dataset(arrays, attrs={**self.attributes, **summary_attributes(summary)})
-        return made.set_coords(own_coordinates(job))
+        shape = self.job.partition.shape
+        arrays = {v.name: v.poses_first(self._rows[v.name], shape) for v in self.job.variables}
+        attributes = {**self.attributes, **summary_attributes(summary)}
+        return map_dataset(self.job, arrays, attributes, range_attributes(summary))
 
 
-def open_map(path: Path) -> xarray.Dataset:
-    """The map in a store, read and checked when its values are asked for."""
-    with needs_extra("maps", "maps"):
-        import xarray
+def map_dataset(
+    job: MapJob,
+    arrays: Mapping[str, Any],
+    attributes: Mapping[str, Any],
+    ranges: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+) -> xarray.Dataset:
+    """A map of arrays by variable (dimensions of the poses first), with coordinates."""
+    import xarray
 
-        from robostiff.analysis.maps.chunks import CheckedChunks
-
-    store: Any = CheckedChunks(read_store(path))
-    try:
-        found = xarray.open_zarr(store, consolidated=True, zarr_format=3)
-    except InputError:
-        raise
-    except Exception as error:  # any failure of Zarr at a store of another program
-        raise damaged(
-            path, f"contents that Zarr cannot read ({type(error).__name__}: {error})"
-        ) from None
-    about = found.attrs.pop(IDENTITY)
-    ordered = [name for name in about["variables"] if name in found.data_vars]
-    words = {
-        name: found[name].copy(data=np.array(found[name].values.tolist()))
-        for name in found.coords
-        if found[name].dtype.kind == "T"  # NetCDF and older programs know no such texts
-    }
-    return found[ordered].assign_coords(words)
+    found: dict[str, Any] = {}
+    for variable in job.variables:
+        about = {**variable_attributes(job, variable), **ranges.get(variable.name, {})}
+        found[variable.name] = (*job.source.dims, *variable.dims), arrays[variable.name], about
+    made = xarray.Dataset({**found, **coordinate_arrays(job)}, attrs=dict(attributes))
+    return made.set_coords(own_coordinates(job))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.maps.dataset import MapArrays, open_map
+from robostiff.analysis.maps.dataset import MapArrays
 from robostiff.analysis.maps.job import MapSummary, Selection
 from robostiff.analysis.maps.pose_columns import Mapped, PoseSource
 from robostiff.analysis.maps.request import (
@@ -37,6 +37,7 @@ from robostiff.analysis.maps.store import (
     check_room,
     create_store,
     locked,
+    open_map,
 )
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.errors import InputError, needs_extra
@@ -175,6 +176,7 @@ def _fill(
 ) -> None:
     """Begin a store, or take that of the same request, and compute what is not there yet."""
     with needs_extra("maps", "maps"):
+        import dask.array  # noqa: F401
         import zarr  # noqa: F401
     path = path.absolute()
     identity = request.identity()

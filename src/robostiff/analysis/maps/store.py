@@ -1,38 +1,45 @@
-"""A map on disk: Zarr written block by block, which can be resumed after a kill at any moment.
+"""A map on disk: Zarr that xarray writes region by region, resumed after a kill at any moment.
 
-A block is one chunk of every array. When its chunks are safely on disk it is marked as done, by a
-file with its summary; any other block is computed again, into the same chunks. When all are done
-the summary moves to the attributes of the store, and the marks go.
+A block is a region of every array, in one chunk. When it is written it is marked as done, by a
+file with its summary; a block without a mark, or with a damaged chunk, is computed again. When all
+are done the summary moves to the attributes of the store, and the marks go.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import sys
 import uuid
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from functools import cached_property
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
 import numpy as np
 
 from robostiff.analysis.maps.dataset import (
     coordinate_arrays,
-    own_coordinates,
+    map_dataset,
     range_attributes,
     summary_attributes,
-    variable_attributes,
 )
 from robostiff.analysis.maps.identity import differences
 from robostiff.analysis.maps.job import MapJob, MapSummary, PoseBlock
-from robostiff.analysis.maps.stored import IDENTITY, StoredMap, damaged, read_store, write_root
+from robostiff.analysis.maps.stored import (
+    IDENTITY,
+    StoredMap,
+    damaged,
+    is_sound,
+    read_store,
+    write_root,
+)
 from robostiff.analysis.maps.variables import Variable
-from robostiff.errors import InputError
+from robostiff.errors import InputError, needs_extra
+
+if TYPE_CHECKING:
+    import xarray
 
 _MARKS = "progress"
 _LOCK = "lock"
@@ -55,7 +62,6 @@ def create_store(
         begun.rename(path)
     finally:
         shutil.rmtree(begun, ignore_errors=True)
-    _sync(path.parent)
 
 
 def check_room(path: Path, job: MapJob) -> None:
@@ -76,56 +82,56 @@ def _fill_with_nothing(
     begun: Path, job: MapJob, identity: Mapping[str, Any], attributes: Mapping[str, Any]
 ) -> None:
     """Attributes, coordinates, and arrays without a chunk."""
+    import dask.array
     import zarr
     from zarr.codecs import BloscCodec, Crc32cCodec, TransposeCodec
 
-    group = zarr.open_group(begun, mode="w-")
-    source, partition = job.source, job.partition
-    lead = len(partition.shape)
+    partition = job.partition
+    lead, arrays, encoding = len(partition.shape), {}, {}
     for variable in job.variables:
-        own = len(variable.shape)
+        shape, own = (*partition.shape, *variable.shape), len(variable.shape)
+        arrays[variable.name] = dask.array.empty(shape, dtype=variable.dtype, chunks=-1)
         # Entries of a matrix lie in planes, as in memory: writing needs no transposition, and
         # neighbours are alike.
         order = (*range(lead, lead + own), *range(lead))
-        group.create_array(
-            variable.name,
-            shape=(*partition.shape, *variable.shape),
-            chunks=(*partition.block, *variable.shape),
-            dtype=variable.dtype,
+        encoding[variable.name] = {
+            "chunks": (*partition.block, *variable.shape),
+            "filters": (TransposeCodec(order=order),) if own else (),
+            "compressors": (
+                BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"),
+                Crc32cCodec(),
+            ),
             # 0 would make a place that was not written look like an answer.
-            fill_value=variable.missing,
-            filters=[TransposeCodec(order=order)] if own else None,
-            compressors=[BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"), Crc32cCodec()],
-            dimension_names=(*source.dims, *variable.dims),
-            attributes=variable_attributes(job, variable),
-        )
-    coordinates = coordinate_arrays(job)
-    for name, coordinate in coordinates.items():
-        values = coordinate.values  # texts of any length, as Zarr has them
-        group.create_array(
-            name,
-            data=values.astype(np.dtypes.StringDType()) if values.dtype.kind == "U" else values,
-            chunks=tuple(max(1, min(n, _LONGEST)) for n in values.shape),
-            compressors=[Crc32cCodec()],
-            # Zeros are values like others: every chunk is there.
-            config={"write_empty_chunks": True},
-            dimension_names=coordinate.dims,
-            attributes=dict(coordinate.attributes),
-        )
-    group.create_group(_MARKS)
-    every = dict(attributes)
-    if names := own_coordinates(job):
-        every["coordinates"] = " ".join(names)
-    variables = [variable.name for variable in job.variables]
-    every[IDENTITY] = {"parts": dict(identity), "variables": variables, "complete": False}
+            "fill_value": variable.missing,
+            "_FillValue": None,
+        }
+    identity = {"parts": dict(identity), "variables": list(arrays), "complete": False}
+    empty = map_dataset(job, arrays, {**attributes, IDENTITY: identity})
+    for name in coordinate_arrays(job):
+        values = empty[name]
+        encoding[name] = {
+            "chunks": tuple(max(1, min(n, _LONGEST)) for n in values.shape),
+            "compressors": (Crc32cCodec(),),
+        }
+        if values.dtype.kind == "U":  # of any length, as Zarr has them
+            empty[name] = values.astype(np.dtypes.StringDType())
+    empty.to_zarr(
+        begun,
+        mode="w-",
+        compute=False,
+        zarr_format=3,
+        consolidated=False,
+        encoding=encoding,
+        write_empty_chunks=True,  # zeros are values like others
+    )
+    zarr.open_group(begun).create_group(_MARKS)
     root = json.loads((begun / "zarr.json").read_text(encoding="utf-8"))
-    root["attributes"] = json.loads(json.dumps(every))
     root["consolidated_metadata"] = {
         "kind": "inline",
         "must_understand": False,
         "metadata": {
             name: json.loads((begun / name / "zarr.json").read_text(encoding="utf-8"))
-            for name in (*variables, *coordinates)
+            for name in encoding
         },
     }
     write_root(begun, root)
@@ -186,29 +192,11 @@ def locked(path: Path) -> Iterator[None]:
         yield
 
 
-def _sync(path: Path) -> None:
-    """Wait until a file or the entries of a folder are on disk.
-
-    Windows syncs no folders, and files that may be written only.
-    """
-    if sys.platform == "win32" and path.is_dir():
-        return
-    handle = os.open(path, os.O_RDWR if sys.platform == "win32" else os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
 class MapStore:
     """Writes blocks of a store that exists; picklable, one copy a process."""
 
     def __init__(self, path: Path, job: MapJob) -> None:
         self.path, self.job = path, job
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Open arrays stay with the process that has opened them."""
-        return {"path": self.path, "job": self.job}
 
     def compute(self, index: int) -> MapSummary:
         """Compute a block, put it on disk, and sum it up."""
@@ -221,28 +209,32 @@ class MapStore:
 
     def _write(self, index: int, block: PoseBlock) -> None:
         """Put a block on disk, and only then mark it as done."""
-        part = self.job.partition.slices(index)
+        import xarray
+
+        part, dims = self.job.partition.slices(index), self.job.source.dims
         shape = tuple(where.stop - where.start for where in part)
-        for variable in self.job.variables:
-            values = block.arrays[variable.name]
-            self._arrays[variable.name][part] = variable.poses_first(values, shape)
-        for variable in self.job.variables:
-            chunk = self._chunk(variable, index)
-            _sync(chunk)
-            _sync(chunk.parent)
+        arrays: dict[str, Any] = {
+            v.name: ((*dims, *v.dims), v.poses_first(block.arrays[v.name], shape))
+            for v in self.job.variables
+        }
+        # A chunk without an answer is written, too: a chunk that is not there is lost.
+        region = dict(zip(dims, part, strict=True))
+        xarray.Dataset(arrays).to_zarr(self.path, region=region, write_empty_chunks=True)
         text = json.dumps(block.summary.as_data())
-        with (self.path / _MARKS / str(index)).open("w", encoding="utf-8") as mark:
-            mark.write(f"{text} {crc32(text.encode()):08x}")
-            mark.flush()
-            os.fsync(mark.fileno())
-        _sync(self.path / _MARKS)
+        mark = f"{text} {crc32(text.encode()):08x}"
+        (self.path / _MARKS / str(index)).write_text(mark, encoding="utf-8")
 
     def done(self) -> dict[int, MapSummary]:
         """Blocks that are on disk as they were written, with their summaries.
 
-        A block is computed again where its mark or one of its chunks is damaged.
+        A block is computed again where its mark or one of its chunks is damaged. Descriptions of
+        arrays are written again from that of the whole, which was checked.
         """
         stored = read_store(self.path)
+        try:
+            self._describe(stored)
+        except OSError as error:
+            raise damaged(self.path, f"{error.filename!r}: {error.strerror}") from None
         found: dict[int, MapSummary] = {}
         for index in range(len(self.job.partition)):
             try:
@@ -250,36 +242,31 @@ class MapStore:
             except (OSError, UnicodeDecodeError):
                 continue
             text, _, checksum = mark.rpartition(" ")  # of a killed process it may be torn
-            if checksum == f"{crc32(text.encode()):08x}" and self._is_whole(stored, index):
+            chunks = (self._chunk(variable, index) for variable in self.job.variables)
+            if checksum == f"{crc32(text.encode()):08x}" and all(map(is_sound, chunks)):
                 found[index] = MapSummary.from_data(json.loads(text))
         return found
 
-    def _is_whole(self, stored: StoredMap, index: int) -> bool:
-        from robostiff.analysis.maps.chunks import is_sound
-
-        try:
-            return all(
-                is_sound(self._chunk(variable, index).read_bytes(), stored.arrays[variable.name])
-                for variable in self.job.variables
-            )
-        except OSError:
-            return False
-
-    def _chunk(self, variable: Variable, index: int) -> Path:
-        """The file of a chunk."""
+    def _chunk(self, variable: Variable, index: int) -> bytes | None:
+        """What the file of a chunk holds; None without one."""
         place = (*self.job.partition.place(index), *[0] * len(variable.shape))
-        return self.path.joinpath(variable.name, "c", *map(str, place))
+        with suppress(OSError):
+            return self.path.joinpath(variable.name, "c", *map(str, place)).read_bytes()
+        return None
 
     def finish(self, summary: MapSummary) -> None:
         """Write the summary, which makes the map complete."""
         stored = read_store(self.path)
         for name, attributes in range_attributes(summary).items():
             stored.described[name]["attributes"] |= attributes
-        for name, own in stored.described.items():
-            (self.path / name / "zarr.json").write_text(json.dumps(own), encoding="utf-8")
+        self._describe(stored)
         stored.root["attributes"] |= summary_attributes(summary)
         stored.identity["complete"] = True
         write_root(self.path, stored.root)
+
+    def _describe(self, stored: StoredMap) -> None:
+        for name, own in stored.described.items():
+            (self.path / name / "zarr.json").write_text(json.dumps(own), encoding="utf-8")
 
     def remove_marks(self) -> None:
         """Away with the marks of a complete map, all at once: half a folder would not be Zarr."""
@@ -287,14 +274,28 @@ class MapStore:
         (self.path / _MARKS).rename(away)
         shutil.rmtree(away, ignore_errors=True)
 
-    @cached_property
-    def _arrays(self) -> Mapping[str, Any]:
-        """The arrays of Zarr, by the description that was checked."""
-        import zarr
 
-        group: Any = zarr.open_group(self.path, mode="r+", use_consolidated=True)
-        # A chunk without an answer is written, too: a chunk that is not there is lost.
-        return {
-            variable.name: group[variable.name].with_config({"write_empty_chunks": True})
-            for variable in self.job.variables
-        }
+def open_map(path: Path) -> xarray.Dataset:
+    """The map in a store, read and checked when its values are asked for."""
+    with needs_extra("maps", "maps"):
+        import xarray
+
+        from robostiff.analysis.maps.chunks import CheckedChunks
+
+    store: Any = CheckedChunks(read_store(path))
+    try:
+        found = xarray.open_zarr(store, consolidated=True, zarr_format=3)
+    except InputError:
+        raise
+    except Exception as error:  # any failure of Zarr at a store of another program
+        raise damaged(
+            path, f"contents that Zarr cannot read ({type(error).__name__}: {error})"
+        ) from None
+    about = found.attrs.pop(IDENTITY)
+    ordered = [name for name in about["variables"] if name in found.data_vars]
+    words = {
+        name: found[name].copy(data=np.array(found[name].values.tolist()))
+        for name in found.coords
+        if found[name].dtype.kind in "TO"  # NetCDF and older programs know no such texts
+    }
+    return found[ordered].assign_coords(words)

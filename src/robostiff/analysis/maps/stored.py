@@ -15,32 +15,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from robostiff.errors import InputError
 
 IDENTITY = "robostiff_map"
 MOST_POSES = 10**12
 _LARGEST_DESCRIPTION = 2**24
-_LARGEST_CHUNK = 2**27
+_LARGEST_CHUNK = 2**24  # values
 _MOST_DIMENSIONS = 16
-_WORDS = "variable_length_utf8", "string"
-_TYPES = ("int8", "uint16", "int64", "float32", "float64", *_WORDS)
-_CODECS = ("transpose", "bytes", "vlen-utf8", "blosc", "crc32c")
-
-
-@dataclass(frozen=True)
-class StoredArray:
-    """An array of a store."""
-
-    chunk: tuple[int, ...]  # shape of a chunk
-    bytes_a_value: int  # 0 of words, whose lengths differ
-    is_packed: bool  # whether its chunks are compressed
-
-    @property
-    def chunk_bytes(self) -> int:
-        """Of a chunk that is not compressed."""
-        return math.prod(self.chunk) * self.bytes_a_value
+_TYPES = ("int8", "uint16", "int64", "float32", "float64", "string", "variable_length_utf8")
+_CHECKSUM = 4  # bytes
 
 
 @dataclass(frozen=True)
@@ -49,7 +32,6 @@ class StoredMap:
 
     path: Path
     root: dict[str, Any]  # what ``zarr.json`` has
-    arrays: Mapping[str, StoredArray]
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -93,14 +75,15 @@ def read_store(path: Path) -> StoredMap:
         if attributes[IDENTITY]["checksum"] != _checksum(root):
             raise damaged(path, "a zarr.json that does not agree with its checksum")
         described = root["consolidated_metadata"]["metadata"]
-        arrays = {name: _array(path, name, own) for name, own in described.items()}
+        for name, own in described.items():
+            _check_array(path, name, own)
     except OSError as error:
         raise damaged(path, f"a zarr.json that cannot be read ({error.strerror})") from None
     except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
         raise damaged(path, "a zarr.json that describes no map") from None
-    return StoredMap(path, root, arrays)
+    return StoredMap(path, root)
 
 
 def _no_map(path: Path) -> InputError:
@@ -126,23 +109,25 @@ def _checksum(root: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(every).encode()).hexdigest()
 
 
-def _array(path: Path, name: str, described: Mapping[str, Any]) -> StoredArray:
-    """Shape, chunks and codecs, each within bounds."""
-    kind, shape = described["data_type"], _sizes(described["shape"])
-    chunk = _sizes(described["chunk_grid"]["configuration"]["chunk_shape"])
-    if not name.strip(".") or "/" in name or "\\" in name or kind not in _TYPES:
+def _check_array(path: Path, name: str, described: Mapping[str, Any]) -> None:
+    """Raise where an array is larger than those of maps, or of another kind."""
+    chunk = described["chunk_grid"]["configuration"]["chunk_shape"]
+    shape, codecs = described["shape"], [codec["name"] for codec in described["codecs"]]
+    sizes = [*shape, *chunk]
+    if not all(type(n) is int and n >= 0 for n in sizes) or len(sizes) > 2 * _MOST_DIMENSIONS:
+        raise ValueError(sizes)
+    if not name.strip(".") or "/" in name or "\\" in name or described["data_type"] not in _TYPES:
         raise damaged(path, f"an array {name!r} that robostiff does not write")
-    size = 0 if kind in _WORDS else np.dtype(kind).itemsize
-    if math.prod(chunk) * max(size, 8) > _LARGEST_CHUNK or math.prod(shape) > 36 * MOST_POSES:
+    if math.prod(chunk) > _LARGEST_CHUNK or math.prod(shape) > 36 * MOST_POSES:
         raise damaged(path, f"{name!r} larger than robostiff writes")
-    names = [codec["name"] for codec in described["codecs"]]
-    ordered = [codec for codec in _CODECS if codec in names]
-    if len(shape) != len(chunk) or 0 in chunk or names != ordered or names[-1:] != ["crc32c"]:
+    if codecs[-1:] != ["crc32c"]:
         raise damaged(path, f"chunks of {name!r} that robostiff does not write")
-    return StoredArray(chunk, size, "blosc" in names)
 
 
-def _sizes(given: Any) -> tuple[int, ...]:
-    if len(given) > _MOST_DIMENSIONS or not all(type(n) is int and n >= 0 for n in given):
-        raise ValueError(given)
-    return tuple(given)
+def is_sound(chunk: bytes | None) -> bool:
+    """Whether a chunk is there and agrees with its checksum, which is its end."""
+    import google_crc32c
+
+    if chunk is None or len(chunk) < _CHECKSUM:
+        return False
+    return google_crc32c.value(chunk[:-_CHECKSUM]) == int.from_bytes(chunk[-_CHECKSUM:], "little")

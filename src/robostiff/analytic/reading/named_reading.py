@@ -97,7 +97,7 @@ class NamedReading:
         if expression.has(sp.tanh):
             return expression
         if expression not in self._fractions:
-            fraction = self._without_even_powers(_fraction(expression))
+            fraction = self._without_even_powers(self._cancelled(expression))
             if count_of(fraction) > _PRINTED:
                 raise FormulaTooLargeError.beyond(_PRINTED)
             self._operations += count_of(fraction)
@@ -140,6 +140,24 @@ class NamedReading:
         self._raw[step] = self.define(own, expression, name)
         if sign < 0:
             self._raw[entry.step] = -self._raw[step]
+
+    def _cancelled(self, expression: Any) -> Any:
+        """A factored fraction; where it is long, perhaps that with squares of roots put in."""
+        fraction = _fraction(expression)
+        return fraction if count_of(fraction) <= _LONG else self._by_squares(fraction)
+
+    def _by_squares(self, fraction: Any) -> Any:
+        """A factored fraction, perhaps with squares of roots put in, whichever is shorter."""
+        squares = {
+            d.symbol**power: d.expression**power
+            for d in self.definitions
+            if d.symbol in symbols_in(fraction) and (d.expression**2).is_Add
+            for power in (2, -2)
+        }
+        other = fraction.xreplace(squares)
+        if other == fraction:
+            return fraction
+        return min(fraction, _fraction(other), key=count_of)
 
     def quotient(self, above: Any, below: Any) -> Any:
         """A quotient as it stands or cancelled, whichever is shorter."""
@@ -240,7 +258,7 @@ class NamedReading:
 
     def _root_of_fraction(self, radicand: Any) -> Any:
         """A square root of what is not negative."""
-        above, below = above_and_below(_fraction(radicand))
+        above, below = above_and_below(self._by_squares(_fraction(radicand)))
         if below.has(sp.Add):
             symbols = self._closed.symbols
             at = {symbols[name]: self.record.input(name).sample[0] for name in self.record.inputs}
@@ -256,7 +274,7 @@ class NamedReading:
             return self.define("p", expression) if is_long else expression
         if operations <= _LONG_ON_THE_WAY:
             return expression
-        shorter = _fraction(expression)
+        shorter = self._cancelled(expression)
         if count_of(shorter) > _PUT_IN:
             shorter = self._without_even_powers(shorter)
         return min(expression, shorter, key=count_of)

@@ -11,33 +11,44 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from functools import cache, cached_property
 from itertools import combinations, permutations
 from typing import Any
 
 import numpy as np
 import sympy as sp
-from sympy.core.cache import cacheit
 
 from robostiff.analytic.budget import spend
 from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.element import made_of, root_of
+from robostiff.analytic.exact.element import root_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.operation_count import count_of, operations_in, parts_of, symbols_in
+from robostiff.analytic.exact.operation_count import symbols_in
 from robostiff.analytic.reading.combinations import free_names
+from robostiff.analytic.reading.rewriting import (
+    by_difference,
+    divided,
+    facts_of,
+    in_squares,
+    multiple_of,
+    over_a_name,
+    powers,
+    third_side,
+    with_multiple,
+    with_sum,
+    written_out,
+)
 
 _LINES = 10  # lines that are read at a glance
 _A_NAME, _A_NEW_NAME = 1, 3  # operations that a name costs, and one that the search gives
 _A_LINE = 6  # and each line beyond ten
-_WIDTH, _ALIKE = 6, 2  # ways that are followed at a time, and those of as many lines
+_FOLLOWED, _ALIKE = 66, 2  # lines of all ways that are followed, and ways of as many lines
+_WIDTH = 6  # the most ways
 _ROUNDS = 30
-_PATIENCE = 2  # rounds that may find nothing shorter
+_PATIENCE = 1  # rounds that may find nothing shorter
 _SAME = 1e-10
 _NO_LENGTHS = ("c_", "k", "K", "E", "G", "e_", "theta")  # how their names begin
 _SPRINGS = ("c_", "k_", "EA", "EI", "GJ", "theta")  # names that the search does not write out
 _LETTERS = ("c", "d", "e", "k", "p", "s", "theta")  # of names that count
-_LONGEST_SUM = 60  # operations of a sum in which two symbols may stand as their difference
 _PAIRS, _DIFFERENCES, _SUMS = 12, 6, 8  # the most frequent ones, which are tried
 
 
@@ -59,7 +70,7 @@ class Written:
     @cached_property
     def operations(self) -> int:
         """Of all of them."""
-        return sum(map(operations_in, self.formulas))
+        return sum(facts_of(x).operations for x in self.formulas)
 
     @property
     def lines(self) -> int:
@@ -79,12 +90,12 @@ class Written:
         """Whether the root of a named sum stands somewhere: it should have a name itself."""
         given = [d for d in self.definitions if d.symbol in self.given]
         named = {x for d in given for x in (d.symbol, d.expression)}
-        return any(not _rooted(f).isdisjoint(named) for f in self.formulas)
+        return any(not facts_of(f).rooted.isdisjoint(named) for f in self.formulas)
 
     @cached_property
     def below(self) -> frozenset[Any]:
         """Given symbols below fraction bars; names that are positive are no pole."""
-        found = frozenset[Any]().union(*map(_below, self.formulas))
+        found = frozenset[Any]().union(*(facts_of(f).below for f in self.formulas))
         names = {d.symbol: d for d in self.definitions}
         pending = [x for x in found if x in names and not x.is_positive]
         while pending:
@@ -92,19 +103,6 @@ class Written:
             pending += own & names.keys()
             found |= own
         return found - names.keys()
-
-
-@cacheit
-def _rooted(formula: Any) -> frozenset[Any]:
-    """What stands below the roots of a formula."""
-    return frozenset(x.base for x in parts_of(formula) if x.is_Pow and abs(x.exp) is sp.S.Half)
-
-
-@cacheit
-def _below(formula: Any) -> frozenset[Any]:
-    """Symbols below the fraction bars of a formula."""
-    powers = (x for x in parts_of(formula) if x.is_Pow and x.exp.is_Rational and x.exp.is_negative)
-    return frozenset[Any]().union(*(symbols_in(x.base) for x in powers))
 
 
 def shortest(
@@ -158,6 +156,7 @@ class _Search:
         """The shortest of all that are followed."""
         best = self.start
         states, seen, stale = [best], set[Any](), 0
+        width = min(_WIDTH, max(2, _FOLLOWED // best.lines))
         for _ in range(_ROUNDS):
             found: list[Written] = []
             for own in states:
@@ -167,7 +166,7 @@ class _Search:
                         continue
                     seen.add(key)
                     found.append(one)
-            states, stale = _shortest_of_each_length(found), stale + 1
+            states, stale = _shortest_of_each_length(found, width), stale + 1
             if states and states[0].cost < best.cost:
                 best, stale = states[0], 0
             if not states or stale > _PATIENCE:
@@ -188,23 +187,21 @@ class _Search:
     def without(self, w: Written, d: Definition) -> Iterator[Written]:
         """A name written out, in squares, or as a ratio times what it is divided by."""
         name, expression = d.symbol, d.expression
-        yield self.changed(w, lambda x: _written_out(x, name, expression), {name}, out=d)
-        is_squared = any(x.is_Pow and x.base == name for f in w.formulas for x in parts_of(f))
+        yield self.changed(w, lambda x: written_out(x, name, expression), {name}, out=d)
+        is_squared = any(name in facts_of(f).powers for f in w.formulas)
         if is_squared and self.start.lines > _LINES and not name.name.startswith("L_"):
             square = self.name("p", expression**2, positive=True)
             by = name, square.symbol, expression
-            yield self.changed(w, lambda x: _in_squares(x, *by), {name}, square, d)
+            yield self.changed(w, lambda x: in_squares(x, *by), {name}, square, d)
         for ratio in () if d.parts else w.definitions:  # a modulus is no length
             if ratio.expression.is_Mul and name in ratio.expression.args:
                 below = name / ratio.expression
                 if any(name in needed_for(x, w.definitions) for x in symbols_in(below)):
                     continue
-                new, put = (
-                    Definition(ratio.symbol, expression / below),
-                    {name: ratio.symbol * below},
-                )
+                new = Definition(ratio.symbol, expression / below)
                 left = replace(w, definitions=tuple(x for x in w.definitions if x is not ratio))
-                change = lambda x, put=put: sp.factor_terms(x.xreplace(put))  # noqa: E731
+                by = name, ratio.symbol * below
+                change = lambda x, by=by: with_multiple(x, *by)  # noqa: E731
                 yield self.changed(left, change, {name}, new, d)
 
     def by_ratios(self, w: Written) -> Iterator[Written]:
@@ -212,21 +209,21 @@ class _Search:
 
         A length below all results is a factor in front of them: 1/L^2.
         """
-        below = ({x for x, power in _powers(f).items() if power < 0} for f in w.results)
+        below = ({x for x, power in powers(f).items() if power < 0} for f in w.results)
         in_front = set.intersection(*below) if w.results else set()
         pairs: Counter[Any] = Counter()
-        for powers in (_powers(x) for f in w.formulas for x in parts_of(f) if x.is_Mul):
-            bases = (b for b in powers if b.is_Symbol and not b.name.startswith(_NO_LENGTHS))
+        for factors in (powers(x) for f in w.formulas for x in facts_of(f).products):
+            bases = (b for b in factors if b.is_Symbol and not b.name.startswith(_NO_LENGTHS))
             for a, b in combinations(sorted(bases, key=str), 2):
                 is_named = any(x.name.startswith(("L_", "d_")) for x in (a, b))
-                if is_named and powers[a] == -powers[b] and in_front.isdisjoint((a, b)):
-                    pairs[(a, b) if powers[a] > 0 else (b, a)] += 1
+                if is_named and factors[a] == -factors[b] and in_front.isdisjoint((a, b)):
+                    pairs[(a, b) if factors[a] > 0 else (b, a)] += 1
         for (a, b), times in pairs.most_common(_PAIRS):
             if times > 1:
                 if a.name[:2] == b.name[:2] == "L_":
                     yield from self.by_cosine(w, a, b)
                 new = self.name("s", a / b)
-                yield self.changed(w, lambda x, new=new: _divided(x, new), {a, b}, new)
+                yield self.changed(w, lambda x, new=new: divided(x, new), {a, b}, new)
 
     def by_cosine(self, w: Written, above: Any, below: Any) -> Iterator[Written]:
         """For s = L_a/L_b with L_a^2 = L_b^2 - x^2: sqrt(1 - (x/L_b)^2), and s L_b for L_a."""
@@ -248,7 +245,7 @@ class _Search:
     def by_sums(self, w: Written) -> Iterator[Written]:
         """A name for a difference, a sum or an angle that recurs; named sums in other sums."""
         names = {d.symbol for d in w.definitions}
-        parts = [x for f in w.formulas for x in parts_of(f)]
+        parts = [x for f in w.formulas for x in facts_of(f).parts]
         angles = {x.args[0] for x in parts if isinstance(x, sp.sin | sp.cos)}
         sums = Counter(x for x in parts if x.is_Add)
         differences: Counter[Any] = Counter()
@@ -260,7 +257,7 @@ class _Search:
         for (a, b), times in differences.most_common(_DIFFERENCES):
             if times > 1:
                 new = self.name("d", a - b)
-                change = lambda x, by=(new, a, b): _by_difference(x, *by)  # noqa: E731
+                change = lambda x, by=(new, a, b): by_difference(x, *by)  # noqa: E731
                 yield self.changed(w, change, {a, b}, new)
         for total, times in sums.most_common(_SUMS):
             if times > 1 and total.free_symbols:
@@ -270,13 +267,13 @@ class _Search:
             total, name = (d.expression if is_sum else d.expression**2), d.symbol ** (2 - is_sum)
             terms = frozenset(total.args)
             if total.is_Add and any(terms <= {*x.args} for x in sums if x != total):
-                change = lambda x, by=(terms, name): _with_sum(x, *by)  # noqa: E731
+                change = lambda x, by=(terms, name): with_sum(x, *by)  # noqa: E731
                 yield self.changed(w, change, symbols_in(total), d)
 
     def with_name(self, w: Written, total: Any, letter: str) -> Written:
         """With a name for a sum as it stands, or for its root where that occurs."""
         root = root_of(total)
-        has_root = any(x in parts_of(f) for f in w.formulas for x in (root, 1 / root))
+        has_root = any(total in facts_of(f).rooted for f in w.formulas)
         new = self.name("s", root) if has_root else self.name(letter, total)
         square = new.symbol**2 if has_root else new.symbol
         put = {root: new.symbol, 1 / root: 1 / new.symbol, total: square, -total: -square}
@@ -285,7 +282,7 @@ class _Search:
     def by_unit_lengths(self, w: Written) -> Iterator[Written]:
         """What x^2 + y^2 = 1 makes of names: x^2 for 1 - y^2, sqrt(1 - y^2) for x, or neither."""
         real = [d for d in w.definitions if not d.symbol.name.startswith(("L_", *_SPRINGS))]
-        sums = {x for f in w.formulas for x in parts_of(f) if x.is_Add}
+        sums = {x for f in w.formulas for x in facts_of(f).sums}
         for a, b in permutations(real, 2):
             x, y = a.symbol, b.symbol
             if not self.are_equal(self.at[x] ** 2, 1 - self.at[y] ** 2):
@@ -300,16 +297,16 @@ class _Search:
                 yield _used(replace(w, definitions=names), self.kept)
             if len(needed_for(y, w.definitions)) > 1:
                 by = x, 1 - y**2, a.expression
-                yield self.changed(w, lambda f, by=by: _in_squares(f, *by), {x}, out=a)
+                yield self.changed(w, lambda f, by=by: in_squares(f, *by), {x}, out=a)
 
     def by_angles(self, w: Written) -> Iterator[Written]:
         """The angle of a triangle of three known sides, b sin(theta) = sqrt(b^2 - a^2)."""
-        parts = frozenset[Any]().union(*map(parts_of, w.formulas))
+        parts = dict.fromkeys(x for f in w.formulas for x in facts_of(f).parts)
         roots = (x.base for x in parts if x.is_Pow and abs(x.exp) is sp.S.Half)
         squared = [x.base for x in parts if x.is_Pow and x.exp == 2 and x.base.is_Add]
-        for radicand in sorted((x for x in roots if x.is_Mul), key=str):
-            for above in sorted(squared, key=str):
-                side = _side(radicand, above)
+        for radicand in (x for x in roots if x.is_Mul):
+            for above in squared:
+                side = third_side(radicand, above)
                 if side is None:
                     continue
                 new = self.name("theta", sp.acos(above / side))
@@ -320,16 +317,16 @@ class _Search:
 
     def by_compliances(self, w: Written) -> Iterator[Written]:
         """Ratios of compliances where moduli are multiplied out below a fraction bar."""
-        parts = frozenset[Any]().union(*map(parts_of, w.formulas))
+        parts = dict.fromkeys(x for f in w.formulas for x in facts_of(f).parts)
         below = [x.base for x in parts if x.is_Pow and x.exp is sp.S.NegativeOne and x.base.is_Add]
         for d in w.definitions if below else ():
             if d.symbol in self.kept and d.expression.is_Add:
-                for total in sorted(below, key=str):
-                    factor = _multiple(total, d.expression)
+                for total in below:
+                    factor = multiple_of(total, d.expression)
                     if factor is not None and total != d.expression:
                         by = total, d.symbol, factor
                         symbols = symbols_in(total)
-                        yield self.changed(w, lambda x, by=by: _over(x, *by), symbols, d)
+                        yield self.changed(w, lambda x, by=by: over_a_name(x, *by), symbols, d)
 
     def name(self, letter: str, expression: Any, *, positive: bool = False) -> Definition:
         """A name for an expression in names, the same wherever it is given."""
@@ -363,7 +360,7 @@ class _Search:
         wanted = frozenset(symbols)
 
         def own(x: Any) -> Any:
-            return change(x) if wanted <= symbols_in(x) else x
+            return change(x) if wanted <= facts_of(x).symbols else x
 
         names = [d for d in w.definitions if d is not out]
         if new is not None:
@@ -380,11 +377,11 @@ class _Search:
         return _used(found, self.kept)
 
 
-def _shortest_of_each_length(found: Iterable[Written]) -> list[Written]:
+def _shortest_of_each_length(found: Iterable[Written], width: int) -> list[Written]:
     """The shortest ways, a few of them of the same number of lines."""
     left, states = Counter[int](), []
     for one in sorted(found, key=lambda one: one.cost):
-        if left[one.lines] < _ALIKE and len(states) < _WIDTH:
+        if left[one.lines] < _ALIKE and len(states) < width:
             left[one.lines] += 1
             states.append(one)
     return states
@@ -409,134 +406,11 @@ def _used(written: Written, kept: Iterable[Any]) -> Written:
         for d in reversed([*in_order(written.definitions)]):
             if d.symbol not in wanted:
                 by = d.symbol, d.expression
-                found = tuple(tuple(_written_out(x, *by) for x in one) for one in found)
+                found = tuple(tuple(written_out(x, *by) for x in one) for one in found)
         return found
 
     left = tuple(d for d in written.definitions if d.symbol in wanted)
     return Written(written.results, left, cache(others), written.given)
-
-
-@cacheit
-def _multiple(total: Any, compliance: Any) -> Any:
-    """The factor by which a sum is a compliance times moduli and lengths; None of others."""
-    above, below = sp.fraction(sp.together(compliance))
-    ratio = sp.factor_terms(total).as_coeff_Mul()[0] / sp.factor_terms(above).as_coeff_Mul()[0]
-    return ratio * below if sp.expand(total - ratio * above) == 0 else None
-
-
-@cacheit
-def _over(expression: Any, total: Any, name: Any, factor: Any) -> Any:
-    """An expression with a name times a factor for a sum below its fraction bars."""
-    if total not in parts_of(expression):
-        return expression
-    parts = [_over(x, total, name, factor) for x in expression.args]
-    if not (expression.is_Mul and 1 / total in parts):
-        return made_of(expression, parts) if parts else expression
-    parts.remove(1 / total)
-    sums = [x for x in parts if x.is_Add]
-    rest = [x for x in parts if not x.is_Add]
-    inside, outside = (sums[0], sums[1:]) if sums else (sp.S.One, [])
-    return sp.Mul(*rest, *outside, sp.factor_terms(sp.expand(inside / factor))) / name
-
-
-@cacheit
-def _side(radicand: Any, above: Any) -> Any:
-    """The product b for which b^2 is a radicand and a square a^2; None where b is no product."""
-    square = sp.expand(radicand + above**2)
-    side = None if square.is_Add else root_of(square).replace(sp.Abs, lambda size: size)
-    return None if side is None or side.has(sp.Add) or side.atoms(sp.Pow) else side
-
-
-@cacheit
-def _divided(expression: Any, ratio: Definition) -> Any:
-    """An expression with powers of a ratio in its products, where these become no longer."""
-    if not expression.args or not symbols_in(ratio.expression) <= symbols_in(expression):
-        return expression
-    expression = made_of(expression, [_divided(part, ratio) for part in expression.args])
-    if not isinstance(expression, sp.Mul):
-        return expression
-    left, part = _powers(expression), _powers(ratio.expression)
-    fits = [left.get(base, 0) / power for base, power in part.items()]
-    are_whole = all(isinstance(x, Fraction) and x.denominator == 1 for x in fits)
-    if not are_whole or min(fits) * max(fits) <= 0:
-        return expression
-    times = min(fits, key=abs)
-    for base, power in part.items():
-        left[base] -= times * power
-    left[ratio.symbol] = times
-    # The number stays in front: 1/4 in a sum of roots would be longer.
-    other = sp.Mul(expression.as_coeff_Mul()[0], *(base**power for base, power in left.items()))
-    return min(expression, other, key=operations_in)
-
-
-@cacheit
-def _powers_of(product: Any) -> tuple[tuple[Any, Any], ...]:
-    powers = product.as_coeff_Mul()[1].as_powers_dict()
-    # Numbers of Python: SymPy's take ten times as long.
-    return tuple(
-        (b, Fraction(int(x.p), int(x.q)) if x.is_Rational else x) for b, x in powers.items()
-    )
-
-
-def _powers(product: Any) -> dict[Any, Any]:
-    """Powers of the factors of a product."""
-    return dict(_powers_of(product))
-
-
-@cacheit
-def _by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> Any:
-    """An expression with the difference in its sums, where that leaves less of them."""
-    if not expression.args or not {a, b} <= symbols_in(expression):
-        return expression
-    parts = tuple(_by_difference(part, difference, a, b) for part in expression.args)
-    if parts != expression.args:
-        expression = made_of(expression, parts)
-    if not (expression.is_Add and {a, b} <= symbols_in(expression)):
-        return expression
-    if count_of(expression) > _LONGEST_SUM:
-        return expression
-    first = difference.symbol + b
-    other = expression.xreplace({a: first})
-    inside = {x for x in parts_of(other) - {other} if x.is_Add}
-    if inside and inside <= {first}:
-        other = sp.expand(other)
-    return other if count_of(other) < count_of(expression) else expression
-
-
-@cacheit
-def _with_sum(expression: Any, terms: frozenset[Any], name: Any) -> Any:
-    """An expression with a name for some terms of its sums."""
-    parts = tuple(_with_sum(part, terms, name) for part in expression.args)
-    if parts != expression.args:
-        expression = made_of(expression, parts)
-    if expression.is_Add and terms <= {*expression.args}:
-        return name + sp.Add(*(x for x in expression.args if x not in terms))
-    return expression
-
-
-@cacheit
-def _written_out(formula: Any, symbol: Any, expression: Any) -> Any:
-    """A formula with what a name stands for."""
-    if symbol not in symbols_in(formula):
-        return formula
-    if formula == symbol:
-        return expression
-    if formula.is_Pow and formula.base == symbol and expression.is_Pow:
-        power = formula.exp * expression.exp
-        if power.is_Integer:
-            return expression.base**power
-    return made_of(formula, [_written_out(x, symbol, expression) for x in formula.args])
-
-
-@cacheit
-def _in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
-    """An expression with a name for the square of a symbol, and what stands for an odd factor."""
-    powers: dict[Any, Any] = {symbol: once}
-    for power in parts_of(expression):
-        if power.is_Pow and power.base == symbol and power.exp.is_Integer:
-            half, odd = divmod(int(power.exp), 2)
-            powers[power] = square**half * once**odd
-    return expression.xreplace(powers)
 
 
 def needed_for(symbol: Any, definitions: Sequence[Definition]) -> set[Any]:

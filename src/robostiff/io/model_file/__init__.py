@@ -1,8 +1,8 @@
 """Model files: robots in YAML, with units, named parameters and patterns for repeated legs.
 
-Classes ``Written*`` say what may be written (pydantic models), functions ``build_*`` make parts of
-robots of it. The entry point is ``build``; ``written_*`` have the whole file and common keys.
-Every error gives file, line, column and path.
+Classes ``Written*`` say what may be written (pydantic models), and ``build`` of each makes the part
+of a robot of it, at its place in the file: every error gives file, line, column and path. ``build``
+is the entry point; ``at_home`` verifies what was built.
 """
 
 from robostiff.io.model_file.build import model_from_document, read_model

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from fnmatch import fnmatchcase
 from functools import partial
 from typing import Annotated, Any, Literal
 
@@ -12,8 +11,7 @@ import numpy as np
 from pydantic import Field, Tag
 
 from robostiff.io.expression import exact_mathematics, parse
-from robostiff.io.model_file.place import Place, direction, vector
-from robostiff.io.model_file.written_parts import (
+from robostiff.io.model_file.parts import (
     Direction,
     Name,
     Pair,
@@ -22,8 +20,8 @@ from robostiff.io.model_file.written_parts import (
     WrittenMapping,
     either,
 )
+from robostiff.io.model_file.place import Place
 from robostiff.io.units import Dimension, make_quantity, make_unit, to_si
-from robostiff.kinematics import find_posture
 from robostiff.model import (
     Actuated,
     ForceLaw,
@@ -31,7 +29,6 @@ from robostiff.model import (
     Locked,
     Passive,
     PlacedFreedom,
-    Robot,
     Role,
     StiffnessLaw,
     cylindrical,
@@ -43,128 +40,6 @@ from robostiff.model import (
     universal,
 )
 from robostiff.spatial import Screw
-
-
-class WrittenDrive(WrittenMapping):
-    """Common keys of joints and telescopes: role, stiffness, limits and home."""
-
-    name: Name | None = None
-    role: Literal["passive", "actuated", "locked"] = Field(
-        description="passive, actuated or locked"
-    )
-    stiffness: Value | None = None
-    limits: Pair | None = None
-    inertia: Value | None = Field(
-        default=None,
-        description="of the rotor at the joint, times gear^2: kg m^2, or kg of a slide",
-    )
-
-
-_Axis = Annotated[Direction, Field(description="the axis, such as z or [0, 0, 1]")]
-_Make = Callable[..., Joint]
-
-
-class WrittenOneAxisJoint(WrittenDrive):
-    """Revolute or prismatic joint."""
-
-    type: Literal["revolute", "prismatic"]
-    axis: _Axis
-    home: Value | None = None
-
-    def made(self, place: Place) -> _Make:
-        """What makes it of a role."""
-        make = revolute if self.type == "revolute" else prismatic
-        return partial(make, direction(place / "axis", self.axis))
-
-
-class WrittenHelical(WrittenDrive):
-    """Helical joint."""
-
-    type: Literal["helical"]
-    axis: _Axis
-    pitch: Value = Field(
-        description="the advance along the axis in one full turn, such as 5 mm; negative for a "
-        "left-handed screw"
-    )
-    home: Value | None = None
-
-    def made(self, place: Place) -> _Make:
-        """What makes it of a role."""
-        pitch = (place / "pitch").number(self.pitch, Dimension.ADVANCE_PER_TURN)
-        return partial(helical, direction(place / "axis", self.axis), pitch)
-
-
-class WrittenUniversal(WrittenDrive):
-    """Universal joint."""
-
-    type: Literal["universal"]
-    axes: Annotated[list[Direction], Field(min_length=2, max_length=2)] = Field(
-        description="the two axes, such as [x, y], the one at the base side first"
-    )
-    home: Pair | None = None
-
-    def made(self, place: Place) -> _Make:
-        """What makes it of a role."""
-        axes = [direction(place / "axes" / i, axis) for i, axis in enumerate(self.axes)]
-        return partial(universal, *(axis.tolist() for axis in axes))
-
-
-class WrittenSpherical(WrittenDrive):
-    """Spherical joint."""
-
-    type: Literal["spherical"]
-    home: Vector | None = None
-
-    def made(self, place: Place) -> _Make:
-        """What makes it of a role."""
-        del place
-        return spherical
-
-
-class WrittenCylindrical(WrittenDrive):
-    """Cylindrical joint."""
-
-    type: Literal["cylindrical"]
-    axis: _Axis
-    home: Pair | None = None
-
-    def made(self, place: Place) -> _Make:
-        """What makes it of a role."""
-        return partial(cylindrical, direction(place / "axis", self.axis))
-
-
-class WrittenPlanar(WrittenDrive):
-    """Planar joint."""
-
-    type: Literal["planar"]
-    normal: Direction = Field(description="the direction across the plane, such as z")
-    home: Vector | None = None
-
-    def made(self, place: Place) -> _Make:
-        """What makes it of a role."""
-        return partial(planar, direction(place / "normal", self.normal))
-
-
-WrittenJoint = (
-    WrittenOneAxisJoint
-    | WrittenHelical
-    | WrittenUniversal
-    | WrittenSpherical
-    | WrittenCylindrical
-    | WrittenPlanar
-)
-
-
-def build_joint(place: Place, written: WrittenJoint, name: str) -> Joint:
-    """The joint that is written at a place."""
-    make = written.made(place)
-    with place.complaints():
-        joint = make(Passive(), name=name)
-    dimensions = tuple(map(coordinate_dimension, joint.freedoms))
-    role = build_role(place, written, dimensions)
-    home = _home(place / "home", written.home, dimensions)
-    with place.complaints():
-        return replace(joint, role=role, home=home, home_given=None)
 
 
 def coordinate_dimension(freedom: Screw) -> Dimension:
@@ -182,8 +57,8 @@ STIFFNESS_OF = {
 }
 
 
-#: What a joint is called in formulas of its force or stiffness.
 _NOT_ZERO = "a joint without resistance has role: passive, a rigid drive or lock no stiffness"
+#: What the coordinate of a joint is called in formulas of its force or stiffness.
 _MOTION = "q"
 
 
@@ -214,75 +89,188 @@ def of_motion(place: Place, written: str, dimension: Dimension, turns: bool) -> 
     return sp.sympify(to_si(quantity, dimension, got=written))
 
 
-def build_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension, ...]) -> Role:
-    """The role that is written at the place of a joint or a telescope."""
-    _check_role(place, written, dimensions)
-    stiffness = None
-    if written.stiffness is not None:
-        here, dimension = place / "stiffness", STIFFNESS_OF[dimensions[0]]
-        turns = dimensions[0] is Dimension.ANGLE
-        stiffness = stiffness_law(here, written.stiffness, turns)
-        if stiffness is None:
-            stiffness = here.positive(written.stiffness, dimension, _NOT_ZERO)
-        elif written.role != "actuated" or written.limits is None or dimensions[1:]:
-            raise here.error(
-                "stiffness by the coordinate q of its joint",
-                got=written.stiffness,
-                expected="an actuated joint of one coordinate with limits, between which it holds",
-            )
-    if written.role == "passive":
-        return Passive()
-    if written.role == "locked":
-        return Locked(stiffness)
-    limits = None
-    if written.limits is not None:
-        low, high = vector(place / "limits", written.limits, dimensions[0])
-        # Limits stay numbers: among formulas they come from the robot of numbers.
-        limits = None if place.is_exact else (float(low), float(high))
-    inertia = place.number_at(written, "inertia", INERTIA_OF[dimensions[0]])
-    with (place / "limits").complaints():
-        role = Actuated(stiffness, limits)
-    with (place / "inertia").complaints():
-        return replace(role, inertia=inertia or None)
+class WrittenDrive(WrittenMapping):
+    """Common keys of joints and telescopes: role, stiffness, limits and home."""
 
+    name: Name | None = None
+    role: Literal["passive", "actuated", "locked"] = Field(
+        description="passive, actuated or locked"
+    )
+    stiffness: Value | None = None
+    limits: Pair | None = None
+    inertia: Value | None = Field(
+        default=None,
+        description="of the rotor at the joint, times gear^2: kg m^2, or kg of a slide",
+    )
 
-def _check_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension, ...]) -> None:
-    for key in ("stiffness", "limits", "inertia"):
-        if getattr(written, key) is not None and len(set(dimensions)) > 1:
-            raise (place / key).error(
-                f"{key} of a joint that slides and turns",
-                expected="no such key here",
-                hint="write prismatic and revolute joints one after the other instead",
+    def build_role(self, place: Place, dimensions: tuple[Dimension, ...]) -> Role:
+        """The role of what has coordinates of these dimensions."""
+        self._check_keys(place, dimensions)
+        stiffness = None
+        if self.stiffness is not None:
+            here, dimension = place / "stiffness", STIFFNESS_OF[dimensions[0]]
+            turns = dimensions[0] is Dimension.ANGLE
+            stiffness = stiffness_law(here, self.stiffness, turns)
+            if stiffness is None:
+                stiffness = here.positive(self.stiffness, dimension, _NOT_ZERO)
+            elif self.role != "actuated" or self.limits is None or dimensions[1:]:
+                raise here.error(
+                    "stiffness by the coordinate q of its joint",
+                    got=self.stiffness,
+                    expected="an actuated joint of one coordinate with limits, between which it "
+                    "holds",
+                )
+        if self.role == "passive":
+            return Passive()
+        if self.role == "locked":
+            return Locked(stiffness)
+        limits = None
+        if self.limits is not None:
+            low, high = (place / "limits").vector(self.limits, dimensions[0])
+            # Limits stay numbers: among formulas they come from the robot of numbers.
+            limits = None if place.is_exact else (float(low), float(high))
+        inertia = place.number_at(self, "inertia", INERTIA_OF[dimensions[0]])
+        with (place / "limits").complaints():
+            role = Actuated(stiffness, limits)
+        with (place / "inertia").complaints():
+            return replace(role, inertia=inertia or None)
+
+    def _check_keys(self, place: Place, dimensions: tuple[Dimension, ...]) -> None:
+        for key in ("stiffness", "limits", "inertia"):
+            if getattr(self, key) is not None and len(set(dimensions)) > 1:
+                raise (place / key).error(
+                    f"{key} of a joint that slides and turns",
+                    expected="no such key here",
+                    hint="write prismatic and revolute joints one after the other instead",
+                    key=True,
+                )
+        if self.stiffness is not None and self.role == "passive":
+            raise (place / "stiffness").error(
+                "stiffness of a passive joint",
+                expected="no stiffness",
+                hint="write role: actuated or role: locked for a joint with a stiffness",
                 key=True,
             )
-    if written.stiffness is not None and written.role == "passive":
-        raise (place / "stiffness").error(
-            "stiffness of a passive joint",
-            expected="no stiffness",
-            hint="write role: actuated or role: locked for a joint with a stiffness",
-            key=True,
-        )
-    for key in ("limits", "inertia"):
-        if getattr(written, key) is not None and written.role != "actuated":
-            raise (place / key).error(
-                f"{key} of a {written.role} joint",
-                expected=f"{key} of actuated joints only",
-                key=True,
-            )
+        for key in ("limits", "inertia"):
+            if getattr(self, key) is not None and self.role != "actuated":
+                raise (place / key).error(
+                    f"{key} of a {self.role} joint",
+                    expected=f"{key} of actuated joints only",
+                    key=True,
+                )
 
 
-def _home(
-    place: Place, written: str | float | list | None, dimensions: tuple[Dimension, ...]
-) -> tuple[Any, ...]:
-    if written is None:
-        return ()
-    if not isinstance(written, list):
-        return (place.number(written, dimensions[0]),)
-    home = [
-        (place / i).number(value, dimension)
-        for i, (value, dimension) in enumerate(zip(written, dimensions, strict=True))
-    ]
-    return tuple(np.array(home).tolist())
+class WrittenBaseJoint(WrittenDrive):
+    """A joint, of any kind."""
+
+    home: Any = None
+
+    def _maker(self, place: Place) -> Callable[..., Joint]:
+        """What makes it of a role."""
+        raise NotImplementedError
+
+    def build(self, place: Place, name: str) -> Joint:
+        """The joint."""
+        make = self._maker(place)
+        with place.complaints():
+            joint = make(Passive(), name=name)
+        dimensions = tuple(map(coordinate_dimension, joint.freedoms))
+        role = self.build_role(place, dimensions)
+        here, home = place / "home", ()
+        if isinstance(self.home, list):
+            pairs = enumerate(zip(self.home, dimensions, strict=True))
+            home = tuple(np.array([(here / i).number(*pair) for i, pair in pairs]).tolist())
+        elif self.home is not None:
+            home = (here.number(self.home, dimensions[0]),)
+        with place.complaints():
+            return replace(joint, role=role, home=home, home_given=None)
+
+
+_Axis = Annotated[Direction, Field(description="the axis, such as z or [0, 0, 1]")]
+
+
+class WrittenOneAxisJoint(WrittenBaseJoint):
+    """Revolute or prismatic joint."""
+
+    type: Literal["revolute", "prismatic"]
+    axis: _Axis
+    home: Value | None = None
+
+    def _maker(self, place: Place) -> Callable[..., Joint]:
+        make = revolute if self.type == "revolute" else prismatic
+        return partial(make, (place / "axis").direction(self.axis))
+
+
+class WrittenHelical(WrittenBaseJoint):
+    """Helical joint."""
+
+    type: Literal["helical"]
+    axis: _Axis
+    pitch: Value = Field(
+        description="the advance along the axis in one full turn, such as 5 mm; negative for a "
+        "left-handed screw"
+    )
+    home: Value | None = None
+
+    def _maker(self, place: Place) -> Callable[..., Joint]:
+        pitch = (place / "pitch").number(self.pitch, Dimension.ADVANCE_PER_TURN)
+        return partial(helical, (place / "axis").direction(self.axis), pitch)
+
+
+class WrittenUniversal(WrittenBaseJoint):
+    """Universal joint."""
+
+    type: Literal["universal"]
+    axes: Annotated[list[Direction], Field(min_length=2, max_length=2)] = Field(
+        description="the two axes, such as [x, y], the one at the base side first"
+    )
+    home: Pair | None = None
+
+    def _maker(self, place: Place) -> Callable[..., Joint]:
+        axes = [(place / "axes" / i).direction(axis) for i, axis in enumerate(self.axes)]
+        return partial(universal, *(axis.tolist() for axis in axes))
+
+
+class WrittenSpherical(WrittenBaseJoint):
+    """Spherical joint."""
+
+    type: Literal["spherical"]
+    home: Vector | None = None
+
+    def _maker(self, place: Place) -> Callable[..., Joint]:
+        return spherical
+
+
+class WrittenCylindrical(WrittenBaseJoint):
+    """Cylindrical joint."""
+
+    type: Literal["cylindrical"]
+    axis: _Axis
+    home: Pair | None = None
+
+    def _maker(self, place: Place) -> Callable[..., Joint]:
+        return partial(cylindrical, (place / "axis").direction(self.axis))
+
+
+class WrittenPlanar(WrittenBaseJoint):
+    """Planar joint."""
+
+    type: Literal["planar"]
+    normal: Direction = Field(description="the direction across the plane, such as z")
+    home: Vector | None = None
+
+    def _maker(self, place: Place) -> Callable[..., Joint]:
+        return partial(planar, (place / "normal").direction(self.normal))
+
+
+WrittenJoint = (
+    WrittenOneAxisJoint
+    | WrittenHelical
+    | WrittenUniversal
+    | WrittenSpherical
+    | WrittenCylindrical
+    | WrittenPlanar
+)
 
 
 WrittenLaw = Annotated[
@@ -292,37 +280,8 @@ WrittenLaw = Annotated[
 """Force of a joint by its motion q: an expression, or a table of motions and forces."""
 
 
-def with_written_laws(place: Place, robot: Robot, written: Mapping[str, WrittenLaw]) -> Robot:
-    """The robot of numbers with the force laws that are written for ``leg/joint``.
-
-    In these names ``*`` stands for any part.
-    """
-    if not written:
-        return robot
-    from robostiff.statics.loading.given_loads import check_own_laws
-
-    snapshot = find_posture(robot, None).snapshot.one(0)
-    joints = {f"{leg.name}/{own.name}": own for leg in snapshot.legs for own in leg.freedoms}
-    laws: dict[str, ForceLaw] = {}
-    for pattern, law in written.items():
-        here = place / pattern
-        names = [name for name in joints if fnmatchcase(name, pattern)]
-        if not names:
-            raise here.error(
-                "joint of a law",
-                got=pattern,
-                expected="leg/joint, such as " + ", ".join(map(repr, list(joints)[:3])),
-                key=True,
-            )
-        for name in names:
-            own = _law(here, law, joints[name])
-            with here.complaints():
-                check_own_laws({name: own}, snapshot)
-            laws[name] = own
-    return replace(robot, laws=laws)
-
-
-def _law(place: Place, written: WrittenLaw, joint: PlacedFreedom) -> ForceLaw:
+def build_law(place: Place, written: WrittenLaw, joint: PlacedFreedom) -> ForceLaw:
+    """The force law of a joint that is written at a place."""
     turns = joint.turns
     force = Dimension.MOMENT if turns else Dimension.FORCE
     if isinstance(written, str):

@@ -7,9 +7,10 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
-from robostiff.io.model_file.build_cables import WrittenCableRobot
-from robostiff.io.model_file.written_robot import WrittenArm, WrittenMachine, WrittenRobot
-from robostiff.io.snapshot import WithoutTitles
+from robostiff.io.model_file.cables import WrittenCableRobot
+from robostiff.io.model_file.machine import WrittenMachine
+from robostiff.io.model_file.robots import WrittenArm, WrittenRobot
+from robostiff.io.validation import WithoutTitles
 
 #: What a key means, where its model does not say; of one part alone as PART.key.
 _MEANINGS = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag
@@ -21,8 +21,8 @@ from robostiff.elasticity import (
     rectangle,
     tube,
 )
+from robostiff.io.model_file.parts import Value, WrittenMapping, either
 from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_parts import Value, WrittenMapping, either
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
 from robostiff.spatial.formula import is_above
@@ -36,6 +36,26 @@ class WrittenMaterial(WrittenMapping):
     poisson_ratio: Value | None = None
     density: Value | None = None
     source: str = ""
+
+    def build(self, place: Place, name: str) -> Material:
+        """The material."""
+        E = (place / "E").positive(self.E, Dimension.MODULUS)
+        if (self.G is None) == (self.poisson_ratio is None):
+            raise place.error(
+                "material",
+                got=Words("both G and poisson_ratio" if self.G is not None else "E alone"),
+                expected="E with either G or poisson_ratio",
+            )
+        density = None
+        if self.density is not None:
+            density = (place / "density").positive(self.density, Dimension.DENSITY)
+        if self.G is not None:
+            G = (place / "G").positive(self.G, Dimension.MODULUS)
+            return Material(name, E, G, self.source, density)
+        here = place / "poisson_ratio"
+        ratio = here.number(self.poisson_ratio or 0, Dimension.NUMBER)
+        with here.complaints(hint="write E and G for a material that is not isotropic"):
+            return Material.isotropic(name, E, ratio, self.source, density)
 
 
 class WrittenCircle(WrittenMapping):
@@ -86,6 +106,18 @@ class WrittenProperties(WrittenMapping):
     shear_factor_z: Value | None = None
 
 
+_SHAPES = {"circle": circle, "tube": tube, "rectangle": rectangle, "box": box, "i": i_section}
+_HINTS = {"tube": "both are diameters, not radii"}
+_PROPERTIES = {
+    "A": Dimension.AREA,
+    "Iy": Dimension.SECOND_MOMENT,
+    "Iz": Dimension.SECOND_MOMENT,
+    "J": Dimension.SECOND_MOMENT,
+    "shear_factor_y": Dimension.NUMBER,
+    "shear_factor_z": Dimension.NUMBER,
+}
+
+
 class WrittenSection(WrittenMapping):
     """A cross-section: exactly one of these shapes."""
 
@@ -95,6 +127,27 @@ class WrittenSection(WrittenMapping):
     box: WrittenBox | None = None
     i: WrittenISection | None = None
     properties: WrittenProperties | None = None
+
+    def build(self, place: Place, material: Material | None = None) -> CrossSection:
+        """The cross-section of a beam of a material."""
+        kinds = [kind for kind in (*_SHAPES, "properties") if getattr(self, kind) is not None]
+        if len(kinds) != 1:
+            raise place.error(
+                "section",
+                got=Words(" and ".join(kinds) if kinds else "no shape"),
+                expected=f"one of {', '.join(_SHAPES)}, properties",
+            )
+        (kind,) = kinds
+        here = place / kind
+        numbers: dict[str, Any] = {
+            key: (here / key).positive(value, _PROPERTIES.get(key, Dimension.LENGTH))
+            for key, value in getattr(self, kind)
+            if value is not None
+        }
+        if kind == "properties":
+            return CrossSection(**numbers)
+        with here.complaints(hint=_HINTS.get(kind)):
+            return _SHAPES[kind](**numbers, poisson_ratio=_usable_ratio(material))
 
 
 MaterialChoice = Annotated[
@@ -110,132 +163,58 @@ SectionChoice = Annotated[
 Theory = Literal["euler-bernoulli", "timoshenko"]
 
 
-_SHAPES = {"circle": circle, "tube": tube, "rectangle": rectangle, "box": box, "i": i_section}
-_HINTS = {"tube": "both are diameters, not radii"}
-_PROPERTIES = {
-    "A": Dimension.AREA,
-    "Iy": Dimension.SECOND_MOMENT,
-    "Iz": Dimension.SECOND_MOMENT,
-    "J": Dimension.SECOND_MOMENT,
-    "shear_factor_y": Dimension.NUMBER,
-    "shear_factor_z": Dimension.NUMBER,
-}
+def stocked(
+    top: Place, materials: Mapping[str, WrittenMaterial], sections: Mapping[str, WrittenSection]
+) -> Place:
+    """The whole document with its materials, beside those shipped, and sections; all checked."""
+    own = {name: one.build(top / "materials" / name, name) for name, one in materials.items()}
+    for name, section in sections.items():
+        section.build(top / "sections" / name)
+    return replace(top, materials={**MATERIALS, **own}, sections=sections)
 
 
-@dataclass(frozen=True)
-class Stock:
-    """Materials and cross-sections of a file."""
+def build_material(place: Place, written: MaterialChoice) -> Material:
+    """The material that is named or written at a place."""
+    if isinstance(written, WrittenMaterial):
+        return written.build(place, "material of this beam")
+    if written not in place.materials:
+        raise place.error(
+            "unknown material",
+            got=written,
+            expected=f"one of {listing(list(place.materials))}",
+            hint=did_you_mean(written, place.materials)
+            or "define it under materials: or write {E: 70 GPa, poisson_ratio: 0.33}",
+        )
+    return place.materials[written]
 
-    top: Place  # the whole document
-    materials: Mapping[str, Material]  # the shipped ones and those of the file, which come first
-    # Those of the file. Their shear factors depend on the material, so each beam builds its own.
-    sections: Mapping[str, WrittenSection]
 
-    @classmethod
-    def of_file(
-        cls,
-        top: Place,
-        materials: Mapping[str, WrittenMaterial],
-        sections: Mapping[str, WrittenSection],
-    ) -> Stock:
-        """The stock of a file, all of it checked."""
-        own = {
-            name: read_material(top / "materials" / name, written, name)
-            for name, written in materials.items()
-        }
-        for name, written in sections.items():
-            read_section(top / "sections" / name, written)
-        return cls(top, {**MATERIALS, **own}, sections)
-
-    def material(self, place: Place, written: MaterialChoice) -> Material:
-        """The material that is named or written at a place."""
-        if isinstance(written, WrittenMaterial):
-            return read_material(place, written, "material of this beam")
-        if written not in self.materials:
-            raise place.error(
-                "unknown material",
-                got=written,
-                expected=f"one of {listing(list(self.materials))}",
-                hint=did_you_mean(written, self.materials)
-                or "define it under materials: or write {E: 70 GPa, poisson_ratio: 0.33}",
-            )
-        return self.materials[written]
-
-    def section(
-        self, place: Place, written: SectionChoice, material: Material, theory: BeamTheory
-    ) -> CrossSection:
-        """The cross-section that is named or written at a place, of a beam of this material."""
-        if isinstance(written, WrittenSection):
-            section = read_section(place, written, material)
-        elif written not in self.sections:
-            raise place.error(
-                "unknown section",
-                got=written,
-                expected=f"one of {listing(list(self.sections))}"
-                if self.sections
-                else "a shape, as no section is defined",
-                hint=did_you_mean(written, self.sections)
-                or "define it under sections: or write {circle: {diameter: 20 mm}}",
-            )
-        else:
-            here = self.top / "sections" / written
-            section = read_section(here, self.sections[written], material)
-        with place.complaints(hint="write them beside A, or leave theory: timoshenko out"):
-            theory.shear_factors(section)
-        return section
+def build_section(
+    place: Place, written: SectionChoice, material: Material, theory: BeamTheory
+) -> CrossSection:
+    """The cross-section that is named or written at a place, of a beam of this material."""
+    if isinstance(written, WrittenSection):
+        section = written.build(place, material)
+    elif written not in place.sections:
+        raise place.error(
+            "unknown section",
+            got=written,
+            expected=f"one of {listing(list(place.sections))}"
+            if place.sections
+            else "a shape, as no section is defined",
+            hint=did_you_mean(written, place.sections)
+            or "define it under sections: or write {circle: {diameter: 20 mm}}",
+        )
+    else:
+        there = replace(place, path=("sections", written), leg="")
+        section = place.sections[written].build(there, material)
+    with place.complaints(hint="write them beside A, or leave theory: timoshenko out"):
+        theory.shear_factors(section)
+    return section
 
 
 def read_theory(written: str) -> BeamTheory:
     """The beam theory of that name."""
     return Timoshenko() if written == "timoshenko" else EulerBernoulli()
-
-
-def read_material(place: Place, written: WrittenMaterial, name: str) -> Material:
-    """The material that is written at a place."""
-    E = (place / "E").positive(written.E, Dimension.MODULUS)
-    if (written.G is None) == (written.poisson_ratio is None):
-        raise place.error(
-            "material",
-            got=Words("both G and poisson_ratio" if written.G is not None else "E alone"),
-            expected="E with either G or poisson_ratio",
-        )
-    density = None
-    if written.density is not None:
-        density = (place / "density").positive(written.density, Dimension.DENSITY)
-    if written.G is not None:
-        G = (place / "G").positive(written.G, Dimension.MODULUS)
-        return Material(name, E, G, written.source, density)
-    here = place / "poisson_ratio"
-    ratio = here.number(written.poisson_ratio or 0, Dimension.NUMBER)
-    with here.complaints(hint="write E and G for a material that is not isotropic"):
-        return Material.isotropic(name, E, ratio, written.source, density)
-
-
-def read_section(
-    place: Place, written: WrittenSection, material: Material | None = None
-) -> CrossSection:
-    """The cross-section that is written at a place, of a beam of a material."""
-    kinds = [kind for kind in (*_SHAPES, "properties") if getattr(written, kind) is not None]
-    if len(kinds) != 1:
-        raise place.error(
-            "section",
-            got=Words(" and ".join(kinds) if kinds else "no shape"),
-            expected=f"one of {', '.join(_SHAPES)}, properties",
-        )
-    (kind,) = kinds
-    here, shape = place / kind, getattr(written, kind)
-    if isinstance(shape, WrittenProperties):
-        return CrossSection(**_numbers(here, shape))
-    with here.complaints(hint=_HINTS.get(kind)):
-        return _SHAPES[kind](**_numbers(here, shape), poisson_ratio=_usable_ratio(material))
-
-
-def _numbers(place: Place, written: WrittenMapping) -> dict[str, Any]:
-    return {
-        key: (place / key).positive(value, _PROPERTIES.get(key, Dimension.LENGTH))
-        for key, value in written
-        if value is not None
-    }
 
 
 def _usable_ratio(material: Material | None) -> Any:

@@ -11,11 +11,12 @@ import numpy as np
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import exact_mathematics
-from robostiff.io.model_file.build import distinct_coordinates, verified
-from robostiff.io.model_file.place import Place, point, top_place
-from robostiff.io.model_file.stock import Stock
+from robostiff.io.model_file.at_home import verified
+from robostiff.io.model_file.parts import VERSION, check_version
+from robostiff.io.model_file.place import Place, top_place
+from robostiff.io.model_file.robots import distinct_coordinates
+from robostiff.io.model_file.stock import stocked
 from robostiff.io.model_file.symbols import Symbols, chosen_parameters, symbolic_values
-from robostiff.io.model_file.written_robot import VERSION, check_version
 from robostiff.io.rigid_tree.build_joints import (
     build_joints,
     couplings_between,
@@ -60,10 +61,10 @@ def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
     joints = build_joints(top, written, tree)
     drawn = drawn_links(tree, joints)
     loops = [starting(loop, drawn) for loop in build_loops(top, written, tree)]
-    stock = Stock.of_file(top, written.materials, written.sections)
-    tool_point = point(top / "tool" / "at", tool.at)
+    top = stocked(top, written.materials, written.sections)
+    tool_point = (top / "tool" / "at").point(tool.at)
     ends = _ends(tree, loops, tool, tool_point, base, joints)
-    elastic = build_links(top, written.links, tree, ends, stock)
+    elastic = build_links(top, written.links, tree, ends)
 
     def body(link: str, end: str) -> str:
         """The part of a link that holds something."""

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, cast
 
 from robostiff.errors import InputError, warn_of_slip
-from robostiff.io.model_file.joints import STIFFNESS_OF, WrittenDrive, build_role
+from robostiff.io.model_file.joints import STIFFNESS_OF, WrittenDrive
 from robostiff.io.model_file.place import Place
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known
@@ -334,7 +334,7 @@ def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:
     drive = WrittenDrive(
         role=word, stiffness=entry.stiffness, limits=entry.limits, inertia=entry.inertia
     )
-    role = build_role(place, drive, _DIMENSIONS[joint.type])
+    role = drive.build_role(place, _DIMENSIONS[joint.type])
     if isinstance(role, Actuated) and isinstance(joint.role, Actuated):
         k = joint.role.stiffness if role.stiffness is None else role.stiffness
         role = replace(role, stiffness=k, limits=role.limits or joint.role.limits)

@@ -10,17 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robostiff.errors import warn_of_slip
-from robostiff.io.model_file.build_link import (
-    WrittenBeam,
-    WrittenLink,
-    WrittenSpring,
-    build_beam,
-    build_link,
-    build_spring,
-)
-from robostiff.io.model_file.joints import build_joint
-from robostiff.io.model_file.place import Place, transform
-from robostiff.io.model_file.stock import Stock
+from robostiff.io.model_file.links import WrittenBeam, WrittenLink
+from robostiff.io.model_file.place import Place
 from robostiff.io.rigid_tree.tree import RigidTree, TreeLoop
 from robostiff.io.rigid_tree.written_side import (
     LinkFrameChoice,
@@ -53,7 +44,6 @@ def build_links(
     written: Mapping[str, WrittenElasticLink],
     tree: RigidTree,
     ends: Mapping[str, list[LinkEnd]],
-    stock: Stock,
 ) -> dict[str, tuple[Connection, str]]:
     """For each elastic link its two bodies and what is between them, and what the far one holds.
 
@@ -73,9 +63,9 @@ def build_links(
         }
         given |= {"to": to.tolist(), "name": name}
         if not isinstance(entry, WrittenLinkBeam):
-            link = build_link(place, WrittenLink.model_construct(**given), name)
+            link = WrittenLink.model_construct(**given).build(place, name)
         elif np.any(np.abs(to) > 1e-12):
-            link = build_beam(place, WrittenBeam.model_construct(**given), name, stock)
+            link = WrittenBeam.model_construct(**given).build(place, name)
         else:
             raise place.error(
                 f"beam {name!r}",
@@ -146,10 +136,8 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
         closing, here = entry.joint, place / "joint"
         if isinstance(closing, str):
             element = None if closing == "fixed" else spherical(Passive(), name=name)
-        elif isinstance(closing, WrittenSpring):
-            element = build_spring(here, closing, name)
         else:
-            element = build_joint(here, closing, name)
+            element = closing.build(here, name)
         loop = TreeLoop(name, (link_a, link_b), (frame_a, frame_b), element)
         described = [own.name for own in tree.loops if set(own.links) == set(loop.links)]
         if described:
@@ -165,7 +153,7 @@ def _frame(place: Place, choice: LinkFrameChoice, tree: RigidTree) -> tuple[str,
     if isinstance(choice, str):
         return check_known(place, choice, "link", tree.links), Frame.identity()
     check_known(place / "link", choice.link, "link", tree.links)
-    return choice.link, transform(place, choice)
+    return choice.link, choice.build(place)
 
 
 def drawn_links(tree: RigidTree, joints: Mapping[str, Joint | None]) -> dict[str, Frame]:

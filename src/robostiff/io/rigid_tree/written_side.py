@@ -9,17 +9,9 @@ from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import InputError
-from robostiff.io.model_file.build_link import WrittenMatrices, WrittenSegment, WrittenSpring
 from robostiff.io.model_file.joints import WrittenJoint
-from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.stock import (
-    MaterialChoice,
-    SectionChoice,
-    Theory,
-    WrittenMaterial,
-    WrittenSection,
-)
-from robostiff.io.model_file.written_parts import (
+from robostiff.io.model_file.links import WrittenMatrices, WrittenSegment, WrittenSpring
+from robostiff.io.model_file.parts import (
     Direction,
     Pair,
     Text,
@@ -29,6 +21,14 @@ from robostiff.io.model_file.written_parts import (
     WrittenFrame,
     WrittenMapping,
     either,
+)
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.stock import (
+    MaterialChoice,
+    SectionChoice,
+    Theory,
+    WrittenMaterial,
+    WrittenSection,
 )
 
 _LINK = "the name of a link"

@@ -16,6 +16,7 @@ from robostiff.io.snapshot.read import (
 )
 from robostiff.io.snapshot.read_graph import NetworkFile, network_from_document
 from robostiff.io.snapshot.write import network_to_data, snapshot_to_data
+from robostiff.io.validation import WithoutTitles
 
 __all__ = [
     "is_graph",
@@ -28,14 +29,6 @@ __all__ = [
     "snapshot_schema",
     "snapshot_to_data",
 ]
-
-
-class WithoutTitles(GenerateJsonSchema):
-    """A generator that leaves out titles that only repeat the key."""
-
-    def field_title_should_be_set(self, schema: Any) -> bool:
-        """False: titles of fields only repeat their keys."""
-        return False
 
 
 def snapshot_schema() -> dict[str, Any]:

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree
-from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
-from robostiff.spatial.batch import product, transposed
+from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree, advanced
+from robostiff.kinematics.turn import rotvec_rate
+from robostiff.spatial.batch import transposed
 from robostiff.spatial.rotation import vector_of_rotation
 
 _COAXIAL = 1e-9  # sine, and part of the length
@@ -92,15 +92,6 @@ def _is_on_axis(placed: PlacedTree, screw: int, back: tuple[int, ...], pitch: fl
     if len(back) == 1:
         turned = float(np.linalg.norm(np.cross(axis, placed.axes[:, back[0]]), axis=-1).max())
     return bool(off <= _COAXIAL * size and turned <= _COAXIAL)
-
-
-def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
-    """Coordinates (..., size) after small motions; balls at places (b, 3) turn about frame axes."""
-    moved = q + delta
-    if balls.size:
-        turn = turn_by_vector(delta[..., balls])
-        moved[..., balls] = vector_of_rotation(product(turn, turn_by_vector(q[..., balls])))
-    return moved
 
 
 @dataclass(frozen=True)

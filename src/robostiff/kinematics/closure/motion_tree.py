@@ -22,7 +22,8 @@ from robostiff.model import (
     Telescope,
 )
 from robostiff.spatial import Screw, skew
-from robostiff.spatial.batch import transposed
+from robostiff.spatial.batch import product, transposed
+from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.spatial.screw import twists_of_screws
 
 _WORLD = 0
@@ -301,3 +302,12 @@ class MotionTree:
         for first, own in self._motions:
             T[first : first + len(own), first : first + len(own)] = own
         return T
+
+
+def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
+    """Coordinates (..., size) after small motions; balls at places (b, 3) turn about frame axes."""
+    moved = q + delta
+    if balls.size:
+        turn = turn_by_vector(delta[..., balls])
+        moved[..., balls] = vector_of_rotation(product(turn, turn_by_vector(q[..., balls])))
+    return moved

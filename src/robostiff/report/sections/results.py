@@ -22,7 +22,7 @@ from robostiff.markup import (
 )
 from robostiff.model import Robot
 from robostiff.page.cables import cable_load_blocks, tension_table
-from robostiff.page.indices import principal_table, screw_table, worst_table
+from robostiff.page.indices import centres, principal_table, ratios, worst_table
 from robostiff.page.loads import (
     KNOWN,
     matrix_under_load,
@@ -120,8 +120,9 @@ def weakest_section(contents: ReportContents) -> Section | None:
         "The principal stiffnesses are those with all other displacements and rotations held. The "
         "largest displacement is with rotations free, the largest rotation with displacements free."
     )
-    tables = SideBySide((principal_table(found), worst_table(found), screw_table(found)))
-    return section("weakest", "Where it is soft", [words, tables, _ellipsoid(contents)])
+    tables = SideBySide((principal_table(found), worst_table(found)))
+    parts = [words, tables, ratios(found), centres(found), _ellipsoid(contents)]
+    return section("weakest", "Where it is soft", parts)
 
 
 _LOAD = "Under the load"

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from robostiff.elasticity import Elasticity
 from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedSpring
 from robostiff.model.snapshot import PlacedElement
 from robostiff.spatial import Space, compliance_modes
-from robostiff.statics.chains.bending import Bending, bending, bending_planes
+from robostiff.statics.chains.bending import bending, bending_planes
 from robostiff.statics.chains.chain import Element, FiniteSpring
 
 _ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
@@ -211,46 +213,74 @@ class SpringElements:
         key = (*entries, turned, parts, inner)
         own = self.known.get(key) or kept[_OWN].get(key[2:])
         if own is None:
-            own = self._own(spring, C, free, beam if parts else None, parts, inner)
+            own = elastic_element(
+                self.space,
+                np.array(spring.rotation, dtype=float),
+                (C, free),
+                beam.length if beam and parts else None,
+                parts,
+                partial(_modes, spring.elasticity),
+                inner=inner,
+            )
         self.known[key] = kept[_OWN][key[2:]] = own
-        point, rotation = (
-            np.array([spring.point], dtype=float),
-            np.array([spring.rotation], dtype=float),
-        )
-        own = replace(own, names=(spring.name,), point=point, rotation=rotation)
-        if beam is None or parts < 2:
-            return [own]
-        x = rotation[0, :, 0] * beam.length
-        shifts = [x * (1 - (i + 1) / parts) for i in range(parts)]
-        return [replace(own, point=point - shift) for shift in shifts]
+        return in_series(own, spring, 0.0 if beam is None else beam.length, parts)
 
-    def _own(
-        self,
-        spring: PlacedSpring,
-        C: np.ndarray,
-        free: np.ndarray,
-        beam: UniformBeam | None,
-        parts: int,
-        inner: bool,
-    ) -> FiniteSpring:
-        """The element of a part, or of one of so many parts of a beam, in no place."""
-        nowhere = np.zeros((1, 3)), np.zeros((1, 3, 3))
-        C = C if beam is None else part_of_beam(C, beam.length, parts)
-        own, C_own, free = among_motions(self.space, spring.rotation, C, free)
-        # those of a part that is alike at all poses are kept with it
-        elasticity = spring.elasticity
-        modes = elasticity.modes if C_own is elasticity.compliance else compliance_modes(C_own)
-        modes, free = modes[:, np.any(modes != 0, axis=0)], free[:, np.any(free != 0, axis=0)]
-        V = own @ np.concatenate([modes, free], axis=1)
-        k = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
-        if beam is None:
-            none = Bending.none(1, size=len(k))
-            return FiniteSpring((), *nowhere, V[None], k[None], np.zeros(1), none)
-        planes = bending_planes(self.space, spring.rotation)
-        bent = bending(V, C, beam.length / parts, planes, inner=inner)
-        bent = Bending(*(own[None] for own in (bent.z, bent.s, bent.b, bent.l)))
-        axial = np.array([beam.EA / beam.length * parts])
-        return FiniteSpring((), *nowhere, V[None], k[None], axial, bent)
+
+def _modes(
+    elasticity: Elasticity, C: np.ndarray, free: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    # those of a part that is alike at all poses are kept with it
+    modes = elasticity.modes if C is elasticity.compliance else compliance_modes(C)
+    modes, free = modes[:, np.any(modes != 0, axis=0)], free[:, np.any(free != 0, axis=0)]
+    k = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
+    return np.concatenate([modes, free], axis=1), k
+
+
+#: Motions (r, m) of an elastic part by coordinates of their own, and the stiffness of these (m,),
+#: from its compliance (r, r) and its freedoms (r, f).
+Modes = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+def elastic_element(
+    space: Space,
+    rotation: np.ndarray,
+    softness: tuple[np.ndarray, np.ndarray],
+    length: Any,
+    parts: int,
+    modes_of: Modes,
+    *,
+    inner: bool,
+) -> FiniteSpring:
+    """An elastic part, or one of so many equal parts of a beam, as an element in no place.
+
+    `softness` is its compliance (6, 6) and its freedoms (6, f); `length` [m] that of a beam which
+    bending shortens, None for a linear spring; `inner`: whether it has inner modes. Of numbers or
+    of entries.
+    """
+    C, free = softness
+    axial, part, planes = 0, 0, []
+    if length is not None:
+        axial, part, planes = parts / C[0, 0], length / parts, bending_planes(space, rotation)
+        C = part_of_beam(C, length, parts)
+    own, C_own, free = among_motions(space, rotation, C, free)
+    modes, k = modes_of(C_own, free)
+    V, nowhere = own @ modes, np.zeros((1, 3), dtype=int).astype(C.dtype)
+    bent = bending(V, C, part, planes, inner=inner)
+    k, stretched = k[None], np.array([axial], dtype=C.dtype)
+    return FiniteSpring((), nowhere, rotation[None], V[None], k, stretched, bent)
+
+
+def in_series(own: FiniteSpring, spring: PlacedSpring, length: Any, parts: int) -> list[Element]:
+    """The elements of an elastic part where it is, from those in no place.
+
+    Parts of a beam of some length [m], of numbers or of entries, end with the last at its point.
+    """
+    point = np.array([spring.point], dtype=own.point.dtype)
+    rotation = np.array([spring.rotation], dtype=own.point.dtype)
+    own = replace(own, names=(spring.name,), point=point, rotation=rotation)
+    x = rotation[:, :, 0] * length
+    nearer = [replace(own, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
+    return [*nearer, own]
 
 
 def among_motions(

@@ -60,11 +60,6 @@ class Bending:
     b: np.ndarray
     l: np.ndarray
 
-    @staticmethod
-    def none(*count: int, size: int) -> Bending:
-        """Of parts that bending does not shorten."""
-        return Bending(*(np.zeros((*count, 6, *own)) for own in ((size,), (), (2,), (2,))))
-
     def terms(self, y: np.ndarray, N: np.ndarray, along: np.ndarray, k: np.ndarray) -> BowingTerms:
         """The energy beside that of linear springs, and what it contributes to equations.
 
@@ -110,19 +105,6 @@ class Bending:
             return found
         return np.where(np.abs(found) < _NEAREST, np.copysign(_NEAREST, found), found)
 
-    def amplitudes(self, y: np.ndarray, N: np.ndarray) -> np.ndarray:
-        """Amplitudes (..., 6, 2) of inner modes, each of which stores ``a^2 / 2``."""
-        return -N[..., None, None] * np.sqrt(self.b) * (self.z @ y[..., None]) / self.pivots(N)
-
-    def amplitude_rates(
-        self, y: np.ndarray, N: np.ndarray, dy: np.ndarray, dN: np.ndarray
-    ) -> np.ndarray:
-        """Their rates (..., 6, 2) where coordinates and axial force have the rates dy and dN."""
-        z, dz = (self.z @ own[..., None] for own in (y, dy))
-        g = 1 / self.pivots(N)
-        N, dN = N[..., None, None], dN[..., None, None]
-        return -np.sqrt(self.b) * g * (N * dz + g * dN * z)
-
     def with_modes(
         self, y: np.ndarray, N: np.ndarray, along: np.ndarray, k: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -131,11 +113,11 @@ class Bending:
         By the former less that which `terms` have (..., m, m), by both (..., 12, m), by the latter
         (..., 12, 12), that of the modes themselves among it; in numbers.
         """
-        a, root = self.amplitudes(y, N), np.sqrt(self.b)
-        z, flat = (self.z @ y[..., None])[..., 0], (*y.shape[:-1], 12)
-        of_y = along + _times(self.s * z + (root * a).sum(axis=-1), self.z)
-        of_a = (root * z[..., None] + self.l * a).reshape(flat)
-        N_, k_ = N[..., None, None], k[..., None, None]
+        z, N_, k_ = self.z @ y[..., None], N[..., None, None], k[..., None, None]
+        root, flat = np.sqrt(self.b), (*y.shape[:-1], 12)
+        a = -N_ * root * z / self.pivots(N)  # each of which stores a^2 / 2
+        of_y = along + _times(self.s * z[..., 0] + (root * a).sum(axis=-1), self.z)
+        of_a = (root * z + self.l * a).reshape(flat)
         S = np.swapaxes(self.z, -1, -2) @ (self.z * self.s[..., None])
         mixed = (root[..., None] * self.z[..., None, :]).reshape(*flat, -1)
         own = _outer(of_y, of_y) * k_ - _outer(along, along) * k_ + N_ * S
@@ -178,16 +160,16 @@ def bending(
     *,
     inner: bool,
 ) -> Bending:
-    """How bending shortens a beam, by its cubic between the ends and three inner modes a plane.
+    """How bending shortens one beam, by its cubic between the ends and by inner modes.
 
-    The deflection at s L is ``w = (3 s^2 - 2 s^3) d + (s^3 - s^2) L r + L sum(a_k w_k)``, where w_k
-    and its slope are zero at both ends and its second derivative is ``sqrt(2k + 1) P_k(2s - 1)``,
-    k = 2, 3, 4, with Legendre polynomials P_k. The line is then shorter by the integral of ``(dw/
-    ds)^2 / (2L)`` over s. Inner modes have the energy ``EI sum(a_k^2) / (2L)``, and none with d and
-    r; the axial force couples the second with ``d - L r/2``, the first and third with r. In a beam
-    with shear the sections turn by the slopes of w_k; the slope of the line is less by ``e`` times
-    the third derivative without its mean, e being ``EI / L^2`` times the shear compliance of a unit
-    length.
+    With three inner modes a plane, the deflection at s L is ``w = (3 s^2 - 2 s^3) d + (s^3 - s^2) L
+    r + L sum(a_k w_k)``, where w_k and its slope are zero at both ends and its second derivative is
+    ``sqrt(2k + 1) P_k(2s - 1)``, k = 2, 3, 4, with Legendre polynomials P_k. The line is then
+    shorter by the integral of ``(dw/ds)^2 / (2L)`` over s. Inner modes have the energy ``EI
+    sum(a_k^2) / (2L)``, and none with d and r; the axial force couples the second with ``d - L
+    r/2``, the first and third with r. In a beam with shear the sections turn by the slopes of w_k;
+    the slope of the line is less by ``e`` times the third derivative without its mean, e being ``EI
+    / L^2`` times the shear compliance of a unit length.
 
     Parameters
     ----------
@@ -201,6 +183,11 @@ def bending(
         See `bending_planes`.
     inner : bool
         Whether it has inner modes.
+
+    Returns
+    -------
+    Bending
+        Of one beam: arrays (1, ...).
     """
     shape = [(V.shape[1],), (), (2,), (2,)]
     z, s, b, l = (np.zeros((6, *own), dtype=int).astype(V.dtype) for own in shape)
@@ -233,7 +220,7 @@ def bending(
         half = 0.5 * (1 / apart) * (soft * L * L)
         b[3 * i + 2] = [(whole * first - part) * half, (part - whole * last) * half]
         l[3 * i + 2] = [first * (soft * L), last * (soft * L)]
-    return Bending(z, s, b, l)
+    return Bending(z[None], s[None], b[None], l[None])
 
 
 def _determinant(A: np.ndarray, B: np.ndarray) -> Any:

@@ -18,7 +18,7 @@ from robostiff.errors import InputError
 from robostiff.model import PlacedBodySpring, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.statics.chains.chain import Beside, LegState, Share, unknown_name
-from robostiff.statics.chains.moving_chain import crossed, skews
+from robostiff.statics.chains.finite_turn import crossed, skews
 
 if TYPE_CHECKING:
     from robostiff.statics.chains.legs import LegGroup

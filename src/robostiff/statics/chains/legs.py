@@ -17,6 +17,7 @@ from robostiff.statics.chains.chain import (
     FiniteChain,
     FiniteCoupling,
     FiniteSpring,
+    LegEquations,
     LegState,
     MovingBody,
     Share,
@@ -309,22 +310,17 @@ class LegGroup:
             found.append((leg, own.drive.names[i], energy))
         return found
 
-    def amplitude_rates(self, state: LegState, motion: np.ndarray) -> np.ndarray:
-        """Rates (N, a) of the amplitudes of inner modes in a motion (N, n + b)."""
-        family, known = self.family, self.family.places[0]
-        step = self.stepped(replace(state, x=self.unloaded().x, axial=0 * state.axial), motion)
-        now, rates = ((family.coordinates([own]), family.axial([own])) for own in (state, step))
-        found = by_leg(family.arrays.amplitude_rates(*now, *rates), self.count)[:, known.beams]
-        return found.reshape(self.count, -1)[:, known.modes]
-
-    def with_modes(self, state: LegState, Q: np.ndarray) -> np.ndarray:
-        """A curvature (N, m, m) by the free unknowns and by amplitudes of inner modes, too."""
+    def with_modes(self, eq: LegEquations) -> np.ndarray:
+        """Curvature by the m free unknowns, and by amplitudes of inner modes of beams behind."""
+        m = self.free_size
         if not self.beams:
-            return Q
-        family, known, m = self.family, self.family.places[0], self.free_size
+            return eq.A[:, :m, :m]
+        family, known = self.family, self.family.places[0]
         found = np.zeros((self.count, *[m + 12 * len(self.beams)] * 2))
-        found[:, :m, :m] = Q
-        parts = family.arrays.with_modes(family.coordinates([state]), family.axial([state]))
+        found[:, :m, :m] = eq.A[:, :m, :m]
+        arrays, x = family.arrays, family.coordinates([eq.state])
+        own = arrays.spring_coordinates(x), family.axial([eq.state]), arrays.along, arrays.axial
+        parts = arrays.bending.with_modes(*own)
         less, mixed, inside = (by_leg(own, self.count)[:, known.beams] for own in parts)
         for i, (_, _, beam) in enumerate(self.beams):
             size, first = beam.size, known.beam_columns[i, 0]

@@ -275,13 +275,14 @@ def point_at(
 def _bent_beam(problem: EquilibriumProblem, found: FoundEquilibrium, twist: np.ndarray) -> str:
     """The beam that bends most between its ends in a motion of the platform, if most bends so."""
     parts, inner = [], []
-    each = zip(problem.groups, found.state.legs, found.known.by_twist, strict=True)
-    for group, state, by_twist in each:
-        motion = by_twist @ twist
-        rates, m = group.amplitude_rates(state, motion), group.free_size
+    known = found.known
+    for group, eq, by_twist in zip(problem.groups, known.equations, known.by_twist, strict=True):
+        m, Q = group.free_size, group.with_modes(eq)
+        motion = by_twist[:, :m] @ twist
+        bends = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ motion[..., None]
         for i in range(group.count):
-            parts += group.energies_of(np.append(motion[i, :m], rates[i]), i)
-            inner += group.energies_of(np.append(np.zeros(m), rates[i]), i)
+            parts += group.energies_of(np.append(motion[i], bends[i]), i)
+            inner += group.energies_of(np.append(np.zeros(m), bends[i]), i)
     if not sum(own[2] for own in inner) > 0.5 * sum(own[2] for own in parts):
         return ""
     leg, part, _ = max(inner, key=lambda own: own[2])

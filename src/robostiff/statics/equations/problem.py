@@ -259,7 +259,8 @@ class EquilibriumProblem:
             return False
         if any(np.any(own.drive.preload) for g in self.groups for own in g.couplings):
             return False
-        return not self.family.arrays.is_loaded
+        arrays = self.family.arrays
+        return not (arrays.load_after.size or np.any(arrays.preload))
 
     @property
     def has_laws(self) -> bool:

@@ -155,7 +155,7 @@ def margins_of(group: LegGroup, eq: LegEquations, length: float) -> list[Margin 
     None for one that the platform holds.
     """
     m, A = group.free_size, eq.A
-    Q = group.with_modes(eq.state, A[:, :m, :m])
+    Q = group.with_modes(eq)
     Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
     Q0[:, :m, :m] = group.unloaded_curvature
     C = np.zeros((len(Q), A.shape[1] - m, Q.shape[1]))

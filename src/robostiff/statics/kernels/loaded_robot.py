@@ -19,7 +19,7 @@ from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contra
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space, cross
 from robostiff.statics.chains.body_springs import joined_legs
-from robostiff.statics.chains.moving_chain import FURTHEST_TURN
+from robostiff.statics.chains.finite_turn import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
 from robostiff.statics.kernels.forces_on_bodies import (

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from robostiff.model import PlacedFreedom, PlacedSpring
 from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
-from robostiff.statics.chains.beam_bowing import (
-    among_motions,
-    part_of_beam,
-)
-from robostiff.statics.chains.bending import Bending, bending, bending_planes
+from robostiff.statics.chains.beam_bowing import elastic_element, in_series
 from robostiff.statics.chains.chain import Element, FiniteJoint, FiniteSpring
 
 # Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
@@ -47,40 +42,26 @@ def recorded_springs(
     `like` is the same part of one leg in numbers: whether it bows. `length` is that of the robot
     [m].
     """
-    C = np.array(spring.elasticity.compliance, dtype=object)
-    free = np.array(spring.elasticity.freedoms, dtype=object)
-    rotation = np.array(spring.rotation, dtype=object)
-    point = np.array(spring.point, dtype=object)
-    bows, shifts = bool(np.any(like.axial)), [None]
-    beam, axial = (2 * C[1, 5] / C[5, 5], parts / C[0, 0]) if bows else (0, 0)
-    if bows:
-        C = part_of_beam(C, beam, parts)
-        x = rotation[:, 0] * beam
-        shifts = [x * ((i + 1) / parts - 1) if i + 1 < parts else None for i in range(parts)]
-    V, stiffness = _coordinates(C, free, rotation, space, length)
-    planes, inner = bending_planes(space, rotation) if bows else [], bool(np.any(like.bending.b))
-    bent = bending(V, C, beam * (1 / parts), planes, inner=inner)
-    k, own = np.array([[*stiffness, None]], dtype=object)[:, :-1], np.array([axial], dtype=object)
-    points = (point if shift is None else point + shift for shift in shifts)
-    bent = Bending(*(value[None] for value in (bent.z, bent.s, bent.b, bent.l)))
-    parts_of = rotation[None], V[None], k, own, bent
-    return [FiniteSpring((spring.name,), at[None], *parts_of) for at in points]
+    values = spring.rotation, spring.elasticity.compliance, spring.elasticity.freedoms
+    rotation, C, free = (np.array(own, dtype=object) for own in values)
 
+    def modes_of(C: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        modes = _modes(C)
+        V, stiffness = [], []
+        for i, column in enumerate([*modes, *free.T]):
+            shifts = np.arange(len(column)) < space.translations
+            units = np.where(shifts, length, 1.0).tolist()
+            sizes = [usual_size(x) / unit for x, unit in zip(column, units, strict=True)]
+            size = max(*sizes, 1e-300)
+            V.append(column * (1 / size))
+            stiffness.append(1 / size**2 if i < len(modes) else 0)
+        columns = np.array(V, dtype=object).T.reshape(len(C), len(V))
+        return columns, np.array([*stiffness, None], dtype=object)[:-1]
 
-def _coordinates(
-    C: np.ndarray, free: np.ndarray, rotation: np.ndarray, space: Space, length: float
-) -> tuple[np.ndarray, list[Any]]:
-    """V (6, m) of an elastic part of a compliance and freedoms; stiffness of its columns."""
-    own, C, free = among_motions(space, rotation, C, free)
-    modes = _modes(C)
-    columns = [own @ column for column in modes] + [own @ column for column in free.T]
-    V, stiffness = [], []
-    for i, column in enumerate(columns):
-        sizes = [usual_size(x) / (length if k < 3 else 1.0) for k, x in enumerate(column)]
-        size = max(*sizes, 1e-300)
-        V.append(column * (1 / size))
-        stiffness.append(1 / size**2 if i < len(modes) else 0)
-    return np.array(V, dtype=object).T.reshape(6, len(V)), stiffness
+    beam = 2 * C[1, 5] / C[5, 5] if np.any(like.axial) else None
+    inner = bool(np.any(like.bending.b))
+    own = elastic_element(space, rotation, (C, free), beam, parts, modes_of, inner=inner)
+    return in_series(own, spring, 0 if beam is None else beam, parts)
 
 
 def _modes(C: np.ndarray) -> list[np.ndarray]:

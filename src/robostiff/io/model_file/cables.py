@@ -9,19 +9,17 @@ from pydantic import Field
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document
-from robostiff.io.model_file.build_chain import each_of
-from robostiff.io.model_file.place import Place, point, top_place, transform, vector
-from robostiff.io.model_file.written_parts import (
-    OneOrSeveral,
+from robostiff.io.model_file.copies import OneOrSeveral, WrittenRepeat, each_of
+from robostiff.io.model_file.parts import (
     Text,
     Value,
     Vector,
     WrittenFrame,
     WrittenHead,
     WrittenMapping,
-    WrittenRepeat,
+    check_version,
 )
-from robostiff.io.model_file.written_robot import check_version
+from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
@@ -40,6 +38,28 @@ class WrittenCableBody(WrittenMapping):
     least_tension: Value | None = None
     greatest_tension: Value | None = None
     tension: Value | None = None
+
+    def build(self, place: Place, name: str, limits: Place, common: WrittenTensionLimits) -> Cable:
+        """The cable; limits that it does not have are those of all cables."""
+        force, stiffness = Dimension.FORCE, Dimension.TRANSLATIONAL_STIFFNESS
+        least = place.number_at(self, "least_tension", force)
+        if least is None:
+            least = limits.number_at(common, "least", force)
+        greatest = place.number_at(self, "greatest_tension", force)
+        if greatest is None:
+            greatest = limits.number_at(common, "greatest", force)
+        with place.complaints():
+            return Cable(
+                name=name,
+                exit_point=(place / "exit").point(self.exit),
+                attachment=(place / "platform").point(self.platform),
+                EA=place.number_at(self, "EA", force),
+                guide_length=place.number_at(self, "guide_length", Dimension.LENGTH),
+                winch_stiffness=place.number_at(self, "winch_stiffness", stiffness),
+                least_tension=least,
+                greatest_tension=np.inf if greatest is None else greatest,
+                tension=place.number_at(self, "tension", force),
+            )
 
 
 class WrittenCable(WrittenCableBody):
@@ -61,6 +81,11 @@ class WrittenWeight(WrittenMapping):
     force: Vector
     at: Vector | None = None
 
+    def build(self, place: Place) -> Weight:
+        """The weight."""
+        force = (place / "force").vector(self.force, Dimension.FORCE)
+        return Weight(force, (place / "at").point(self.at))
+
 
 class WrittenTensionLimits(WrittenMapping):
     """Limits of the tension of every cable that has none of its own, and the aim between them."""
@@ -79,6 +104,27 @@ class WrittenCableRobot(WrittenHead):
     weight: WrittenWeight | None = None
     tensions: WrittenTensionLimits = WrittenTensionLimits()
     cables: WrittenCables = Field(description="a list of cables, or one cable with repeat:")
+
+    def build(self, top: Place) -> CableRobot:
+        """The cable robot."""
+        weight = None if self.weight is None else self.weight.build(top / "weight")
+        with top.complaints():
+            return CableRobot(
+                name=self.name,
+                cables=tuple(
+                    part.build(here, name, top / "tensions", self.tensions)
+                    for name, here, part in each_of(top / "cables", self.cables, "cable")
+                ),
+                home=self.home.build(top / "home"),
+                weight=weight,
+                reference_point=(top / "reference_point").point(self.reference_point),
+                tension_level=(top / "tensions").number_at(
+                    self.tensions, "level", Dimension.NUMBER
+                ),
+                space=Space.PLANAR if self.planar else Space.SPATIAL,
+                title=self.title,
+                source=self.source,
+            )
 
 
 def cable_robot_from_document(
@@ -114,49 +160,4 @@ def cable_robot_from_document(
         )
     check_version(document)
     written = validate(WrittenCableRobot, document)
-    top = top_place(document, written.parameters, parameters or {})
-    weight, heavy = None, written.weight
-    if heavy is not None:
-        force = vector(top / "weight" / "force", heavy.force, Dimension.FORCE)
-        weight = Weight(force, point(top / "weight" / "at", heavy.at))
-    with top.complaints():
-        return CableRobot(
-            name=written.name,
-            cables=tuple(
-                _cable(here, part, name, top / "tensions", written.tensions)
-                for name, here, part in each_of(top / "cables", written.cables, "cable")
-            ),
-            home=transform(top / "home", written.home),
-            weight=weight,
-            reference_point=point(top / "reference_point", written.reference_point),
-            tension_level=(top / "tensions" / "level").number(
-                written.tensions.level, Dimension.NUMBER
-            ),
-            space=Space.PLANAR if written.planar else Space.SPATIAL,
-            title=written.title,
-            source=written.source,
-        )
-
-
-def _cable(
-    place: Place, written: WrittenCableBody, name: str, limits: Place, common: WrittenTensionLimits
-) -> Cable:
-    force, stiffness = Dimension.FORCE, Dimension.TRANSLATIONAL_STIFFNESS
-    least = place.number_at(written, "least_tension", force)
-    if least is None:
-        least = limits.number_at(common, "least", force)
-    greatest = place.number_at(written, "greatest_tension", force)
-    if greatest is None:
-        greatest = limits.number_at(common, "greatest", force)
-    with place.complaints():
-        return Cable(
-            name=name,
-            exit_point=point(place / "exit", written.exit),
-            attachment=point(place / "platform", written.platform),
-            EA=place.number_at(written, "EA", force),
-            guide_length=place.number_at(written, "guide_length", Dimension.LENGTH),
-            winch_stiffness=place.number_at(written, "winch_stiffness", stiffness),
-            least_tension=least,
-            greatest_tension=np.inf if greatest is None else greatest,
-            tension=place.number_at(written, "tension", force),
-        )
+    return written.build(top_place(document, written.parameters, parameters or {}))

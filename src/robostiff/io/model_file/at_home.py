@@ -1,0 +1,126 @@
+"""What the robot of a file must be at home: closed, in its plane, posed by its coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from robostiff.io.model_file.joints import WrittenLaw, build_law
+from robostiff.io.model_file.place import Place
+from robostiff.io.suggest import Words
+from robostiff.kinematics import find_posture, place_chain, posture_finder, with_body_springs
+from robostiff.kinematics.mobility import determine_pose, fitting_coordinates, platform_mobility
+from robostiff.model import Chain, ForceLaw, Leg, Robot, pose_coordinates
+from robostiff.model.checks import check_in_plane
+from robostiff.spatial import Space
+
+# Coordinates this far from home, in radians and metres, say how many freedoms an arm has elsewhere.
+_ASIDE, _SEED = 1e-1, 5
+
+
+def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> Robot:
+    """The robot with its pose coordinates chosen, by the file or else as they follow from the legs.
+
+    Raises at the leg that does not close at home, at the joint that leaves the plane, or at
+    coordinates that do not determine the pose. `top` is the document, `places` are of the legs.
+    """
+    if robot.space is Space.PLANAR:
+        for place, leg in zip(places, robot.legs, strict=True):
+            _check_plane(place, leg)
+    finder = posture_finder(robot)
+    q = []
+    for i, place in enumerate(places):
+        with place.complaints():
+            q.append(finder.closing(i).home)
+    every = pose_coordinates(robot.space)
+    if robot.is_posed_by_joints or (chosen and len(robot.coordinates) == len(every)):
+        return robot
+    mobility = platform_mobility(robot, finder.home_pose, q, finder.length)
+    if determine_pose(mobility, robot.coordinates):
+        return robot
+    fitting = fitting_coordinates(mobility)
+    if not chosen:  # none for a structure, which has the home pose only
+        at_home_alone = robot.is_serial and _is_singular(robot, finder.home_pose, q[0])
+        return robot if at_home_alone else replace(robot, coordinates=fitting)
+    words = " ".join(coordinate.value for coordinate in robot.coordinates) or "none"
+    raise (top / "coordinates").error(
+        "coordinates of the platform",
+        got=Words(words),
+        expected=f"as many as the {len(fitting)} freedoms that the legs leave it in the home "
+        "configuration, and independent",
+        hint=f"write coordinates: [{', '.join(c.value for c in fitting)}], or leave it out; where "
+        "the home configuration is singular, choose another one, or all six coordinates",
+    )
+
+
+def _is_singular(robot: Robot, pose: np.ndarray, q: np.ndarray) -> bool:
+    """Whether an arm without blocks has fewer freedoms at its home than aside."""
+    if robot.legs[0].chain.has_blocks:
+        return False
+    aside = q + np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, q.shape)
+    at_home, usual = (platform_mobility(robot, pose, [one], 1.0).shape[1] for one in (q, aside))
+    return at_home < usual
+
+
+def _check_plane(place: Place, leg: Leg) -> None:
+    freedoms = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p).freedoms
+    numbers = {
+        id(inner): i
+        for i, element in enumerate(leg.chain.elements)
+        for inner in (element, *(inner for inner, _ in Chain((element,)).moving))
+    }
+    for element, where in leg.chain.moving:
+        for freedom in freedoms[where]:
+            with (place / "chain" / numbers[id(element)]).complaints():
+                check_in_plane(f"{element.name} in a planar robot", freedom)
+
+
+def at_home(
+    top: Place, robot: Robot, places: list[Place], *, chosen: bool, laws: Mapping[str, WrittenLaw]
+) -> Robot:
+    """The robot of a model file, verified with its flexible platform, springs and force laws.
+
+    Raises at the part that is to blame, as `verified` does.
+    """
+    robot = verified(robot, top, places, chosen=chosen)
+    if robot.platform is not None:
+        from robostiff.network import platform_flexibility
+
+        with (top / "platform").complaints():
+            platform_flexibility(robot.platform, list(dict.fromkeys(robot.holds)), robot.space)
+    for i, spring in enumerate(robot.springs):
+        alone = robot.with_springs((spring,))
+        with (top / "springs" / i / "between").complaints():
+            with_body_springs(find_posture(alone, None))
+    return _with_laws(top / "laws", robot, laws) if laws else robot
+
+
+def _with_laws(place: Place, robot: Robot, written: Mapping[str, WrittenLaw]) -> Robot:
+    """The robot of numbers with the force laws that are written for ``leg/joint``.
+
+    In these names ``*`` stands for any part.
+    """
+    from robostiff.statics.loading.given_loads import check_own_laws
+
+    snapshot = find_posture(robot, None).snapshot.one(0)
+    joints = {f"{leg.name}/{own.name}": own for leg in snapshot.legs for own in leg.freedoms}
+    laws: dict[str, ForceLaw] = {}
+    for pattern, law in written.items():
+        here = place / pattern
+        names = [name for name in joints if fnmatchcase(name, pattern)]
+        if not names:
+            raise here.error(
+                "joint of a law",
+                got=pattern,
+                expected="leg/joint, such as " + ", ".join(map(repr, list(joints)[:3])),
+                key=True,
+            )
+        for name in names:
+            own = build_law(here, law, joints[name])
+            with here.complaints():
+                check_own_laws({name: own}, snapshot)
+            laws[name] = own
+    return replace(robot, laws=laws)

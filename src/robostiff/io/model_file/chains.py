@@ -1,0 +1,360 @@
+"""Chains and legs in a model file, couplings and parallel blocks included."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, cast
+
+from annotated_types import MinLen
+from pydantic import Field, Tag
+
+from robostiff.errors import InputError
+from robostiff.io.model_file.copies import OneOrSeveral, WrittenRepeat, each_of
+from robostiff.io.model_file.joints import WrittenDrive, WrittenJoint
+from robostiff.io.model_file.links import (
+    WrittenBeam,
+    WrittenLink,
+    WrittenRigid,
+    WrittenSpring,
+    WrittenTelescope,
+)
+from robostiff.io.model_file.parts import (
+    Name,
+    Pair,
+    Text,
+    Value,
+    Vector,
+    WrittenFrame,
+    WrittenMapping,
+    with_key,
+)
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.platform import WrittenAttachment
+from robostiff.io.suggest import Words, did_you_mean, numbered
+from robostiff.io.units import Dimension
+from robostiff.model import (
+    Actuated,
+    Branch,
+    Chain,
+    Coupling,
+    Elbow,
+    Element,
+    Joint,
+    Leg,
+    Locked,
+    ParallelBlock,
+    coupling,
+    parallelogram,
+)
+
+_TURN, _SLIDE = Dimension.ANGLE, Dimension.LENGTH
+_MOST_LEGS, _MOST_ELEMENTS, _MOST_PARTS = 200, 200, 1000
+
+
+class WrittenFollower(WrittenMapping):
+    """A joint that follows another one: a gear, belt, rack or mimic joint."""
+
+    name: Name | None = None
+    joint: Name = Field(description="the joint that follows, such as wrist2; it is passive")
+    follows: Name = Field(description="the joint that it follows, such as wrist1")
+    ratio: Value = Field(
+        description="how far it moves for one of the other, such as -1.5; of a slide that follows "
+        "a turn the length for one radian"
+    )
+    offset: Value = Field(0, description="its coordinate where the other one is 0")
+    stiffness: Value | None = Field(
+        None, description="of the belt or gear, felt at the joint that follows; rigid if left out"
+    )
+
+    def build(self, place: Place, joints: dict[str, Joint]) -> Coupling:
+        """The coupling of these joints."""
+        own = _slides(place / "joint", self.joint, joints)
+        leader = _slides(place / "follows", self.follows, joints)
+        if leader and not own:
+            raise (place / "joint").error(
+                f"joint {self.joint!r}, which turns and follows a slide",
+                expected="a slide that follows a turn",
+                hint=f"write joint: {self.follows}, follows: {self.joint}, with the advance for "
+                "one radian as the ratio",
+            )
+        per = _SLIDE if own and not leader else Dimension.NUMBER
+        ratio = (place / "ratio").number(self.ratio, per)
+        offset = (place / "offset").number(self.offset, _SLIDE if own else _TURN)
+        drive = WrittenDrive(role="locked", stiffness=self.stiffness)
+        role = cast("Locked", drive.build_role(place, (_SLIDE if own else _TURN,)))
+        with (place / "ratio").complaints():
+            found = coupling(
+                self.joint, follows=self.follows, ratio=ratio, offset=offset, name=self.name or ""
+            )
+        return Coupling(found.terms, role, found.home, found.name)
+
+
+class WrittenSum(WrittenMapping):
+    """A sum of joint coordinates that is held, or moved by a drive: a differential."""
+
+    name: Name | None = None
+    sum: Annotated[dict[Name, Value], Field(min_length=2)] = Field(
+        description="joints with their factors, such as {roll: 1, pitch: -1}"
+    )
+    equals: Value | None = Field(
+        None, description="the value of the sum; that of the home configuration if left out"
+    )
+    role: Literal["locked", "actuated"] = Field(
+        "locked", description="locked, or actuated where a drive moves the sum"
+    )
+    stiffness: Value | None = Field(None, description="against the sum; rigid if left out")
+    limits: Pair | None = Field(None, description="lowest and highest sum of an actuated one")
+
+    def build(self, place: Place, joints: dict[str, Joint]) -> Coupling:
+        """The sum of coordinates of these joints."""
+        here = place / "sum"
+        slides = {name: _slides(here / name, name, joints) for name in self.sum}
+        of_lengths = next(iter(slides.values()))
+        if not of_lengths and any(slides.values()):
+            raise here.error(
+                "sum of joint coordinates",
+                got=list(self.sum),
+                expected="a slide as the first, so that the sum is a length",
+            )
+        terms = []
+        for name, factor in self.sum.items():
+            dimension = _SLIDE if of_lengths and not slides[name] else Dimension.NUMBER
+            terms.append((name, (here / name).number(factor, dimension)))
+        dimension = _SLIDE if of_lengths else _TURN
+        if self.equals is not None and self.role == "actuated":
+            raise (place / "equals").error(
+                "equals of an actuated sum",
+                expected="no such key here: the drive moves the sum",
+                hint="its value at home follows from the home coordinates of the joints",
+                key=True,
+            )
+        home = place.number_at(self, "equals", dimension)
+        drive = WrittenDrive(role=self.role, stiffness=self.stiffness, limits=self.limits)
+        role = cast("Locked | Actuated", drive.build_role(place, (dimension,)))
+        with here.complaints():
+            return Coupling(tuple(terms), role, home, self.name or "")
+
+
+def _slides(place: Place, name: str, joints: dict[str, Joint]) -> bool:
+    if name not in joints:
+        listed = ", ".join(joints) or "none"
+        raise place.error(
+            "joint of a coupling",
+            got=name,
+            expected=f"a joint with one coordinate of the same chain: {listed}",
+            hint=did_you_mean(name, joints),
+            key=place.path[-2] == "sum",
+        )
+    return not joints[name].freedoms[0].turns
+
+
+WrittenCoupling = Annotated[
+    Annotated[WrittenFollower, Tag("follower")] | Annotated[WrittenSum, Tag("sum")],
+    with_key("sum", "sum", "follower"),
+]
+
+_Couplings = Annotated[
+    list[WrittenCoupling],
+    Field(
+        default_factory=list,
+        description="gears and differentials between joints of the chain, such as "
+        "[{joint: wrist2, follows: wrist1, ratio: -1.5}]",
+    ),
+]
+
+
+class WrittenCoupled(WrittenMapping):
+    """The keys of what has a chain, whose joints may be coupled."""
+
+    chain: Any
+    couplings: _Couplings
+
+    def build_chain(self, place: Place) -> Chain:
+        """The chain, with its couplings."""
+        here, written = place / "chain", self.chain
+        if len(written) > _MOST_ELEMENTS:
+            raise (here / _MOST_ELEMENTS).error(
+                "elements of a chain", got=len(written), expected=f"at most {_MOST_ELEMENTS}"
+            )
+        given = [element.name for element in written]
+        for i, name in enumerate(given):
+            if name is not None and name in given[:i]:
+                raise (here / i / "name").error(
+                    "name of an element", got=name, expected="each name once in a chain"
+                )
+        names = numbered(given, [element.type for element in written])
+        elements: list[Element] = [
+            element.build(here / i, name)
+            for i, (element, name) in enumerate(zip(written, names, strict=True))
+        ]
+        with here.complaints():
+            return self._coupled(elements, place / "couplings")
+
+    def _coupled(self, elements: Sequence[Element], place: Place) -> Chain:
+        """The chain of elements with the couplings that are written at a place."""
+        joints = {own.name: own for own in elements if isinstance(own, Joint) and own.size == 1}
+        built = tuple(own.build(place / i, joints) for i, own in enumerate(self.couplings))
+        try:
+            return Chain(tuple(elements), built)  # of the first alone another joint may follow
+        except InputError:
+            for i in range(len(built)):  # one after the other, so that an error is at its own place
+                with (place / i).complaints():
+                    Chain(tuple(elements), built[: i + 1])
+            raise
+
+
+def _check_size(place: Place, chains: Sequence[Chain]) -> None:
+    """Each parallelogram inside another doubles what is in it."""
+    parts = sum(map(_parts, chains))
+    if parts > _MOST_PARTS:
+        raise place.error(
+            "elements inside a parallel block",
+            got=parts,
+            expected=f"at most {_MOST_PARTS}",
+            hint="nest fewer blocks in one another",
+        )
+
+
+def _parts(chain: Chain) -> int:
+    """Number of elements of a chain, those inside its blocks included."""
+    return sum(
+        sum(_parts(branch.chain) for branch in element.branches)
+        if isinstance(element, ParallelBlock)
+        else 1
+        for element in chain.elements
+    )
+
+
+class WrittenParallelogram(WrittenCoupled):
+    """Two copies of a bar with its joints, side by side."""
+
+    type: Literal["parallelogram"]
+    name: Name | None = None
+    across: Vector = Field(description="from the first bar to the second, such as [0, 80 mm, 0]")
+    chain: Annotated[list[WrittenElement], MinLen(1)] = Field(
+        description="the list of elements of one bar, its joints included"
+    )
+
+    def build(self, place: Place, name: str) -> ParallelBlock:
+        """The two bars, side by side."""
+        across = (place / "across").point(self.across)
+        chain = self.build_chain(place)
+        _check_size(place, [chain, chain])
+        with (place / "across").complaints():
+            return parallelogram(chain, across, name=name)
+
+
+class WrittenBranchBody(WrittenCoupled):
+    """Common keys of a branch and of the template of repeated branches."""
+
+    start: WrittenFrame = WrittenFrame()
+    chain: Annotated[list[WrittenElement], MinLen(1)] = Field(
+        description="the list of elements from the body before the block to the body after it"
+    )
+    end: WrittenFrame = WrittenFrame()
+
+
+class WrittenBranch(WrittenBranchBody):
+    """One branch."""
+
+    name: Name = Field(description="the name of the branch")
+
+
+class WrittenBranchPattern(WrittenRepeat, WrittenBranchBody):
+    """A branch, and what differs from copy to copy."""
+
+
+class WrittenParallel(WrittenMapping):
+    """Branches side by side between two bodies of a chain."""
+
+    type: Literal["parallel"]
+    name: Name | None = None
+    branches: OneOrSeveral[WrittenBranch, WrittenBranchPattern] = Field(
+        description="a list of branches, or one branch with repeat:"
+    )
+
+    def build(self, place: Place, name: str) -> ParallelBlock:
+        """The branches, side by side."""
+        branches = tuple(
+            Branch(
+                own,
+                part.start.build(here / "start"),
+                part.build_chain(here),
+                part.end.build(here / "end"),
+            )
+            for own, here, part in each_of(place / "branches", self.branches, "branch")
+        )
+        _check_size(place, [branch.chain for branch in branches])
+        with (place / "branches").complaints(hint="write at least two branches"):
+            return ParallelBlock(branches, name)
+
+
+WrittenElement = Annotated[
+    WrittenJoint
+    | WrittenRigid
+    | WrittenBeam
+    | WrittenSpring
+    | WrittenLink
+    | WrittenTelescope
+    | WrittenParallelogram
+    | WrittenParallel,
+    Field(discriminator="type"),
+]
+
+
+class WrittenLegBody(WrittenCoupled):
+    """Common keys of a leg and of the template of repeated legs."""
+
+    base: WrittenFrame = WrittenFrame()
+    chain: Annotated[list[WrittenElement], Field(min_length=1)] = Field(
+        description="the list of elements from base to platform"
+    )
+    platform: WrittenAttachment = WrittenAttachment()
+    elbow: Literal["home", "plus", "minus"] = "home"
+
+    def build(self, place: Place, name: str) -> Leg:
+        """The leg, which has this name."""
+        chain = self.build_chain(place)
+        base = self.base.build(place / "base")
+        attachment = self.platform.build(place / "platform")
+        node = self.platform.node
+        if node is not None and self.platform.at is not None:
+            raise (place / "platform" / "at").error(
+                "place of the leg's end",
+                got=Words("at beside node"),
+                expected="one of the two: the leg ends at its node",
+                key=True,
+            )
+        with (place / "chain").complaints():
+            return Leg(name, base, chain, attachment, Elbow(self.elbow), node)
+
+
+class WrittenLeg(WrittenLegBody):
+    """One leg."""
+
+    name: Text = Field(description="the name of the leg")
+
+
+class WrittenPattern(WrittenRepeat, WrittenLegBody):
+    """A leg, and what differs from copy to copy."""
+
+
+WrittenLegs = OneOrSeveral[WrittenLeg, WrittenPattern]
+
+
+def build_legs(
+    place: Place, written: list[WrittenLeg | WrittenPattern] | WrittenPattern
+) -> list[tuple[Place, Leg]]:
+    """The legs that are written at a place, each with its own place."""
+    built: list[tuple[Place, Leg]] = []
+    for name, here, part in each_of(place, written, "leg"):
+        if len(built) == _MOST_LEGS:
+            raise here.error(
+                "legs", got=Words(f"more than {_MOST_LEGS}"), expected=f"at most {_MOST_LEGS}"
+            )
+        built.append((here, part.build(here, name)))
+    if built and not any(leg.chain.has_compliance for _, leg in built):
+        here, leg = built[0]
+        with (here / "chain").complaints():
+            leg.check_has_compliance()
+    return built

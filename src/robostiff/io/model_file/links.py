@@ -1,0 +1,328 @@
+"""Rigid and elastic parts in a model file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from annotated_types import MaxLen, MinLen
+from pydantic import Field
+
+from robostiff.elasticity import (
+    BeamSegment,
+    BeamTheory,
+    CrossSection,
+    Elasticity,
+    elasticity_from_compliance,
+    elasticity_from_stiffness,
+    moved,
+    tapered_compliance,
+)
+from robostiff.elasticity.bounds import Bounds
+from robostiff.io.model_file.joints import WrittenDrive
+from robostiff.io.model_file.parts import (
+    Direction,
+    Name,
+    Value,
+    Vector,
+    WrittenMapping,
+    WrittenMass,
+    WrittenRotation,
+    read_mass,
+)
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.stock import (
+    MaterialChoice,
+    SectionChoice,
+    Theory,
+    build_material,
+    build_section,
+    read_theory,
+)
+from robostiff.io.suggest import Words, shown, values
+from robostiff.io.units import Dimension
+from robostiff.model import (
+    Link,
+    Mass,
+    Rigid,
+    Telescope,
+    TelescopicBeam,
+    beam_axes,
+    beam_link,
+)
+from robostiff.model.link import beam_mass, section_is_isotropic
+from robostiff.spatial import Frame
+from robostiff.spatial.formula import is_above, length_of
+
+_Six = Annotated[list[Any], MinLen(6), MaxLen(6)]
+
+_MATERIAL = "a name, such as steel, or {E: 70 GPa, poisson_ratio: 0.33}"
+
+_SECTION = "a name, or a shape such as {circle: {diameter: 20 mm}}"
+
+
+_STIFFNESS_BLOCKS = (
+    Dimension.TRANSLATIONAL_STIFFNESS,
+    Dimension.COUPLING_STIFFNESS,
+    Dimension.ROTATIONAL_STIFFNESS,
+)
+_COMPLIANCE_BLOCKS = (
+    Dimension.TRANSLATIONAL_COMPLIANCE,
+    Dimension.COUPLING_COMPLIANCE,
+    Dimension.ROTATIONAL_COMPLIANCE,
+)
+
+
+SHORTEST = 1e-9
+"""Of beams [m]; what is shorter is a slip."""
+
+
+def _check_y_axis(
+    place: Place, y_axis: np.ndarray | None, along: np.ndarray, sections: list[CrossSection]
+) -> None:
+    with (place / "y_axis").complaints():
+        beam_axes(along, y_axis)
+    if y_axis is None and not all(map(section_is_isotropic, sections)):
+        raise place.error(
+            "beam",
+            got=Words("no y_axis"),
+            expected="the direction of the section's y axis, because Iy and Iz differ",
+            hint="write y_axis: z or y_axis: [0, 0, 1] or the like",
+        )
+
+
+def _matrix6(place: Place, rows: list, blocks: tuple[Dimension, ...]) -> np.ndarray:
+    """Six lists of six values; or six values, the diagonal of a matrix."""
+    matrix = np.zeros((6, 6), dtype=object if place.is_exact else float)
+    for i, row in enumerate(rows):
+        if not isinstance(row, list):
+            matrix[i, i] = _entry(place / i, row, blocks[2 * (i // 3)])
+            continue
+        if len(row) != 6:
+            raise (place / i).error(
+                "row of the matrix", got=Words(values(len(row))), expected="6 values"
+            )
+        for j, value in enumerate(row):
+            matrix[i, j] = _entry(place / i / j, value, blocks[i // 3 + j // 3])
+    if len({isinstance(row, list) for row in rows}) > 1:
+        raise place.error(
+            "matrix",
+            got=Words("lists beside single values"),
+            expected="six lists of six values, or the six values of the diagonal",
+        )
+    return matrix
+
+
+def _entry(place: Place, value: Any, dimension: Dimension) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise place.error(
+            "entry of the matrix", got=shown(value), expected="a number or an expression"
+        )
+    return place.number(value, dimension)
+
+
+class WrittenRigid(WrittenRotation, WrittenMass):
+    """Rigid part."""
+
+    type: Literal["rigid"]
+    name: Name | None = None
+    to: Vector | None = None
+
+    def build(self, place: Place, name: str) -> Rigid:
+        """The rigid part."""
+        turned = self.rotation(place)
+        if self.to is None and turned is None:
+            raise place.error("rigid part", expected="to: [x, y, z], a rotation, or both")
+        to = (place / "to").point(self.to)
+        axes = np.eye(3) if turned is None else turned
+        return Rigid(Frame(axes, to), name, self.masses(place))
+
+
+class WrittenSegment(WrittenMapping):
+    """A uniform piece of a beam."""
+
+    share: Value = Field(description="the part of the beam's length that this segment has")
+    material: MaterialChoice | None = None
+    section: SectionChoice = Field(description=_SECTION)
+
+
+class WrittenBeam(WrittenMass):
+    """Straight beam."""
+
+    type: Literal["beam"]
+    name: Name | None = None
+    to: Vector = Field(description="the end of the beam, [x, y, z] in the present frame")
+    y_axis: Direction | None = None
+    material: MaterialChoice = Field(description=_MATERIAL)
+    section: SectionChoice | None = None
+    theory: Theory = "euler-bernoulli"
+    taper: Annotated[list[WrittenSegment], Field(min_length=1)] | None = None
+
+    def build(self, place: Place, name: str) -> Link:
+        """The beam, perhaps of several segments."""
+        to = (place / "to").point(self.to)
+        if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < SHORTEST):
+            raise (place / "to").error(
+                "end of the beam",
+                got=self.to,
+                expected=f"a point away from the beam's start, by {SHORTEST:g} m or more",
+            )
+        theory = read_theory(self.theory)
+        y_axis = None if self.y_axis is None else (place / "y_axis").direction(self.y_axis)
+        own = self.masses(place)
+        material = build_material(place / "material", self.material)
+        if (self.section is None) == (self.taper is None):
+            raise place.error(
+                "beam",
+                got=Words("neither section nor taper" if self.taper is None else "both"),
+                expected="either a section or a taper",
+            )
+        if self.section is not None:
+            section = build_section(place / "section", self.section, material, theory)
+            _check_y_axis(place, y_axis, to, [section])
+            with place.complaints():
+                link = beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)
+            return replace(link, masses=own) if own else link
+        length: Any = length_of(to) if to.dtype == object else float(np.linalg.norm(to))
+        segments = self._segments(place, length, theory)
+        _check_y_axis(place, y_axis, to, [segment.section for segment in segments])
+        with place.complaints():
+            compliance = tapered_compliance(segments, theory)
+            bounds = [x for s in segments for x in (*s.material.bounds, *s.section.bounds)]
+            bounds += (Bounds("length of a segment", s.length) for s in segments)
+            elasticity = Elasticity(compliance, bounds=tuple(bounds))
+            masses: list[Mass] = []  # of the segments, as far as their densities are known
+            start: Any = 0
+            for segment in segments:
+                value, end = beam_mass(*segment), start + segment.length / length
+                if value is not None:
+                    masses.append(Mass(value, span=(start, end)))
+                start = end
+            return Link(to, elasticity, beam_axes(to, y_axis), name, own or tuple(masses))
+
+    def _segments(self, place: Place, length: Any, theory: BeamTheory) -> list[BeamSegment]:
+        segments, total = [], 0.0
+        for i, segment in enumerate(self.taper or ()):
+            here = place / "taper" / i
+            share = (here / "share").positive(segment.share, Dimension.NUMBER)
+            choice = self.material if segment.material is None else segment.material
+            material = build_material(here / "material", choice)
+            section = build_section(here / "section", segment.section, material, theory)
+            segments.append(BeamSegment(share * length, material, section))
+            total += share
+        if is_above(total - 1, 1e-9) or is_above(1 - total, 1e-9):
+            raise (place / "taper").error(
+                "shares of the segments",
+                got=Words(f"{float(total):.9g} in all"),
+                expected="1 in all",
+            )
+        return segments
+
+
+class WrittenMatrices(WrittenRotation):
+    """A 6x6 stiffness or compliance: six lists of six numbers, or the six of the diagonal."""
+
+    stiffness: _Six | None = None
+    compliance: _Six | None = None
+
+    def elasticity(self, place: Place) -> Elasticity:
+        """The stiffness or compliance."""
+        if (self.stiffness is None) == (self.compliance is None):
+            raise place.error(
+                "elastic element",
+                got=Words("neither" if self.stiffness is None else "both"),
+                expected="either stiffness: or compliance:, 6 x 6",
+            )
+        if self.stiffness is not None:
+            here, convert = place / "stiffness", elasticity_from_stiffness
+            matrix = _matrix6(here, self.stiffness, _STIFFNESS_BLOCKS)
+        else:
+            here, convert = place / "compliance", elasticity_from_compliance
+            matrix = _matrix6(here, self.compliance or [], _COMPLIANCE_BLOCKS)
+        with here.complaints():
+            return convert(matrix)
+
+
+class WrittenSpring(WrittenMatrices, WrittenMass):
+    """Spring at one place of the chain."""
+
+    type: Literal["spring"]
+    name: Name | None = None
+    at: Vector | None = None
+
+    def build(self, place: Place, name: str) -> Link:
+        """The spring, moved to the origin of the present frame."""
+        own, axes = self.elasticity(place), self.turned(place)
+        at = (place / "at").point(self.at)
+        if np.any(at):
+            own, axes = moved(own, axes, -at), np.eye(3)
+        return Link(np.zeros(3), own, axes, name, self.masses(place))
+
+
+class WrittenLink(WrittenMatrices, WrittenMass):
+    """Elastic part given by its 6x6 matrix."""
+
+    type: Literal["link"]
+    name: Name | None = None
+    to: Vector = Field(description="the far end, [x, y, z] in the present frame")
+
+    def build(self, place: Place, name: str) -> Link:
+        """The elastic link."""
+        to, axes = (place / "to").point(self.to), self.turned(place)
+        return Link(to, self.elasticity(place), axes, name, self.masses(place))
+
+
+class WrittenTelescopicBeam(WrittenMapping):
+    """A beam that a telescope lengthens."""
+
+    share: Value | None = None
+    fixed: Value = 0.0
+    material: MaterialChoice = Field(description=_MATERIAL)
+    section: SectionChoice = Field(description=_SECTION)
+    theory: Theory = "euler-bernoulli"
+    mass: Value | None = None
+
+    def build(self, place: Place, *, alone: bool) -> TelescopicBeam:
+        """The beam, the only one of its telescope or one of several."""
+        if self.share is None and not alone and "fixed" not in self.model_fields_set:
+            raise place.error(
+                "beam of a telescope",
+                got=Words("no share"),
+                expected="the share of the extension that lengthens this beam, such as share: 0.5, "
+                "or its fixed length",
+            )
+        share = 1.0 if alone else 0.0
+        if self.share is not None:
+            share = (place / "share").number(self.share, Dimension.NUMBER)
+        fixed = (place / "fixed").number(self.fixed, Dimension.LENGTH)
+        material = build_material(place / "material", self.material)
+        theory = read_theory(self.theory)
+        section = build_section(place / "section", self.section, material, theory)
+        mass = read_mass(place / "mass", self.mass)
+        with place.complaints():
+            return TelescopicBeam(material, section, share, fixed, theory, mass)
+
+
+class WrittenTelescope(WrittenDrive):
+    """Leg of variable length."""
+
+    type: Literal["telescope"]
+    direction: Direction = Field(description="the direction of the slide, such as z")
+    y_axis: Direction | None = None
+    home: Value | None = None
+    beams: list[WrittenTelescopicBeam] = Field(default_factory=list)
+
+    def build(self, place: Place, name: str) -> Telescope:
+        """The telescope."""
+        along = (place / "direction").direction(self.direction)
+        y_axis = None if self.y_axis is None else (place / "y_axis").direction(self.y_axis)
+        role = self.build_role(place, (Dimension.LENGTH,))
+        home = place.number_at(self, "home", Dimension.LENGTH)
+        beams = tuple(
+            beam.build(place / "beams" / i, alone=len(self.beams) == 1)
+            for i, beam in enumerate(self.beams)
+        )
+        _check_y_axis(place, y_axis, along, [beam.section for beam in beams])
+        with (place / "beams").complaints():
+            return Telescope(along, beams, beam_axes(along, y_axis), role, home, name)
