@@ -277,9 +277,7 @@ legs:
     q1, q2 = sp.symbols("q1 q2", real=True)
     k, l_1, l_2, EA, EI = sp.symbols("k l_1 l_2 EA_1 EI_z_1", positive=True)
     named = {d.symbol: d.expression for d in derivation.named.definitions}
-    theta = sp.Symbol("theta_a", real=True)
-    assert w == sp.Matrix([sp.cos(theta), sp.sin(theta), 0])
-    assert named[theta] == q1 + q2
+    assert w == sp.Matrix([sp.cos(q1 + q2), sp.sin(q1 + q2), 0])
     met = named[c]
     across = sp.sin(q2) ** 2 * (l_1**2 / k + l_1**3 / (3 * EI))
     assert sp.expand(met - across - l_1 * sp.cos(q2) ** 2 / EA - l_2 / EA) == 0

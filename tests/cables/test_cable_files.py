@@ -131,7 +131,7 @@ def test_cables_command_with_rules():
     code, output = ran("cables", "cable-8", "--rule", "closed-form", "--balance", "0 0 90 N 0 0 0")
     assert code == 0
     assert "tensions: closed-form" in output
-    assert "balanced:   Fz 90 N" in output
+    assert "balanced: Fz 90 N" in output
 
 
 @pytest.mark.parametrize(

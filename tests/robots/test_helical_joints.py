@@ -27,7 +27,7 @@ from robostiff.linkage import Connection, Linkage, close, robot_of
 from robostiff.model import Actuated, Chain, Leg, Passive, PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import network_of_snapshot
 from robostiff.plot.geometry.displacement import motion_under
-from robostiff.plot.posed_robot import robot_picture
+from robostiff.plot.posed_robot import picture_of_robot
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, Screw
 from tests.generators.chains import random_rotation
@@ -142,15 +142,16 @@ def test_deflection_energy_and_picture_are_those_of_slides():
     shares, others = ([part.share for part in one.parts] for one in (bent, expected))
     assert shares == pytest.approx(others, rel=1e-9)
     snapshot = rs.find_posture(robot, POSES[0]).snapshot.one(0)
-    motion = motion_under(snapshot, bent)
-    for leg, own in zip(snapshot.legs, motion.legs, strict=True):
+    motions = motion_under(snapshot, bent)
+    for leg in snapshot.legs:
         (i,) = (i for i, e in enumerate(leg.elements) if e.name == "actuator")
-        screw, before, after = leg.elements[i], own.bodies[i], own.bodies[i + 1]
+        screw = leg.elements[i]
+        before, after = (motions[f"{leg.name}/{leg.elements[k].name}"] for k in (i - 1, i))
         turn = (after.twist - before.twist)[3:] @ screw.axis
         shift = after.displacement(screw.point) - before.displacement(screw.point)
         assert shift == pytest.approx(H * turn * screw.axis, abs=1e-15)
     # Along the screw the line is that of a slide.
-    scene = robot_picture(snapshot)
+    scene = picture_of_robot(snapshot)
     about = {getattr(item, "about", "") for item in scene.items}
     assert "leg1/actuator" in about
 

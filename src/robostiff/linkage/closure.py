@@ -407,7 +407,8 @@ class _Loops(LoopEquations):
         def beyond(c: Connection, direction: float = 1.0) -> tuple[Fixed, tuple[int, ...]]:
             """Where the body behind a connection is, and the coordinates that lead there."""
             way = c if direction > 0 else turned_round(c)
-            end, moved = tree.along(way.chain, frames[way.a].to(way.before.R, way.before.p))
+            start = frames[way.a].to(way.before.R, way.before.p)
+            end, moved = (start, ()) if way.element is None else tree.along(way.chain, start)
             is_ball = isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL
             turned = (moved, direction) if is_ball else (moved[:: int(direction)], 1.0)
             places[c.name] = list(turned[0]), turned[1]

@@ -347,9 +347,9 @@ class Snapshot:
     def characteristic_length(self) -> np.ndarray:
         """RMS distance of springs, leg ends and joints but slides from their mean (...) [m].
 
-        Where these meet in a point, the starts of beams are among them. It does not depend on the
-        reference point, scales with the unit of length, and is 0 for a robot that is all in one
-        point.
+        Where these nearly meet in a point, the starts of beams are among them. It does not depend
+        on the reference point, scales with the unit of length, and is 0 for a robot that is all in
+        one point.
         """
         points = [leg.end for leg in self.legs]
         for leg in self.legs:
@@ -358,7 +358,7 @@ class Snapshot:
         length = self._spread(points)
         springs = [e for leg in self.legs for e in leg.parts if isinstance(e, PlacedSpring)]
         whole = self._spread([*points, *(_start(e) for e in springs)])
-        length = np.where(length < _POINT * whole, whole, length)
+        length = np.where((length > 0) & (length < _POINT * whole), whole, length)
         return np.broadcast_to(length, self.reference_point.shape[:-1])
 
     def _spread(self, points: list[np.ndarray]) -> np.ndarray:

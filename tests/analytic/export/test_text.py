@@ -4,7 +4,7 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic import Derivation, Steps, derive_chain
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.export.blocks import Equations, MatrixEquation, Nomenclature
+from robostiff.analytic.export.blocks import EquationRows, MatrixEquation, Nomenclature
 from robostiff.analytic.export.outline import outline_of
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL, symmetric
@@ -142,7 +142,7 @@ def test_every_name_that_is_printed_has_a_meaning(name, how):
     letters = {x for x in listed if "_" not in x}
     letters |= {row[0].partition("_")[0] for row in rows if "..." in row}
     lefts = [b.name for b in blocks if isinstance(b, MatrixEquation)]
-    lefts += [e.name for b in blocks if isinstance(b, Equations) for e in b.rows]
+    lefts += [e.name for b in blocks if isinstance(b, EquationRows) for e in b.rows]
     unsaid = {x for x in lefts if x not in listed and x.partition("_")[0] not in letters}
     assert unsaid <= {"0"}  # where the legs close
 

@@ -63,7 +63,7 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Heading:
+class Title:
     """A title; level 1 is the title of the whole."""
 
     text: str
@@ -74,7 +74,7 @@ class Heading:
 
 
 @dataclass(frozen=True)
-class Paragraph:
+class Sentences:
     """Sentences; `{}` in them stands for a formula each, or for a name, where they have some."""
 
     text: str
@@ -85,7 +85,7 @@ class Paragraph:
 
 
 @dataclass(frozen=True)
-class Equations:
+class EquationRows:
     """Equations of scalars, vectors and matrices, one below the other.
 
     `springs`: definitions that are stiffnesses, for the nomenclature, which has the numbers.
@@ -115,7 +115,7 @@ class MatrixEquation:
 
 
 @dataclass(frozen=True)
-class Table:
+class FormulaTable:
     """Rows of a name in words and of formulas, under a head of names."""
 
     head: tuple[Vector | str, ...]
@@ -138,14 +138,14 @@ class Nomenclature:
     rows: tuple[Meaning, ...]
 
 
-Block = Heading | Paragraph | Equations | MatrixEquation | Table | Nomenclature
+Block = Title | Sentences | EquationRows | MatrixEquation | FormulaTable | Nomenclature
 
 
-def equations(definitions: Sequence[Definition]) -> Equations:
+def equations(definitions: Sequence[Definition]) -> EquationRows:
     """Definitions as equations; stiffnesses in numbers are left to the nomenclature."""
     springs = tuple(d for d in definitions if d.parts)
     shown = [d for d in definitions if not is_value(d)]
-    return Equations(
+    return EquationRows(
         tuple(scalar(d.symbol.name, in_decimals(d.expression)) for d in shown), springs
     )
 
@@ -163,12 +163,12 @@ def scalar(name: str, expression: Any) -> Equation:
 def scalar_unless_name(name: str, expression: Any) -> list[Block]:
     """The same where the expression is more than the name itself."""
     is_name = expression.is_Symbol and expression.name == name
-    return [] if is_name else [Equations((scalar(name, readable(expression)),))]
+    return [] if is_name else [EquationRows((scalar(name, readable(expression)),))]
 
 
-def equation(name: str, expression: Any) -> Equations:
+def equation(name: str, expression: Any) -> EquationRows:
     """``name = expression`` of a vector or a matrix, alone."""
-    return Equations((Equation(name, expression),))
+    return EquationRows((Equation(name, expression),))
 
 
 def column_equation(name: str, column: Any) -> MatrixEquation:
@@ -188,7 +188,7 @@ def unless_long(expressions: Any, name: str, blocks: Sequence[Block]) -> Sequenc
     if count <= LONGEST:
         return blocks
     words = f"{{}} takes {count} operations and is not written out."
-    return [Paragraph(words, (Vector(name),))]
+    return [Sentences(words, (Vector(name),))]
 
 
 def meanings_of_given(given: Iterable[str], meanings: Mapping[str, str]) -> list[Meaning]:
@@ -205,8 +205,8 @@ def share(wrench: str, compliance: str) -> Any:
     return Over(outer, sp.Symbol(compliance))
 
 
-def transport(after: str, before: str, axes: Vector, arm: Vector) -> Equations:
+def transport(after: str, before: str, axes: Vector, arm: Vector) -> EquationRows:
     """``after = T before T^T``: from axes with an arm to the reference point, eq. (11)-(13)."""
     T: Any = Rows(((axes, None), (Lever(arm, axes), axes)))
     moved: Any = Outer(Vector("T"), Vector(before))
-    return Equations((Equation(after, moved), Equation("T", T)))
+    return EquationRows((Equation(after, moved), Equation("T", T)))

@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.export.blocks import Heading
+from robostiff.analytic.export.blocks import Title
 from robostiff.analytic.export.language import Language, Row, Typeset
 from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.export.products import GREEK, is_greek
@@ -95,7 +95,7 @@ def derivation_page(derivation: Any) -> str:
     True
     """
     blocks = outline_of(derivation)
-    title = next(block.text for block in blocks if isinstance(block, Heading))
+    title = next(block.text for block in blocks if isinstance(block, Title))
     head = (
         '<meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

@@ -13,16 +13,16 @@ from sympy.printing.printer import Printer
 
 from robostiff.analytic.export.blocks import (
     Block,
-    Equations,
-    Heading,
+    EquationRows,
+    FormulaTable,
     Inverse,
     Lever,
     MatrixEquation,
     Nomenclature,
     Outer,
-    Paragraph,
     Rows,
-    Table,
+    Sentences,
+    Title,
     Total,
 )
 from robostiff.analytic.export.broken_lines import broken_lines, math_width, name_width
@@ -155,15 +155,15 @@ class Language(ABC):
     def part(self, block: Block) -> Iterator[str]:
         """A block, in one or more paragraphs."""
         match block:
-            case Heading(text, level):
+            case Title(text, level):
                 yield self.heading(self.words(text), level)
-            case Paragraph():
+            case Sentences():
                 yield self.paragraph(self.sentences(block))
             case Nomenclature(rows):
                 yield self.heading("Nomenclature", 2)
                 named = [(self.names(names), self.words(meaning)) for names, meaning in rows]
                 yield self.listed(named)
-            case Table(head, rows, of):
+            case FormulaTable(head, rows, of):
                 yield self.table(
                     [[self.words(x), *map(self.cell, own)] for x, own in ((of, head), *rows)]
                 )
@@ -171,7 +171,7 @@ class Language(ABC):
                 for formula in self.formulas(block):
                     yield from self.display(formula)
 
-    def sentences(self, block: Paragraph) -> str:
+    def sentences(self, block: Sentences) -> str:
         """A paragraph with the formulas in it."""
         between = " ".join(block.text.split()).split("{}", len(block.formulas))
         written = [x.replace(x.strip(), self.words(x.strip())) if x.strip() else x for x in between]
@@ -266,7 +266,7 @@ class Language(ABC):
 
     def formulas(self, block: Any) -> list[list[Row]]:
         """A block as displayed formulas, each of one or more equations below one another."""
-        if isinstance(block, Equations):
+        if isinstance(block, EquationRows):
             return [[self._row(equation) for equation in block.rows]]
         around = name_width(block.name) + 2 + _AROUND + _GAP * (block.whole.cols - 1)
         factor, matrix, named = fitted(block, math_width, self.room - around)
@@ -303,7 +303,7 @@ Measure = Callable[[Any], float]
 
 def fitted(
     block: MatrixEquation, measure: Measure, room: float, *, stacked: bool = False
-) -> tuple[Any, sp.ImmutableMatrix, Equations]:
+) -> tuple[Any, sp.ImmutableMatrix, EquationRows]:
     """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
 
     Its common factor stands in front where all fits, and has a name where it is long; otherwise
@@ -319,11 +319,11 @@ def fitted(
     rest = block.whole if block.rest is None else block.rest
     needed = sum(widths(rest))
     if needed + (0 if stacked else taken) <= room and taken <= room / 2:
-        return block.factor, rest, Equations(())
+        return block.factor, rest, EquationRows(())
     name = f"{block.name}_f"
     if needed + len(name) <= room and block.rest is not None and block.factor != 1:
         named = Equation(name, block.factor, is_vector=False)
-        return sp.Symbol(name), rest, Equations((named,))
+        return sp.Symbol(name), rest, EquationRows((named,))
     columns = widths(block.whole)
     # The widest entry for which all columns fit; narrow columns leave space for the others.
     shares = [(room - sum(columns[:n])) / (len(columns) - n) for n in range(len(columns))]
@@ -334,7 +334,7 @@ def fitted(
 
 def _named(
     block: MatrixEquation, measure: Measure, limit: float
-) -> tuple[sp.ImmutableMatrix, Equations]:
+) -> tuple[sp.ImmutableMatrix, EquationRows]:
     """Names for entries wider than a limit; those that are equal up to their sign share one."""
     names: dict[Any, Any] = {}
     named: list[Equation] = []
@@ -350,7 +350,7 @@ def _named(
             names.setdefault(-entry, -names[entry])
             named.append(Equation(name, entry, is_vector=False))
         shown.append(names.get(entry, entry))
-    return sp.ImmutableMatrix(whole.rows, whole.cols, shown), Equations(tuple(named))
+    return sp.ImmutableMatrix(whole.rows, whole.cols, shown), EquationRows(tuple(named))
 
 
 _HALF = sp.Rational(1, 2)

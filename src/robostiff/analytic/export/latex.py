@@ -10,12 +10,12 @@ import sympy as sp
 from sympy.printing.latex import LatexPrinter
 
 from robostiff.analytic.export.blocks import (
-    Equations,
-    Heading,
+    EquationRows,
+    FormulaTable,
     MatrixEquation,
     Nomenclature,
-    Paragraph,
-    Table,
+    Sentences,
+    Title,
     Total,
 )
 from robostiff.analytic.export.entries import symbols_of
@@ -112,9 +112,9 @@ def latex_snippet(derivation: Any) -> str:
     """
     sections: list[list[Any]] = [[]]
     for block in outline_of(derivation):
-        if isinstance(block, Heading):
+        if isinstance(block, Title):
             sections.append([])
-        elif not isinstance(block, Paragraph | Nomenclature | Table):
+        elif not isinstance(block, Sentences | Nomenclature | FormulaTable):
             sections[-1].append(block)
     last = max(i for i, own in enumerate(sections) if any(map(_is_result, own)))
     blocks = sections[last]
@@ -123,10 +123,10 @@ def latex_snippet(derivation: Any) -> str:
     if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
         blocks = [b for b in blocks if not (_is_result(b) and _totals(b) == [""])]
     before = [
-        row for own in sections[:last] for b in own if isinstance(b, Equations) for row in b.rows
+        row for own in sections[:last] for b in own if isinstance(b, EquationRows) for row in b.rows
     ]
     wanted = symbols_of(x for b in blocks if isinstance(b, MatrixEquation) for x in b.whole)
-    rows = [row.expression for b in blocks if isinstance(b, Equations) for row in b.rows]
+    rows = [row.expression for b in blocks if isinstance(b, EquationRows) for row in b.rows]
     wanted |= symbols_of(x for x in rows if isinstance(x, sp.Expr))
     names = []
     for row in reversed(before):
@@ -134,13 +134,13 @@ def latex_snippet(derivation: Any) -> str:
             names.insert(0, row)
             wanted |= row.expression.free_symbols
     latex = _Latex(_ROOM)
-    written = [Equations(tuple(names))] * bool(names) + blocks
+    written = [EquationRows(tuple(names))] * bool(names) + blocks
     return "\n\n".join(latex.in_lines(x) for b in written for x in latex.formulas(b)) + "\n"
 
 
 def _totals(block: Any) -> list[str]:
     """Indices of the sums that equations have: empty for sums over all of a kind."""
-    each = [row.expression for row in block.rows] if isinstance(block, Equations) else []
+    each = [row.expression for row in block.rows] if isinstance(block, EquationRows) else []
     parts = [term for x in each for _, term in (x.terms if isinstance(x, Sum) else ((1, x),))]
     return [term.index for term in parts if isinstance(term, Total)]
 
@@ -167,7 +167,7 @@ class _Latex(Language):
         names = {s: self.name(s.name) for s in symbols}
         product = r"\," if any(is_word(s.name) for s in symbols) else None
         settings = {"symbol_names": names, "full_prec": False, "mul_symbol": product}
-        return _Printer(settings).doprint(expression)
+        return _LatexPrinter(settings).doprint(expression)
 
     def word(self, word: str) -> str:
         if word == "omicron":
@@ -234,7 +234,7 @@ class _Markdown(_Latex):
         return [f"$$\n{self.in_lines(rows)}\n$$"]
 
 
-class _Printer(LatexPrinter):
+class _LatexPrinter(LatexPrinter):
     """As SymPy writes it, a positive term first, and words apart from what is beside them."""
 
     def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:

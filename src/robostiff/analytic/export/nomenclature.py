@@ -11,11 +11,11 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Condition
 from robostiff.analytic.export.blocks import (
     Block,
-    Equations,
-    Heading,
+    EquationRows,
     Meaning,
     Nomenclature,
-    Paragraph,
+    Sentences,
+    Title,
     is_value,
     meanings_of_given,
     scalar,
@@ -260,7 +260,7 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
     *others, last = blocks
     if not isinstance(last, Nomenclature):
         return tuple(blocks)
-    equations = [b for b in others if isinstance(b, Equations)]
+    equations = [b for b in others if isinstance(b, EquationRows)]
     named = {d.symbol.name: d for b in equations for d in b.springs}
     rows = [*last.rows, *_recurring(equations, last.rows)]
     for name in sorted(named, key=_place_in_list):
@@ -269,13 +269,13 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
         size = 1e9 if unit == "GPa" else 1.0
         value = f", {float(d.expression) / size:.12g} {unit or d.unit}" if is_value(d) else ""
         rows.append(((d.symbol.name,), f"{words} of {', '.join(d.parts)}{value}"))
-    shown = [b for b in others if not isinstance(b, Equations) or b.rows]
+    shown = [b for b in others if not isinstance(b, EquationRows) or b.rows]
     after = [*shown[1:], last]
     kept = [b for b, then in zip(shown, after, strict=True) if not _is_bare(b, then)]
     return (*kept, Nomenclature(tuple(rows)))
 
 
-def _recurring(blocks: Sequence[Equations], rows: Sequence[Meaning]) -> list[Meaning]:
+def _recurring(blocks: Sequence[EquationRows], rows: Sequence[Meaning]) -> list[Meaning]:
     """Meanings of scalars that have an equation and that no row has."""
     listed = {getattr(name, "name", name) for names, _ in rows for name in names}
     found: dict[str, dict[Any, None]] = {}
@@ -300,7 +300,7 @@ def _place_in_list(name: str) -> tuple[bool, int, str]:
 
 def _is_bare(block: Block, after: Block) -> bool:
     """Whether a heading has nothing below it."""
-    if not (isinstance(block, Heading) and isinstance(after, Heading)):
+    if not (isinstance(block, Title) and isinstance(after, Title)):
         return False
     return block.level >= after.level
 
@@ -331,13 +331,13 @@ def with_conditions(blocks: Sequence[Block], derivation: Any) -> tuple[Block, ..
     for c in short:
         groups.setdefault(_multiplied_out(c.expression), []).append(c)
     named = [(f"{letter}_{i}", own) for i, own in enumerate(groups.values(), start=1)]
-    section: list[Block] = [Heading("Where the formula holds")]
+    section: list[Block] = [Title("Where the formula holds")]
     if named:
-        section.append(Paragraph("It holds where these differences are positive."))
-        section.append(Equations(tuple(scalar(x, own[0].expression) for x, own in named)))
+        section.append(Sentences("It holds where these differences are positive."))
+        section.append(EquationRows(tuple(scalar(x, own[0].expression) for x, own in named)))
     rest = [c for c in beside if c not in short]
     if rest:
-        section.append(Paragraph(f"It holds only where {_words(rest, legs)}."))
+        section.append(Sentences(f"It holds only where {_words(rest, legs)}."))
     rows = (((name,), f"positive where {_words(own, legs)}") for name, own in named)
     return (*before, *section, Nomenclature((*last.rows, *rows)))
 

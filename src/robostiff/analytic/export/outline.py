@@ -12,13 +12,13 @@ from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
 from robostiff.analytic.exact.definition import Definition, used_definitions
 from robostiff.analytic.export.blocks import (
     Block,
-    Equations,
-    Heading,
+    EquationRows,
     Inverse,
     MatrixEquation,
     Meaning,
     Nomenclature,
-    Paragraph,
+    Sentences,
+    Title,
     column_equation,
     equation,
     equations,
@@ -56,7 +56,7 @@ def outline_of(derivation: Any) -> tuple[Block, ...]:
     >>> k = sp.Symbol("k")
     >>> K = sp.ImmutableMatrix(sp.diag(k, k, k))
     >>> blocks = outline_of(Derivation("K_C", K, (), K))
-    >>> [block.text for block in blocks if isinstance(block, Heading)]
+    >>> [block.text for block in blocks if isinstance(block, Title)]
     ['Cartesian stiffness matrix K_C', 'Result']
     """
     outlines: dict[type, Callable[[Any], list[Block]]] = {
@@ -97,17 +97,17 @@ def _chain(derivation: Derivation) -> list[Block]:
         form = "in closed form" if derivation.is_closed else "in named steps"
         summary = f"Elimination of {joints}, eq. (15), {form}."
     first, last = _outside_stages(derivation)
-    blocks: list[Block] = [Heading(names.title, level=1), Paragraph(summary)]
-    blocks += [Heading("Definitions"), equations(first)]
+    blocks: list[Block] = [Title(names.title, level=1), Sentences(summary)]
+    blocks += [Title("Definitions"), equations(first)]
     if stages:
         start = "Start: stiffness without passive joints"
-        blocks += [Heading(start), *_stiffness(names.of("K", 0), derivation.K0)]
+        blocks += [Title(start), *_stiffness(names.of("K", 0), derivation.K0)]
     blocks += _joints(derivation, names)
     K, definitions = derivation.K, last
     if derivation.is_closed:
         named = name_combinations(K, names.given)
         K, definitions = named.matrix, [*last, *named.definitions]
-    blocks += [Heading("Result"), equations(definitions), stiffness_equation(names.result, K)]
+    blocks += [Title("Result"), equations(definitions), stiffness_equation(names.result, K)]
     rows: list[Meaning] = [((Vector(names.result),), meaning_of_result(derivation))]
     if stages:
         rows += [((Vector(names.of("K", 0)),), "stiffness without passive joints")]
@@ -137,8 +137,8 @@ def _joints(derivation: Derivation, names: EntryNames) -> list[Block]:
         earlier = names.of("K", number - 1)
         rule = stage.rule.replace("the reference point", "the origin") if of_leg else stage.rule
         blocks += [
-            Heading(f"Joint {number}: {stage.joint}"),
-            Paragraph(f"{rule}."),
+            Title(f"Joint {number}: {stage.joint}"),
+            Sentences(f"{rule}."),
             column_equation(J, stage.J),
         ]
         alone = [p for p, x in enumerate(stage.J.flat()) if x != 0]
@@ -165,11 +165,11 @@ def _by_entries(place: int, earlier: str, after: str, before: Any) -> Block:
     p = place + 1
     if all(j == place or before[place, j] == 0 for j in range(before.rows)):
         words = f"Row and column {p} hold no other entry: they are struck, and all others stay."
-        return Paragraph(words)
+        return Sentences(words)
     whole, across, *sides = (
         sp.Symbol(f"{earlier}_{x}") for x in ("jk", f"{p}{p}", f"j{p}", f"k{p}")
     )
-    return Equations((scalar(f"{after}_jk", whole - sides[0] * sides[1] / across),))
+    return EquationRows((scalar(f"{after}_jk", whole - sides[0] * sides[1] / across),))
 
 
 def _meanings_of_joints(
@@ -221,26 +221,26 @@ def _leg(derivation: LegElimination) -> list[Block]:
     of_stages = {d.symbol for stage in derivation.stages for d in stage.definitions}
     before = [d for d in derivation.definitions if d.symbol not in of_stages]
     blocks: list[Block] = [
-        Heading(f"Stiffness of {derivation.leg}, joint by joint", level=1),
-        Paragraph(summary, (Vector(first), C)),
-        Heading("Names"),
+        Title(f"Stiffness of {derivation.leg}, joint by joint", level=1),
+        Sentences(summary, (Vector(first), C)),
+        Title("Names"),
         equations(before),
-        Heading("Axes"),
-        Paragraph(
+        Title("Axes"),
+        Sentences(
             "All matrices are in axes of the leg, in which its joints are simplest: columns of "
             "{}, in world axes. Their origin lies at {} from the reference point.",
             (axes, arm),
         ),
         MatrixEquation(axes.name, readable_matrix(derivation.axes)),
         column_equation(arm.name, derivation.arm),
-        Heading("Compliance without passive joints"),
-        Paragraph(f"Springs: {', '.join(derivation.elastic)}; all joints are held."),
+        Title("Compliance without passive joints"),
+        Sentences(f"Springs: {', '.join(derivation.elastic)}; all joints are held."),
         MatrixEquation(C.name, readable_matrix(derivation.C)),
         equation(first, Inverse(C)),
         *_stiffness(first, derivation.K0),
         *_joints(derivation, names),
-        Heading("About the reference point, world axes"),
-        Paragraph("The leg's part of the sum over the legs, eq. (11) to (13):"),
+        Title("About the reference point, world axes"),
+        Sentences("The leg's part of the sum over the legs, eq. (11) to (13):"),
         transport(names.result, last, axes, arm),
     ]
     wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
@@ -282,13 +282,13 @@ def _loaded(loaded: StiffnessUnderLoad) -> list[Block]:
         *meanings_of_given(names.given, whole.meanings),
     ]
     return [
-        Heading(names.title, level=1),
-        Paragraph(words, tuple(in_words)),
+        Title(names.title, level=1),
+        Sentences(words, tuple(in_words)),
         column_equation(load, loaded.wrench),
         equations(definitions),
-        Heading("Without load"),
+        Title("Without load"),
         stiffness_equation(unloaded, K0),
-        Heading("What the load adds"),
+        Title("What the load adds"),
         stiffness_equation(added, K1),
         Nomenclature(tuple(rows)),
     ]
@@ -303,8 +303,8 @@ def _compliance(found: ComplianceSteps) -> list[Block]:
     meaning = f"compliance about the reference point: twist ({twist}) for wrench ({wrench})"
     given = meanings_of_given(names.given, found.meanings)
     return [
-        Heading(f"Cartesian {found.name}", level=1),
-        Paragraph("The inverse of the stiffness matrix, in named steps."),
+        Title(f"Cartesian {found.name}", level=1),
+        Sentences("The inverse of the stiffness matrix, in named steps."),
         equations(found.definitions),
         MatrixEquation(C, readable_matrix(found.C)),
         Nomenclature((((Vector(C),), meaning), *given)),
@@ -325,9 +325,9 @@ def _derivative(derivative: FormulaDerivative) -> list[Block]:
     meaning = f"derivative of {names.result} by {symbol.name}, all other given symbols held"
     given = meanings_of_given(names.given, derivative.derivation.meanings)
     return [
-        Heading(title, level=1),
-        Paragraph(f"Derivative {form}."),
-        Heading("Result"),
+        Title(title, level=1),
+        Sentences(f"Derivative {form}."),
+        Title("Result"),
         equations(used_definitions(definitions, dK.flat())),
         stiffness_equation(result, dK),
         Nomenclature((((Vector(result),), meaning), *given)),

@@ -236,21 +236,24 @@ def _in_order(
     shared, reduced = share(expressions, symbols=_temporaries(set(names)))
     # A shared subexpression that is a definition has the name of that.
     own: dict[Any, Any] = {}
+    values = dict(shared)
     for symbol, expression in zip(defined, reduced, strict=False):
-        if expression in dict(shared):
+        if expression in values:
             own.setdefault(expression, symbol)
-    assigned: dict[Any, Any] = {own.get(x, x): value.xreplace(own) for x, value in shared}
+    assigned: dict[Any, Any] = {own.get(x, x): value.xreplace(own) for x, value in values.items()}
     for symbol, expression in zip(defined, reduced, strict=False):
         assigned.setdefault(symbol, expression.xreplace(own))
     results: list[Any] = [x.xreplace(own) for x in reduced[len(defined) :]]
-    used = [x for e in results for x in sorted(e.free_symbols & assigned.keys(), key=str)]
-    needed = _order(assigned, used)
-    placed = _order(assigned, [*(x for x in defined if x in needed), *used])
+    needs = {x: _symbols_in(value, assigned) for x, value in assigned.items()}
+    used = [x for e in results for x in _symbols_in(e, assigned)]
+    needed = set(_order(needs, used))
+    placed = _order(needs, [*(x for x in defined if x in needed), *used])
     temporary = [x for x in placed if x not in defined]
     in_order = dict(zip(temporary, _temporaries(set(names)), strict=False))
     n = matrix.cols
-    own |= {x: x for x in placed} | in_order
-    assignments = tuple(Definition(own[x], value.xreplace(in_order)) for x, value in placed.items())
+    assignments = tuple(
+        Definition(in_order.get(x, x), assigned[x].xreplace(in_order)) for x in placed
+    )
     assignments, renamed = _in_range(assignments, [x.xreplace(in_order) for x in results])
     written: Any = sp.ImmutableMatrix(matrix.rows, n, renamed[: matrix.rows * n])
     beside = renamed[matrix.rows * n :]
@@ -305,16 +308,20 @@ def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:
         number += 1
 
 
-def _order(assigned: Mapping[Any, Any], wanted: Sequence[Any]) -> dict[Any, Any]:
-    """The assignments that some symbols need, each after those that it needs."""
-    found: dict[Any, Any] = {}
+def _symbols_in(expression: Any, assigned: Mapping[Any, Any]) -> list[Any]:
+    """The assigned symbols of an expression."""
+    return sorted(expression.free_symbols & assigned.keys(), key=str)
+
+
+def _order(needs: Mapping[Any, Sequence[Any]], wanted: Sequence[Any]) -> list[Any]:
+    """Wanted symbols and those that they need, each after what it needs."""
+    found: dict[Any, None] = {}
     waiting = [*reversed(wanted)]
     while waiting:
-        symbol = waiting[-1]
-        needs = assigned[symbol].free_symbols & assigned.keys()
-        missing = () if symbol in found else needs - found.keys()
-        if missing:
-            waiting.append(min(missing, key=str))
+        missing = () if waiting[-1] in found else (x for x in needs[waiting[-1]] if x not in found)
+        symbol = next(iter(missing), None)
+        if symbol is None:
+            found.setdefault(waiting.pop())
         else:
-            found.setdefault(waiting.pop(), assigned[symbol])
-    return found
+            waiting.append(symbol)
+    return [*found]

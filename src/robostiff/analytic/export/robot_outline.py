@@ -12,15 +12,15 @@ import sympy as sp
 from robostiff.analytic.exact.definition import Definition, used_definitions
 from robostiff.analytic.export.blocks import (
     Block,
-    Equations,
-    Heading,
+    EquationRows,
+    FormulaTable,
     Inverse,
     Lever,
     MatrixEquation,
     Outer,
-    Paragraph,
     Rows,
-    Table,
+    Sentences,
+    Title,
     Total,
     column_equation,
     equation,
@@ -53,8 +53,8 @@ _MOST_LINES = 15  # of entries of K and of names, beside which one leg and the t
 def robot_outline(derivation: RobotDerivation) -> list[Block]:
     """The blocks of the derivation of a robot: its legs, their sum, and the nomenclature."""
     names = EntryNames(derivation)
-    blocks: list[Block] = [Heading(names.title, level=1), _summary(derivation, names)]
-    blocks += [Paragraph(derivation.remark)] * bool(derivation.remark)
+    blocks: list[Block] = [Title(names.title, level=1), _summary(derivation, names)]
+    blocks += [Sentences(derivation.remark)] * bool(derivation.remark)
     named = _named(derivation, names)
     definitions = list(named.definitions)
     form, alone, taken = derivation.vectors, is_vectors_alone(derivation), set(names.given)
@@ -76,17 +76,17 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
             if isinstance(series, InSeries)
             else (_arm(series, names.result, taken))
         )
-        blocks.append(Paragraph(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
+        blocks.append(Sentences(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
     else:
         closing = tuple(scalar("0", x) for c in derivation.conditions for x in c.equations)
-        blocks += [Heading("Where the legs close"), Equations(closing)]
+        blocks += [Title("Where the legs close"), EquationRows(closing)]
         if form is not None and derivation.is_closed:
             # One leg and the table have said what all legs transmit, and how they add up.
             blocks += _legs_in_words(derivation, kinds=True)
             used = used_definitions(definitions, named.K.flat())
-            blocks += [Heading("All legs together"), equations(used)]
+            blocks += [Title("All legs together"), equations(used)]
         else:
-            blocks += [Heading("Names for recurring expressions"), equations(definitions)]
+            blocks += [Title("Names for recurring expressions"), equations(definitions)]
             blocks += _leg_by_leg(derivation, named.legs, names)
         blocks.append(stiffness_equation(names.result, named.K))
     return [*blocks, nomenclature_of_robot(derivation, names, alone=alone)]
@@ -128,10 +128,10 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
     return InNames(K.applyfunc({**lower, **written}.__getitem__), tuple(found), named.definitions)
 
 
-def _summary(derivation: RobotDerivation, names: EntryNames) -> Paragraph:
+def _summary(derivation: RobotDerivation, names: EntryNames) -> Sentences:
     start = f"Stiffness about the reference point in world axes, {derivation.where}"
     if derivation.in_series is not None:
-        return Paragraph(
+        return Sentences(
             f"{start}. No joint is passive: the stiffness is the inverse of the compliance, to "
             "which each spring adds what it feels of a unit wrench."
         )
@@ -143,7 +143,7 @@ def _summary(derivation: RobotDerivation, names: EntryNames) -> Paragraph:
             share_of_leg = "and which share the compliances {}"
     count = len(derivation.legs)
     legs = "one leg" if count == 1 else f"{count} legs"
-    return Paragraph(
+    return Sentences(
         f"{start}, {form}. Passive joints leave each chain the wrenches {{}} that they transmit, "
         f"{share_of_leg}. The stiffness is a sum over {legs}, eq. (12).",
         (Vector(names.generic("w")), names.generic("c")),
@@ -159,8 +159,8 @@ def _legs_in_words(derivation: RobotDerivation, *, kinds: bool = False) -> list[
     if count == 1 or (len(alike) > 1 and not kinds):
         return []
     of = [f"each of the {count} legs"] if len(alike) == 1 else map(", ".join, alike.values())
-    texts = [Paragraph(f"Springs of {x}: {words}") for x, words in zip(of, alike, strict=True)]
-    return [Heading("The legs"), *texts]
+    texts = [Sentences(f"Springs of {x}: {words}") for x, words in zip(of, alike, strict=True)]
+    return [Title("The legs"), *texts]
 
 
 def _in_words(leg: LegDerivation) -> str:
@@ -188,12 +188,12 @@ def _leg_by_leg(
     blocks = _legs_in_words(derivation)
     alike = len(derivation.legs) > 1 and len({*map(_in_words, derivation.legs)}) == 1
     for number, leg in enumerate(in_names, start=1):
-        blocks.append(Heading(f"Leg {number}: {' '.join(leg.name.split())}"))
+        blocks.append(Title(f"Leg {number}: {' '.join(leg.name.split())}"))
         if not alike:
-            blocks.append(Paragraph(f"Springs: {_in_words(derivation.legs[number - 1])}"))
+            blocks.append(Sentences(f"Springs: {_in_words(derivation.legs[number - 1])}"))
         blocks.append(equations(leg.definitions))
         if not leg.wrenches:
-            blocks.append(Paragraph("It transmits no wrench."))
+            blocks.append(Sentences("It transmits no wrench."))
         for k, (w, c) in enumerate(zip(leg.wrenches, leg.compliances, strict=True), start=1):
             own = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
             written = [column_equation(f"w_{own}", w), *scalar_unless_name(f"c_{own}", c)]
@@ -201,7 +201,7 @@ def _leg_by_leg(
     of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
     rest = [d for d in derivation.definitions if d.symbol not in of_legs]
     total = equation(names.result, Total("", share(*map(names.generic, "wc"))))
-    return [*blocks, Heading("Sum of the legs"), total, equations(rest)]
+    return [*blocks, Title("Sum of the legs"), total, equations(rest)]
 
 
 def _vector_level(
@@ -225,8 +225,8 @@ def _vector_level(
         d, b, u, v = (Vector(f"{x}_i") for x in "dbuv")
         formulas = ("K_11", 1 / sp.Symbol("c_i"), d, Sum(((-1, b),)), u, v)
     blocks: list[Block] = [
-        Heading("One leg, and what differs between the legs"),
-        Paragraph(words, formulas),
+        Title("One leg, and what differs between the legs"),
+        Sentences(words, formulas),
     ]
     parts = [result] if len(forms) == 1 else [f"K_{k + 1}" for k in range(len(forms))]
     written: set[Any] = set()
@@ -234,16 +234,16 @@ def _vector_level(
         renamed, names = _in_known_names(form.names, known, taken)
         if len(forms) > 1:
             of = "Leg" if len(form.legs) == 1 else "Legs"
-            blocks.append(Heading(f"{of}: {', '.join(form.legs)}", level=3))
+            blocks.append(Title(f"{of}: {', '.join(form.legs)}", level=3))
         new = [d for d in names if d.symbol not in written]
         blocks += _kind_of_leg(form, part, renamed, new, () if k else form.pose)
         written |= {d.symbol for d in names}
     if len(forms) > 1:
         total = Sum(tuple((1, Vector(part)) for part in parts))
-        blocks += [Heading("All legs", level=3), equation(result, total)]
+        blocks += [Title("All legs", level=3), equation(result, total)]
     if found.average is not None:
         blocks += [
-            Paragraph(
+            Sentences(
                 "The wrenches are turns of the first about z, or mirror images, and meet the same "
                 "compliance. With the entries ({}, {}, {}, {}, {}, {}) of {} the sum is",
                 ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z", Vector("w_1")),
@@ -269,26 +269,30 @@ def _kind_of_leg(
     of_wrench = [e.name.startswith(("w_", "c_", "o_")) for e in leg]
     first = [e for e, is_later in zip(leg, of_wrench, strict=True) if not is_later]
     rest = [e for e, is_later in zip(leg, of_wrench, strict=True) if is_later]
-    blocks: list[Block] = [Equations((*pose, *first)), equations(names), Equations(tuple(rest))]
+    blocks: list[Block] = [
+        EquationRows((*pose, *first)),
+        equations(names),
+        EquationRows(tuple(rest)),
+    ]
     if found.columns:
         columns = [in_names(c) for c in found.columns.values()]
         rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
         pairs = zip(found.columns, columns, strict=True)
         head = (Vector(x) if isinstance(c[0], Coordinates) else x for x, c in pairs)
-        blocks.append(Table(tuple(head), tuple(rows)))
+        blocks.append(FormulaTable(tuple(head), tuple(rows)))
     if found.turned:
         same = "; ".join(", ".join(group) for group in found.turned)
-        blocks.append(Paragraph(f"Legs that are turns of one another about z: {same}."))
+        blocks.append(Sentences(f"Legs that are turns of one another about z: {same}."))
     terms: list[Any] = [share(w, c) for w, c in found.wrenches]
     if found.rods:
         couple, compliance = in_names(found.of_rod)
         blocks += [
-            Paragraph(
+            Sentences(
                 "Rods of a leg are parallel. They act as one rod at their middle, and each turns "
                 "the middle by a couple; the vectors from there to their ends sum to zero."
             ),
-            Equations((couple, compliance)),
-            Table(
+            EquationRows((couple, compliance)),
+            FormulaTable(
                 ("r_ijx", "r_ijy", "r_ijz"),
                 tuple((name, arm) for _, name, arm in found.rods),
                 "rod",
@@ -301,7 +305,7 @@ def _kind_of_leg(
     W: Any = Rows((tuple(Vector(w) for w, _ in found.wrenches),))
     C: Any = Rows(tuple(tuple(sp.Symbol(c) if c else None for c in row) for row in found.coupled))
     K: Any = Total("i", Outer(Vector("W_i"), Inverse(Vector("C_i"))))
-    return [*blocks, Equations((Equation("W_i", W), Equation("C_i", C), Equation(result, K)))]
+    return [*blocks, EquationRows((Equation("W_i", W), Equation("C_i", C), Equation(result, K)))]
 
 
 _IN_SERIES = "Compliance: a sum over the springs"
@@ -311,8 +315,8 @@ def _entries_in_series(found: InSeries, result: str) -> list[Block]:
     """The compliance of a serial arm by its entries, its inverse, and where that is moved to."""
     C, axes, arm = map(Vector, ("C", "R_0", "v_0"))
     return [
-        Heading(_IN_SERIES),
-        Paragraph(
+        Title(_IN_SERIES),
+        Sentences(
             "Springs in series add their compliances. These are in axes of the arm, in which they "
             "are simplest: columns of {}, in world axes, with their origin at {} from the "
             "reference point.",
@@ -334,14 +338,14 @@ def _arm(found: ArmOfSprings, result: str, taken: set[str]) -> list[Block]:
     letters = [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
     t, p, m, Q, T, D, C = map(Vector, "tpmQTDC")
     blocks: list[Block] = [
-        Heading(_IN_SERIES),
-        Paragraph(
+        Title(_IN_SERIES),
+        Sentences(
             "Springs in series add their compliances: a drive that of its unit motion, of which {} "
             "is the twist [translation; rotation] about the reference point {}, and a beam that "
             "about its middle, at {} from {}, in its own axes, the columns of {}, x along it.",
             (t, p, m, p, Q),
         ),
-        Equations(found.equations),
+        EquationRows(found.equations),
         equations(found.names),
     ]
     terms: list[tuple[int, Any]] = []
@@ -349,17 +353,17 @@ def _arm(found: ArmOfSprings, result: str, taken: set[str]) -> list[Block]:
     if drives:
         twist: Any = Outer(t)
         terms.append((1, Total("", Times(sp.Symbol("c"), twist))))
-        blocks.append(Table((t, "c"), drives, "joint"))
+        blocks.append(FormulaTable((t, "c"), drives, "joint"))
     if beams:
         L, EA, EI_y, EI_z, GJ = map(sp.Symbol, letters)
         own = [L / EA, L**3 / (12 * EI_z), L**3 / (12 * EI_y), L / GJ, L / EI_y, L / EI_z]
         moved: Any = Rows(((Q, Lever(m, Q)), (None, Q)))
         terms.append((1, Total("", Outer(T, D))))
         rows.append(Equation("T", moved))
-        blocks.append(Table((Q, m, *letters), beams, "beam"))
+        blocks.append(FormulaTable((Q, m, *letters), beams, "beam"))
         blocks.append(MatrixEquation("D", sp.ImmutableMatrix(sp.diag(*own))))
     total = Equation("C", Sum(tuple(terms)))
-    return [*blocks, Equations((total, *rows)), equation(result, Inverse(C))]
+    return [*blocks, EquationRows((total, *rows)), equation(result, Inverse(C))]
 
 
 def _in_known_names(

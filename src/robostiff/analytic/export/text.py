@@ -74,7 +74,7 @@ class _PlainText(Language):
 
     def write(self, expression: Any) -> str:
         """An expression, numbers without zeros at their end."""
-        return _Printer({"full_prec": False}).doprint(expression)
+        return _TextPrinter({"full_prec": False}).doprint(expression)
 
     def name(self, name: str, *, bold: bool = False) -> str:
         return name
@@ -146,7 +146,7 @@ def _padded(rows: list[list[str]]) -> list[list[str]]:
     return [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in rows]
 
 
-class _Printer(StrPrinter):
+class _TextPrinter(StrPrinter):
     """As SymPy writes it, a positive term first."""
 
     def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:

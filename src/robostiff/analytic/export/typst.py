@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.export.blocks import Heading
+from robostiff.analytic.export.blocks import Title
 from robostiff.analytic.export.language import Language, Row, Typeset
 from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.export.products import is_greek
@@ -80,7 +80,7 @@ def derivation_typst(derivation: Any) -> str:
       0, 1, 0;
       0, 0, 0) $)
     """
-    title = next(block.text for block in outline_of(derivation) if isinstance(block, Heading))
+    title = next(block.text for block in outline_of(derivation) if isinstance(block, Title))
     quoted = title.replace("\\", "\\\\").replace('"', '\\"')
     flipped = "true" if wants_wide_page(derivation) else "false"
     preamble = _PREAMBLE.format(title=quoted, flipped=flipped)

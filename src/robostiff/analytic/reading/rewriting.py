@@ -18,8 +18,8 @@ _LONGEST_SUM = 60  # operations of a sum in which two symbols may stand as their
 
 
 @dataclass(frozen=True)
-class Facts:
-    """What the moves ask of a formula."""
+class PartsOfFormula:
+    """What a formula consists of."""
 
     parts: tuple[Any, ...]
     operations: int
@@ -32,7 +32,7 @@ class Facts:
 
 
 @lru_cache(maxsize=2**14)
-def facts_of(formula: Any) -> Facts:
+def facts_of(formula: Any) -> PartsOfFormula:
     """Those of a formula, kept."""
     parts = {formula: None}  # in the order of the formula, the same in every run
     pending = [formula]
@@ -42,7 +42,7 @@ def facts_of(formula: Any) -> Facts:
         pending += new
     powers = [x for x in parts if x.is_Pow]
     below = (x.base for x in powers if x.exp.is_Rational and x.exp.is_negative)
-    return Facts(
+    return PartsOfFormula(
         tuple(parts),
         operations_in(formula),
         symbols_in(formula),

@@ -192,7 +192,7 @@ class _Search:
         if is_squared and self.start.lines > _LINES and not name.name.startswith("L_"):
             square = self.name("p", expression**2, positive=True)
             by = name, square.symbol, expression
-            yield self.changed(w, lambda x: in_squares(x, *by), {name}, square, d)
+            yield self.changed(w, lambda x, by=by: in_squares(x, *by), {name}, square, d)
         for ratio in () if d.parts else w.definitions:  # a modulus is no length
             if ratio.expression.is_Mul and name in ratio.expression.args:
                 below = name / ratio.expression
