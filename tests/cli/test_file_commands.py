@@ -253,6 +253,7 @@ def test_results_for_matlab(tmp_path):
         rs.stiffness(rs.load("hexapod"), [0, 0, 0.85, 0, 0, np.pi / 18]),
     )
     assert np.allclose(found["stiffness"], expected.K, rtol=1e-12)
+    assert expected.transform is not None
     assert np.allclose(found["transform"], expected.transform.as_matrix())
     assert found["status"][0] == "ok"
     legs = found["joint_coordinates"].dtype.names

@@ -104,7 +104,9 @@ def test_three_files_say_the_same(output):
         assert "extremes" not in facts
     else:
         weakest = facts["extremes"]["translational_stiffness"]["least"]
-        pose = [weakest["pose"]["x"], rs.load("3-rpr").home.p[1], weakest["pose"]["rz"]]
+        home = rs.load("3-rpr").home
+        assert home is not None
+        pose = [weakest["pose"]["x"], home.p[1], weakest["pose"]["rz"]]
         K = rs.stiffness(rs.load("3-rpr"), pose).K
         np.testing.assert_allclose(np.linalg.eigvalsh(K[:2, :2])[0], low, rtol=1e-6)
         assert weakest["status"] == "ok"

@@ -66,11 +66,12 @@ def test_joints_of_a_parallel_robot_are_those_of_its_actuators():
     home = [float(q[0, 2]) for q in rs.find_posture(robot).coordinates]
     in_mm = " ".join(f"{1e3 * q + 10:.12g} mm" for q in home)
     q = rs.ActuatorCoordinates(np.array(home) + 0.01)
-    expected = rs.stiffness(robot, q).pose
+    expected = np.asarray(rs.stiffness(robot, q).pose)
     found = printed("stiffness", "hexapod", "--joints", in_mm)["pose"]
     assert np.allclose(found, expected, atol=1e-9)
     one = printed("stiffness", "hexapod", "--joints", f"leg2/strut={home[1] + 0.01:.12g}")["pose"]
-    expected = rs.stiffness(robot, rs.ActuatorCoordinates({"leg2/strut": home[1] + 0.01})).pose
+    longer = rs.ActuatorCoordinates({"leg2/strut": home[1] + 0.01})
+    expected = np.asarray(rs.stiffness(robot, longer).pose)
     assert np.allclose(one, expected, atol=1e-9)
 
 

@@ -138,7 +138,9 @@ def without_parallel_axes() -> Robot:
     robot = rs.load("six-joint-arm")
     elements = list(robot.legs[0].chain.elements)
     (at,) = (i for i, own in enumerate(elements) if own.name == "joint3")
-    skew = revolute([0, np.cos(0.2), np.sin(0.2)], elements[at].role, home=[0.26], name="joint3")
+    third = elements[at]
+    assert isinstance(third, rs.Joint)
+    skew = revolute([0, np.cos(0.2), np.sin(0.2)], third.role, home=[0.26], name="joint3")
     elements[at] = skew
     return replace(robot, legs=(replace(robot.legs[0], chain=Chain(tuple(elements))),))
 

@@ -52,16 +52,17 @@ def test_results_give_transforms(robot):
 def test_four_rows_of_a_robot_with_four_coordinates_are_four_poses():
     h4 = rs.load("h4")
     assert len(h4.coordinates) == 4
-    home = rs.stiffness(h4).pose[h4.coordinate_places]
+    home = np.asarray(rs.stiffness(h4).pose)[h4.coordinate_places]
     rows = home + np.random.default_rng(1).uniform(-0.01, 0.01, (4, 4))
     assert rs.stiffness(h4, rows).batch_shape == (4,)
 
 
 def test_planar_robots_take_transforms_in_their_plane():
     robot = rs.load("3-rrr")
-    six = rs.stiffness(robot, [0.02, 0.01, 0.1]).pose
-    T = rs.stiffness(robot, [0.02, 0.01, 0.1]).transform.as_matrix()
-    np.testing.assert_allclose(rs.stiffness(robot, T).pose, six, atol=1e-15)
+    found = rs.stiffness(robot, [0.02, 0.01, 0.1])
+    assert found.transform is not None
+    again = np.asarray(rs.stiffness(robot, found.transform.as_matrix()).pose)
+    np.testing.assert_allclose(again, np.asarray(found.pose), atol=1e-15)
     with pytest.raises(rs.InputError, match="out of its plane"):
         rs.stiffness(robot, MATRICES[0])
 

@@ -66,7 +66,7 @@ def test_a_robot_of_legs_is_as_stiff_as_a_linkage(name):
     make, pose = CASES[name]
     robot = make()
     fast = rs.compile(linkage_of(robot), backend=ARRAYS)
-    answer = fast.attempt({name: q[None] for name, q in drives_at(robot, pose).items()})
+    answer = fast.attempt({name: q[None] for name, q in drives_at(robot, np.array(pose)).items()})
     assert not answer.guarded[0]
     legs = rs.stiffness(robot, pose)
     K = answer.values["K"][0][np.ix_(legs.space.rows, legs.space.rows)]

@@ -143,7 +143,8 @@ def test_hexapod_on_a_rail():
     assert any("drives" in sentence for sentence in rs.stiffness(machine).advice)
     moved = rs.stiffness(machine, rs.ActuatorCoordinates({"rail/slide": 0.3}))
     home = rs.stiffness(hexapod)
-    np.testing.assert_allclose(moved.pose - home.pose, [0.3, 0, 0, 0, 0, 0], atol=1e-12)
+    shift = np.asarray(moved.pose) - np.asarray(home.pose)
+    np.testing.assert_allclose(shift, [0.3, 0, 0, 0, 0, 0], atol=1e-12)
     assert not moved.advice
     C = np.linalg.inv(home.K)
     C[0, 0] += 1 / 2e8

@@ -183,7 +183,7 @@ def test_a_structure_has_one_pose_and_as_many_values_as_wanted(backend, tmp_path
                 assert found.status_codes[i] == 0
                 np.testing.assert_allclose(found.values["K"][i], own.K, rtol=1e-10, atol=1e-4)
                 C = found.values["compliance"][i]
-                np.testing.assert_allclose(C, own.compliance, rtol=1e-10, atol=1e-18)
+                np.testing.assert_allclose(C, np.asarray(own.compliance), rtol=1e-10, atol=1e-18)
         with pytest.raises(rs.InputError, match=r"an array \(N, 0\): a structure has one pose"):
             compiled.evaluate(np.zeros((1, 6)), parameters=given)
 

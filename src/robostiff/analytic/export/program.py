@@ -249,7 +249,7 @@ def _in_order(
     needed = set(_order(needs, used))
     placed = _order(needs, [*(x for x in defined if x in needed), *used])
     temporary = [x for x in placed if x not in defined]
-    in_order = dict(zip(temporary, _temporaries(set(names)), strict=False))
+    in_order: dict[Any, Any] = dict(zip(temporary, _temporaries(set(names)), strict=False))
     n = matrix.cols
     assignments = tuple(
         Definition(in_order.get(x, x), assigned[x].xreplace(in_order)) for x in placed

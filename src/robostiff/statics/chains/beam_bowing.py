@@ -175,9 +175,9 @@ class SpringElements:
                 self.beams[entries] = None if free.size else uniform_beam(C)
             kept[_BEAM], kept[_OWN] = self.beams[entries], {}
         beam: UniformBeam | None = kept[_BEAM]
-        bows = beam is not None and isinstance(self.treated, Bowing)
-        parts = (self.treated.elements or 1) if bows else 0
-        inner = bows and self.treated.elements is None
+        treated = self.treated if beam is not None else Linear()
+        parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
+        inner = isinstance(treated, Bowing) and treated.elements is None
         key = (*entries, turned, parts, inner)
         own = self.known.get(key) or kept[_OWN].get(key[2:])
         if own is None:
