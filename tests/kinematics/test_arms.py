@@ -16,6 +16,7 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import (
     Actuated,
     Chain,
+    Joint,
     Leg,
     Passive,
     Rigid,
@@ -139,7 +140,7 @@ def without_parallel_axes() -> Robot:
     elements = list(robot.legs[0].chain.elements)
     (at,) = (i for i, own in enumerate(elements) if own.name == "joint3")
     third = elements[at]
-    assert isinstance(third, rs.Joint)
+    assert isinstance(third, Joint)
     skew = revolute([0, np.cos(0.2), np.sin(0.2)], third.role, home=[0.26], name="joint3")
     elements[at] = skew
     return replace(robot, legs=(replace(robot.legs[0], chain=Chain(tuple(elements))),))
