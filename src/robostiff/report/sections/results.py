@@ -146,7 +146,7 @@ def bending_section(contents: ReportContents) -> Section | None:
         of = "each leg, part by part" if len(bent.leg_wrenches) > 1 else "each part"
         caption = f"Elastic energy of {of}."
         parts.append(one_figure("energy", caption, energy_picture(bent)))
-        every = energy_table(bent.parts, bent.energy, most=len(bent.parts))
+        every = energy_table(bent.parts, bent.energy, most=None)
         parts.append(Folded(f"{len(bent.parts)} parts, one by one", (every,)))
     return section("load", _LOAD, parts)
 
