@@ -101,7 +101,7 @@ def test_stiffer_screws_gain_more(page: Page):
 @of("how_much_a_hexapod_carries")
 def test_slender_tubes_buckle_and_vibrate_slowly_before(page: Page):
     found, sooner, euler = (page.names[name] for name in ("found", "sooner", "euler"))
-    assert page.names["carried"] / euler == pytest.approx(1.009, abs=2e-3)
+    assert page.names["carried"] / euler == pytest.approx(1, abs=1e-3)
     assert page.claims(f"{found.factor:.0f} kN straight down, and {sooner.factor:.0f} kN if")
     pairs = re.findall(r"(\d+)% of the critical load: ([\d.]+) Hz", page.printed)
     shares, hertz = np.array(pairs, dtype=float).T

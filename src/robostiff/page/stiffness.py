@@ -237,7 +237,7 @@ def small_motion(motion: str, value: float) -> Number:
 
 
 def energy_table(parts: Sequence[PartShare], energy: float, most: int | None = MOST_PARTS) -> Table:
-    """The parts with the largest share of the elastic energy [J]; all of them where most is None."""
+    """The parts with the largest share of the elastic energy [J]; all where most is None."""
     each = [part for part in parts[:most] if most is None or part.share >= _NAMED]
     if len(each) == len(parts) - 1:  # a single one has a name rather than a count
         each = list(parts)

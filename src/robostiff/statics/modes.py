@@ -30,7 +30,7 @@ from robostiff.statics.loading.given_loads import Gravity, Laws, Loads, Masses
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_wrench, postures_of
 
 # So that beams have modes of their own, the first of them within some percent.
-_HALVES = Bowing(elements=2)
+_HALVES = Bowing(elements=2, inner_modes=True)
 # Of the platform's motion beside that of the legs: below this it stays.
 _STAYS = 1e-6
 # Of a motion, rotations times the length of the robot: below this it is called a translation.

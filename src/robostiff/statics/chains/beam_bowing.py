@@ -44,9 +44,10 @@ class Bowing:
     Attributes
     ----------
     elements : int or None
-        Into how many clamped cubics, without inner modes, each beam is divided; errors decrease
-        with the fourth power. None: one element with inner modes. One cubic alone does not buckle
-        between clamped ends.
+        Into how many clamped cubics each beam is divided; errors decrease with the fourth power.
+        None: one element with inner modes. One cubic alone does not buckle between clamped ends.
+    inner_modes : bool or None
+        Whether each element has inner modes; None: where `elements` is None.
 
     Raises
     ------
@@ -55,6 +56,12 @@ class Bowing:
     """
 
     elements: int | None = None
+    inner_modes: bool | None = None
+
+    @property
+    def has_inner_modes(self) -> bool:
+        """Whether elements have inner modes."""
+        return self.elements is None if self.inner_modes is None else self.inner_modes
 
     def __post_init__(self) -> None:
         n = self.elements
@@ -177,7 +184,7 @@ class SpringElements:
         beam: UniformBeam | None = kept[_BEAM]
         treated = self.treated if beam is not None else Linear()
         parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
-        inner = isinstance(treated, Bowing) and treated.elements is None
+        inner = isinstance(treated, Bowing) and treated.has_inner_modes
         key = (*entries, turned, parts, inner)
         own = self.known.get(key) or kept[_OWN].get(key[2:])
         if own is None:
