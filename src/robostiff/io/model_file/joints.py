@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -165,9 +166,9 @@ class WrittenBaseJoint(WrittenDrive):
 
     home: Any = None
 
+    @abstractmethod
     def _maker(self, place: Place) -> Callable[..., Joint]:
         """What makes it of a role."""
-        raise NotImplementedError
 
     def build(self, place: Place, name: str) -> Joint:
         """The joint."""
