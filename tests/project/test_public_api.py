@@ -189,7 +189,7 @@ HEAVY = (
     "zarr",
     "dask",
     "distributed",
-    "heyoka",
+    "llvmlite",
     "jaxtyping",
     "flint",
     "mujoco",
