@@ -175,8 +175,8 @@ class CondensedSystem:
 
     Of ``[[0, A^T], [A, -S]]`` the stiffness ``A^T (S + D)^-1 A`` of the displacements is left,
     where D gives rigid directions a little compliance: sparse and positive definite, so that its
-    factors take a tenth of the time. What it loses to rounding and to D, refinement by the whole system
-    brings back.
+    factors take a tenth of the time. What it loses to rounding and to D, refinement by the whole
+    system brings back.
     """
 
     others: np.ndarray  # (m,) of int: displacements
