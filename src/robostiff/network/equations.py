@@ -101,7 +101,7 @@ def coupled_motion(
 
 
 @dataclass(frozen=True)
-class _Part:
+class _ScaledElement:
     """What an element is to a network: compliance and freedoms, in axes in which to work."""
 
     element: Element
@@ -112,7 +112,7 @@ class _Part:
     freedom_names: tuple[str, ...]
 
     @staticmethod
-    def of(element: Element, of_node: np.ndarray, space: Space) -> _Part:
+    def of(element: Element, of_node: np.ndarray, space: Space) -> _ScaledElement:
         """A beam about its end, a slide or a weld about the point of node a, `of_node` (3,) [m].
 
         Raises InputError when an element of a planar network leaves the plane.
@@ -135,7 +135,7 @@ class _Part:
                 elif freedom.stiffness is not None:
                     C = C + np.outer(twist, twist) / freedom.stiffness
         C, J, axes = _in_space(element.name, C, J, rotation, space)
-        return _Part(element, at, C, J, axes, tuple(names))
+        return _ScaledElement(element, at, C, J, axes, tuple(names))
 
     def modes(self, space: Space) -> np.ndarray:
         """Modes of the compliance (n, n), as the spring has them or as they follow from it."""
@@ -158,7 +158,7 @@ def connections_of(
     Raises InputError when an element of a planar network leaves the plane, or a compliance is
     negative.
     """
-    parts = [_Part.of(*each, space) for each in zip(elements, of_nodes, strict=True)]
+    parts = [_ScaledElement.of(*each, space) for each in zip(elements, of_nodes, strict=True)]
     alike: dict[int, list[int]] = defaultdict(list)
     for k, part in enumerate(parts):
         alike[part.J.shape[1]].append(k)
@@ -170,7 +170,7 @@ def connections_of(
 
 
 def _motions(
-    parts: Sequence[_Part], scale: np.ndarray, space: Space, tolerance: Tolerance
+    parts: Sequence[_ScaledElement], scale: np.ndarray, space: Space, tolerance: Tolerance
 ) -> list[RelativeMotion]:
     """Connections of parts with as many freedoms."""
     J = np.array([part.J for part in parts]) * scale[:, None]
