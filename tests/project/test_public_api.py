@@ -127,7 +127,6 @@ PUBLIC = [
     "cylindrical",
     "deflection",
     "derive",
-    "derive_under_load",
     "equilibrium",
     "find_posture",
     "helical",
