@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance
-from robostiff.kinematics.closure.loop_equations import ClosurePart, LoopEquations
+from robostiff.kinematics.closure.loops import ClosurePart, Loops
 
 CLOSED = 1e-10
 CONVERGED = 1e-14
@@ -46,7 +47,7 @@ _ASIDE, _SEED = 1e-3, 5
 _TRIES, _BESIDE = 4, 0.2
 
 
-def nearest(equations: LoopEquations, x: np.ndarray) -> np.ndarray:
+def nearest(loops: Loops, x: np.ndarray) -> np.ndarray:
     """Postures closed, or as nearly as possible, by Levenberg steps from guesses x (N, size).
 
     Steps are damped by the square of the gap. They may lead to another assembly mode. A posture is
@@ -55,7 +56,7 @@ def nearest(equations: LoopEquations, x: np.ndarray) -> np.ndarray:
     best, best_size = x.copy(), np.full(len(x), np.inf)
     going = np.arange(len(x))
     for _ in range(_NEAREST_ITERATIONS):
-        e, J = equations.gaps_and_rates(x)
+        e, J = loops.gaps_and_rates(x)
         size = np.max(np.abs(e), axis=-1, initial=0.0)
         better = size < best_size[going]
         best[going[better]], best_size[going[better]] = x[better], size[better]
@@ -68,7 +69,7 @@ def nearest(equations: LoopEquations, x: np.ndarray) -> np.ndarray:
             break
         going, x, step = going[on], x[on], step[on]
         longest = np.max(np.abs(step), axis=-1, keepdims=True)
-        x = equations.moved(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
+        x = loops.moved(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
     return best
 
 
@@ -111,14 +112,41 @@ class _Directions:
 
 
 @dataclass(frozen=True)
-class FollowedPosture:
+class Followed:
     """Postures at prescribed coordinates."""
 
     x: np.ndarray  # (N, size): the nearest that was found where there is none
-    kept: np.ndarray  # (N,) of bool: where a closed posture is found in the assembly mode of home
-    # (N,) of bool: where one closes, but no path without singularity was found that leads there
+    closed: np.ndarray  # (N,) of bool: where they close in the assembly mode of home
+    # (N,) of bool: where they close, but no path without singularity was found that leads there
     # from home
     elsewhere: np.ndarray
+    ends: tuple[int, ...] = ()  # of the coordinates of a pose, and of each leg after it
+
+    @property
+    def pose(self) -> np.ndarray:
+        """Pose coordinates (N, 6): x, y, z, rotation vector."""
+        return self.x[:, :6]
+
+    @property
+    def coordinates(self) -> list[np.ndarray]:
+        """Views of the coordinates (N, size) of each leg."""
+        return [self.x[:, a:b] for a, b in pairwise(self.ends)]
+
+
+def follow(loops: Loops, home: np.ndarray, given: np.ndarray) -> Followed:
+    """Postures at prescribed coordinates (N, g), in the assembly mode of a closed one (size,)."""
+    key = home.tobytes()
+    if key not in loops.modes:
+        loops.modes.clear()
+        loops.modes[key] = AssemblyMode(loops, home)
+    return loops.modes[key].at(given)
+
+
+def closed_near(loops: Loops, x: np.ndarray) -> Followed:
+    """Postures closed from guesses (N, size), in the assembly mode of each guess."""
+    x = nearest(loops, x)
+    closed = np.max(np.abs(loops.gaps(x)), axis=-1) <= CLOSED
+    return Followed(x, closed, np.zeros(len(x), dtype=bool), loops.ends)
 
 
 @dataclass(frozen=True)
@@ -132,13 +160,13 @@ class AssemblyMode:
     at a pose is the same to the last bit whatever other poses come with it.
     """
 
-    equations: LoopEquations
+    loops: Loops
     home: np.ndarray  # (size,): the closed posture
 
-    def at(self, given: np.ndarray) -> FollowedPosture:
-        """Postures at prescribed coordinates (N, g), in the order of ``equations.given``."""
+    def at(self, given: np.ndarray) -> Followed:
+        """Postures at prescribed coordinates (N, g), in the order of ``loops.given``."""
         x = np.tile(self.home, (len(given), 1))
-        x[:, self.equations.given] = given
+        x[:, self.loops.given] = given
         x, kept, J, first = self._stepped(x, self._at_home)
         if self._at_home is None:
             self._start_aside(x, kept, given)
@@ -155,9 +183,9 @@ class AssemblyMode:
         if rows.size:
             own = directions and [one.of_rows(left) for one in directions]
             guess = x[rows]
-            guess[:, self.equations.given] = given[rows]
-            x[rows] = nearest(self.equations, guess)
-            gap = _size(self.equations.gaps(x[rows]))
+            guess[:, self.loops.given] = given[rows]
+            x[rows] = nearest(self.loops, guess)
+            gap = _size(self.loops.gaps(x[rows]))
             closed = (gap <= _NEARLY_CLOSED) & self._is_long(x[rows])
             arrived = gone[left] >= 1.0 - _LAST_PART
             kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
@@ -166,11 +194,11 @@ class AssemblyMode:
             _, beyond = self._way_back(x, kept & doubtful)
             kept[beyond], elsewhere[beyond] = False, True
         rows = np.flatnonzero(kept)
-        J = J if at_once or self._at_home is None else self.equations.rates(x[rows])
+        J = J if at_once or self._at_home is None else self.loops.rates(x[rows])
         rows = rows[self._is_nearly_singular(J, len(rows))]
         beyond = rows[self._crosses(x[rows], given[rows])]
         kept[beyond], elsewhere[beyond] = False, True
-        return FollowedPosture(x, kept, elsewhere)
+        return Followed(x, kept, elsewhere, self.loops.ends)
 
     def _start_aside(self, x: np.ndarray, kept: np.ndarray, given: np.ndarray) -> None:
         """Close postures x (N, size) from around a singular home where none is kept, in place.
@@ -179,15 +207,15 @@ class AssemblyMode:
         upright turns the tool one way, and has to be turned itself before.
         """
         random = np.random.default_rng(_SEED)
-        unknowns = len(self.equations.parts[-1].unknowns)
+        unknowns = len(self.loops.parts[-1].unknowns)
         for aside in random.uniform(-_BESIDE, _BESIDE, (_TRIES, unknowns)):
             rows = np.flatnonzero(~kept)
             if not rows.size:
                 return
-            guess = self.equations.moved(np.tile(self.home, (rows.size, 1)), aside[None])
-            guess[:, self.equations.given] = given[rows]
-            found = nearest(self.equations, guess)
-            closed = _size(self.equations.gaps(found)) <= _NEARLY_CLOSED
+            guess = self.loops.moved(np.tile(self.home, (rows.size, 1)), aside[None])
+            guess[:, self.loops.given] = given[rows]
+            found = nearest(self.loops, guess)
+            closed = _size(self.loops.gaps(found)) <= _NEARLY_CLOSED
             closed &= self._is_long(found)
             x[rows[closed]], kept[rows[closed]] = found[closed], True
 
@@ -195,8 +223,8 @@ class AssemblyMode:
         """Where the straight way back ends at home, and where at another posture there (N,)."""
         at_home, beyond = np.zeros((2, len(x)), dtype=bool)
         for k in np.flatnonzero(asked):
-            back = AssemblyMode(self.equations, x[k])
-            (last,), (gone,), _ = back._along(self.home[self.equations.given][None])
+            back = AssemblyMode(self.loops, x[k])
+            (last,), (gone,), _ = back._along(self.home[self.loops.given][None])
             is_home = np.all(np.abs(np.sin(0.5 * (last - self.home))) < _SAME)  # but for turns
             at_home[k], beyond[k] = gone >= 1.0 and is_home, gone >= 1.0 and not is_home
         return at_home, beyond
@@ -206,7 +234,7 @@ class AssemblyMode:
         found = np.zeros(count, dtype=bool)
         if self._at_home is None or not count:
             return found
-        for part, usual in zip(self.equations.parts, self._usual, strict=True):
+        for part, usual in zip(self.loops.parts, self._usual, strict=True):
             if usual.size:
                 values = np.linalg.svd(_of_part(part, J), compute_uv=False)[:, usual.size - 1]
                 found |= values < _WATCHED * usual[-1]
@@ -222,16 +250,16 @@ class AssemblyMode:
         crosses = np.zeros(len(x), dtype=bool)
         if self._at_home is None or not len(x):
             return crosses
-        places, before, known = self.equations.given, [x], np.ones(len(x), dtype=bool)
+        places, before, known = self.loops.given, [x], np.ones(len(x), dtype=bool)
         for back in (1, 2):
             guess = before[-1].copy()
             guess[:, places] = given + back * _LAST_PART * (self.home[places] - given)
             closed, found, *_ = self._newton(guess, self._at_home[-1])
             before.append(closed)
             known &= found
-        J_near, J_far = (self.equations.rates(one) for one in before[1:])
+        J_near, J_far = (self.loops.rates(one) for one in before[1:])
         for k in np.flatnonzero(known):
-            for part in self.equations.parts:
+            for part in self.loops.parts:
                 near, far = _of_part(part, J_near[k]), _of_part(part, J_far[k])
                 own = _directions(part, near)
                 if own.V.shape[-1]:
@@ -249,8 +277,8 @@ class AssemblyMode:
         if directions is None or self._at_home is None:
             return np.zeros(len(x), dtype=bool)
         margin = np.full(len(x), np.inf)
-        J = self.equations.rates(x)
-        for part, own, usual in zip(self.equations.parts, directions, self._usual, strict=True):
+        J = self.loops.rates(x)
+        for part, own, usual in zip(self.loops.parts, directions, self._usual, strict=True):
             T = own.square(_of_part(part, J))
             if usual.size:
                 smallest = np.linalg.svd(T, compute_uv=False)[:, -1] / usual[-1]
@@ -260,15 +288,15 @@ class AssemblyMode:
 
     def _is_long(self, x: np.ndarray) -> np.ndarray:
         """Where telescopes that have a length at home keep one."""
-        at_home = self.equations.lengths(self.home[None])[0] > 0
-        return np.all(self.equations.lengths(x)[:, at_home] > 0, axis=-1)
+        at_home = self.loops.lengths(self.home[None])[0] > 0
+        return np.all(self.loops.lengths(x)[:, at_home] > 0, axis=-1)
 
     def _along(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[_Directions] | None]:
         """Last postures on the straight way from home, the part that is gone, and directions there.
 
         A part that fails is cut into smaller ones, which begin where the last one ended.
         """
-        places, parts = self.equations.given, self.equations.parts
+        places, parts = self.loops.given, self.loops.parts
         start = self.home[places]
         x = np.tile(self.home, (len(given), 1))
         gone, step = np.zeros(len(x)), np.full(len(x), 1.0 / _CUT)
@@ -305,15 +333,15 @@ class AssemblyMode:
         J = rates = np.zeros((0, 0, 0))
         first = np.zeros(len(x))
         if directions is None:
-            x = nearest(self.equations, x)
-            kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
+            x = nearest(self.loops, x)
+            kept = _size(self.loops.gaps(x)) <= _NEARLY_CLOSED
         else:
             x, kept, rates, first = self._newton(x, directions[-1])
         kept &= self._is_long(x)
         if directions is not None and np.any(kept):
             J = rates[kept]
             same = np.ones(len(J), dtype=bool)
-            for part, every in zip(self.equations.parts, directions, strict=True):
+            for part, every in zip(self.loops.parts, directions, strict=True):
                 one = every.of_rows(kept)
                 same &= np.linalg.slogdet(one.square(_of_part(part, J)))[0] * one.sign > 0
             kept[kept], J = same, J[same]
@@ -328,7 +356,7 @@ class AssemblyMode:
         last, first = np.full(len(x), np.inf), np.zeros(len(x))
         going = np.arange(len(x))
         for taken in range(_NEWTON_STEPS + _LAST_STEPS + 1):
-            e, J = self.equations.gaps_and_rates(x[going])
+            e, J = self.loops.gaps_and_rates(x[going])
             if taken == 0:
                 rates = np.empty((len(x), *J.shape[1:]))
             rates[going] = J
@@ -344,7 +372,7 @@ class AssemblyMode:
                 break
             going, e, J = going[on], e[on], J[on]
             own = directions.of_rows(going)
-            whole = self.equations.parts[-1]
+            whole = self.loops.parts[-1]
             T = own.square(_of_part(whole, J))
             right = np.swapaxes(own.U, -1, -2) @ np.take(e, whole.equations, axis=1)[..., None]
             step = (own.V @ _solved(T, right))[..., 0]
@@ -356,17 +384,17 @@ class AssemblyMode:
             going, step, length = going[contracts], step[contracts], length[contracts]
             if going.size == 0:
                 break
-            x[going], last[going] = self.equations.moved(x[going], step), length
+            x[going], last[going] = self.loops.moved(x[going], step), length
         return x, closed, rates, first
 
     @cached_property
     def _at_home(self) -> list[_Directions] | None:
         """Directions at home; None where home is singular, so that modes meet there."""
-        J = self.equations.rates(self.home[None])[0]
+        J = self.loops.rates(self.home[None])[0]
         aside = np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, (1, J.shape[-1]))
-        J_aside = self.equations.rates(self.equations.moved(self.home[None], aside))[0]
+        J_aside = self.loops.rates(self.loops.moved(self.home[None], aside))[0]
         found = []
-        for part in self.equations.parts:
+        for part in self.loops.parts:
             own = _directions(part, _of_part(part, J))
             if own.V.shape[-1] < _directions(part, _of_part(part, J_aside)).V.shape[-1]:
                 return None
@@ -376,10 +404,10 @@ class AssemblyMode:
     @cached_property
     def _usual(self) -> list[np.ndarray]:
         """Singular values at home, part by part; of a singular home none."""
-        J = self.equations.rates(self.home[None])
+        J = self.loops.rates(self.home[None])
         return [
             np.linalg.svd(own.square(_of_part(part, J)), compute_uv=False)[0]
-            for part, own in zip(self.equations.parts, self._at_home or (), strict=False)
+            for part, own in zip(self.loops.parts, self._at_home or (), strict=False)
         ]
 
 
