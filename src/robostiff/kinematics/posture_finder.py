@@ -215,9 +215,8 @@ class PostureFinder:
     def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
         """Posture at poses some coordinates of which the legs decide together."""
         loops = self._loops(request.open)
-        home, start = (
-            legs and np.concatenate([self.home_pose, *legs]) for legs in (self.at_home.legs, near)
-        )
+        home = [self.home_pose, *self.at_home.legs]
+        start = None if near is None else [self.home_pose, *near]
         found = found_from(loops, home, start, request.coordinates[:, loops.given])
         pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
         # Legs that close at home's other coordinates need no way there, and are the nearest to

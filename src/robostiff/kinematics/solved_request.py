@@ -55,12 +55,16 @@ class HomePosture:
 
 
 def found_from(
-    loops: Loops, home: np.ndarray, near: np.ndarray | None, given: np.ndarray
+    loops: Loops, home: Sequence[np.ndarray], near: Near, given: np.ndarray
 ) -> Followed:
-    """Postures at prescribed coordinates (N, g): followed from home, or closed near another one."""
+    """Postures at prescribed coordinates (N, g): followed from home, or closed near another one.
+
+    Home and the other one are pose coordinates (6,), then coordinates of each leg.
+    """
     if near is None:
-        return follow(loops, home, given)
-    x = np.tile(near, (len(given), 1))  # it need not close, so that no path leads from it
+        return follow(loops, np.concatenate(home), given)
+    # It need not close, so that no path leads from it.
+    x = np.tile(np.concatenate(near), (len(given), 1))
     x[:, loops.given] = given
     return closed_near(loops, x)
 
@@ -95,10 +99,10 @@ class ActuatedRequest(SolvedRequest):
         home, robot = self.at_home, self.at_home.robot
         rows = robot.space.rows
         loops = loops_of_legs(robot.legs, rows, home.length, actuator_places(robot))
-        start = near and np.concatenate([pose_of_end(robot.legs[0], near[0]), *near])
+        start = None if near is None else [pose_of_end(robot.legs[0], near[0]), *near]
         still = np.tile(np.delete(home.pose, rows), (len(self.coordinates), 1))
         given = np.concatenate([still, self.coordinates], axis=-1)
-        found = found_from(loops, np.concatenate([home.pose, *home.legs]), start, given)
+        found = found_from(loops, [home.pose, *home.legs], start, given)
         R = turn_by_vector(found.pose[:, 3:])
         return found.pose, R, self._on_turns(found.coordinates, near), found.elsewhere
 
@@ -119,8 +123,9 @@ class ToolRequest(SolvedRequest):
         tip_at_home = home.pose[:3] + turn_by_vector(home.pose[3:]) @ robot.reference_point
         start = np.concatenate([tip_at_home, home.pose[3:]])
         loops = loops_of_legs((_with_spindle(robot, axis),), (), home.length)
-        aside = near and np.concatenate([start, *near, [0.0]])
-        found = found_from(loops, np.concatenate([start, *home.legs, [0.0]]), aside, goal)
+        spun = np.zeros(1)
+        aside = None if near is None else [start, *near, spun]
+        found = found_from(loops, [start, *home.legs, spun], aside, goal)
         (q,) = found.coordinates
         R = np.einsum("nij,njk->nik", wanted, turn_about(axis, -q[:, -1]))
         R = poses_side_by_side(R, 2)
@@ -213,11 +218,11 @@ def _with_spindle(robot: Robot, tool_axis: np.ndarray) -> Leg:
     couplings: tuple[Coupling, ...] = ()
     spindle = revolute(tool_axis, Passive(), name="spindle")
     to_tip = Rigid(Frame(np.eye(3), robot.reference_point), "to the tip")
-    if len(robot.legs) > 1:
+    leg, *others = robot.legs
+    if others:
         branches = (Branch(leg.name, leg.base, leg.chain, leg.attachment) for leg in robot.legs)
         base, block = Frame.identity(), (ParallelBlock(tuple(branches), "legs"),)
     else:
-        (leg,) = robot.legs
         base, block = leg.base, (*leg.chain.elements, Rigid(leg.attachment.inverse, "end"))
         couplings = leg.chain.couplings
     return Leg("tool", base, Chain((*block, to_tip, spindle), couplings), Frame.identity())

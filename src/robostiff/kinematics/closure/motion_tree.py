@@ -285,10 +285,12 @@ class MotionTree:
             R[:, level] = R_before @ M[:, here]
             p[:, level] = p[:, own.parents[here]] + R_before @ d[:, here]
         along = (R[:, own.parents[frames - 1]] @ axes)[..., 0]
-        ends = []
-        for at, R_own, p_own in self._ends:
-            ends += [R[:, at] @ R_own, (p[:, at] + R[:, at] @ p_own)[..., 0]]
-        return PlacedTree(along, p[:, frames][..., 0], *ends, (R, p), own.number)
+        (R_end, p_end), wanted = (
+            (R[:, at] @ R_own, (p[:, at] + R[:, at] @ p_own)[..., 0])
+            for at, R_own, p_own in self._ends
+        )
+        points = p[:, frames][..., 0]
+        return PlacedTree(along, points, R_end, p_end, *wanted, (R, p), own.number)
 
     def closing_twists(self, placed: PlacedTree) -> np.ndarray:
         """Twists (17) by which each coordinate closes each end (N, ends, 6, size)."""
