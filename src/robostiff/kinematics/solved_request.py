@@ -54,9 +54,7 @@ class HomePosture:
     length: float  # characteristic length [m]
 
 
-def found_from(
-    loops: Loops, home: Sequence[np.ndarray], near: Near, given: np.ndarray
-) -> Followed:
+def found_from(loops: Loops, home: Sequence[np.ndarray], near: Near, given: np.ndarray) -> Followed:
     """Postures at prescribed coordinates (N, g): followed from home, or closed near another one.
 
     Home and the other one are pose coordinates (6,), then coordinates of each leg.

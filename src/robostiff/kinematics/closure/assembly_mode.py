@@ -13,6 +13,7 @@ import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance
 from robostiff.kinematics.closure.loops import ClosurePart, Loops
+from robostiff.spatial.batch import transposed
 
 CLOSED = 1e-10
 CONVERGED = 1e-14
@@ -77,7 +78,7 @@ def _levenberg_step(e: np.ndarray, J: np.ndarray, size: np.ndarray) -> np.ndarra
     """Steps (N, n) that lessen gaps e (N, m) of given sizes (N,) by their rates J (N, m, n)."""
     if J.shape[-1] == 0:
         return np.zeros((len(e), 0))  # nothing can move
-    J_T = np.swapaxes(J, -1, -2)
+    J_T = transposed(J)
     wide = J.shape[-1] > J.shape[-2]
     A = J @ J_T if wide else J_T @ J
     trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
@@ -93,22 +94,23 @@ def _levenberg_step(e: np.ndarray, J: np.ndarray, size: np.ndarray) -> np.ndarra
 class _Directions:
     """Combinations of equations and of unknowns in which a part is square and regular.
 
-    ``U`` (..., m, r) and ``V`` (..., n, r) are orthonormal, ``sign`` that of det U^T J V.
+    ``U`` (N, m, r) and ``V`` (N, n, r) are orthonormal, ``sign`` that of det U^T J V.
     """
 
     U: np.ndarray
     V: np.ndarray
     sign: np.ndarray
+    ranks: tuple[int, int]  # of loops inside legs, and of all else
 
     def of_rows(self, rows: np.ndarray) -> _Directions:
-        """Those of some postures; at home they are the same for all."""
-        if self.U.ndim == 2:
+        """Those of some postures; of home alone they are the same for all."""
+        if len(self.U) == 1:
             return self
-        return _Directions(self.U[rows], self.V[rows], self.sign[rows])
+        return _Directions(self.U[rows], self.V[rows], self.sign[rows], self.ranks)
 
     def square(self, J: np.ndarray) -> np.ndarray:
         """U^T J V (N, r, r)."""
-        return np.swapaxes(self.U, -1, -2) @ J @ self.V
+        return transposed(self.U) @ J @ self.V
 
 
 @dataclass(frozen=True)
@@ -260,14 +262,11 @@ class AssemblyMode:
         J_near, J_far = (self.loops.rates(one) for one in before[1:])
         for k in np.flatnonzero(known):
             for part in self.loops.parts:
-                near, far = _of_part(part, J_near[k]), _of_part(part, J_far[k])
-                own = _directions(part, near)
+                own = _directions(part, J_near[[k]])
                 if own.V.shape[-1]:
-                    a, b = own.square(near), own.square(far)
-                    far_sign = np.linalg.slogdet(b)[0] * own.sign
-                    at_near = np.linalg.svd(a, compute_uv=False)[-1]
-                    at_far = np.linalg.svd(b, compute_uv=False)[-1] * far_sign
-                    crosses[k] |= 2 * at_near - at_far < 0
+                    (a,), (b,) = (own.square(_of_part(part, J[[k]])) for J in (J_near, J_far))
+                    at_near, at_far = (np.linalg.svd(T, compute_uv=False)[-1] for T in (a, b))
+                    crosses[k] |= 2 * at_near < at_far * np.linalg.slogdet(b)[0] * own.sign[0]
         return crosses
 
     def _meets(
@@ -302,7 +301,7 @@ class AssemblyMode:
         gone, step = np.zeros(len(x)), np.full(len(x), 1.0 / _CUT)
         count = len(x)
         directions = self._at_home and [
-            _Directions(*(np.repeat(own[None], count, axis=0) for own in (one.U, one.V, one.sign)))
+            _Directions(*(np.repeat(x, count, axis=0) for x in (one.U, one.V, one.sign)), one.ranks)
             for one in self._at_home
         ]
         going = np.arange(len(x))
@@ -320,9 +319,9 @@ class AssemblyMode:
             whole = (longer < 1.0) & (np.mod(gone[won], longer) == 0.0)
             step[won[whole]] = longer[whole]
             if directions and own and won.size:
-                for part, all_rows, one in zip(parts, directions, own, strict=True):
-                    new = _carried(part, one.of_rows(kept), J)
-                    all_rows.U[won], all_rows.V[won], all_rows.sign[won] = new.U, new.V, new.sign
+                for part, every in zip(parts, directions, strict=True):
+                    new = _directions(part, J, every.ranks)
+                    every.U[won], every.V[won], every.sign[won] = new.U, new.V, new.sign
             going = going[(gone[going] < 1.0) & (step[going] >= _SHORTEST)]
         return x, gone, directions
 
@@ -374,7 +373,7 @@ class AssemblyMode:
             own = directions.of_rows(going)
             whole = self.loops.parts[-1]
             T = own.square(_of_part(whole, J))
-            right = np.swapaxes(own.U, -1, -2) @ np.take(e, whole.equations, axis=1)[..., None]
+            right = transposed(own.U) @ np.take(e, whole.equations, axis=1)[..., None]
             step = (own.V @ _solved(T, right))[..., 0]
             length = np.sqrt(np.sum(step * step, axis=-1))
             if taken == 0:
@@ -390,23 +389,22 @@ class AssemblyMode:
     @cached_property
     def _at_home(self) -> list[_Directions] | None:
         """Directions at home; None where home is singular, so that modes meet there."""
-        J = self.loops.rates(self.home[None])[0]
-        aside = np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, (1, J.shape[-1]))
-        J_aside = self.loops.rates(self.loops.moved(self.home[None], aside))[0]
-        found = []
-        for part in self.loops.parts:
-            own = _directions(part, _of_part(part, J))
-            if own.V.shape[-1] < _directions(part, _of_part(part, J_aside)).V.shape[-1]:
-                return None
-            found.append(own)
-        return found
+        J, home = self._rates_at_home, self.home[None]
+        aside = np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, J.shape[::2])
+        J_aside = self.loops.rates(self.loops.moved(home, aside))
+        here, there = ([_directions(part, x) for part in self.loops.parts] for x in (J, J_aside))
+        falls = any(own.V.shape[-1] < one.V.shape[-1] for own, one in zip(here, there, strict=True))
+        return None if falls else here
+
+    @cached_property
+    def _rates_at_home(self) -> np.ndarray:
+        return self.loops.rates(self.home[None])
 
     @cached_property
     def _usual(self) -> list[np.ndarray]:
         """Singular values at home, part by part; of a singular home none."""
-        J = self.loops.rates(self.home[None])
         return [
-            np.linalg.svd(own.square(_of_part(part, J)), compute_uv=False)[0]
+            np.linalg.svd(own.square(_of_part(part, self._rates_at_home)), compute_uv=False)[0]
             for part, own in zip(self.loops.parts, self._at_home or (), strict=False)
         ]
 
@@ -431,44 +429,27 @@ def _solved(T: np.ndarray, right: np.ndarray) -> np.ndarray:
         return np.where(singular[:, None, None], np.nan, np.linalg.solve(T, right))
 
 
-def _directions(part: ClosurePart, J: np.ndarray) -> _Directions:
-    """Directions at one posture, by singular values; loops close before the ends do."""
-    k = len(part.loops)
-    U_loops, V_loops = _spans(J[:k])
-    ends = J[k:] - (J[k:] @ V_loops) @ V_loops.T
-    U_ends, V_ends = _spans(ends)
-    U = np.zeros((len(J), U_loops.shape[1] + U_ends.shape[1]))
-    U[:k, : U_loops.shape[1]], U[k:, U_loops.shape[1] :] = U_loops, U_ends
-    V = np.concatenate([V_loops, V_ends], axis=1)
-    return _Directions(U, V, np.linalg.slogdet(U.T @ J @ V)[0])
-
-
-def _spans(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal bases of the range of a matrix, and of the complement of its null space."""
-    if 0 in A.shape:
-        return np.zeros((A.shape[0], 0)), np.zeros((A.shape[1], 0))
-    U, s, V_T = np.linalg.svd(A, full_matrices=False)
-    rank = int(np.count_nonzero(s > _INDEPENDENT))
-    return U[:, :rank], V_T[:rank].T
-
-
-def _carried(part: ClosurePart, before: _Directions, J: np.ndarray) -> _Directions:
-    """Directions at the next postures along a way, from those before: ranks stay what they were."""
-    J = _of_part(part, J)
-    k = len(part.loops)
-    U = np.broadcast_to(before.U, (len(J), *before.U.shape[-2:]))
-    r = int(np.count_nonzero(np.any(U[0, :k], axis=0))) if k else 0
-    U_loops, V_loops = _carried_spans(J[:, :k], U[:, :k, :r])
-    over = np.swapaxes(V_loops, -1, -2)
-    U_ends, V_ends = _carried_spans(J[:, k:] - (J[:, k:] @ V_loops) @ over, U[:, k:, r:])
-    U = np.zeros(U.shape)
+def _directions(
+    part: ClosurePart, J: np.ndarray, ranks: tuple[int, int] | None = None
+) -> _Directions:
+    """Directions at postures by singular values, of loops first; of some ranks, or of the first."""
+    J, k = _of_part(part, J), len(part.loops)
+    loops, ends = ranks or (None, None)
+    U_loops, V_loops = _spans(J[:, :k], loops)
+    rest = J[:, k:] - (J[:, k:] @ V_loops) @ transposed(V_loops)
+    U_ends, V_ends = _spans(rest, ends)
+    r = U_loops.shape[-1]
+    U = np.zeros((*J.shape[:2], r + U_ends.shape[-1]))
     U[:, :k, :r], U[:, k:, r:] = U_loops, U_ends
     V = np.concatenate([V_loops, V_ends], axis=-1)
-    return _Directions(U, V, np.linalg.slogdet(np.swapaxes(U, -1, -2) @ J @ V)[0])
+    sign = np.linalg.slogdet(transposed(U) @ J @ V)[0]
+    return _Directions(U, V, sign, (r, U_ends.shape[-1]))
 
 
-def _carried_spans(A: np.ndarray, U: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """As `_spans`, of the same rank as the directions U before."""
-    A_T = np.swapaxes(A, -1, -2)
-    V = np.linalg.qr(A_T @ U)[0]
-    return np.linalg.qr(A @ V)[0], V
+def _spans(A: np.ndarray, rank: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Orthonormal bases of the range of matrices, and of the complement of their null space."""
+    if 0 in A.shape[1:]:
+        return np.zeros((*A.shape[:2], 0)), np.zeros((len(A), A.shape[2], 0))
+    U, s, V_T = np.linalg.svd(A, full_matrices=False)
+    rank = int(np.count_nonzero(s[0] > _INDEPENDENT)) if rank is None else rank
+    return U[..., :rank], transposed(V_T[:, :rank])
