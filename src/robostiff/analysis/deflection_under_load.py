@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness, given_wrenches
+from robostiff.analysis.snapshot_stiffness import branches_of
 from robostiff.elastostatics import DEFAULT_TOLERANCE, BlockCompliance, Status, Tolerance
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
@@ -228,8 +228,9 @@ def deflection_at(
         actuators += [ActuatorLoad(*own) for own in carried.actuators]
     else:
         rows = list(answer.space.rows)
-        of_legs = zip(placed.legs, details.leg_blocks, leg_wrenches, strict=True)
-        for leg, blocks, own in of_legs:
+        branches, known = branches_of(placed), details.leg_blocks
+        for i, (leg, own) in enumerate(zip(branches, leg_wrenches, strict=True)):
+            blocks = known[i] if i < len(known) else ()
             F_leg = np.zeros(6)
             F_leg[rows] = own
             for element, F_element in carried_by(leg, blocks, F_leg, rows):
@@ -251,7 +252,6 @@ def deflection_at(
                 if isinstance(element.role, Actuated):
                     own_drive = leg.name, element.name, load, travel, element.load_unit
                     actuators.append(ActuatorLoad(*own_drive))
-        parts += platform_energies(placed, leg_wrenches, answer.origin, tolerance)
     total = sum(energy for *_, energy in parts)
     shares = [
         PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
@@ -266,7 +266,7 @@ def deflection_at(
         parts=tuple(sorted(shares, key=lambda share: -round(share.share, 9))),
         reactions=tuple(reactions),
         actuators=tuple(actuators),
-        leg_wrenches=tuple(leg_wrenches),
+        leg_wrenches=leg_wrenches[: len(details.legs)],
         work_of_loads=work,
     )
 
@@ -325,7 +325,7 @@ class DeflectionsOfPoses(StatusOfPoses):
             codes[rows] |= loads.status_codes
             held = (loads.status_codes == 0)[..., None]
             twist[rows] = np.where(held, loads.twist, np.nan)
-            for own, wrench in zip(of_legs, loads.wrenches, strict=True):
+            for own, wrench in zip(of_legs, loads.wrenches, strict=False):
                 own[rows] = np.where(held, wrench, np.nan)
         lost = ~known & answer.answered
         codes[lost] |= np.uint16(Status.ILL_CONDITIONED)

@@ -114,9 +114,12 @@ class Details(PoseBatch):
         Each leg about `origin`; none of a network.
     leg_blocks : tuple of tuples of BlockCompliance
         Parallel blocks of each leg about `origin`, by which their branches share a wrench.
+    shares : (..., b, n, n) array or None
+        On a flexible platform, what each leg carries of a wrench on the tool about `origin`, and
+        then each part of the platform.
     serial_compliance : (..., n, n) array or None
-        Compliance about `origin` of a single leg without passive joints, or of a network with a
-        rigid direction; not a number at poses of a batch that have none.
+        Compliance about `origin` of a network with a rigid direction; not a number at poses of a
+        batch that have none.
     pose : (..., 6) array or None
         x, y, z [m] and rotation vector [rad] of the platform; None for a snapshot.
     joint_coordinates : mapping of str to (..., size) array
@@ -133,6 +136,7 @@ class Details(PoseBatch):
     passive_joint_names: tuple[str, ...]
     legs: tuple[CartesianStiffness, ...] = ()
     leg_blocks: tuple[tuple[BlockCompliance, ...], ...] = ()
+    shares: np.ndarray | None = None
     serial_compliance: np.ndarray | None = None
     pose: np.ndarray | None = None
     joint_coordinates: Mapping[str, np.ndarray] = field(default_factory=dict)

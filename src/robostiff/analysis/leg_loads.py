@@ -23,7 +23,8 @@ class LegLoads:
     # (...) of uint16: UNBALANCED where the load does work on free motions, ILL_CONDITIONED where
     # the wrenches of the legs are not that of the load; nothing else holds there
     status_codes: np.ndarray
-    wrenches: tuple[np.ndarray, ...]  # tuple of (..., n): on each leg; none for a network
+    # tuple of (..., n): on each leg, then each part of a flexible platform; none for a network
+    wrenches: tuple[np.ndarray, ...]
 
 
 def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads | None:
@@ -37,20 +38,25 @@ def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads | None:
     C, whole = details.serial_compliance, details.whole
     if C is not None and not np.isnan(C).any():
         twist = np.einsum("...ij,...j->...i", C, wrench)
-        F = np.broadcast_to(wrench, twist.shape)
-        own = (F,) if details.legs else ()
-        return LegLoads(twist, np.zeros(twist.shape[:-1], dtype=np.uint16), own)
-    known = [leg.carried for leg in details.legs if leg.carried is not None]
-    if whole.carried is None or len(known) < len(details.legs):
+        return LegLoads(twist, np.zeros(twist.shape[:-1], dtype=np.uint16), ())
+    every = whole.carried
+    if every is None:
         return _by_matrices(answer, wrench)
     s = scaling(whole.length, whole.space)
     F = (wrench / s)[..., None]
-    every = ConjugateWrenches.beside(known)
     found = least_energy(every.unit, every.compliance, every.rigid, whole.rank, whole.tolerance)
-    wrenches = ConjugateWrenches.carried(known, found.shares @ F, found.rigid_shares @ F)
+    sizes = found.shares @ F, found.rigid_shares @ F
+    (among,) = ConjugateWrenches.carried([every], *sizes)
+    if details.shares is None:
+        known = [leg.carried for leg in details.legs if leg.carried is not None]
+        wrenches = ConjugateWrenches.carried(known, *sizes)
+    else:
+        of_each = np.einsum("...bij,...j->...bi", details.shares, wrench)
+        wrenches = list(np.moveaxis(of_each / s[..., None, :], -2, 0)[..., None])
+    of_legs = wrenches[: len(details.legs)]
     return LegLoads(
         twist=(found.compliance @ F)[..., 0] / s,
-        status_codes=_codes(F, wrenches, np.sum(wrenches, axis=0), whole.rank),
+        status_codes=_codes(F, of_legs, among, whole.rank),
         wrenches=tuple(own[..., 0] * s for own in wrenches),
     )
 

@@ -115,3 +115,17 @@ def solved_leg(leg: LegWrenches, length: np.ndarray, tolerance: Tolerance) -> Ca
         tolerance=tolerance,
         carried=conjugate,
     )
+
+
+def transmitted(leg: CartesianStiffness) -> LegWrenches:
+    """The wrenches of a solved leg; where its stiffness alone is known, those that K stores."""
+    conjugate, s, W = leg.carried, scaling(leg.length, leg.space), leg.held
+    if conjugate is None:
+        k = np.swapaxes(W, -1, -2) @ (leg.matrix / (s[..., :, None] * s[..., None, :])) @ W
+        idle = ~np.any(W != 0, axis=-2) | ~leg.answered[..., None]
+        k = np.where(idle[..., None] | idle[..., None, :], 0.0, k)
+        C = np.linalg.inv(k + idle[..., None] * np.eye(W.shape[-1]))
+        modes = np.swapaxes(compliance_modes(0.5 * (C + np.swapaxes(C, -1, -2))), -1, -2)
+        rows, sizes = felt_by_modes(modes)(np.eye(W.shape[-1]))
+        conjugate = conjugate_wrenches(W, rows, sizes, leg.tolerance)
+    return LegWrenches(W, np.zeros((*leg.batch_shape, 0)), conjugate)

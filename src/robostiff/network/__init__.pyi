@@ -1,9 +1,7 @@
 from robostiff.network.condensation import (
     NetworkStiffness,
-    PlatformFlexibility,
     compliance_between,
     condense,
-    platform_flexibility,
 )
 from robostiff.network.elements import (
     BeamElement,
@@ -39,7 +37,6 @@ __all__ = [
     "NetworkStiffness",
     "Node",
     "NodeForce",
-    "PlatformFlexibility",
     "SectionForces",
     "SpringElement",
     "beam_between",
@@ -52,5 +49,4 @@ __all__ = [
     "motions_under",
     "network_of_snapshot",
     "network_response",
-    "platform_flexibility",
 ]
