@@ -205,11 +205,12 @@ def deflection_at(
         if held.status:
             return Deflection(F, answer, answer.status | held.status, None)
         F_origin = F_origin + held.wrench
-    loads = leg_loads(answer, F_origin)
-    if loads is None or loads.status_codes:
+    if not loads_known(answer):
         few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
-        code = few if loads is None else Status(int(loads.status_codes))
-        return Deflection(F, answer, answer.status | code, None)
+        return Deflection(F, answer, answer.status | few, None)
+    loads = leg_loads(answer, F_origin)
+    if loads.status_codes:
+        return Deflection(F, answer, answer.status | Status(int(loads.status_codes)), None)
     t_origin, leg_wrenches = loads.twist, loads.wrenches
     parts: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
@@ -316,36 +317,17 @@ class DeflectionsOfPoses(StatusOfPoses):
         codes = np.array(answer.status_codes)
         twist = np.full(shape, np.nan)
         of_legs = tuple(np.full(shape, np.nan) for _ in answer.details().legs)
-        known = np.array(loads_known(answer))
-        for rows in self._alike(known):
-            loads = leg_loads(answer[rows], F[rows])
-            if loads is None:
-                known[rows] = False
-                continue
-            codes[rows] |= loads.status_codes
+        known = loads_known(answer)
+        if known.any():
+            loads = leg_loads(answer[known], F[known])
+            codes[known] |= loads.status_codes
             held = (loads.status_codes == 0)[..., None]
-            twist[rows] = np.where(held, loads.twist, np.nan)
+            twist[known] = np.where(held, loads.twist, np.nan)
             for own, wrench in zip(of_legs, loads.wrenches, strict=False):
-                own[rows] = np.where(held, wrench, np.nan)
+                own[known] = np.where(held, wrench, np.nan)
         lost = ~known & answer.answered
         codes[lost] |= np.uint16(Status.ILL_CONDITIONED)
         return codes, twist, of_legs
-
-    def _alike(self, known: np.ndarray) -> Iterator[np.ndarray]:
-        """Poses that can be computed together: all, unless matrices alone are known."""
-        answer = self.stiffness
-        details = answer.details()
-        serial = details.serial_compliance
-        whole = details.whole.carried is not None or (
-            serial is not None and not np.isnan(serial).any()
-        )
-        if whole and known.any():
-            yield known
-        elif not whole:
-            for place in np.argwhere(known):
-                one = np.zeros_like(known)
-                one[tuple(place)] = True
-                yield one
 
     @property
     def status_codes(self) -> np.ndarray:

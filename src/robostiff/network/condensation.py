@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.elastostatics import DEFAULT_TOLERANCE, CartesianStiffness, Status, Tolerance
+from robostiff.elastostatics import (
+    DEFAULT_TOLERANCE,
+    CartesianStiffness,
+    ConjugateWrenches,
+    Status,
+    Tolerance,
+)
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
+from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
+from robostiff.elastostatics.leg import felt_by_modes, transmitted
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.network.equations import equations_of
+from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import (
@@ -22,7 +30,7 @@ from robostiff.network.saddle_point import (
     saddle_point_system,
     system_of,
 )
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, compliance_modes
 
 
 @dataclass(frozen=True)
@@ -81,7 +89,8 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
     mobile = mobility(equations, platform_fixed=True)
     dependent = redundancy(equations, platform_fixed=True)
     U, values, _ = np.linalg.svd(mobile.held, full_matrices=False)
-    held, rank = U * values, int(np.count_nonzero(values > tolerance.independence))
+    held, W = U * values, U[:, values > tolerance.independence]
+    rank = W.shape[1]
     doubtful = bool(np.any(tolerance.leaves_in_doubt(values)))
     U, values, _ = np.linalg.svd(dependent.on_platform, full_matrices=False)
     rigid = U[:, values > tolerance.independence]
@@ -91,7 +100,7 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
         | bool(redundant.any()) * Status.REDUNDANT_JOINTS
         | bool(rigid.shape[1]) * Status.RIGID_DIRECTION
     )
-    K = np.zeros((n, n))
+    K, smallest = np.zeros((n, n)), 0.0
     if not rigid.shape[1]:
         system = saddle_point_system(equations, platform_fixed=True)
         platform = system.rows_of[network.platform]
@@ -99,9 +108,10 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
         # The platform moves by each unit displacement; the reactions are the columns of K.
         x, step = system.solve(M_p)
         K = M_p[platform] - M_p.T @ x
-        K = _on_held(0.5 * (K + K.T), held, rank)
+        K = _on_held(0.5 * (K + K.T), W)
         doubtful |= step > CONVERGED
-        doubtful |= bool(smallest_held_stiffness(K, np.array(rank)) <= tolerance.near_rigidity)
+        smallest = float(smallest_held_stiffness(K, np.array(rank)))
+        doubtful |= smallest <= tolerance.near_rigidity
     if doubtful or mobile.doubtful or dependent.doubtful:
         status |= Status.ILL_CONDITIONED
     whole = CartesianStiffness(
@@ -114,19 +124,37 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
         rigid=rigid,
         tolerance=tolerance,
     )
+    if rigid.shape[1]:
+        carried = _among_rigid(network, W, equations)
+    elif smallest > tolerance.rigidity:
+        carried = transmitted(replace(whole, held=W)).conjugate
+    else:
+        carried = ConjugateWrenches.none(n)
+    whole = replace(whole, carried=carried)
     return NetworkStiffness(whole, names, equations.points[network.platform])
 
 
-def _on_held(K: np.ndarray, held: np.ndarray, rank: int) -> np.ndarray:
+def _among_rigid(network: Network, W: np.ndarray, equations: Equations) -> ConjugateWrenches:
+    """Wrenches W (n, m) that hold the platform, some rigid, by the compliance under them."""
+    tool, tolerance = (network.platform, equations.points[network.platform]), equations.tolerance
+    loads = W * equations.scale[:, None]
+    try:
+        C = compliance_between(network, [tool], loads=loads, tolerance=tolerance)
+    except NoAnswerError:
+        return ConjugateWrenches.none(len(W))
+    felt = felt_by_modes(np.swapaxes(compliance_modes(C), -1, -2))
+    return conjugate_wrenches(W, *felt(np.eye(len(C))), tolerance)
+
+
+def _on_held(K: np.ndarray, W: np.ndarray) -> np.ndarray:
     """K of its rank: rounding must not stiffen free motions.
 
     ``K W (W^T K W)^-1 W^T K`` is K where K has the rank of W, and an error of W, the wrenches that
     hold the platform, changes it in second order only. W itself has the digits of its largest
     entries, and small blocks of K have more.
     """
-    if rank in (0, len(K)):
-        return K if rank else np.zeros(K.shape)
-    W = np.linalg.svd(held, full_matrices=False)[0][:, :rank]
+    if W.shape[1] in (0, len(K)):
+        return K if W.size else np.zeros(K.shape)
     felt = K @ W
     try:
         L = np.linalg.cholesky(W.T @ felt)
