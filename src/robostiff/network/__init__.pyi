@@ -16,11 +16,10 @@ from robostiff.network.elements import (
 )
 from robostiff.network.energy import energy_stiffness
 from robostiff.network.internal_loads import (
-    HeldUnderLoads,
     InternalLoads,
-    held_under,
-    loads_under,
+    NetworkUnderLoads,
     motions_under,
+    network_under_loads,
 )
 from robostiff.network.network import Network, network_of_snapshot
 from robostiff.network.response import NetworkResponse, SectionForces, network_response
@@ -29,12 +28,12 @@ __all__ = [
     "BeamElement",
     "DistributedForce",
     "ForceOnBeam",
-    "HeldUnderLoads",
     "InternalLoads",
     "JointElement",
     "Network",
     "NetworkResponse",
     "NetworkStiffness",
+    "NetworkUnderLoads",
     "Node",
     "NodeForce",
     "SectionForces",
@@ -44,9 +43,8 @@ __all__ = [
     "compliance_between",
     "condense",
     "energy_stiffness",
-    "held_under",
-    "loads_under",
     "motions_under",
     "network_of_snapshot",
     "network_response",
+    "network_under_loads",
 ]
