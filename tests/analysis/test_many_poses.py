@@ -146,7 +146,7 @@ def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_o
             "space",
         ):
             assert_same(getattr(found, attribute), getattr(expected, attribute))
-        for attribute in ("whole", "legs", "passive_joint_names", "serial_compliance"):
+        for attribute in ("whole", "legs", "passive_joint_names"):
             one, other = found.details(), expected.details()
             assert_same(getattr(one, attribute), getattr(other, attribute))
     for attribute in ("free_motions", "rigid_directions", "decision"):

@@ -114,9 +114,8 @@ def network_motion(network: Network, bent: Deflection) -> Motions:
     """
     tolerance = bent.stiffness.details().whole.tolerance
     v = network.reference_point - bent.stiffness.reference_point
-    v = v[: network.space.translations]
-    F, t = move_wrench(bent.wrench, v), move_twist(bent.twist, v)
-    moved = motions_under(network, F, t, tolerance)
+    F = move_wrench(bent.wrench, v[: network.space.translations])
+    moved = motions_under(network, F, bent.forces, tolerance)
     return {name: BodyMotion(*own) for name, own in moved.items()}
 
 
