@@ -164,7 +164,9 @@ def make_report(model: Model, pages: Pages, place: Posing, answer: Answer) -> in
         symbolic=_with_symbols(model),
         finite=pages.finite,
         title_block=TitleBlock(pages.project, pages.author, date, pages.revision),
-        described_by=None if source == "-" else described_by(source, model.parameters),
+        described_by=None
+        if source == "-"
+        else described_by(source, model.parameters, side=model.side, allow_xacro=model.allow_xacro),
         other=None if pages.compare is None else load(pages.compare),
     )
     save_report(contents, *paths)

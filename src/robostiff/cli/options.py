@@ -102,10 +102,9 @@ def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Complet
     """Shipped robots whose names begin so; the shell itself completes files."""
     from click.shell_completion import CompletionItem
 
-    from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
+    from robostiff.robots import shipped_names
 
-    names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
-    found = sorted(name for name in names if name.startswith(incomplete))
+    found = sorted(name for name in shipped_names() if name.startswith(incomplete))
     return [*_files(), *map(CompletionItem, found)]
 
 

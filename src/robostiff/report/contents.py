@@ -85,57 +85,24 @@ class OtherDesign:
 
 @dataclass(frozen=True)
 class ReportContents:
-    """The results that a report shows for a robot at a pose.
-
-    Attributes
-    ----------
-    robot : Robot, Snapshot, Network or CableRobot
-    posed : Snapshot, Network, CableStiffness or None
-        The robot at the pose; None where the legs do not reach it.
-    stiffness : Stiffness or CableStiffness
-    indices : StiffnessIndices or None
-        None where there is no matrix, and of cable robots.
-    deflection : Deflection, CableResponse or None
-        Under the load, where one is given.
-    derivation : RobotDerivation or None
-        The formula in the home configuration; None where the robot has none.
-    no_derivation : str
-        Why.
-    found : xarray.Dataset or None
-        A map of the same robot.
-    under_load : AnswersUnderLoad or None
-        Of finite loads, where they are asked for.
-    modes : Modes or None
-        Natural vibrations without load, of a robot whose model has masses.
-    title_block : TitleBlock
-        What the report is filed under.
-    described_by : DescribedBy or None
-        The file of the robot, where it is known.
-    compared : OtherDesign or None
-    joints : mapping of str to Number
-        Coordinates of the joints of a linkage.
-    given : tuple of str
-        Those that were given, in words.
-    source : str
-        Where the numbers of the robot come from.
-    """
+    """The results that a report shows for a robot at a pose; None where there are none."""
 
     robot: Reported
-    posed: Snapshot | Network | CableStiffness | None
+    posed: Snapshot | Network | CableStiffness | None  # at the pose, where its legs reach it
     stiffness: Stiffness | CableStiffness
     indices: StiffnessIndices | None = None
-    deflection: Deflection | CableResponse | None = None
-    derivation: RobotDerivation | None = None
-    no_derivation: str = ""
-    found: xarray.Dataset | None = None
-    under_load: AnswersUnderLoad | None = None
-    modes: Modes | None = None
+    deflection: Deflection | CableResponse | None = None  # under the load, where one is given
+    derivation: RobotDerivation | None = None  # the formula in the home configuration
+    no_derivation: str = ""  # why there is none
+    found: xarray.Dataset | None = None  # a map of the same robot
+    under_load: AnswersUnderLoad | None = None  # of finite loads, where they are asked for
+    modes: Modes | None = None  # without load, of a robot whose model has masses
     title_block: TitleBlock = NO_TITLE_BLOCK
     described_by: DescribedBy | None = None
     compared: OtherDesign | None = None
-    joints: Mapping[str, Number] = field(default_factory=dict)
-    given: tuple[str, ...] = ()
-    source: str = ""
+    joints: Mapping[str, Number] = field(default_factory=dict)  # of a linkage, their coordinates
+    given: tuple[str, ...] = ()  # those that were given, in words
+    source: str = ""  # where the numbers of the robot come from
 
     @property
     def status(self) -> Status:

@@ -267,10 +267,10 @@ class CableMachine(Machine):
 def parameters_written(source: Any, side: str | Path | None) -> Mapping[str, Any]:
     """Parameters as they are written in the model file, or in the side file of a description."""
     from robostiff.io.document import read_document
-    from robostiff.robots import robot_file, shipped_cable_robots, shipped_linkages, shipped_robots
+    from robostiff.robots import robot_file, shipped_names
 
-    shipped = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
-    path = side if side is not None else robot_file(source) if source in shipped else source
+    is_shipped = source in shipped_names()
+    path = side if side is not None else robot_file(source) if is_shipped else source
     if str(path) == "-" or Path(str(path)).suffix.lower() not in {".yaml", ".yml", ".json"}:
         return {}
     data = read_document(path).data
