@@ -8,7 +8,15 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis import CableStiffness
-from robostiff.markup import Folded, LabelledMatrix, Number, Section, SideBySide, Table, inner_blocks
+from robostiff.markup import (
+    Folded,
+    LabelledMatrix,
+    Number,
+    Section,
+    SideBySide,
+    Table,
+    inner_blocks,
+)
 from robostiff.plot.picture import Scene
 from robostiff.report import described_by, report_contents, report_page, report_pdf
 from robostiff.report.figures import figures_in
