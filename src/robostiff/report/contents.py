@@ -24,7 +24,7 @@ from robostiff.analysis.result import require_one_pose
 from robostiff.analytic import AtHome, RobotDerivation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Near, Pose, find_posture
+from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Configuration, Linkage
 from robostiff.linkage.essential import network_of
 from robostiff.markup import Number
@@ -167,9 +167,7 @@ def report_contents(
     result = stiffness(numeric, place, at=at, near=near)
     hint = "make a map of many poses, and give it to the report"
     require_one_pose("a report", result.batch_shape, hint)
-    posed: Snapshot | Network | None = numeric if not isinstance(numeric, Robot) else None
-    if isinstance(numeric, Robot) and Status.UNREACHABLE not in result.status:
-        posed = find_posture(numeric, place, near=near).snapshot.one(0)
+    posed = None if Status.UNREACHABLE in result.status else result.placed()
     of_pose = None
     if np.all(result.answered):
         with suppress(NoAnswerError):
