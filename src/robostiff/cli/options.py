@@ -51,6 +51,9 @@ def argument(metavar: str, text: str, default: Any = ..., **words: Any) -> Any:
 class Part:
     """Some of the options of a class, where a command has no use for the others."""
 
+    of: type
+    names: tuple[str, ...]
+
     def __init__(self, of: type, *names: str) -> None:
         self.of, self.names = of, names
 

@@ -61,6 +61,13 @@ class Machine:
     Its load acts on the platform; see `machine_of`.
     """
 
+    robot: Any
+    name: str
+    space: Space
+    size: float
+    box: tuple[np.ndarray, np.ndarray]
+    sliders: tuple[Slider, ...]
+
     def __init__(self, robot: Any, pose: Any = None) -> None:
         self.robot, self.name, self.space = robot, robot.name, robot.space
         outline = outline_of(placed(robot))
