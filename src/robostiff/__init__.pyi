@@ -44,6 +44,9 @@ from robostiff.compiled import Backend as Backend
 from robostiff.compiled import ComplianceMatrix as ComplianceMatrix
 from robostiff.compiled import DeflectionUnder as DeflectionUnder
 from robostiff.compiled import Derivative as Derivative
+from robostiff.compiled import DisplacementUnder as DisplacementUnder
+from robostiff.compiled import EntryOf as EntryOf
+from robostiff.compiled import Gradient as Gradient
 from robostiff.compiled import NoMachineCodeWarning as NoMachineCodeWarning
 from robostiff.compiled import PrincipalStiffness as PrincipalStiffness
 from robostiff.compiled import StiffnessMatrix as StiffnessMatrix

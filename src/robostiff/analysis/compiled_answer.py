@@ -14,9 +14,9 @@ from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     Backend,
     Checks,
-    Derivative,
     Kernel,
     Output,
+    Rates,
     kernel_of,
     rows_of,
     unpack,
@@ -195,7 +195,7 @@ def checked_results(
         if meet.any():
             status[meet] |= np.uint16(Status.ILL_CONDITIONED)
             for output in kernel.outputs:
-                if isinstance(output, Derivative):
+                if isinstance(output, Rates):
                     rows[output.name][:, meet] = np.nan
     return CheckedResults(rows, status, rank, guarded)
 
@@ -311,7 +311,7 @@ def put_direct(
     answer.status_codes[rows] = result.status_codes
     answer.rank[rows] = result.rank
     for output in outputs:
-        if isinstance(output, Derivative):
+        if isinstance(output, Rates):
             # Derivatives are not recomputed: the loss of digits is reported instead. Where
             # the rank is another, K jumps.
             answer.status_codes[rows] |= np.uint16(Status.ILL_CONDITIONED)
