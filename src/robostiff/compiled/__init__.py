@@ -13,19 +13,18 @@ from robostiff.compiled.machine_code import machine_code_is_available
 from robostiff.compiled.outputs import (
     ComplianceMatrix,
     DeflectionUnder,
-    Derivative,
     DisplacementUnder,
     EntryOf,
-    Gradient,
     Output,
     PrincipalStiffness,
-    Rates,
     StiffnessMatrix,
+    TotalMass,
     WorstDeflection,
     rows_of,
     unpack,
     upper_triangle,
 )
+from robostiff.compiled.rates import Derivative, Gradient, Rates
 
 __all__ = [
     "ArrayCode",
@@ -44,6 +43,7 @@ __all__ = [
     "PrincipalStiffness",
     "Rates",
     "StiffnessMatrix",
+    "TotalMass",
     "WorstDeflection",
     "kernel_of",
     "machine_code_is_available",

@@ -13,7 +13,8 @@ import numpy as np
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import ArrayCode, MachineCode
 from robostiff.compiled.machine_code import machine_code_is_available
-from robostiff.compiled.outputs import Output, Rates
+from robostiff.compiled.outputs import Output
+from robostiff.compiled.rates import Rates
 from robostiff.errors import InputError
 from robostiff.record import Entry, Program, least
 from robostiff.recorded import RecordedRobot
