@@ -116,7 +116,7 @@ def test_a_spread_stiffness_spreads_the_deflection_by_its_reciprocal(platform):
 
 REFUSED = {
     "no symbol": (lambda r: rs.tolerances(r, {"z": rs.Uniform(0.1)}), "a symbol of it: R, k, r"),
-    "no unit": (lambda r: rs.tolerances(r, {"k": 0.1}), "Uniform\\(0.2\\) or Normal"),
+    "no unit": (lambda r: rs.tolerances(r, {"k": 0.1}), "Uniform\\(0.2\\) or Normal"),  # pyright: ignore[reportArgumentType]
     "no spread": (lambda r: rs.tolerances(r, {"k": rs.Uniform(0.0)}), "more than zero"),
     "no variables": (lambda r: rs.optimise(r, rs.WorstDeflection(), {}), "names with ranges"),
     "a range": (lambda r: rs.optimise(r, rs.WorstDeflection(), {"R": (2, 1)}), "a lower and a"),
