@@ -95,6 +95,11 @@ class _Sorted:
     AE: np.ndarray
     AEE: np.ndarray
     levels: list[slice]
+    frames: np.ndarray  # (size,) of int: those that coordinates move
+    axes: np.ndarray  # (size, 3, 1): theirs, in the frames before
+    balls: np.ndarray  # (b,) of int: frames of spherical joints
+    # Of the ends, and of where they should be: moving frames, axes and origins in them
+    ends: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 class MotionTree:
@@ -232,26 +237,18 @@ class MotionTree:
             AE=A @ E,
             AEE=A @ E @ E,
             levels=[slice(a, b) for a, b in pairwise(starts.tolist())],
+            frames=number[np.array(self._frames, dtype=int)],
+            axes=np.array(self._axes, dtype=float).reshape(-1, 3, 1),
+            balls=number[np.array([frame for frame, _ in self._balls], dtype=int)],
+            ends=[
+                (
+                    number[np.array([one.frame for one in fixed], dtype=int)],
+                    np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3),
+                    np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1),
+                )
+                for fixed in ([end.own for end in self.ends], [end.wanted for end in self.ends])
+            ],
         )
-
-    @cached_property
-    def _of_coordinates(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Frames that coordinates move, their axes in the frames before, and frames of balls."""
-        number = self._sorted.number
-        frames = number[np.array(self._frames, dtype=int)]
-        balls = number[np.array([frame for frame, _ in self._balls], dtype=int)]
-        return frames, np.array(self._axes, dtype=float).reshape(-1, 3, 1), balls
-
-    @cached_property
-    def _ends(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Moving frames, axes and origins in them: of the ends, and of where they should be."""
-        found = []
-        for fixed in ([end.own for end in self.ends], [end.wanted for end in self.ends]):
-            frames = self._sorted.number[np.array([one.frame for one in fixed], dtype=int)]
-            R = np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3)
-            p = np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1)
-            found.append((frames, R, p))
-        return found
 
     @cached_property
     def _pairs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -269,7 +266,7 @@ class MotionTree:
         """The tree at coordinates (N, size) [m, rad]."""
         own = self._sorted
         q = q if self._transmission is None else q @ self._transmission.T
-        frames, axes, balls = self._of_coordinates
+        frames, balls = own.frames, own.balls
         x = q[:, own.places]
         sine, versine = np.sin(x), 2.0 * np.sin(0.5 * x) ** 2
         M = own.A + sine[..., None, None] * own.AE + versine[..., None, None] * own.AEE
@@ -284,10 +281,10 @@ class MotionTree:
             R_before = R[:, own.parents[here]]
             R[:, level] = R_before @ M[:, here]
             p[:, level] = p[:, own.parents[here]] + R_before @ d[:, here]
-        along = (R[:, own.parents[frames - 1]] @ axes)[..., 0]
+        along = (R[:, own.parents[frames - 1]] @ own.axes)[..., 0]
         (R_end, p_end), wanted = (
             (R[:, at] @ R_own, (p[:, at] + R[:, at] @ p_own)[..., 0])
-            for at, R_own, p_own in self._ends
+            for at, R_own, p_own in own.ends
         )
         points = p[:, frames][..., 0]
         return PlacedTree(along, points, R_end, p_end, *wanted, (R, p), own.number)
