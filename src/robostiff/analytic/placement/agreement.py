@@ -22,7 +22,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, PostureFinder
-from robostiff.kinematics.closure.leg_forms import Rod
+from robostiff.kinematics.closure.rods import Rod
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.model import Robot
 

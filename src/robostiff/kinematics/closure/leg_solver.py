@@ -21,8 +21,9 @@ from robostiff.kinematics.closure.assembly import (
 )
 from robostiff.kinematics.closure.assembly_mode import closed_near, follow
 from robostiff.kinematics.closure.assembly_mode import nearest as nearest_closed
-from robostiff.kinematics.closure.leg_forms import Post, Rod, Strut
+from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.loops import Loops, attachment_frame, gaps, loops_of_legs
+from robostiff.kinematics.closure.rods import Rod, Strut
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.pose import pose_of_end
 from robostiff.kinematics.turn import turn_by_vector

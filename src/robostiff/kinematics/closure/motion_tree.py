@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.turn import turn_by_vector
+from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import (
     Chain,
     Joint,
@@ -58,8 +58,11 @@ class LoopEnd:
 
 @dataclass(frozen=True)
 class PlacedTree:
-    """All frames, axes and ends of loops at N postures."""
+    """All frames, axes and ends of loops at N postures, or at one of recorded entries without N."""
 
+    # (N, frames, 3, 3) and (N, frames, 3, 1), and the place of each frame among them
+    frames: tuple[np.ndarray, np.ndarray]
+    number: np.ndarray
     # (N, size, 3): unit vector of each coordinate, and a point of its line [m]
     axes: np.ndarray
     points: np.ndarray
@@ -69,13 +72,10 @@ class PlacedTree:
     p: np.ndarray
     R_wanted: np.ndarray
     p_wanted: np.ndarray
-    # (N, frames, 3, 3) and (N, frames, 3, 1), level by level, and the place of each frame
-    frames: tuple[np.ndarray, np.ndarray]
-    number: np.ndarray
 
     def at(self, fixed: Fixed) -> tuple[np.ndarray, np.ndarray]:
         """Axes (N, 3, 3) and origin (N, 3) of a frame at rest in one of the moving frames."""
-        R, p = (own[:, self.number[fixed.frame]] for own in self.frames)
+        R, p = (own[..., self.number[fixed.frame], :, :] for own in self.frames)
         return R @ fixed.R, p[..., 0] + R @ fixed.p
 
 
@@ -263,7 +263,9 @@ class MotionTree:
         return ends, places, leads.astype(bool)
 
     def placed(self, q: np.ndarray) -> PlacedTree:
-        """The tree at coordinates (N, size) [m, rad]."""
+        """The tree at coordinates (N, size) [m, rad], or at entries (size,)."""
+        if q.dtype == object:
+            return self._on_entries(q)
         own = self._sorted
         q = q if self._transmission is None else q @ self._transmission.T
         frames, balls = own.frames, own.balls
@@ -287,7 +289,27 @@ class MotionTree:
             for at, R_own, p_own in own.ends
         )
         points = p[:, frames][..., 0]
-        return PlacedTree(along, points, R_end, p_end, *wanted, (R, p), own.number)
+        return PlacedTree((R, p), own.number, along, points, R_end, p_end, *wanted)
+
+    def _on_entries(self, q: np.ndarray) -> PlacedTree:
+        q = q if self._transmission is None else self._transmission @ q
+        count, balls = 1 + len(self._before), dict(self._balls)
+        R, p = np.empty((count, 3, 3), dtype=object), np.empty((count, 3, 1), dtype=object)
+        R[_WORLD], p[_WORLD] = np.eye(3, dtype=int), 0
+        none = np.zeros((0, 3, 3))
+        placed = PlacedTree((R, p), np.arange(count), none, none, none, none, none, none)
+        for k, (before, i) in enumerate(zip(self._before, self._coordinates, strict=True), start=1):
+            R[k], p[k, :, 0] = placed.at(before)
+            if k in balls:
+                R[k] = R[k] @ turn_by_vector(q[i : i + 3])
+            elif self.screws[i].turns:
+                R[k] = R[k] @ turn_about(self.screws[i].axis, q[i : i + 1].reshape(()))
+            p[k, :, 0] = p[k, :, 0] + (R[before.frame] @ self._slides[k - 1]) * q[i]
+        parents = [self._before[frame - 1].frame for frame in self._frames]
+        axes = [R[k] @ axis for k, axis in zip(parents, self._axes, strict=True)]
+        ends = [(*placed.at(one.own), *placed.at(one.wanted)) for one in self.ends]
+        four = [np.array(x) for x in zip(*ends, strict=True)] or [none] * 4
+        return PlacedTree((R, p), placed.number, np.array(axes), p[self._frames, :, 0], *four)
 
     def closing_twists(self, placed: PlacedTree) -> np.ndarray:
         """Twists (17) by which each coordinate closes each end (N, ends, 6, size)."""
