@@ -58,17 +58,17 @@ def test_rates_of_the_gaps_are_their_finite_differences(seed):
     linkage = _ring(rng)
     assert len(linkage.tree.cuts) == 3
     q = {c.name: c.home for c in linkage.connections}
-    moving = [c for c in linkage.connections if c.size < 3]  # a rotation vector is no integral
+    moving = [c for c in linkage.connections if c.home.size < 3]  # a rotation vector is no integral
     closing = LoopsOfLinkage.of(linkage, q, moving)
     loops = replace(closing.loops, length=1.0)
     J = loops.rates(loops.start[None])[0]
     column, h = 0, 1e-6
     assert [c.name for c in closing.moving] == [c.name for c in moving]
     for c in moving:
-        for k in range(c.size):
+        for k in range(c.home.size):
             ends = []
             for sign in (1, -1):
-                moved = {**q, c.name: q[c.name] + sign * h * np.eye(c.size)[k]}
+                moved = {**q, c.name: q[c.name] + sign * h * np.eye(c.home.size)[k]}
                 ends.append(_gap_frames(linkage, moved))
             for i, (plus, minus) in enumerate(zip(*ends, strict=True)):
                 around = {own.name for own, _ in linkage.tree.around(linkage.tree.cuts[i])}

@@ -24,7 +24,7 @@ from robostiff.linkage.driven import (
 )
 from robostiff.linkage.essential import network_of
 from robostiff.linkage.linkage import Connection
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import Link, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, usual_size
 from robostiff.recorded.circulation import BodyChain, circulating
 from robostiff.recorded.factor import factors_of
@@ -76,7 +76,10 @@ def record_linkage(
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
 
     def elements(c: Connection) -> list[PlacedFreedom | PlacedSpring]:
-        start = bodies.frames[c.a].to(c.before.R, c.before.p)
+        start, element = bodies.frames[c.a].to(c.before.R, c.before.p), c.element
+        if isinstance(element, Link):  # it ends where other parts of its body are seen from
+            R, p = placed.at(start.to(np.eye(3), element.to))
+            return [PlacedSpring(element.name, p, R @ element.axes, element.elasticity)]
         return place_chain(c.chain, q[c.name], *placed.at(start)).parts
 
     legs = []
