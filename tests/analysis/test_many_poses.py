@@ -242,7 +242,7 @@ def test_no_pose_is_an_empty_batch(recorded_at_once):
     assert found.K.shape == (0, 6, 6)
 
 
-@pytest.mark.needs("heyoka")
+@pytest.mark.needs("llvmlite")
 def test_machine_code_takes_over_where_it_pays(recorded_at_once, monkeypatch):
     monkeypatch.setattr(robot_record, "_MACHINE_CODE_PAYS", 150)
     robot: Any = rs.load("3-rpr")
