@@ -125,7 +125,7 @@ def test_a_record_that_differs_from_the_network_is_an_error():
     linkage, answer = _with_record()
     asked = ConfigurationsOfLinkage.of(linkage, {"crank": [*ANGLES, 0.7]})
     assert answer.recorded is not None
-    asked.recorded = replace(answer.recorded, K=1.01 * answer.recorded.K)
+    asked.recorded = replace(answer.recorded, values={"K": 1.01 * answer.recorded.matrix})
     with pytest.raises(rs.DisagreementError, match="record of a linkage"):
         rs.Stiffness(asked, asked.rows, asked.recorded)[0].details()
 

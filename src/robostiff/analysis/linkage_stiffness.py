@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analysis.details import Details, Matrices, Question
+from robostiff.analysis.details import Details, Question
 from robostiff.analysis.robot_record import Costs, KeptRecord
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
@@ -26,6 +26,7 @@ from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
 
 if TYPE_CHECKING:
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.analysis.compiled_stiffness import CompiledStiffness
 
 
@@ -150,7 +151,7 @@ class ConfigurationsOfLinkage(Question):
         (found,) = self._at(row)
         return network_of(self.driven.part, found)
 
-    def from_record(self) -> Matrices | None:
+    def from_record(self) -> CompiledAnswer | None:
         """What the record gives; None where there is none, or it does not pay yet."""
         if self.record is None or not self.numbers.size or self.tolerance != DEFAULT_TOLERANCE:
             return None
@@ -201,11 +202,10 @@ class ConfigurationsOfLinkage(Question):
         if not moved:
             return lost
         here, there = found[moved], self._of_branches([near[i] for i in moved])
-        K = there.whole.moved(here.reference_point - there.origin)
-        other = Matrices(K, there.matrices.rank, there.whole.status_codes)
+        there = replace(there, reference_point=here.reference_point)
         for k, i in enumerate(moved):  # what is soft is not free
             free = 0.0 if int(here.whole.rank[k]) == self.space.size else self.free
-            lost[i] = bool(other[[k]].differences(here[[k]], free))
+            lost[i] = bool(here[[k]].differences(there[[k]], free))
         return lost
 
 
