@@ -170,8 +170,8 @@ class ConfigurationsOfLinkage(Question):
         part, every = self.driven.part, self._at(rows) or [self.driven.home]
         found = self._of_branches(every)
         closed = np.array([one.is_closed for one in every], dtype=bool)
-        status = found.whole.status_codes | ~closed * np.uint16(Status.UNREACHABLE)
-        status = status | self._lost_digits(every, found) * np.uint16(Status.ILL_CONDITIONED)
+        lost = self._lost_digits(every, found) * np.uint16(Status.ILL_CONDITIONED)
+        status = np.where(closed, found.status_codes | lost, np.uint16(Status.UNREACHABLE))
         frames = [one.frames[part.platform] for one in every]
         whole = replace(
             found,

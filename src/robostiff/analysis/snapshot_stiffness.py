@@ -337,7 +337,8 @@ def _between_bodies(
         np.zeros((*first.batch_shape, 0)),
         conjugate_wrenches(together.W, *felt_by_modes(together.modes)(together.W), tolerance),
     )
-    whole = aggregate((solved_leg(wrenches, first.length, tolerance),))
+    solved = solved_leg(wrenches, first.length, tolerance)
+    whole = aggregate((replace(solved, held=together.held),))
     redundant = np.concatenate([own.redundant for own in branches], axis=-1)
     moving = _idle_freedoms(together.mechanisms, ends, J_q, redundant, first.length)
     redundant = redundant | moving
