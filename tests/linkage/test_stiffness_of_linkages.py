@@ -46,6 +46,14 @@ def test_at_values_it_is_the_network_at_these(four_bar):
     assert every.joint_coordinates["crank"][:, 0].tolist() == ANGLES
 
 
+@pytest.mark.parametrize("values", [None, {"crank": 0.35}, {"crank": -0.2}])
+def test_the_network_and_its_energy_check_the_direct_form(four_bar, values):
+    checked = rs.verify(four_bar, values)
+    assert checked.agree
+    assert [one.method for one in checked.comparisons] == ["network", "energy"]
+    assert checked.reference.method.name == "wrench-basis"
+
+
 def test_values_come_by_name_in_rows_or_as_coordinates_of_actuators(four_bar):
     rows = np.reshape(ANGLES, (3, 1))
     expected = rs.stiffness(four_bar, {"crank": ANGLES}).K

@@ -53,9 +53,9 @@ def network_details(network: Network, tolerance: Tolerance) -> Details:
     )
 
 
-# Recording takes as long as some 30 networks (double pantograph: 28), and machine code as long to
-# make as NumPy at some 10^5 poses.
-_COSTS = Costs(a_call=0, pays=40, machine_code_pays=2**17)
+# Recording takes as long as the direct form at some 300 configurations of a batch, or in 50 calls
+# (double pantograph), and machine code as long to make as NumPy at some 10^5 poses.
+_COSTS = Costs(a_call=6, pays=300, machine_code_pays=2**17)
 
 
 @kept
