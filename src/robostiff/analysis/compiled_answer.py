@@ -17,6 +17,7 @@ from robostiff.compiled import (
     Kernel,
     Output,
     Rates,
+    StiffnessMatrix,
     TotalMass,
     kernel_of,
     rows_of,
@@ -24,7 +25,9 @@ from robostiff.compiled import (
 )
 from robostiff.compiled.codes import POSES_A_CHUNK, chunks_of, in_shares
 from robostiff.elastostatics import Status
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling
 from robostiff.recorded import CLOSED, SHORT, RecordedRobot
 from robostiff.spatial import Space
@@ -230,7 +233,7 @@ def _unsafe(checks: Mapping[str, np.ndarray], count: int, general: AtGeneralPose
 
 
 @dataclass(frozen=True, repr=False)
-class CompiledAnswer:
+class CompiledAnswer(StatusOfPoses, PoseBatch):
     """The result of a compiled robot at a batch of poses.
 
     Attributes
@@ -254,6 +257,11 @@ class CompiledAnswer:
         names = ", ".join(self.values)
         share = f"{self.guarded_share:.2%} recomputed"
         return f"<CompiledAnswer of {len(self.rank)} poses: {names}; {share}>"
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Stiffness matrices (N, n, n), of a kernel that has them."""
+        return self.values[StiffnessMatrix.name]
 
     @property
     def guarded_share(self) -> float:
