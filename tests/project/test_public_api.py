@@ -188,7 +188,7 @@ HEAVY = (
     "zarr",
     "dask",
     "distributed",
-    "heyoka",
+    "llvmlite",
     "jaxtyping",
     "flint",
     "mujoco",
