@@ -47,8 +47,13 @@ from timed_rows import Row, kernel_run, timed
 import robostiff as rs
 from robostiff.analysis.compiled_stiffness import compile_stiffness
 from robostiff.analysis.posed_stiffness import direct_stiffness
-from robostiff.compiled import Backend, Checks, StiffnessMatrix, kernel_of
-from robostiff.compiled.codes import machine_code_is_available
+from robostiff.compiled import (
+    Backend,
+    Checks,
+    StiffnessMatrix,
+    kernel_of,
+    machine_code_is_available,
+)
 from robostiff.kinematics import PostureFinder
 from robostiff.recorded import record_at_pose
 
@@ -141,7 +146,7 @@ def main() -> None:
     timed(rows, turns)
     print(f"Stewart-Gough B, flexible legs and elastic actuators, {count} random poses, 1 thread")
     if not machine_code_is_available():
-        print("heyoka is not installed: no machine code")
+        print("llvmlite is not installed: no machine code")
     report(rows)
     print("\n".join(missing), end="\n" if missing else "")
     robots_table(count, turns)

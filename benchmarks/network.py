@@ -46,7 +46,7 @@ def lattice(cells: int, *, hinged: bool) -> Network:
 def main() -> None:
     """Print a table."""
     print(f"{'network':<10}{'beams':>7}{'joints':>8}{'s':>8}  status")
-    for hinged, sizes in ((False, (3, 6, 8, 9)), (True, (1, 2, 3, 8))):
+    for hinged, sizes in ((False, (3, 9, 14)), (True, (1, 3, 8))):
         for cells in sizes:
             network = lattice(cells, hinged=hinged)
             start = time.perf_counter()

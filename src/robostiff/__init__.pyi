@@ -126,7 +126,6 @@ from robostiff.robots import shipped_cable_robots as shipped_cable_robots
 from robostiff.robots import shipped_linkages as shipped_linkages
 from robostiff.robots import shipped_robots as shipped_robots
 from robostiff.robots.derivation import derive as derive
-from robostiff.robots.derivation import derive_under_load as derive_under_load
 from robostiff.robots.descriptions import load_linkage as load_linkage
 from robostiff.spatial import Frame as Frame
 from robostiff.statics import Bowing as Bowing

@@ -146,7 +146,7 @@ def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_o
             "space",
         ):
             assert_same(getattr(found, attribute), getattr(expected, attribute))
-        for attribute in ("whole", "legs", "passive_joint_names", "serial_compliance"):
+        for attribute in ("whole", "legs", "passive_joint_names"):
             one, other = found.details(), expected.details()
             assert_same(getattr(one, attribute), getattr(other, attribute))
     for attribute in ("free_motions", "rigid_directions", "decision"):
@@ -242,7 +242,7 @@ def test_no_pose_is_an_empty_batch(recorded_at_once):
     assert found.K.shape == (0, 6, 6)
 
 
-@pytest.mark.needs("heyoka")
+@pytest.mark.needs("llvmlite")
 def test_machine_code_takes_over_where_it_pays(recorded_at_once, monkeypatch):
     monkeypatch.setattr(robot_record, "_MACHINE_CODE_PAYS", 150)
     robot: Any = rs.load("3-rpr")

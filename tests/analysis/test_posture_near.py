@@ -8,7 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
-from robostiff.kinematics.closure.leg_equations import pose_of_end
+from robostiff.kinematics.pose import pose_of_end
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import (
     Actuated,

@@ -200,13 +200,6 @@ def test_an_arm_of_several_links_is_in_steps_unless_a_closed_form_is_asked_for()
     assert rs.derive("planar-link").is_closed
 
 
-def test_formulas_under_load_have_the_names():
-    found = rs.derive_under_load("two-link-arm", ["F", 0, 0, 0, 0, 0], form=Steps())
-    named = {str(d.symbol): d.expression for d in found.definitions}
-    assert str(named["EI_y_1"]) == "E*b*h**3/12"
-    assert named["k_1"] == 200_000
-
-
 def test_two_postures_that_meet_at_home_are_refused():
     robot = rs.load("gantry-tau", symbols=rs.ALL_PARAMETERS)
     with pytest.raises(InputError, match="two postures of leg 'arm3' that meet at home"):

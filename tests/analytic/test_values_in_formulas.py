@@ -220,9 +220,6 @@ def test_compliances_and_derivatives_have_the_same_names_for_it(steps):
     assert soft.free_symbols == differentiate(steps, "h").free_symbols == steps.free_symbols
     K, dK = differentiate(steps, "k").evalf(subs=VALUES)
     assert_agrees(numbers(dK), numbers(K) / VALUES["k"])
-    load = rs.derive_under_load("planar-link", ["-P", 0, 0])
-    K = numbers(load.evalf(subs={"L": 0.5, "P": 10.0}))
-    assert_agrees(K, load.lambdify("L", "P")(0.5, 10.0))
 
 
 def test_a_formula_that_names_a_step_is_refused(steps):

@@ -251,44 +251,6 @@ def test_angles_of_a_pose_are_named():
         assert f"--angles: got 'rpy beside --pose {pose}', expected" in outcome.stderr
 
 
-def test_a_formula_under_load_in_every_format(tmp_path):
-    asked = ("planar-link", "--wrench", "-P 0 0")
-    text = run(*asked).stdout
-    assert "W = (-P, 0, 0)" in text
-    assert "What the load adds" in text
-    for ending, said in {
-        "tex": "\\mathbf{K}_{1}",
-        "md": "What the load adds",
-        "html": "<math",
-    }.items():
-        file = tmp_path / f"K.{ending}"
-        assert run(*asked, "-o", str(file)).exit_code == 0
-        assert said in file.read_text(encoding="utf-8")
-
-
-def test_a_program_under_load_computes_the_sum_of_both_parts(tmp_path):
-    file = tmp_path / "K.py"
-    assert run("planar-link", "--wrench", "-P 0 0", "-o", str(file)).exit_code == 0
-    space: dict = {}
-    exec(file.read_text(encoding="utf-8"), space)  # noqa: S102
-    loaded = rs.derive_under_load("planar-link", ["-P", 0, 0])
-    values = {s.name: 0.5 + 0.1 * i for i, s in enumerate(loaded.symbols)}
-    expected = np.array(loaded.subs(values).K, dtype=float)
-    np.testing.assert_allclose(space["stiffness"](**values), expected, rtol=1e-12)
-
-
-def test_a_load_with_units_is_that_of_numbers():
-    found = run("planar-link", "--wrench", "-1 kN 0 0", "--format", "json")
-    assert found.exit_code == 0, found.stderr
-    K = json.loads(found.stdout)["K"]
-    expected = rs.derive_under_load("planar-link", [-1000, 0, 0]).K
-    assert K == [[sp.sstr(x) for x in row] for row in expected.tolist()]
-    refused = run("planar-link", "--wrench", "1 kN 0", "--rank")
-    assert refused.exit_code == 2
-    assert "no question beside it" in refused.stderr
-    assert "3" in run("planar-link", "--wrench", "1 kN").stderr
-
-
 def test_a_snippet_is_the_formula_alone():
     found = run("planar-link", "--snippet")
     assert found.exit_code == 0, found.stderr

@@ -65,7 +65,7 @@ def test_a_report_on_a_linkage_at_home_has_its_source_and_coordinates(tmp_path):
     assert run("report", PANTOGRAPH, "-o", str(path)).exit_code == 0
     html = path.read_text(encoding="utf-8")
     assert "At home: status" in html
-    assert "Source: Bars and drive of Shaker and Klimchik" in html
+    assert "<dd>Bars and drive of Shaker and Klimchik" in html
     assert html.count("left knee</th>") == 2  # its coordinate, and the joint
 
 

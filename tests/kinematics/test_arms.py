@@ -83,7 +83,9 @@ def test_postures_are_those_that_newton_follows_from_home(seed: int):
     assert np.allclose(solver.home, HOME, rtol=0, atol=1e-12)
     poses = poses_at(robot, HOME + random.uniform(-0.3, 0.3, (20, 6)))
     found = rs.find_posture(robot, poses)
-    q, elsewhere, _ = replace(solver, closed_form=None).solve(poses, turn_by_vector(poses[:, 3:]))
+    (q,), elsewhere, _ = replace(solver, closed_form=None).solve(
+        poses, turn_by_vector(poses[:, 3:])
+    )
     met = found.reached & ~elsewhere
     assert np.count_nonzero(met) >= 5
     assert np.allclose(found.coordinates[0][met], q[met], rtol=0, atol=1e-9)
@@ -115,7 +117,7 @@ def test_three_turns_and_a_ball_close_in_the_same_form(seed: int):
     q = np.concatenate([HOME[:3], np.zeros(3)]) + random.uniform(-0.3, 0.3, (10, 6))
     found = rs.find_posture(robot, poses_at(robot, q))
     assert found.reached.any()
-    followed, elsewhere, _ = replace(solver, closed_form=None).solve(
+    (followed,), elsewhere, _ = replace(solver, closed_form=None).solve(
         found.pose, turn_by_vector(found.pose[:, 3:])
     )
     met = found.reached & ~elsewhere

@@ -34,7 +34,7 @@ def gaps(chain: Chain, poses: np.ndarray) -> np.ndarray:
     (solver,) = leg_solvers([leg], six(platform_at(leg, chain.home)), 1.0)
     assert solver.closed_form is not None
     R = turn_by_vector(poses[:, 3:])
-    q = solver.solve(poses, R)[0]
+    (q,), *_ = solver.solve(poses, R)
     assert np.isfinite(q).all()
     placed = place_chain(chain, q, np.eye(3), np.zeros(3))
     turned = np.abs(placed.R - R).max(axis=(1, 2))
@@ -77,6 +77,6 @@ def test_out_of_reach_a_rod_ends_where_it_comes_nearest(direction: np.ndarray):
     lacking = np.hypot(far[0], far[1]) - 0.5
     leg = Leg("leg", AT_ORIGIN, chain, AT_ORIGIN)
     (solver,) = leg_solvers([leg], six(platform_at(leg, chain.home)), 1.0)
-    q = solver.solve(poses_at([far]), turn_by_vector(poses_at([far])[:, 3:]))[0]
+    (q,), *_ = solver.solve(poses_at([far]), turn_by_vector(poses_at([far])[:, 3:]))
     placed = place_chain(chain, q, np.eye(3), np.zeros(3))
     assert np.linalg.norm(placed.p[0] - far) == pytest.approx(lacking, abs=1e-12)

@@ -9,7 +9,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.closure import NewtonTask
+from robostiff.kinematics.closure import follow, loops_of_legs
 from robostiff.model import Chain, Coordinate, Leg, ParallelBlock, Robot
 from robostiff.robots import load, robot_file
 from robostiff.spatial import Frame
@@ -85,11 +85,12 @@ def test_copies_are_where_newton_finds_them(name):
     full[:, :3] = poses
     closed = finder.find(poses)
     for leg, solver, q in zip(robot.legs, finder.solvers, closed.coordinates, strict=True):
-        task = NewtonTask((leg,), (), finder.length)
-        followed = task.follow(finder.home_pose, [solver.home], full)
+        loops = loops_of_legs((leg,), (), finder.length)
+        followed = follow(loops, np.concatenate([finder.home_pose, solver.home]), full)
         assert followed.closed.all()
         (found,) = followed.coordinates
-        iterated, *_ = replace(solver, closed_form=None).solve(full, np.tile(np.eye(3), (12, 1, 1)))
+        turns = np.tile(np.eye(3), (12, 1, 1))
+        (iterated,), *_ = replace(solver, closed_form=None).solve(full, turns)
         assert np.array_equal(iterated, found)
         turning = leg.chain.size > 10  # the spin of a Delta's rods is left to either
         assert turning or np.abs(found - q).max() < 1e-10

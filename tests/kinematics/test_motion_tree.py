@@ -1,6 +1,5 @@
 """Closure by iteration: frames against those of `place_chain`, and the end of a vain search."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +10,12 @@ import robostiff as rs
 from robostiff import robots
 from robostiff.kinematics import PostureFinder, freedom_twists, place_chain
 from robostiff.kinematics.closure import (
-    NewtonTask,
+    Loops,
     assembly_mode,
     attachment_frame,
     gaps,
+    loops_of_legs,
+    nearest,
 )
 from robostiff.kinematics.frames import Loop, PlacedChain
 from robostiff.kinematics.turn import turn_by_vector
@@ -22,18 +23,6 @@ from robostiff.model import Actuated, Chain, Leg, revolute
 from robostiff.spatial import Frame
 from tests.generators.elements import element_chains, random_transform
 from tests.generators.machines import tripod
-
-
-@dataclass(frozen=True)
-class CountedTask(NewtonTask):
-    """Remembers how many postures it was asked about, each time."""
-
-    asked: list[int] = field(default_factory=list)
-
-    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        self.asked.append(len(x))
-        return super().gaps_and_rates(x)
-
 
 HERE = Path(__file__).parent
 POSES = 3
@@ -54,7 +43,7 @@ def check(legs: tuple[Leg, ...], rng: np.random.Generator) -> None:
     pose = rng.uniform(-1.0, 1.0, (POSES, 6))
     R, p = turn_by_vector(pose[:, 3:]), pose[:, :3]
     q = [leg.chain.home + rng.uniform(-1.0, 1.0, (POSES, leg.chain.size)) for leg in legs]
-    tree = NewtonTask(legs, (), 1.0).tree
+    tree = loops_of_legs(legs, (), 1.0).tree
     placed = tree.placed(np.concatenate([pose, *q], axis=-1))
     J = tree.closing_twists(placed)
     end, column = 0, 6
@@ -102,13 +91,14 @@ def test_a_vain_search_ends_early_with_the_gaps_of_a_long_one(monkeypatch):
     steps = np.random.default_rng(4).uniform(-0.4, 0.4, (30, 6))
     steps[:, 1] = np.where(np.abs(steps[:, 1]) < 0.05, 0.05, steps[:, 1])  # the plane of the leg
     pose, q = finder.home_pose + steps, np.tile(home, (30, 1))
-    task = CountedTask((leg,), (), finder.length)
-    found = np.concatenate(task.close(pose, [q])[1])
-    early, least = sum(task.asked), np.abs(task.gaps(np.hstack([pose, found]))).max(axis=-1)
+    loops, asked, ask = loops_of_legs((leg,), (), finder.length), [], Loops.gaps_and_rates
+    monkeypatch.setattr(Loops, "gaps_and_rates", lambda own, x: asked.append(len(x)) or ask(own, x))
+    found = nearest(loops, np.hstack([pose, q]))
+    early, least = sum(asked), np.abs(loops.gaps(found)).max(axis=-1)
     assert (least > 1e-3).all()
     monkeypatch.setattr(assembly_mode, "_STATIONARY", -1.0)
-    found = np.concatenate(task.close(pose, [q])[1])
-    long = sum(task.asked) - early
+    found = nearest(loops, np.hstack([pose, q]))
+    long = sum(asked) - early
     assert early < 0.75 * long
-    wanted = np.abs(task.gaps(np.hstack([pose, found]))).max(axis=-1)
+    wanted = np.abs(loops.gaps(found)).max(axis=-1)
     np.testing.assert_allclose(least, wanted, rtol=1e-5)

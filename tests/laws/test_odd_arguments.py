@@ -268,10 +268,6 @@ GOOD = {
     rs.shipped_robots: dict,
     rs.derive: lambda: {"robot": rs.load("planar-link"), "symbols": None, "pose": None,
                         "form": None, "budget": 1.0, "leg": None},
-    rs.derive_under_load: lambda: {
-        **{"robot": rs.load("planar-link"), "wrench": ("Fx", "Fy", 0), "symbols": None},
-        **{"pose": None, "form": None, "budget": 1.0, "beams": rs.Linear()},
-    },
     rs.Frame: lambda: {"R": np.eye(3), "p": np.zeros(3)},
     rs.Bowing: lambda: {"elements": 2},
     rs.DeadForce: lambda: {"force": [0, 0, -1.0], "point": None},
@@ -295,7 +291,7 @@ GOOD = {
 }  # fmt: skip
 #: Those that take long also where the argument is refused in the end.
 LONG = {
-    *(rs.compile_loaded, rs.critical_load, rs.derive_under_load, rs.load_linkage, rs.load_path),
+    *(rs.compile_loaded, rs.critical_load, rs.load_linkage, rs.load_path),
     *(rs.modes, rs.write_report),
 }
 FEW = ("whole number", "word", "list of none", "object")

@@ -13,7 +13,8 @@ import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.errors import InputError
 from robostiff.linkage import Connection, Linkage, close
-from robostiff.linkage.closure import Bodies, _Loops
+from robostiff.linkage.closure import LoopsOfLinkage
+from robostiff.linkage.driven import Bodies
 from robostiff.model import (
     Actuated,
     Joint,
@@ -57,10 +58,11 @@ def test_rates_of_the_gaps_are_their_finite_differences(seed):
     assert len(linkage.tree.cuts) == 3
     q = {c.name: c.home for c in linkage.connections}
     moving = [c for c in linkage.connections if c.size < 3]  # a rotation vector is no integral
-    loops = replace(_Loops.of(linkage, q, moving), length=1.0)
-    J = loops.rates(loops.guess[None])[0]
+    closing = LoopsOfLinkage.of(linkage, q, moving)
+    loops = replace(closing.loops, length=1.0)
+    J = loops.rates(loops.start[None])[0]
     column, h = 0, 1e-6
-    assert [c.name for c in loops.moving] == [c.name for c in moving]
+    assert [c.name for c in closing.moving] == [c.name for c in moving]
     for c in moving:
         for k in range(c.size):
             ends = []

@@ -5,7 +5,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.network import Network
-from robostiff.plot.geometry.displacement import finite_motions, network_motion
+from robostiff.plot.geometry.displacement import finite_motions, motion_under
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import Arrow, Marks, Path
 from tests.statics.robots_under_load import loaded
@@ -22,7 +22,7 @@ def test_bodies_move_as_in_the_linear_answer_when_loads_are_small(name):
     network = answer.posed
     finite, linear = (
         finite_motions(network, answer.places),
-        network_motion(network, rs.deflection(robot, wrench=F)),
+        motion_under(network, rs.deflection(robot, wrench=F)),
     )
     assert set(finite) == set(linear)
     points = np.array([node.point for node in network.nodes])

@@ -13,7 +13,6 @@ from robostiff.plot.geometry.displacement import (
     end_key,
     finite_motions,
     motion_under,
-    network_motion,
     node_key,
 )
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
@@ -69,7 +68,7 @@ def test_bodies_of_a_network_move_as_its_springs_and_joints_let_them(load):
     """The energy of the displacements of all springs is the work of the load; joints stay whole."""
     network = robot("double-pantograph")
     bent = rs.deflection(network, None, load)
-    motions = network_motion(network, bent)
+    motions = motion_under(network, bent)
     tip = motions[network.platform].twist_about(network.reference_point)
     np.testing.assert_allclose(tip, bent.twist, rtol=1e-8, atol=1e-12)
     energy = 0.0
@@ -94,7 +93,7 @@ def test_a_free_network_moves_as_its_deflection_says():
     network = network_of_snapshot(snapshot)
     bent = rs.deflection(network, None, [0, 0, -1000, 0, 0, 0])
     assert bent.stiffness.free_motions
-    motions = network_motion(network, bent)
+    motions = motion_under(network, bent)
     tip = motions[network.platform].twist_about(network.reference_point)
     np.testing.assert_allclose(tip, bent.twist, rtol=1e-7, atol=1e-7 * np.abs(bent.twist).max())
 

@@ -5,6 +5,7 @@ import gzip
 import hashlib
 import json
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app
-from robostiff.markup import Paragraph
+from robostiff.markup import Paragraph, Section
 from robostiff.plot.picture import Field
 from robostiff.report import (
     TitleBlock,
@@ -23,9 +24,11 @@ from robostiff.report import (
     report_pdf,
     report_typst,
 )
-from robostiff.report.page import packed
+from robostiff.report.figures import figures_in
 from robostiff.report.sections.map_slices import map_section
+from robostiff.report.write import packed
 from robostiff.robots import robot_file
+from tests.project.shown_output import ROOT
 from tests.report.machines import shipped
 
 LOAD = [100, 20, 3]
@@ -74,6 +77,33 @@ def test_the_file_is_there_word_for_word(contents, html):
     assert contents.described_by.text == text
 
 
+def test_every_file_of_a_machine_has_its_hash(tmp_path):
+    for name in ("tricept-with-head.yaml", "tricept.yaml"):
+        shutil.copy(ROOT / "examples" / name, tmp_path)
+    known = described_by(tmp_path / "tricept-with-head.yaml")
+    assert known is not None
+    assert list(known.files) == ["tricept-with-head.yaml", "tricept.yaml"]
+    for name, digest in known.files.items():
+        assert hashlib.sha256((tmp_path / name).read_bytes()).hexdigest() == digest
+
+
+def test_a_description_has_its_side_file(tmp_path):
+    for name in ("ur5.urdf", "ur5.stiffness.yaml"):
+        shutil.copy(ROOT / "examples" / name, tmp_path)
+    known = described_by(tmp_path / "ur5.urdf")
+    assert known is not None
+    assert list(known.files) == ["ur5.urdf", "ur5.stiffness.yaml"]
+
+
+def test_the_first_page_has_the_findings(html):
+    bent = rs.deflection(rs.load("3-rrr", CHANGED), None, LOAD)
+    findings = html.partition('id="findings"')[2].partition("</section>")[0]
+    assert "3 of 3: held in every direction" in findings
+    moved = float(np.linalg.norm(rs.deflection(rs.load("3-rrr"), None, LOAD).twist[:2]))
+    assert f"{1e6 * moved:.4g} µm along" in findings
+    assert bent.parts[0].name in findings
+
+
 def test_parameters_are_as_written_and_as_changed(contents, html):
     assert contents.described_by is not None
     parameters = contents.described_by.parameters
@@ -119,16 +149,13 @@ def test_paper_has_what_the_page_has(contents, html):
 
 
 def test_letters_of_figures_on_paper_are_not_scaled_down(contents):
-    """A figure is as wide as it is drawn: 85 mm, of 170 mm of text."""
+    """A figure is as wide as it is drawn: 85 mm beside another, 170 mm alone."""
     typst = report_typst(contents)
-    widths = re.findall(r'<svg [^>]*?width=\\"([0-9.]+)pt\\"', typst)
-    shares = [float(share) for share in re.findall(r'format: "svg", width: (\d+)%', typst)]
-    halves = typst.count("columns: (1fr, 1fr)")
-    assert len(widths) == len(shares) > 2
-    assert halves
-    for width, share in zip(widths, shares, strict=True):
-        room = 170 if share < 100 else 82
-        assert room * share / 100 >= 0.95 * float(width) * 25.4 / 72
+    found = re.findall(r'(\[?)#figure\(.*?<svg [^>]*?width=\\"([0-9.]+)pt', typst, re.DOTALL)
+    assert len(found) == typst.count('format: "svg", width: 100%') > 2
+    assert "columns: (1fr, 1fr)" in typst
+    for in_a_cell, width in found:
+        assert (82 if in_a_cell else 170) >= 0.95 * float(width) * 25.4 / 72
 
 
 def test_a_page_is_below_two_megabytes(html):
@@ -143,12 +170,12 @@ def test_slices_of_a_map_of_millions_of_poses_stay_small(contents):
     for name, n in sizes.items():
         many[name] = (name, np.linspace(-0.1, 0.1, n), few[name].attrs)
     section = map_section(replace(contents, found=many))
-    assert section is not None
-    words, *_ = section.parts
+    assert isinstance(section, Section)
+    words, *_ = section.blocks
     assert isinstance(words, Paragraph)
     assert "The slices show" in words.text
     assert "of 300 values of x" in words.text
-    (figure,) = section.figures
+    (figure,) = figures_in(section.blocks)
     shown = [level.picture for level in figure.levels if isinstance(level.picture, Field)]
     assert len(shown) == 25
     assert 20_000 < sum(picture.values.size for picture in shown) <= 40_000

@@ -8,33 +8,45 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis import CableStiffness
-from robostiff.markup import LabelledMatrix, Number, Table
+from robostiff.markup import (
+    Folded,
+    LabelledMatrix,
+    Number,
+    Section,
+    SideBySide,
+    Table,
+    inner_blocks,
+)
 from robostiff.plot.picture import Scene
-from robostiff.report import described_by, report_contents, report_pdf
-from robostiff.report.section import Folded, SideBySide, verdict_of
-from robostiff.report.sections import report_sections
+from robostiff.report import described_by, report_contents, report_page, report_pdf
+from robostiff.report.figures import figures_in
 
 STAR = Path(__file__).parents[2] / "docs" / "star-platform.yaml"
 SIX = [100, 0, -200, 0, 0, 5]
-COMMON = ["robot", "stiffness", "load", "inputs", "method"]
+COMMON = ["findings", "robot", "stiffness", "load", "inputs", "method"]
 
 
 def sections_of(robot, wrench, **options):
     found = report_contents(robot, wrench=wrench, **options)
-    sections = {section.anchor: section for section in report_sections(found)}
-    assert all(section.parts for section in sections.values())
-    return found, sections
+    sections = [own for own in report_page(found).blocks if isinstance(own, Section)]
+    assert all(inner_blocks(section) for section in sections)
+    return found, {section.anchor: every(section) for section in sections}
 
 
-def figures_in(sections) -> set[str]:
-    return {figure.name for section in sections.values() for figure in section.figures}
+def every(block) -> list:
+    """All blocks inside a block."""
+    return [own for part in inner_blocks(block) for own in (part, *every(part))]
+
+
+def figures_of(sections) -> set[str]:
+    return {figure.name for blocks in sections.values() for figure in figures_in(blocks)}
 
 
 def test_a_cable_robot():
     found, sections = sections_of(rs.load("cable-8"), SIX, described_by=described_by("cable-8"))
     assert list(sections) == COMMON
-    assert figures_in(sections) == {"robot", "ellipsoid", "deformed"}
-    tables = [part for part in sections["load"].parts if isinstance(part, Table)]
+    assert figures_of(sections) == {"robot", "ellipsoid", "deformed"}
+    tables = [part for part in sections["load"] if isinstance(part, Table)]
     assert isinstance(found.stiffness, CableStiffness)
     assert [row[0] for row in tables[1].rows] == list(found.stiffness.cable_names)
     np.testing.assert_array_equal(found.stiffness.K, rs.stiffness(rs.load("cable-8")).K)
@@ -50,7 +62,7 @@ def test_turns_of_cables_that_are_rounding_are_zero():
     """Pulled down, a platform that is symmetric does not turn."""
     robot, pull = rs.load("cable-8"), [0, 0, -200, 0, 0, 0]
     _, sections = sections_of(robot, pull)
-    moves = next(part for part in sections["load"].parts if isinstance(part, Table)).rows
+    moves = next(part for part in sections["load"] if isinstance(part, Table)).rows
     values = [row[3].value for row in moves if isinstance(row[3], Number)]
     displacement = rs.cable_response(robot, load=pull).displacement
     assert displacement is not None
@@ -62,19 +74,18 @@ def test_turns_of_cables_that_are_rounding_are_zero():
 def test_a_drive_without_load_does_not_move_and_matrices_say_of_which_design():
     robot = rs.load("orthoglide")
     _, sections = sections_of(robot, [100, 0, -200, 0, 0, 0], other=rs.load("3-puu"))
-    drives = next(p for p in sections["load"].parts if isinstance(p, SideBySide)).blocks[1]
+    drives = next(p for p in sections["load"] if isinstance(p, SideBySide)).columns[1]
     assert isinstance(drives, Table)
     (idle,) = (row for row in drives.rows if row[0] == "leg-y/drive")
     assert [own.value for own in idle if isinstance(own, Number)] == [0, 0]
-    (matrix,) = next(p for p in sections["comparison"].parts if isinstance(p, SideBySide)).blocks
-    assert isinstance(matrix, LabelledMatrix)
+    (matrix,) = (p for p in sections["comparison"] if isinstance(p, LabelledMatrix))
     assert matrix.symbol == "K of 3-puu"
 
 
 def test_tensions_below_their_limit_under_the_load_alone_are_said_so():
     robot = rs.load("cable-8")
-    assert verdict_of(report_contents(robot)).advice == ()
-    *cables, advice = verdict_of(report_contents(robot, wrench=[10, 0, -20, 0, 0, 0])).advice
+    assert report_page(report_contents(robot)).advice == ()
+    *cables, advice = report_page(report_contents(robot, wrench=[10, 0, -20, 0, 0, 0])).advice
     assert cables
     assert all(line.startswith("under the load: the tension of 'cable") for line in cables)
     assert advice.startswith(
@@ -92,7 +103,7 @@ def test_structures_from_files_have_few_pages(name):
 
 def test_a_load_that_cables_do_not_carry_is_said_so():
     _, sections = sections_of(rs.load("cable-8-suspended"), [0, 0, 1e5, 0, 0, 0])
-    text = " ".join(str(part) for part in sections["load"].parts)
+    text = " ".join(str(part) for part in sections["load"])
     assert "The load is not carried" in text
 
 
@@ -101,17 +112,19 @@ def test_a_network_and_a_linkage(as_linkage):
     name = "double-pantograph"
     robot = rs.load_linkage(name) if as_linkage else rs.load(name)
     found, sections = sections_of(robot, SIX)
-    assert list(sections) == ["robot", "stiffness", "weakest", "load", "inputs", "method"]
-    assert figures_in(sections) == {"robot", "ellipsoid", "deformed", "energy"}
-    (folded,) = (part for part in sections["inputs"].parts if isinstance(part, Folded))
-    given = " ".join(str(table.rows) for table in folded.parts if isinstance(table, Table))
+    own = ["robot"] if as_linkage else []  # the coordinates of its joints
+    rest = ["stiffness", "weakest", "load", "inputs", "method"]
+    assert list(sections) == ["findings", *own, *rest]
+    assert figures_of(sections) == {"robot", "ellipsoid", "deformed", "energy"}
+    (folded,) = (part for part in sections["inputs"] if isinstance(part, Folded))
+    given = " ".join(str(table.rows) for table in folded.blocks if isinstance(table, Table))
     assert isinstance(found.robot, rs.Network)
     assert all(part.name in given for part in (*found.robot.joints, *found.robot.springs))
 
 
 def test_a_flexible_platform_is_drawn_deformed():
     _, sections = sections_of(rs.load(STAR), SIX)
-    (deformed,) = (one for one in sections["load"].figures if one.name == "deformed")
+    (deformed,) = (one for one in figures_in(sections["load"]) if one.name == "deformed")
     picture = deformed.levels[0].picture
     assert isinstance(picture, Scene)
     assert picture.notes[0].startswith("displacements × ")

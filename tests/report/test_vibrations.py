@@ -8,6 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.markup import Table
 from robostiff.report.contents import report_contents
+from robostiff.report.figures import figures_in
 from robostiff.report.sections.results import vibrations_section
 
 pytest.importorskip("plotly")
@@ -21,12 +22,12 @@ def test_slowest_modes_are_listed_and_move():
     section = vibrations_section(contents)
     assert section is not None
     assert contents.modes is not None
-    (table,) = [part for part in section.parts if isinstance(part, Table)]
+    (table,) = [part for part in section.blocks if isinstance(part, Table)]
     frequencies = rs.modes(robot, gravity=[0, 0, 0]).frequencies
     assert len(table.rows) == min(10, len(frequencies))
     for row, frequency in zip(table.rows, frequencies, strict=False):
         assert np.isclose(row[1].value, frequency)  # type: ignore[union-attr]
-    (figure,) = section.figures
+    (figure,) = figures_in(section.blocks)
     for level, drawn in zip(figure.levels, figure.data(PALETTE)["levels"], strict=True):
         assert level.other is not None
         assert len(drawn["other"]) == len(drawn["drawn"]["data"])

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness, given_wrenches
+from robostiff.analysis.snapshot_stiffness import branches_of
 from robostiff.elastostatics import DEFAULT_TOLERANCE, BlockCompliance, Status, Tolerance
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
@@ -30,7 +30,7 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.model.cable import CableRobot
-from robostiff.network import HeldUnderLoads, Network, loads_under
+from robostiff.network import Network, NodeForce, network_under_loads
 from robostiff.spatial import move_twist, move_wrench
 
 
@@ -133,6 +133,8 @@ class Deflection(InNotebooks):
         What each leg carries about ``stiffness.origin``, world axes [N, N m]; none for a network.
     work_of_loads : float or None
         Of forces and weights at bodies, on their displacements [J]; None where there are none.
+    forces : tuple of NodeForce
+        These, of a network.
     """
 
     wrench: np.ndarray
@@ -144,6 +146,7 @@ class Deflection(InNotebooks):
     actuators: tuple[ActuatorLoad, ...] = ()
     leg_wrenches: tuple[np.ndarray, ...] = ()
     work_of_loads: float | None = None
+    forces: tuple[NodeForce, ...] = ()
 
     @property
     def twist(self) -> np.ndarray:
@@ -189,86 +192,78 @@ class Deflection(InNotebooks):
 
 
 def deflection_at(
-    answer: Stiffness,
-    wrench: np.ndarray,
-    held: HeldUnderLoads | None = None,
+    answer: Stiffness, wrench: np.ndarray, forces: tuple[NodeForce, ...] = ()
 ) -> Deflection:
     """How a robot deflects at the single pose of an answer, under a wrench about its point.
 
-    A network may be held under forces at its bodies, which act too.
+    Forces at the bodies of a network act, too.
     """
-    F = wrench
+    none = Deflection(wrench, answer, answer.status, None)
     if Status.UNREACHABLE in answer.status:
-        return Deflection(F, answer, answer.status, None)
-    F_origin = move_wrench(F, -answer.offset)
-    if held is not None:
-        if held.status:
-            return Deflection(F, answer, answer.status | held.status, None)
-        F_origin = F_origin + held.wrench
-    loads = leg_loads(answer, F_origin)
-    if loads is None or loads.status_codes:
+        return none
+    if not loads_known(answer):
         few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
-        code = few if loads is None else Status(int(loads.status_codes))
-        return Deflection(F, answer, answer.status | code, None)
-    t_origin, leg_wrenches = loads.twist, loads.wrenches
-    parts: list[tuple[str, str, float]] = []
-    reactions: list[JointReaction] = []
-    actuators: list[ActuatorLoad] = []
-    work = None
-    details = answer.details()
-    tolerance = details.whole.tolerance
+        return replace(none, status=answer.status | few)
     placed = answer.placed()
     if isinstance(placed, Network):
-        carried = loads_under(placed, F_origin, tolerance, held)
-        if not carried.balanced:
-            return Deflection(F, answer, answer.status | Status.ILL_CONDITIONED, None)
-        work = None if held is None else carried.work
-        parts += carried.energies
-        reactions += [JointReaction(*own) for own in carried.reactions]
-        actuators += [ActuatorLoad(*own) for own in carried.actuators]
-    else:
-        rows = list(answer.space.rows)
-        of_legs = zip(placed.legs, details.leg_blocks, leg_wrenches, strict=True)
-        for leg, blocks, own in of_legs:
-            F_leg = np.zeros(6)
-            F_leg[rows] = own
-            for element, F_element in carried_by(leg, blocks, F_leg, rows):
-                F_here = move_wrench(F_element, element.point - answer.origin)
-                if isinstance(element, PlacedSpring):
-                    R = element.rotation.T
-                    F_own = np.concatenate([R @ F_here[:3], R @ F_here[3:]])
-                    energy = 0.5 * float(F_own @ element.elasticity.compliance @ F_own)
-                    parts.append((leg.name, element.name, energy))
-                    continue
-                reactions.append(JointReaction(leg.name, element.name, F_here, element.point))
-                load, k = (
-                    float(freedom_twist(element, answer.origin) @ F_element),
-                    element.stiffness,
-                )
-                travel = 0.0 if k is None else float(load / k)
-                if k is not None:
-                    parts.append((leg.name, element.name, 0.5 * load * travel))
-                if isinstance(element.role, Actuated):
-                    own_drive = leg.name, element.name, load, travel, element.load_unit
-                    actuators.append(ActuatorLoad(*own_drive))
-        parts += platform_energies(placed, leg_wrenches, answer.origin, tolerance)
-    total = sum(energy for *_, energy in parts)
-    shares = [
-        PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
-        for leg, part, energy in parts
-    ]
-    return Deflection(
-        wrench=F,
-        stiffness=answer,
-        status=answer.status,
-        moved=move_twist(t_origin, answer.offset),
-        # Shares that differ only by rounding stay in the order of the legs.
-        parts=tuple(sorted(shares, key=lambda share: -round(share.share, 9))),
+        at_own = placed.reference_point - answer.reference_point
+        v = at_own[: placed.space.translations]
+        tolerance = answer.details().whole.tolerance
+        found = network_under_loads(placed, move_wrench(wrench, v), forces, tolerance)
+        if found.status:
+            return replace(none, status=answer.status | found.status)
+        return replace(
+            none,
+            moved=found.twist(placed.platform, answer.reference_point),
+            parts=_shares(found.loads.energies),
+            reactions=tuple(JointReaction(*own) for own in found.loads.reactions),
+            actuators=tuple(ActuatorLoad(*own) for own in found.loads.actuators),
+            work_of_loads=found.work if forces else None,
+            forces=forces,
+        )
+    loads = leg_loads(answer, move_wrench(wrench, -answer.offset))
+    if loads.status_codes:
+        return replace(none, status=answer.status | Status(int(loads.status_codes)))
+    details, rows = answer.details(), list(answer.space.rows)
+    energies: list[tuple[str, str, float]] = []
+    reactions: list[JointReaction] = []
+    actuators: list[ActuatorLoad] = []
+    branches, known = branches_of(placed), details.leg_blocks
+    for i, (leg, own) in enumerate(zip(branches, loads.wrenches, strict=True)):
+        F_leg = np.zeros(6)
+        F_leg[rows] = own
+        for element, F in carried_by(leg, known[i] if i < len(known) else (), F_leg, rows):
+            F_here = move_wrench(F, element.point - answer.origin)
+            if isinstance(element, PlacedSpring):
+                R = element.rotation.T
+                F_own = np.concatenate([R @ F_here[:3], R @ F_here[3:]])
+                energy = 0.5 * float(F_own @ element.elasticity.compliance @ F_own)
+                energies.append((leg.name, element.name, energy))
+                continue
+            reactions.append(JointReaction(leg.name, element.name, F_here, element.point))
+            load, k = float(freedom_twist(element, answer.origin) @ F), element.stiffness
+            travel = 0.0 if k is None else float(load / k)
+            if k is not None:
+                energies.append((leg.name, element.name, 0.5 * load * travel))
+            if isinstance(element.role, Actuated):
+                own_drive = leg.name, element.name, load, travel, element.load_unit
+                actuators.append(ActuatorLoad(*own_drive))
+    return replace(
+        none,
+        moved=move_twist(loads.twist, answer.offset),
+        parts=_shares(energies),
         reactions=tuple(reactions),
         actuators=tuple(actuators),
-        leg_wrenches=tuple(leg_wrenches),
-        work_of_loads=work,
+        leg_wrenches=loads.wrenches[: len(details.legs)],
     )
+
+
+def _shares(energies: Sequence[tuple[str, str, float]]) -> tuple[PartShare, ...]:
+    """Energies of leg and part [J], the largest first."""
+    total = sum(energy for *_, energy in energies)
+    shares = [PartShare(*own, own[-1] / total if total > 0 else 0.0) for own in energies]
+    # Shares that differ only by rounding stay in the order of the legs.
+    return tuple(sorted(shares, key=lambda share: -round(share.share, 9)))
 
 
 def carried_by(
@@ -316,36 +311,17 @@ class DeflectionsOfPoses(StatusOfPoses):
         codes = np.array(answer.status_codes)
         twist = np.full(shape, np.nan)
         of_legs = tuple(np.full(shape, np.nan) for _ in answer.details().legs)
-        known = np.array(loads_known(answer))
-        for rows in self._alike(known):
-            loads = leg_loads(answer[rows], F[rows])
-            if loads is None:
-                known[rows] = False
-                continue
-            codes[rows] |= loads.status_codes
+        known = loads_known(answer)
+        if known.any():
+            loads = leg_loads(answer[known], F[known])
+            codes[known] |= loads.status_codes
             held = (loads.status_codes == 0)[..., None]
-            twist[rows] = np.where(held, loads.twist, np.nan)
-            for own, wrench in zip(of_legs, loads.wrenches, strict=True):
-                own[rows] = np.where(held, wrench, np.nan)
+            twist[known] = np.where(held, loads.twist, np.nan)
+            for own, wrench in zip(of_legs, loads.wrenches, strict=False):
+                own[known] = np.where(held, wrench, np.nan)
         lost = ~known & answer.answered
         codes[lost] |= np.uint16(Status.ILL_CONDITIONED)
         return codes, twist, of_legs
-
-    def _alike(self, known: np.ndarray) -> Iterator[np.ndarray]:
-        """Poses that can be computed together: all, unless matrices alone are known."""
-        answer = self.stiffness
-        details = answer.details()
-        serial = details.serial_compliance
-        whole = details.whole.carried is not None or (
-            serial is not None and not np.isnan(serial).any()
-        )
-        if whole and known.any():
-            yield known
-        elif not whole:
-            for place in np.argwhere(known):
-                one = np.zeros_like(known)
-                one[tuple(place)] = True
-                yield one
 
     @property
     def status_codes(self) -> np.ndarray:

@@ -114,9 +114,9 @@ class Details(PoseBatch):
         Each leg about `origin`; none of a network.
     leg_blocks : tuple of tuples of BlockCompliance
         Parallel blocks of each leg about `origin`, by which their branches share a wrench.
-    serial_compliance : (..., n, n) array or None
-        Compliance about `origin` of a single leg without passive joints, or of a network with a
-        rigid direction; not a number at poses of a batch that have none.
+    shares : (..., b, n, n) array or None
+        On a flexible platform, what each leg carries of a wrench on the tool about `origin`, and
+        then each part of the platform.
     pose : (..., 6) array or None
         x, y, z [m] and rotation vector [rad] of the platform; None for a snapshot.
     joint_coordinates : mapping of str to (..., size) array
@@ -133,7 +133,7 @@ class Details(PoseBatch):
     passive_joint_names: tuple[str, ...]
     legs: tuple[CartesianStiffness, ...] = ()
     leg_blocks: tuple[tuple[BlockCompliance, ...], ...] = ()
-    serial_compliance: np.ndarray | None = None
+    shares: np.ndarray | None = None
     pose: np.ndarray | None = None
     joint_coordinates: Mapping[str, np.ndarray] = field(default_factory=dict)
     joint_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -151,13 +151,6 @@ class Details(PoseBatch):
         unreachable = (whole.status_codes & int(Status.UNREACHABLE)) != 0
         K = whole.moved(self.reference_point - self.origin)
         return Matrices(K, np.where(unreachable, -1, whole.rank), whole.status_codes)
-
-    @property
-    def has_compliance(self) -> np.ndarray:
-        """Where every load meets a finite compliance (...), also where a direction is rigid."""
-        if self.serial_compliance is None:
-            return self.whole.has_compliance
-        return (self.matrices.rank >= 0) & ~np.isnan(self.serial_compliance[..., 0, 0])
 
 
 class Question(ABC):

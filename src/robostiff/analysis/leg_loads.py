@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.analysis.result import Stiffness
-from robostiff.elastostatics import ConjugateWrenches, Status, least_energy, scaling
+from robostiff.elastostatics import ConjugateWrenches, Status, scaling
 
 _BALANCED = 1e-9  # part of a load that may do work on a free motion
 # Of a load and the wrenches of all legs: what they lack for equilibrium that is no rounding.
@@ -23,34 +23,33 @@ class LegLoads:
     # (...) of uint16: UNBALANCED where the load does work on free motions, ILL_CONDITIONED where
     # the wrenches of the legs are not that of the load; nothing else holds there
     status_codes: np.ndarray
-    wrenches: tuple[np.ndarray, ...]  # tuple of (..., n): on each leg; none for a network
+    # tuple of (..., n): on each leg, then each part of a flexible platform; none for a network
+    wrenches: tuple[np.ndarray, ...]
 
 
-def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads | None:
+def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads:
     """Loads of the legs under a wrench (..., n) about the origin of a result, all within reach.
 
     They share it with the least energy, the primary result of linear statics: that needs a
-    stiffness matrix neither of a leg nor of the robot, and holds where a direction is rigid. None
-    where the matrices alone are known, and cannot be solved at some pose.
+    stiffness matrix neither of a leg nor of the robot, and holds where a direction is rigid.
     """
     details = answer.details()
-    C, whole = details.serial_compliance, details.whole
-    if C is not None and not np.isnan(C).any():
-        twist = np.einsum("...ij,...j->...i", C, wrench)
-        F = np.broadcast_to(wrench, twist.shape)
-        own = (F,) if details.legs else ()
-        return LegLoads(twist, np.zeros(twist.shape[:-1], dtype=np.uint16), own)
-    known = [leg.carried for leg in details.legs if leg.carried is not None]
-    if whole.carried is None or len(known) < len(details.legs):
-        return _by_matrices(answer, wrench)
+    whole, every = details.whole, details.whole.wrenches
     s = scaling(whole.length, whole.space)
     F = (wrench / s)[..., None]
-    every = ConjugateWrenches.beside(known)
-    found = least_energy(every.unit, every.compliance, every.rigid, whole.rank, whole.tolerance)
-    wrenches = ConjugateWrenches.carried(known, found.shares @ F, found.rigid_shares @ F)
+    found = whole.shared
+    sizes = found.shares @ F, found.rigid_shares @ F
+    (among,) = ConjugateWrenches.carried([every], *sizes)
+    if details.shares is None:
+        known = [leg.carried for leg in details.legs if leg.carried is not None]
+        wrenches = ConjugateWrenches.carried(known, *sizes)
+    else:
+        of_each = np.einsum("...bij,...j->...bi", details.shares, wrench)
+        wrenches = list(np.moveaxis(of_each / s[..., None, :], -2, 0)[..., None])
+    of_legs = wrenches[: len(details.legs)]
     return LegLoads(
         twist=(found.compliance @ F)[..., 0] / s,
-        status_codes=_codes(F, wrenches, np.sum(wrenches, axis=0), whole.rank),
+        status_codes=_codes(F, of_legs, among, whole.rank),
         wrenches=tuple(own[..., 0] * s for own in wrenches),
     )
 
@@ -78,37 +77,4 @@ def _codes(
 
 def loads_known(answer: Stiffness) -> np.ndarray:
     """Where `leg_loads` has an answer (...)."""
-    details = answer.details()
-    if details.whole.carried is not None:
-        return answer.rank >= 0
-    by_matrices = details.whole.invertible
-    if details.serial_compliance is None:
-        return by_matrices
-    return by_matrices | answer.has_compliance
-
-
-def _by_matrices(answer: Stiffness, wrench: np.ndarray) -> LegLoads | None:
-    """From the stiffness matrices of the robot and of the legs."""
-    if not np.all(answer.answered):
-        return None
-    whole, legs = answer.details().whole, answer.details().legs
-    s = scaling(whole.length, whole.space)
-    F, K = (wrench / s)[..., None], whole.matrix / (s[..., :, None] * s[..., None, :])
-    among = np.arange(K.shape[-1]) < whole.rank[..., None]
-    U = np.linalg.svd(whole.held)[0] * among[..., None, :]
-    # Of full rank nothing is projected: rounding of large entries would swamp the small ones.
-    held = np.where(among[..., -1:, None], np.eye(K.shape[-1]), U @ np.swapaxes(U, -1, -2))
-    load = held @ F
-    size = np.trace(K, axis1=-2, axis2=-1)[..., None, None]
-    # What is free is held by a spring of its own, which no load that is balanced feels.
-    K_held = held @ K @ held + np.where(size > 0, size, 1.0) * (np.eye(K.shape[-1]) - held)
-    try:
-        t = np.linalg.solve(K_held, load)[..., 0] / s
-    except np.linalg.LinAlgError:  # stiffnesses too far apart for their sum to hold both
-        return None
-    own = tuple(np.einsum("...ij,...j->...i", leg.matrix, t) for leg in legs)
-    return LegLoads(
-        twist=t,
-        status_codes=_codes(F, [o[..., None] / s[..., None] for o in own], load, whole.rank),
-        wrenches=own,
-    )
+    return (answer.rank >= 0) & (answer.details().whole.wrenches.count >= answer.rank)

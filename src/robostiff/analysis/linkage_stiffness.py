@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,13 @@ import numpy as np
 
 from robostiff.analysis.details import Details, Matrices, Question, StructuralAnalysis
 from robostiff.analysis.robot_record import Costs, KeptRecord
-from robostiff.elastostatics import DEFAULT_TOLERANCE, CartesianStiffness, Status, Tolerance
+from robostiff.elastostatics import (
+    DEFAULT_TOLERANCE,
+    CartesianStiffness,
+    ConjugateWrenches,
+    Status,
+    Tolerance,
+)
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics import ActuatorCoordinates
@@ -22,7 +27,7 @@ from robostiff.linkage.closure import as_rounded
 from robostiff.linkage.essential import network_of
 from robostiff.linkage.linkage import driven_by
 from robostiff.model import Joint
-from robostiff.network import Network, compliance_between, condense
+from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
 
 if TYPE_CHECKING:
@@ -43,17 +48,12 @@ def network_details(network: Network, tolerance: Tolerance) -> Details:
     >>> int(network_details(network, Tolerance()).whole.rank)
     6
     """
-    solved, compliance = condense(network, tolerance), None
-    whole, tool = solved.whole, (network.platform, solved.origin)
-    if Status.RIGID_DIRECTION in whole.status and int(whole.rank) == whole.space.size:
-        with suppress(NoAnswerError):  # there is no K to invert
-            compliance = compliance_between(network, [tool], tolerance=tolerance)
+    solved = condense(network, tolerance)
     return Details(
-        whole=whole,
+        whole=solved.whole,
         origin=solved.origin,
         reference_point=network.reference_point,
         passive_joint_names=solved.freedom_names,
-        serial_compliance=compliance,
     )
 
 
@@ -173,7 +173,7 @@ class ConfigurationsOfLinkage(Question):
         """
         driven, part = self.driven, self.driven.part
         names: tuple[str, ...] = ()
-        found, serial, reasons = [], [], []
+        found, reasons = [], []
         for one in self._at(rows) or [driven.home]:
             network, lost = network_of(part, one), int(Status.UNREACHABLE)
             point, frame = network.reference_point, one.frames[part.platform]
@@ -185,29 +185,20 @@ class ConfigurationsOfLinkage(Question):
                 except NoAnswerError as error:
                     lost = int(Status.FORM_DOES_NOT_HOLD | Status.ILL_CONDITIONED)
                     reasons.append(str(error))
-            serial.append(own.serial_compliance)
             names = own.passive_joint_names or names
             at_one = replace(
                 own,
                 passive_joint_names=(),
                 whole=replace(own.whole, status_codes=own.whole.status_codes | np.uint16(lost)),
-                serial_compliance=None,
                 pose=six_coordinates(frame.R, frame.p),
                 joint_coordinates={
                     joint.name: np.asarray(one.coordinates[joint.name]) for joint in part.joints
                 },
             )
             found.append(at_one.reshaped((1,)))
-        compliance = None
-        if any(C is not None for C in serial):
-            others = [own.whole.compliance for own in found]
-            each = [o if C is None else C for C, o in zip(serial, others, strict=True)]
-            lost = np.full((6, 6), np.nan)
-            compliance = np.array([lost if C is None else C.reshape(6, 6) for C in each])
         whole = replace(
             Details.joined(found),
             passive_joint_names=names,
-            serial_compliance=compliance,
             reasons=tuple(dict.fromkeys(reasons)),
         )
         return whole[: rows.size]
@@ -250,4 +241,5 @@ def _without_answer(length: float, tolerance: Tolerance) -> CartesianStiffness:
         length=np.array(length),
         rigid=none,
         tolerance=tolerance,
+        carried=ConjugateWrenches.none(6),
     )

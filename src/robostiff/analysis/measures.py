@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.analysis.cable_stiffness import CableStiffness
-from robostiff.analysis.leg_loads import leg_loads, loads_known
+from robostiff.analysis.deflection_under_load import DeflectionsOfPoses
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     ComplianceMatrix,
@@ -17,7 +17,7 @@ from robostiff.compiled import (
 )
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
-from robostiff.spatial import Space, move_twist, move_wrench
+from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
 
 _SWEEPS = 12
@@ -206,19 +206,9 @@ def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray
 
 
 def twists_under(result: Stiffness, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Twists (N, n) of the reference point under a wrench (n,), and its status (N,).
+    """Twists (N, n) of the reference point under a wrench (n,), and status (N,).
 
-    The least displacement where free motions remain that the load does not feel; NaN where there is
-    none.
+    As `DeflectionsOfPoses`; NaN where there is none.
     """
-    twist = np.einsum("...ij,j->...i", compliance_where_answered(result), wrench)
-    codes = np.zeros(len(twist), dtype=np.uint16)
-    rows = np.flatnonzero(loads_known(result) & np.isnan(twist[:, 0]))
-    if len(rows):
-        v = result.offset[rows]
-        F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), -v)
-        loads = leg_loads(result[rows], F)
-        if loads is not None:
-            t = np.where(loads.status_codes[:, None] == 0, loads.twist, np.nan)
-            twist[rows], codes[rows] = move_twist(t, v), loads.status_codes
-    return twist, codes
+    bent = DeflectionsOfPoses(np.broadcast_to(wrench, (*result.batch_shape, len(wrench))), result)
+    return bent.twist.filled(np.nan), bent.status_codes

@@ -171,7 +171,7 @@ class Stiffness(StatusOfPoses, InNotebooks):
     @property
     def has_compliance(self) -> np.ndarray:
         """Where every load meets a finite compliance (...), also where a direction is rigid."""
-        return self.details().has_compliance
+        return self.details().whole.has_compliance
 
     @property
     def compliance(self) -> np.ndarray | None:
@@ -180,11 +180,8 @@ class Stiffness(StatusOfPoses, InNotebooks):
         The inverse of K. Where a direction is rigid, and K does not exist, C is zero for its
         wrench: legs without elastic links have the C of their drives.
         """
-        serial = self.details().serial_compliance
-        C = self.details().whole.compliance if serial is None else serial
-        if C is None or not np.all(self.has_compliance):
-            return None
-        return move_compliance(C, self.offset) if np.any(self.offset) else C
+        C = self.details().whole.compliance
+        return move_compliance(C, self.offset) if C is not None and np.any(self.offset) else C
 
     def required_compliance(self) -> np.ndarray:
         """Compliance (..., n, n) of all poses, those of a batch that have none masked.
@@ -227,7 +224,7 @@ class Stiffness(StatusOfPoses, InNotebooks):
     @property
     def free_motions(self) -> tuple[FreeMotion, ...]:
         """Free motions of the platform, at a single pose."""
-        if Status.UNREACHABLE in self.status:
+        if self.details().whole.carried is None or Status.UNREACHABLE in self.status:
             return ()
         # About the robot's own point: from far away every rotation resembles a translation.
         found = self.details()

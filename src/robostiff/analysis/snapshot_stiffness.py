@@ -24,13 +24,14 @@ from robostiff.elastostatics import (
     solve_chain,
     solved_leg,
 )
-from robostiff.elastostatics.leg import felt_by_modes
+from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
+from robostiff.elastostatics.leg import felt_by_modes, transmitted
 from robostiff.elastostatics.parallel_block import block_of
 from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
 from robostiff.errors import InputError
 from robostiff.kinematics import felt_by_springs, leg_compliance, passive_jacobian
 from robostiff.kinematics.legs_together import LegsTogether, in_order, legs_alone, legs_together
-from robostiff.model import PlacedBlock, PlacedLeg, Snapshot
+from robostiff.model import PlacedBlock, PlacedLeg, PlacedPlatform, PlacedSpring, Snapshot
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
 
@@ -195,23 +196,53 @@ DEFAULT_METHOD = WrenchBasis()
 _ROUNDING = 1e-12
 # A reference point further from the robot than this many of its lengths is moved to at the end.
 _FAR = 10.0
+_INDEPENDENT = 1e-9  # of motions of unit size
+
+
+def branches_of(snapshot: Snapshot) -> tuple[PlacedLeg, ...]:
+    """The legs, and the parts of a flexible platform, each between two bodies."""
+    placed = snapshot.platform
+    if placed is None:
+        return snapshot.legs
+    parts = []
+    for part in placed.platform.parts:
+        point, axes = placed.in_world(part.point), placed.rotation @ part.axes
+        spring = PlacedSpring(part.name, point, axes, part.elasticity)
+        parts.append(PlacedLeg("platform", (spring,), point))
+    return (*snapshot.legs, *parts)
+
+
+def _ends(placed: PlacedPlatform) -> list[tuple[int, int]]:
+    """Bodies between which legs and parts of a flexible platform are: 0 the ground, 1 the tool."""
+    platform = placed.platform
+    others = [node.name for node in platform.nodes if node.name != platform.tool]
+    number = {platform.tool: 1, **{name: i for i, name in enumerate(others, start=2)}}
+    return [
+        *((0, number[name]) for name in placed.holds),
+        *((number[part.a], number[part.b]) for part in platform.parts),
+    ]
 
 
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Details:
     """Stiffness of the legs of a snapshot and of the whole."""
-    together = legs_alone(snapshot.legs)
+    branches = branches_of(snapshot)
+    together = legs_alone(branches)
     if method == DEFAULT_METHOD:
-        together = legs_together(snapshot.legs, snapshot.reference_point.shape[:-1])
-        if len(together) < len(snapshot.legs):
+        together = legs_together(branches, snapshot.reference_point.shape[:-1])
+        if len(together) < len(branches):
             try:
-                return _solved_together(snapshot, together, method, tolerance)
+                return _solved_together(snapshot, branches, together, method, tolerance)
             except InputError:  # of one of the legs: which, they say one by one
-                together = legs_alone(snapshot.legs)
-    return _solved_together(snapshot, together, method, tolerance)
+                together = legs_alone(branches)
+    return _solved_together(snapshot, branches, together, method, tolerance)
 
 
 def _solved_together(
-    snapshot: Snapshot, together: Sequence[LegsTogether], method: Form, tolerance: Tolerance
+    snapshot: Snapshot,
+    branches: Sequence[PlacedLeg],
+    together: Sequence[LegsTogether],
+    method: Form,
+    tolerance: Tolerance,
 ) -> Details:
     length = snapshot.characteristic_length
     # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
@@ -244,17 +275,23 @@ def _solved_together(
         for own, one in zip(together, problems, strict=True)
         for i in own.places
     }
-    names = [f"{leg.name}/{name}" for i, leg in enumerate(snapshot.legs) for name in reported[i]]
-    solved = [_solved(one, method, tolerance) for one in problems]
-    legs = tuple(in_order(together, solved))
-    alone = len(legs) == 1 and problems[0].J_q.shape[-1] == 0
-    whole, C = aggregate(legs), problems[0].C if alone else None
-    if snapshot.platform is not None:
-        from robostiff.analysis.flexible_platform import legs_on_platform
-
-        of_legs = in_order(together, [one.C for one in problems])
-        whole, legs, C, more = legs_on_platform(snapshot.platform, legs, of_legs, C, origin, method)
-        names += more
+    names = [f"{leg.name}/{name}" for i, leg in enumerate(branches) for name in reported[i]]
+    of_legs = range(len(snapshot.legs))  # parts of a platform have one form alone
+    solved = [
+        _solved(one, method if own.places[0] in of_legs else DEFAULT_METHOD, tolerance)
+        for own, one in zip(together, problems, strict=True)
+    ]
+    legs, shares = tuple(in_order(together, solved)), None
+    if snapshot.platform is None:
+        whole = aggregate(legs)
+    else:
+        columns = in_order(together, [one.J_q for one in problems])
+        whole, shares = _on_platform(snapshot.platform, legs, columns, tolerance)
+        K = whole.matrix[..., None, :, :]
+        legs = tuple(
+            replace(leg, matrix=own, status_codes=whole.status_codes)
+            for leg, own in zip(legs, np.moveaxis(shares @ K, -3, 0), strict=True)
+        )
     leg_blocks = {
         i: tuple(b.whole[k] if len(own.places) > 1 else b.whole for b in one.blocks)
         for own, one in zip(together, problems, strict=True)
@@ -265,10 +302,86 @@ def _solved_together(
         origin=origin,
         reference_point=snapshot.reference_point,
         passive_joint_names=tuple(names),
-        legs=legs,
-        leg_blocks=tuple(leg_blocks[i] for i in range(len(legs))),
-        serial_compliance=C,
+        legs=legs[: len(snapshot.legs)],
+        leg_blocks=tuple(leg_blocks[i] for i in range(len(snapshot.legs))),
+        shares=shares,
     )
+
+
+def _on_platform(
+    placed: PlacedPlatform,
+    branches: Sequence[CartesianStiffness],
+    J_q: Sequence[np.ndarray],
+    tolerance: Tolerance,
+) -> tuple[CartesianStiffness, np.ndarray]:
+    """Stiffness of the tool of a flexible platform, and what each branch carries of its load.
+
+    Branches are the legs, then the parts of the platform, with the twists (..., n, q) of their
+    passive joints, all about one point.
+    """
+    first, ends = branches[0], _ends(placed)
+    together = block_of([transmitted(own) for own in branches], first.length, tolerance, ends)
+    wrenches = LegWrenches(
+        together.W,
+        np.zeros((*first.batch_shape, 0)),
+        conjugate_wrenches(together.W, *felt_by_modes(together.modes)(together.W), tolerance),
+    )
+    whole = aggregate((solved_leg(wrenches, first.length, tolerance),))
+    redundant = np.concatenate([own.redundant for own in branches], axis=-1)
+    moving = _idle_freedoms(together.mechanisms, ends, J_q, len(placed.holds), first.length)
+    redundant = redundant | moving
+    status = np.bitwise_or.reduce([own.status_codes for own in branches])
+    status = (
+        whole.status_codes
+        | (status & ~np.uint16(Status.FREE_MOTIONS | Status.RIGID_DIRECTION))
+        | together.doubtful * np.uint16(Status.ILL_CONDITIONED)
+        | np.any(moving, axis=-1) * np.uint16(Status.REDUNDANT_JOINTS)
+    )
+    whole = replace(
+        whole,
+        redundant=redundant,
+        status_codes=np.asarray(status, dtype=np.uint16),
+        reason="; ".join(dict.fromkeys(own.reason for own in branches if own.reason)),
+    )
+    return whole, together.shares
+
+
+def _idle_freedoms(
+    mechanisms: np.ndarray,
+    ends: Sequence[tuple[int, int]],
+    J_q: Sequence[np.ndarray],
+    legs: int,
+    length: np.ndarray,
+) -> np.ndarray:
+    """Freedoms of a flexible platform that neither legs nor tool hold, among all columns (..., q).
+
+    A freedom is one where some mechanism with the tool at rest moves it, and none after it.
+    """
+    found = np.zeros((*length.shape, sum(own.shape[-1] for own in J_q)), dtype=bool)
+    n = J_q[0].shape[-2]
+    for place in np.ndindex(length.shape):
+        Y = mechanisms[place][:, np.any(mechanisms[place] != 0, axis=0)]
+        _, values, Zt = np.linalg.svd(Y[:n])
+        still = Y @ Zt[np.count_nonzero(values > _INDEPENDENT) :].T
+        if not still.shape[1]:
+            continue
+        s, moved = (
+            scaling(length[place], Space.of_size(n)),
+            np.vstack([np.zeros_like(still[:n]), still]),
+        )
+        rates = [np.zeros((0, still.shape[1]))]
+        for (a, b), own in zip(ends, J_q, strict=True):
+            J = own[place] * s[:, None]
+            apart = moved[n * b : n * (b + 1)] - moved[n * a : n * (a + 1)]
+            rates.append(np.linalg.pinv(J) @ apart)
+        left, of_legs = np.vstack(rates), sum(own.shape[-1] for own in J_q[:legs])
+        for i in range(len(left) - 1, of_legs - 1, -1):
+            size = float(np.linalg.norm(left[i]))
+            if size > np.sqrt(_INDEPENDENT):
+                found[(*place, i)] = True
+                along = left[i] / size
+                left = left - np.outer(left @ along, along)
+    return found
 
 
 def _solved(leg: LegMatrices, method: Form, tolerance: Tolerance) -> CartesianStiffness:

@@ -41,7 +41,6 @@ from robostiff.analytic.reading.combinations import NamedCombinations, name_comb
 from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.analytic.robot_formula import derive_robot
 from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
-from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 
 __all__ = [
     "AtCoordinates",
@@ -69,7 +68,6 @@ __all__ = [
     "Stage",
     "Steps",
     "StiffnessPart",
-    "StiffnessUnderLoad",
     "UnitQuaternion",
     "Unsolved",
     "canonical",

@@ -212,7 +212,7 @@ def _say_how(seconds: float) -> None:
 
     packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "sympy")]
     with suppress(PackageNotFoundError):
-        packages.append(f"heyoka {version('heyoka')}")
+        packages.append(f"llvmlite {version('llvmlite')}")
     python = f"Python {platform.python_version()}"
     words = ", ".join([f"robostiff {__version__}", python, *packages])
     spent = f"{seconds:.2f} s, processor {time.process_time():.2f} s since the start"

@@ -23,7 +23,6 @@ from robostiff.analytic import (
     RobotDerivation,
     Steps,
     StiffnessPart,
-    StiffnessUnderLoad,
     UnitQuaternion,
     derive_leg,
     derive_robot,
@@ -58,7 +57,7 @@ from robostiff.cli.options import Answer, Model
 from robostiff.cli.options_of_files import FORMATS, FormulaRequest
 from robostiff.cli.output import new_file
 from robostiff.cli.watched import go_on_in_child
-from robostiff.cli.written_arguments import chosen, wrench_from
+from robostiff.cli.written_arguments import chosen
 from robostiff.errors import InputError
 from robostiff.io.model_file import ParameterChoice
 from robostiff.io.suggest import did_you_mean
@@ -184,8 +183,7 @@ def _listed(expressions: Iterable[Any]) -> str:
 
 
 _LONGEST_FACTOR = 1000  # letters
-_Found = Derivation | FormulaDerivative | StiffnessUnderLoad
-_PROGRAMS = ("json", "python", "c", "julia", "matlab")
+_Found = Derivation | FormulaDerivative
 _WRITERS: dict[str, Callable[[Any], str]] = {
     "text": derivation_text,
     "latex": derivation_latex,
@@ -204,14 +202,11 @@ _SUFFIXES: dict[str, str] = dict(zip(_ENDINGS, FORMATS, strict=True))
 # What the library advises in Python, as options of this command or another.
 _AS_OPTIONS = {
     "write derive(robot), which": "leave out --leg: the formula of the whole robot",
-    "derive(robot)": "this command without --wrench",
     "form=Steps()": "--steps",
     "form=Closed()": "--closed",
     "pose=AtJoints()": "--pose joints",
     "AtSymbols()": "--pose symbolic",
     "rs.stiffness(robot, pose)": "robostiff stiffness",
-    "rs.equilibrium(robot, pose, wrench).K": "robostiff equilibrium",
-    "rs.equilibrium": "robostiff equilibrium",
 }
 
 
@@ -234,9 +229,6 @@ def print_formula(
         if isinstance(derivation, RobotDerivation) and derivation.remark:
             click.echo(f"robostiff: {derivation.remark} K is in named steps.", err=True)
         found: _Found = derivation
-        as_one = asked.derivative is not None or language in _PROGRAMS
-        if as_one and isinstance(derivation, StiffnessUnderLoad):
-            found = derivation.derivation
         if asked.derivative is not None:
             symbol = _symbol(derivation, asked.derivative)
             found = differentiate(cast("Derivation", found), symbol)
@@ -294,16 +286,12 @@ def _check_questions(asked: FormulaRequest, language: str) -> None:
     if asked.derivative is not None and language == "json":
         expected = "another format than json: text, a typeset one, or a program"
         raise InputError("--derivative", got=asked.derivative, expected=expected)
-    if asked.wrench is not None and (asked.asks or asked.leg is not None):
-        raise InputError(
-            "--wrench", got=asked.wrench, expected="no --leg and no question beside it"
-        )
 
 
 def _derived(
     model: Model, asked: FormulaRequest, form: Closed | Steps | None
-) -> RobotDerivation | LegElimination | StiffnessUnderLoad:
-    """The formula of the robot, of one of its legs, or under a load."""
+) -> RobotDerivation | LegElimination:
+    """The formula of the robot, or of one of its legs."""
     names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
     shorter = dict(name.split("=", 1) for name in names if "=" in name)
     if shorter and {*names} - {"all"} != {f"{x}={own}" for x, own in shorter.items()}:
@@ -314,10 +302,6 @@ def _derived(
     robot = robot_of_legs(whole, model.source)
     pose = pose_from(asked.pose, robot, asked.angles)
     options: dict[str, Any] = {"pose": pose, "form": form, "budget": asked.budget}
-    if asked.wrench is not None:
-        from robostiff.robots.derivation import derive_under_load
-
-        return derive_under_load(robot, _wrench(asked.wrench, robot.space), **options)
     if asked.leg is not None:
         return derive_leg(robot, asked.leg, **options)
     return derive_robot(robot, **options)
@@ -373,19 +357,7 @@ def _language(asked: FormulaRequest, answer: Answer) -> tuple[str, Path | None]:
     return name, output
 
 
-def _wrench(text: str, space: Space) -> str | list[float]:
-    """A wrench of numbers with units, or of symbols."""
-    try:
-        return wrench_from(text, space, "--wrench")
-    except InputError:
-        if len(text.split()) != space.size:
-            raise
-    return text
-
-
-def _symbol(
-    derivation: RobotDerivation | LegElimination | StiffnessUnderLoad, name: str
-) -> sp.Symbol:
+def _symbol(derivation: Derivation, name: str) -> sp.Symbol:
     known = {symbol.name: symbol for symbol in derivation.symbols}
     if name not in known:
         raise InputError(

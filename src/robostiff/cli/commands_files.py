@@ -22,7 +22,7 @@ from robostiff.robots import (
     describe,
     robot_file,
     shipped_cable_robots,
-    shipped_linkages,
+    shipped_names,
     shipped_robots,
 )
 
@@ -41,8 +41,7 @@ _WIDTH = 78  # of a terminal, for a table
 
 def list_robots(answer: Answer) -> int:
     """Print the shipped robots."""
-    names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
-    listed = {name: describe(name) for name in sorted(names)}
+    listed = {name: describe(name) for name in sorted(shipped_names())}
     if answer.as_json:
         robots = [
             {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()

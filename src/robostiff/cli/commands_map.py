@@ -142,7 +142,7 @@ class MapBar(Progress):
     """A progress bar with rate and remaining time on standard error, if that is a terminal."""
 
     def __init__(self) -> None:
-        self.rate = 0.0
+        self.rate: float = 0.0
         super().__init__(
             BarColumn(),
             TaskProgressColumn(),

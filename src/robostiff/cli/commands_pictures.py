@@ -23,7 +23,6 @@ from robostiff.cli.written_arguments import (
     wrench_from,
 )
 from robostiff.errors import InputError
-from robostiff.linkage import Linkage
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.plot.energy_bars import energy_picture
@@ -103,9 +102,7 @@ def _of_robot(what: str, robot: Any, place: Posing, asked: PictureFile) -> tuple
     if what == "modes":
         found = modes(robot, pose, **options)
         return (mode_picture(found, asked.mode), mode_picture(found, asked.mode, -1.0))
-    result = stiffness(robot, pose, **options)
-    shown = robot.network_at(pose) if isinstance(robot, Linkage) else robot
-    return (_of_stiffness(what, shown, result, asked),)
+    return (_of_stiffness(what, robot, stiffness(robot, pose, **options), asked),)
 
 
 def _of_cables(
@@ -164,7 +161,9 @@ def make_report(model: Model, pages: Pages, place: Posing, answer: Answer) -> in
         symbolic=_with_symbols(model),
         finite=pages.finite,
         title_block=TitleBlock(pages.project, pages.author, date, pages.revision),
-        described_by=None if source == "-" else described_by(source, model.parameters),
+        described_by=None
+        if source == "-"
+        else described_by(source, model.parameters, side=model.side, allow_xacro=model.allow_xacro),
         other=None if pages.compare is None else load(pages.compare),
     )
     save_report(contents, *paths)

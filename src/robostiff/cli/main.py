@@ -60,7 +60,7 @@ def _shell(install: bool) -> Any:
     return done
 
 
-app = _Commands(
+app: click.Group = _Commands(
     "robostiff",
     help="Cartesian stiffness of robots with elastic links, elastic actuators and passive joints.",
     no_args_is_help=True,

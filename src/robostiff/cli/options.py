@@ -51,6 +51,9 @@ def argument(metavar: str, text: str, default: Any = ..., **words: Any) -> Any:
 class Part:
     """Some of the options of a class, where a command has no use for the others."""
 
+    of: type
+    names: tuple[str, ...]
+
     def __init__(self, of: type, *names: str) -> None:
         self.of, self.names = of, names
 
@@ -102,10 +105,9 @@ def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Complet
     """Shipped robots whose names begin so; the shell itself completes files."""
     from click.shell_completion import CompletionItem
 
-    from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
+    from robostiff.robots import shipped_names
 
-    names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
-    found = sorted(name for name in names if name.startswith(incomplete))
+    found = sorted(name for name in shipped_names() if name.startswith(incomplete))
     return [*_files(), *map(CompletionItem, found)]
 
 

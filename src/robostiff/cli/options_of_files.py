@@ -58,12 +58,6 @@ class FormulaRequest:
         "the legs have no form in vectors.",
     )
     closed: bool = option("--closed", help="One expression for each entry; the default at home.")
-    wrench: str | None = option(
-        "--wrench",
-        metavar='"fx fy fz mx my mz"',
-        help="K to first order in this wrench on the platform: numbers with units [N, N m], or "
-        "symbols such as ' 0 0 -F 0 0 0'.",
-    )
     limit: int | None = option(
         "--limit",
         metavar="TERMS",
@@ -151,7 +145,6 @@ COMMANDS = {
             'derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py',
             "derive gough-stewart-b-beams --leg leg1",
             "derive delta --snippet",
-            'derive gough-stewart-b --wrench "0 0 -1 kN 0 0 0"',
         ),
         status="0 for a formula, 2 for bad input or a formula beyond the limit, 130 when "
         "interrupted.",

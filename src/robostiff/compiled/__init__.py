@@ -1,6 +1,6 @@
 """Records of robots turned into kernels: SIMD machine code, or NumPy in chunks."""
 
-from robostiff.compiled.codes import ArrayCode, MachineCode, machine_code_is_available
+from robostiff.compiled.codes import ArrayCode, MachineCode
 from robostiff.compiled.kernel import (
     Backend,
     Checks,
@@ -9,6 +9,7 @@ from robostiff.compiled.kernel import (
     kernel_of,
     whole_threads,
 )
+from robostiff.compiled.machine_code import machine_code_is_available
 from robostiff.compiled.outputs import (
     ComplianceMatrix,
     DeflectionUnder,

@@ -72,7 +72,7 @@ class ClosedCode:
         return cls(closure, code(whole) if is_short and whole else None, few.by(code), few)
 
     def in_machine_code(self) -> ClosedCode:
-        """The same, compiled by heyoka."""
+        """The same in machine code."""
         whole = None if self.whole is None else MachineCode(self.whole.program)
         return replace(self, whole=whole, many=self.many.by(MachineCode))
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robostiff.compiled.machine_code import VectorFunction, this_processor
 from robostiff.record import NUMPY_FUNCTIONS, OPERATORS, Operation, Program
 
 # Poses at once: the arrays in use at a time should stay in the second-level cache.
@@ -79,7 +77,7 @@ class _Code:
         return len(self.program.outputs)
 
     def in_machine_code(self) -> MachineCode:
-        """The same program, compiled by heyoka."""
+        """The same program in machine code."""
         return MachineCode(self.program)
 
 
@@ -176,14 +174,11 @@ class ArrayCode(_Code):
         return instructions, [where[k] for k in program.outputs], rows - first_row
 
 
-_threads = threading.Lock()
-
-
 @dataclass(frozen=True)
 class MachineCode(_Code):
-    """Runs a program on rows of poses as SIMD machine code (heyoka, LLVM).
+    """Runs a program on rows of poses as machine code, several poses an operation.
 
-    It is compiled at the first use.
+    It is compiled at the first use, for the processor at hand.
 
     Attributes
     ----------
@@ -192,72 +187,16 @@ class MachineCode(_Code):
 
     def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64, rows contiguous."""
-        if threads <= 1:
-            self._function(inputs=inputs, outputs=outputs, batch_parallel=False)
-            return
-        with machine_threads(threads):
-            self._function(inputs=inputs, outputs=outputs, batch_parallel=True)
+        function = self._function
+
+        def fill(part: slice) -> None:
+            function.fill(inputs[:, part], outputs[:, part])
+
+        in_shares(fill, inputs.shape[1], threads)
 
     @cached_property
-    def _function(self) -> Any:
-        import heyoka as hy
-
-        if not self.program.inputs:  # every result is a number, and nothing is left to compile
-            numbers = ArrayCode(self.program)
-            return lambda inputs, outputs, batch_parallel: numbers.evaluate(inputs, outputs)
-        variables = hy.make_vars(*self.program.inputs)
-        # One variable comes without a list around it.
-        variables = variables if isinstance(variables, list) else [variables]
-        values = dict(zip(self.program.inputs, variables, strict=True))
-        table = {
-            **OPERATORS,
-            Operation.SQUARE_ROOT: hy.sqrt,
-            Operation.SINE: hy.sin,
-            Operation.COSINE: hy.cos,
-            Operation.ARC_COSINE: hy.acos,
-            Operation.ARC_TANGENT: hy.atan2,
-            Operation.HYPERBOLIC_TANGENT: hy.tanh,
-            Operation.LEAST: lambda a, b: hy.select(hy.lt(a, b), a, b),
-            Operation.GREATER: hy.gt,
-        }
-        outputs = [
-            x if isinstance(x, hy.expression) else hy.expression(float(x))
-            for x in self.program.evaluated(values, table)
-        ]
-        return hy.cfunc(outputs, vars=variables, fast_math=True, **_width())
-
-
-def _width() -> dict[str, Any]:
-    """How many poses an operation takes: eight on processors that lose no speed by that.
-
-    LLVM takes four by default, as the first processors with AVX-512 slow down when they use it.
-    Those with its later parts do not: eight poses take two thirds to nine tenths of the time.
-    """
-    try:
-        processor = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return {}
-    return {"force_avx512": True, "batch_size": 8} if " avx512_vbmi2 " in processor else {}
-
-
-@contextmanager
-def machine_threads(count: int) -> Iterator[None]:
-    """Let the machine code of this process use the given number of threads in a context."""
-    import heyoka as hy
-
-    with _threads:
-        before = hy.get_nthreads()
-        if before != count:
-            hy.set_nthreads(count)
-        try:
-            yield
-        finally:
-            if before != count:
-                hy.set_nthreads(before)
-
-
-def machine_code_is_available() -> bool:
-    """Whether the compiler is installed here."""
-    from importlib.util import find_spec
-
-    return find_spec("heyoka") is not None
+    def _function(self) -> VectorFunction:
+        processor = this_processor()
+        if processor is None:
+            raise RuntimeError("machine code is not available here")
+        return VectorFunction.of(self.program, processor)

@@ -11,7 +11,8 @@ from functools import reduce
 import numpy as np
 
 from robostiff.compiled.closed import ClosedCode
-from robostiff.compiled.codes import ArrayCode, MachineCode, machine_code_is_available
+from robostiff.compiled.codes import ArrayCode, MachineCode
+from robostiff.compiled.machine_code import machine_code_is_available
 from robostiff.compiled.outputs import Derivative, Output
 from robostiff.errors import InputError
 from robostiff.record import Entry, Program, least
@@ -22,7 +23,7 @@ from robostiff.spatial import Space
 class Backend(Enum):
     """How a record is run: by ``MACHINE`` code, by NumPy on ``ARRAYS``, or the ``BEST`` available.
 
-    Machine code is some ten times faster, and needs heyoka, of the extra ``fast``.
+    Machine code is some ten times faster, and needs llvmlite, of the extra ``fast``.
     """
 
     BEST = "best"
@@ -128,7 +129,7 @@ class Kernel:
         return np.ascontiguousarray(rows, dtype=np.float64)
 
     def in_machine_code(self) -> Kernel:
-        """The same kernel, compiled by heyoka."""
+        """The same kernel in machine code."""
         return replace(self, code=self.code.in_machine_code())
 
 
@@ -207,12 +208,13 @@ def code_of(backend: Backend) -> type[MachineCode] | type[ArrayCode]:
         raise InputError(
             "backend of the kernel",
             got="machine code",
-            expected="heyoka to be installed",
+            expected="llvmlite, and a processor that multiplies and adds in one operation",
             hint="write pip install 'robostiff[fast]', or Backend.ARRAYS",
         )
     # Warnings of one line of code are shown once.
     warnings.warn(
-        "heyoka is not installed: NumPy runs the record, some ten times slower than machine code; "
+        "llvmlite is not installed, or has no code for this processor: NumPy runs the record, some "
+        "ten times slower than machine code; "
         "write pip install 'robostiff[fast]', or backend=Backend.ARRAYS",
         NoMachineCodeWarning,
         stacklevel=1,

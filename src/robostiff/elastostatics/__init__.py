@@ -6,12 +6,7 @@ paper and used with anybody's Jacobians. One file a form: eq. (7) ``saddle_point
 summed by ``aggregation``, eq. (12). Ranks are decided in ``tolerance`` alone.
 """
 
-from robostiff.elastostatics.aggregation import (
-    CoupledLegs,
-    aggregate,
-    aggregate_matrices,
-    couple_legs,
-)
+from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
 from robostiff.elastostatics.block import Block, eliminate_block
 from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
@@ -43,7 +38,6 @@ __all__ = [
     "BlockCompliance",
     "CartesianStiffness",
     "ConjugateWrenches",
-    "CoupledLegs",
     "Form",
     "IndexRules",
     "LeastEnergy",
@@ -58,7 +52,6 @@ __all__ = [
     "aggregate_matrices",
     "block_compliance",
     "chain_stiffness",
-    "couple_legs",
     "eliminate_block",
     "eliminate_index",
     "eliminate_joint",

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.elastostatics.chain_problem import (
-    C_SINGULAR,
-    J_DEPENDENT,
-    J_NEARLY_DEPENDENT,
+    INDEPENDENT,
+    REGULAR,
+    WELL_APART,
     ChainProblem,
-    FormAnswer,
-    refusal,
+    Form,
 )
 from robostiff.spatial.shapes import Float
 
@@ -52,27 +51,14 @@ def eliminate_block(
 
 
 @dataclass(frozen=True)
-class Block:
+class Block(Form):
     """Form (9): all passive joints at once. Needs rank(J_theta) = n and independent joints."""
 
     name = "block"
     equation = "(9) K = K0 - K0 J_q (J_q^T K0 J_q)^-1 J_q^T K0"
+    needs = (REGULAR, INDEPENDENT, WELL_APART)
 
-    def solve(self, problem: ChainProblem) -> FormAnswer:
-        """Stiffness of a scaled chain."""
-        refused, reason = refusal(
-            (~problem.regular, C_SINGULAR),
-            (problem.dependent, J_DEPENDENT),
-            (problem.nearly_dependent, J_NEARLY_DEPENDENT),
-        )
-        n, q = problem.J_q.shape[-2:]
-        if q == 0:
-            K = problem.K0
-            return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))
-        if np.all(refused):
-            return FormAnswer(np.zeros_like(problem.C), refused, reason)
-        # A refused pose must not stop the others.
-        K0 = np.where(refused[..., None, None], np.eye(n), problem.K0)
-        J_q = np.where(refused[..., None, None], np.eye(n, q), problem.J_q)
-        K = eliminate_block(K0, J_q)
-        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))
+    def stiffness(self, problem: ChainProblem) -> np.ndarray:
+        """K of a scaled chain."""
+        K0, J_q = problem.K0, problem.J_q
+        return eliminate_block(K0, J_q) if J_q.shape[-1] else K0

@@ -104,25 +104,27 @@ def solve_chain(
             expected="a positive semidefinite matrix: a spring does not push where it is pulled",
         )
 
-    answer = form.solve(problem)
+    missing = [(need.missing(problem), need.reason) for need in form.needs]
+    refused = np.logical_or.reduce([np.zeros(length.shape, dtype=bool), *(m for m, _ in missing)])
+    allowed = problem.without(refused)
+    K = np.zeros(C.shape) if np.all(refused) else form.stiffness(allowed)
     transmitted = np.count_nonzero(np.any(W != 0, axis=-2), axis=-1)
-    K = 0.5 * (answer.K + np.swapaxes(answer.K, -1, -2)) * scale
+    doubtful = np.zeros(length.shape, dtype=bool)
+    if form.loses_digits is not None:
+        doubtful = form.loses_digits(allowed, K) & ~refused
+    K = 0.5 * (K + np.swapaxes(K, -1, -2)) * scale
     # Directions that joints free entirely keep no rounding.
     K = np.where((transmitted > 0)[..., None, None], K, 0.0)
     # Between rounding and the limit, a dropped joint may be independent.
-    doubtful = np.any(tolerance.leaves_in_doubt(margins), axis=-1)
+    doubtful |= np.any(tolerance.leaves_in_doubt(margins), axis=-1)
     doubtful |= ~problem.rigid & (problem.compliance_ratio <= tolerance.near_rigidity)
     status = (
         (transmitted < space.size) * int(Status.FREE_MOTIONS)
         | problem.dependent * int(Status.REDUNDANT_JOINTS)
         | problem.rigid * int(Status.RIGID_DIRECTION)
         | doubtful * int(Status.ILL_CONDITIONED)
+        | refused * int(Status.FORM_DOES_NOT_HOLD)
     )
-    if answer.refused is not None:
-        status = status | answer.refused * int(Status.FORM_DOES_NOT_HOLD)
-    if answer.doubtful is not None:
-        kept = True if answer.refused is None else ~answer.refused
-        status = status | (answer.doubtful & kept) * int(Status.ILL_CONDITIONED)
     # Combinations of the transmitted wrenches that meet no compliance, zero columns elsewhere.
     rigid = np.zeros((*W.shape[:-1], 0))
     if np.any(problem.rigid):
@@ -139,7 +141,7 @@ def solve_chain(
         length=length,
         rigid=rigid,
         tolerance=tolerance,
-        reason=answer.reason,
+        reason="; ".join(reason for where, reason in missing if np.any(where)),
     )
 
 

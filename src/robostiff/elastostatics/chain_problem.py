@@ -1,10 +1,12 @@
-"""Input and result of the forms of K_C."""
+"""What a form of K_C is, what it needs, and its input."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import ClassVar
 
 import numpy as np
 
@@ -106,44 +108,59 @@ class ChainProblem:
         identity = np.eye(self.C.shape[-1])
         return np.linalg.inv(np.where(self.regular[..., None, None], self.C, identity))
 
+    def without(self, refused: np.ndarray) -> ChainProblem:
+        """Another chain where it is refused (...), so that these poses do not stop the others."""
+        if not np.any(refused):
+            return self
+        n, q = self.J_q.shape[-2:]
+        chosen = refused[..., None, None]
+        return replace(
+            self,
+            C=np.where(chosen, np.eye(n), self.C),
+            J_q=np.where(chosen, np.eye(n, q), self.J_q),
+            redundant=self.redundant | refused[..., None],
+        )
 
-@dataclass(frozen=True)
-class FormAnswer:
-    """Stiffness in scaled coordinates, the poses at which the form refuses, and the reason."""
 
-    K: np.ndarray  # (..., n, n): without meaning where refused
-    refused: np.ndarray | None = None  # (...) of bool or None
-    reason: str = ""
-    # (...) of bool or None: where the form by its nature keeps few digits
-    doubtful: np.ndarray | None = None
-
-
-@runtime_checkable
-class Form(Protocol):
+class Form(ABC):
     """A form of K_C: a small frozen object with its own options."""
 
-    @property
-    def name(self) -> str:
-        """Name on the command line and in results."""
-        ...
+    #: Name on the command line and in results.
+    name: ClassVar[str]
+    #: The formula, with its number in the paper.
+    equation: ClassVar[str]
+    #: What it needs of a chain.
+    needs: ClassVar[tuple[Need, ...]] = ()
+    #: Where K, by the nature of the form, has fewer digits than asked for (...); None for nowhere.
+    loses_digits: ClassVar[Callable[[ChainProblem, np.ndarray], np.ndarray] | None] = staticmethod(
+        ChainProblem.costs_digits_to_invert
+    )
 
-    @property
-    def equation(self) -> str:
-        """The formula, with its number in the paper."""
-        ...
-
-    def solve(self, problem: ChainProblem) -> FormAnswer:
-        """Stiffness of a scaled chain."""
-        ...
-
-
-C_SINGULAR = "it inverts the compliance of the chain, which is singular (rank(J_theta) < n)"
-J_DEPENDENT = "it needs independent passive joints, and some are redundant"
-J_NEARLY_DEPENDENT = "a passive joint is so nearly redundant that stiffness along it is rounding"
-DIRECTION_RIGID = "a transmitted wrench meets no compliance, so its matrix is singular"
+    @abstractmethod
+    def stiffness(self, problem: ChainProblem) -> np.ndarray:
+        """K of a scaled chain that has all that the form needs (..., n, n)."""
 
 
-def refusal(*conditions: tuple[np.ndarray, str]) -> tuple[np.ndarray, str]:
-    """Poses refused by any of several conditions, and the reasons that occur."""
-    refused = np.any(np.stack([condition for condition, _ in conditions]), axis=0)
-    return refused, "; ".join(reason for condition, reason in conditions if np.any(condition))
+@dataclass(frozen=True)
+class Need:
+    """Something that a form needs of a chain, and why."""
+
+    missing: Callable[[ChainProblem], np.ndarray]  # where it has it not (...)
+    reason: str
+
+
+REGULAR = Need(
+    lambda chain: ~chain.regular,
+    "it inverts the compliance of the chain, which is singular (rank(J_theta) < n)",
+)
+INDEPENDENT = Need(
+    lambda chain: chain.dependent, "it needs independent passive joints, and some are redundant"
+)
+WELL_APART = Need(
+    lambda chain: chain.nearly_dependent,
+    "a passive joint is so nearly redundant that stiffness along it is rounding",
+)
+COMPLIANT = Need(
+    lambda chain: chain.rigid,
+    "a transmitted wrench meets no compliance, so its matrix is singular",
+)

@@ -48,6 +48,17 @@ class ConjugateWrenches(PoseBatch):
         K = product(self.unit * k[..., None, :], transposed(self.unit))
         return 0.5 * (K + transposed(K))
 
+    @property
+    def count(self) -> np.ndarray:
+        """How many there are, elastic and rigid (...)."""
+        rigid = np.count_nonzero(np.any(self.rigid != 0, axis=-2), axis=-1)
+        return np.count_nonzero(self.compliance, axis=-1) + rigid
+
+    @classmethod
+    def none(cls, n: int) -> ConjugateWrenches:
+        """None at all, at a single pose, of n entries each."""
+        return cls(np.zeros((n, 0)), np.zeros(0), np.zeros((n, 0)), np.array(False))
+
     @staticmethod
     def beside(parts: Sequence[ConjugateWrenches]) -> ConjugateWrenches:
         """Wrenches of several legs at the same poses."""

@@ -6,13 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.elastostatics.chain_problem import (
-    C_SINGULAR,
-    J_NEARLY_DEPENDENT,
-    ChainProblem,
-    FormAnswer,
-    refusal,
-)
+from robostiff.elastostatics.chain_problem import REGULAR, WELL_APART, ChainProblem, Form, Need
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 from robostiff.spatial.shapes import Float
@@ -79,8 +73,23 @@ def eliminate_quasi_trivial(
     return K - u[..., :, None] * (u / mu[..., None])[..., None, :]
 
 
+def _along(J_q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which displacements (..., t, q) and which turns (..., r, q) are not zero."""
+    t = Space.of_size(J_q.shape[-2]).translations
+    largest = np.max(np.abs(J_q), axis=-2, keepdims=True, initial=0.0)
+    moving = np.abs(J_q) > _ZERO * largest
+    return moving[..., :t, :], moving[..., t:, :]
+
+
+def _has_oblique_joints(problem: ChainProblem) -> np.ndarray:
+    """Whether a joint that is not redundant is not along a frame axis (...)."""
+    moves, turns = _along(problem.J_q)
+    along_axis = np.where(turns.any(axis=-2), turns.sum(axis=-2) == 1, moves.sum(axis=-2) == 1)
+    return np.any(~along_axis & ~problem.redundant, axis=-1)
+
+
 @dataclass(frozen=True)
-class IndexRules:
+class IndexRules(Form):
     """Rules (18)-(20): needs rank(J_theta) = n and every joint along a frame axis.
 
     A joint is trivial when it is prismatic along, or revolute at the reference point about, a frame
@@ -89,25 +98,19 @@ class IndexRules:
 
     name = "index-rules"
     equation = "(19) K_jk <- K_jk - K_jp K_pk / K_pp"
+    needs = (REGULAR, Need(_has_oblique_joints, NOT_ALONG_AXES), WELL_APART)
 
-    def solve(self, problem: ChainProblem) -> FormAnswer:
-        """Stiffness of a scaled chain."""
+    def stiffness(self, problem: ChainProblem) -> np.ndarray:
+        """K of a scaled chain."""
         J_q = problem.J_q
         t = Space.of_size(J_q.shape[-2]).translations
-        moves, turns = _nonzero(J_q[..., :t, :], J_q), _nonzero(J_q[..., t:, :], J_q)
-        along_axis = np.where(turns.any(axis=-2), turns.sum(axis=-2) == 1, moves.sum(axis=-2) == 1)
-        oblique = np.any(~along_axis & ~problem.redundant, axis=-1)
-        refused, reason = refusal(
-            (~problem.regular, C_SINGULAR),
-            (oblique, NOT_ALONG_AXES),
-            (problem.nearly_dependent, J_NEARLY_DEPENDENT),
-        )
+        moves, turns = _along(J_q)
         K = problem.K0.copy()
         for i in range(J_q.shape[-1]):
             # Poses may differ in the axis of a joint: each coordinate in turn takes its own.
             for p in range(J_q.shape[-2]):
                 own = turns[..., p - t, i] if p >= t else moves[..., p, i] & ~turns[..., i].any(-1)
-                own = own & ~problem.redundant[..., i] & ~refused
+                own = own & ~problem.redundant[..., i]
                 # (19), or (18) where the axis is shifted.
                 trivial = own & ~moves[..., i].any(axis=-1) if p >= t else own
                 if np.any(trivial):
@@ -116,8 +119,4 @@ class IndexRules:
                 if np.any(quasi):
                     J = J_q[..., i][quasi]
                     K[quasi] = eliminate_quasi_trivial(K[quasi], p, J[..., :t] / J[..., p, None])
-        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))
-
-
-def _nonzero(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    return np.abs(part) > _ZERO * np.max(np.abs(whole), axis=-2, keepdims=True, initial=0.0)
+        return K

@@ -115,3 +115,29 @@ def solved_leg(leg: LegWrenches, length: np.ndarray, tolerance: Tolerance) -> Ca
         tolerance=tolerance,
         carried=conjugate,
     )
+
+
+def transmitted(leg: CartesianStiffness) -> LegWrenches:
+    """The wrenches of a solved leg; those of any root of K, which share no energy, for K alone."""
+    conjugate, s, W = leg.carried, scaling(leg.length, leg.space), leg.held
+    if conjugate is None:
+        k = np.swapaxes(W, -1, -2) @ (leg.matrix / (s[..., :, None] * s[..., None, :])) @ W
+        k = np.where(leg.answered[..., None, None], k, np.eye(W.shape[-1]))  # of any size
+        size = np.sqrt(np.maximum(np.einsum("...ii->...i", k), 0.0))
+        size = np.where(size > 0, size, 1.0)
+        k = k / (size[..., :, None] * size[..., None, :])
+        try:
+            root = np.linalg.cholesky(k)
+        except np.linalg.LinAlgError:
+            values, V = np.linalg.eigh(0.5 * (k + np.swapaxes(k, -1, -2)))
+            root = V * np.sqrt(np.maximum(values, 0.0))[..., None, :]
+        wrenches = W @ (size[..., :, None] * root)
+        square = np.einsum("...nm,...nm->...m", wrenches, wrenches)
+        some = np.where(square > 0, square, 1.0)
+        conjugate = ConjugateWrenches(
+            wrenches / np.sqrt(some)[..., None, :],
+            np.where(square > 0, 1.0 / some, 0.0),
+            np.zeros((*W.shape[:-1], 0)),
+            np.zeros(leg.batch_shape, dtype=bool),
+        )
+    return LegWrenches(W, np.zeros((*leg.batch_shape, 0)), conjugate)

@@ -15,6 +15,7 @@ from robostiff.spatial import Space
 from robostiff.spatial.shapes import Bool, Float
 
 _ROUNDING = 4 * np.finfo(float).eps
+_NOTHING = 1e-13  # of a unit load
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,8 @@ class BlockCompliance(PoseBatch):
         coordinates; none where rigid branches carry it alone.
     length : (...) array
         Characteristic length [m] of the scaling.
+    W : (..., n, m) array
+        Orthonormal basis of the wrenches that it transmits, scaled; zero columns fill up.
     J_q : (..., n, f) array
         Twists that meet no stiffness: its freedoms. Poses may have different numbers of them; zero
         columns fill up.
@@ -35,6 +38,8 @@ class BlockCompliance(PoseBatch):
         Which columns are freedoms.
     shares : (..., b, n, n) array
         Wrench that each branch carries, per wrench that the block carries.
+    mechanisms : (..., bodies n, bodies n) array
+        Orthonormal motions of all bodies that meet no stiffness, scaled; other columns are zero.
     redundant : (..., q) array of bool
         Joints of the branches, one branch after the other, that add no freedom to those before.
     doubtful : (...) array of bool
@@ -45,9 +50,11 @@ class BlockCompliance(PoseBatch):
 
     modes: Float[np.ndarray, "*batch p n"]
     length: np.ndarray
+    W: Float[np.ndarray, "*batch n m"]
     J_q: Float[np.ndarray, "*batch n f"]
     present: Bool[np.ndarray, "*batch f"]
     shares: Float[np.ndarray, "*batch b n n"]
+    mechanisms: Float[np.ndarray, "*batch k k"]
     redundant: Bool[np.ndarray, "*batch q"]
     doubtful: Bool[np.ndarray, "*batch"]
     inner: tuple[tuple[BlockCompliance, ...], ...] = ()
@@ -115,34 +122,88 @@ def block_compliance(
 
 
 def block_of(
-    branches: Sequence[LegWrenches], length: Float[np.ndarray, "*batch"], tolerance: Tolerance
+    branches: Sequence[LegWrenches],
+    length: Float[np.ndarray, "*batch"],
+    tolerance: Tolerance,
+    ends: Sequence[tuple[int, int]] | None = None,
 ) -> BlockCompliance:
-    """As `block_compliance`, from the wrenches of the branches."""
-    A = np.concatenate([branch.W for branch in branches], axis=-1)
-    n = A.shape[-2]
+    """As `block_compliance`, from the wrenches of branches between any bodies.
+
+    Wrenches of all branches are about one point in the same axes, so that a body is in equilibrium
+    where they add up to its load. The least energy of all wrenches under a load on one body, the
+    others free of loads, is its compliance.
+
+    Parameters
+    ----------
+    branches : sequence of LegWrenches
+        About one point.
+    length : (...) array
+        Characteristic length [m].
+    tolerance : Tolerance
+    ends : sequence of (int, int), optional
+        The bodies from which and to which each branch leads: 0 is at rest, 1 the body that is
+        loaded, others lie between. From 0 to 1 when left out.
+    """
+    ends = [(0, 1)] * len(branches) if ends is None else ends
+    bodies = max(max(pair) for pair in ends)
+    A = _on_bodies([branch.W for branch in branches], ends, bodies)
+    n = A.shape[-2] // bodies
     s = scaling(length, Space.of_size(n))
-    missing = max(0, n - A.shape[-1])  # columns, which are zero
+    missing = max(0, A.shape[-2] - A.shape[-1])  # columns, which are zero
     U, values, _ = np.linalg.svd(np.pad(A, [(0, 0)] * (A.ndim - 1) + [(0, missing)]))
-    held = values > tolerance.independence
+    held = values[..., : A.shape[-2]] > tolerance.independence
     doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
     for branch in branches:
         doubtful = doubtful | np.any(tolerance.leaves_in_doubt(branch.margins), axis=-1)
     own = [branch.conjugate for branch in branches]
-    every = ConjugateWrenches.beside(own)
+    unit, rigid = (
+        _on_bodies([getattr(one, name) for one in own], ends, bodies) for name in ("unit", "rigid")
+    )
+    compliance = np.concatenate([one.compliance for one in own], axis=-1)
     rank = np.count_nonzero(held, axis=-1)
-    shared = least_energy(every.unit, every.compliance, every.rigid, rank, tolerance)
+    shared = least_energy(unit, compliance, rigid, rank, tolerance)
     # Unit vectors carry no smaller parts than rounding: aligned blocks keep exact zeros.
     free = np.where(np.abs(U) <= _ROUNDING, 0.0, U) * ~held[..., None, :]
+    mechanisms, loads = free, np.eye(n)
+    if bodies > 1:  # motions of the loaded body among those of all
+        U, values, _ = np.linalg.svd(free[..., :n, :])
+        U, held = U[..., ::-1], values[..., ::-1] <= tolerance.independence
+        doubtful = doubtful | np.any(tolerance.leaves_in_doubt(values), axis=-1)
+        free = U * ~held[..., None, :]
+        loads = np.eye(n) - free @ np.swapaxes(free, -1, -2)
     most = int(np.max(np.count_nonzero(~held, axis=-1), initial=0))
-    carried = ConjugateWrenches.carried(own, shared.shares, shared.rigid_shares)
+    few = int(np.min(np.count_nonzero(~held, axis=-1), initial=n))
+    on_first, on_first_rigid, modes = (
+        part[..., :n] @ loads for part in (shared.shares, shared.rigid_shares, shared.modes)
+    )
+    if bodies > 1:  # what is nothing beside a unit load is rounding
+        modes = np.where(np.max(np.abs(on_first), axis=-1, keepdims=True) > _NOTHING, modes, 0.0)
+    carried = ConjugateWrenches.carried(own, on_first, on_first_rigid)
     margins = np.concatenate([branch.margins for branch in branches], axis=-1)
     return BlockCompliance(
-        modes=shared.modes,
+        modes=modes,
         length=length,
+        W=(U * held[..., None, :])[..., : n - few],
         # Twists in metres and radians again.
         J_q=free[..., n - most :] / s[..., :, None],
         present=~held[..., n - most :],
         shares=np.stack([one * s[..., :, None] / s[..., None, :] for one in carried], axis=-3),
+        mechanisms=mechanisms,
         redundant=margins <= tolerance.independence,
-        doubtful=doubtful | shared.doubtful | every.doubtful,
+        doubtful=doubtful | shared.doubtful | np.logical_or.reduce([one.doubtful for one in own]),
     )
+
+
+def _on_bodies(
+    wrenches: Sequence[np.ndarray], ends: Sequence[tuple[int, int]], bodies: int
+) -> np.ndarray:
+    """Wrenches (..., n, m) of branches on all bodies but that at rest (..., bodies n, m)."""
+    n = wrenches[0].shape[-2]
+    if bodies == 1:
+        return np.concatenate(wrenches, axis=-1)
+    placed = []
+    for own, (a, b) in zip(wrenches, ends, strict=True):
+        on_each = np.zeros((*own.shape[:-2], bodies + 1, n, own.shape[-1]))
+        on_each[..., a, :, :], on_each[..., b, :, :] = -own, own
+        placed.append(on_each[..., 1:, :, :].reshape(*own.shape[:-2], bodies * n, -1))
+    return np.concatenate(placed, axis=-1)

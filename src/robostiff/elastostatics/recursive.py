@@ -7,13 +7,7 @@ from itertools import chain
 
 import numpy as np
 
-from robostiff.elastostatics.chain_problem import (
-    C_SINGULAR,
-    J_NEARLY_DEPENDENT,
-    ChainProblem,
-    FormAnswer,
-    refusal,
-)
+from robostiff.elastostatics.chain_problem import REGULAR, WELL_APART, ChainProblem, Form
 from robostiff.errors import InputError
 from robostiff.spatial.shapes import Float
 
@@ -46,7 +40,7 @@ def eliminate_joint(
 
 
 @dataclass(frozen=True)
-class Recursive:
+class Recursive(Form):
     """Form (10)/(15). Needs rank(J_theta) = n; redundant joints (mu = 0) are skipped.
 
     Attributes
@@ -60,24 +54,20 @@ class Recursive:
 
     name = "recursive"
     equation = "(15) K <- K - u u^T / mu, u = K J, mu = J^T u"
+    needs = (REGULAR, WELL_APART)
 
-    def solve(self, problem: ChainProblem) -> FormAnswer:
-        """Stiffness of a scaled chain."""
-        refused, reason = refusal(
-            (~problem.regular, C_SINGULAR), (problem.nearly_dependent, J_NEARLY_DEPENDENT)
-        )
+    def stiffness(self, problem: ChainProblem) -> np.ndarray:
+        """K of a scaled chain."""
         K = problem.K0
-        # A refused pose must not stop the others.
-        skipped = problem.redundant | refused[..., None]
         for group in self._groups(problem.J_q.shape[-1]):
             # A redundant joint of a group is left out by giving it a unit pivot and no effect.
-            kept = ~skipped[..., group]
+            kept = ~problem.redundant[..., group]
             J = np.where(kept[..., None, :], problem.J_q[..., group], 0.0)
             U = K @ J
             M = np.swapaxes(J, -1, -2) @ U
             M = M + np.where(kept, 0.0, 1.0)[..., None, :] * np.eye(len(group))
             K = K - U @ np.linalg.solve(M, np.swapaxes(U, -1, -2))
-        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))
+        return K
 
     def _groups(self, joints: int) -> tuple[tuple[int, ...], ...]:
         if self.groups is None:

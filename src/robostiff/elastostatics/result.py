@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
-from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
+from robostiff.elastostatics.conjugate_wrenches import (
+    ConjugateWrenches,
+    LeastEnergy,
+    least_energy,
+)
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status, StatusOfPoses
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
@@ -133,8 +138,8 @@ class CartesianStiffness(StatusOfPoses, PoseBatch):
         From K alone it needs full rank, and digits enough to invert K.
         """
         reached = (self.status_codes & int(Status.UNREACHABLE)) == 0
-        known = self.invertible if self.carried is None else reached
-        return known & (self.rank == self.space.size)
+        known = self.invertible if self.carried is None else self.carried.count >= self.space.size
+        return reached & known & (self.rank == self.space.size)
 
     @property
     def compliance(self) -> np.ndarray | None:
@@ -147,9 +152,24 @@ class CartesianStiffness(StatusOfPoses, PoseBatch):
             return None
         if self.carried is None:
             return scaled_inverse(self.matrix, self.length)
-        s, own = scaling(self.length, self.space), self.carried
-        found = least_energy(own.unit, own.compliance, own.rigid, self.rank, self.tolerance)
-        return found.compliance / (s[..., :, None] * s[..., None, :])
+        s = scaling(self.length, self.space)
+        return self.shared.compliance / (s[..., :, None] * s[..., None, :])
+
+    @property
+    def wrenches(self) -> ConjugateWrenches:
+        """What carries a load.
+
+        Raises NoAnswerError for a form that gives the matrix alone.
+        """
+        if self.carried is None:
+            raise NoAnswerError("no loads by a form that gives K alone: use the wrench basis form")
+        return self.carried
+
+    @cached_property
+    def shared(self) -> LeastEnergy:
+        """How these wrenches share a load, with the least energy; in scaled coordinates."""
+        own = self.wrenches
+        return least_energy(own.unit, own.compliance, own.rigid, self.rank, self.tolerance)
 
     @property
     def decision(self) -> RankDecision:

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.elastostatics.chain_problem import (
-    DIRECTION_RIGID,
-    J_DEPENDENT,
-    J_NEARLY_DEPENDENT,
+    COMPLIANT,
+    INDEPENDENT,
+    WELL_APART,
     ChainProblem,
-    FormAnswer,
-    refusal,
+    Form,
 )
 from robostiff.spatial.shapes import Float
 
@@ -66,27 +65,17 @@ def saddle_point_stiffness(
 
 
 @dataclass(frozen=True)
-class SaddlePoint:
+class SaddlePoint(Form):
     """Form (7). Needs independent joints and no rigid direction; C may be singular."""
 
     name = "saddle-point"
     equation = "(7) K = upper-left block of [[C, J_q], [J_q^T, 0]]^-1"
+    needs = (INDEPENDENT, WELL_APART, COMPLIANT)
+    loses_digits = staticmethod(ChainProblem.costs_digits)
 
-    def solve(self, problem: ChainProblem) -> FormAnswer:
-        """Stiffness of a scaled chain."""
-        refused, reason = refusal(
-            (problem.dependent, J_DEPENDENT),
-            (problem.nearly_dependent, J_NEARLY_DEPENDENT),
-            (problem.rigid, DIRECTION_RIGID),
-        )
-        if np.all(refused):
-            return FormAnswer(np.zeros_like(problem.C), refused, reason)
-        n, q = problem.J_q.shape[-2:]
-        # A refused pose must not stop the others.
-        C = np.where(refused[..., None, None], np.eye(n), problem.C)
-        J_q = np.where(refused[..., None, None], np.eye(n, q), problem.J_q)
+    def stiffness(self, problem: ChainProblem) -> np.ndarray:
+        """K of a scaled chain."""
         # Compliances near 1e-7 beside unit twists would cost digits: both are brought to size 1.
-        trace = np.trace(C, axis1=-2, axis2=-1)[..., None, None]
+        trace = np.trace(problem.C, axis1=-2, axis2=-1)[..., None, None]
         size = np.where(trace > 0, trace, 1.0)
-        K = saddle_point_stiffness(C / size, J_q) / size
-        return FormAnswer(K, refused, reason, problem.costs_digits(K))
+        return saddle_point_stiffness(problem.C / size, problem.J_q) / size

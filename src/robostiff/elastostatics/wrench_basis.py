@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.elastostatics.chain_problem import ChainProblem, FormAnswer
+from robostiff.elastostatics.chain_problem import ChainProblem, Form
 from robostiff.spatial.shapes import Float
 
 
@@ -55,12 +55,13 @@ def wrench_basis_stiffness(
 
 
 @dataclass(frozen=True)
-class WrenchBasis:
+class WrenchBasis(Form):
     """Form K = W (W^T C W)^-1 W^T: holds always, unless a direction is rigid."""
 
     name = "wrench-basis"
     equation = "K = W (W^T C W)^-1 W^T, W a basis of null(J_q^T)"
+    loses_digits = None
 
-    def solve(self, problem: ChainProblem) -> FormAnswer:
-        """Stiffness of a scaled chain."""
-        return FormAnswer(wrench_basis_stiffness(problem.C, problem.W))
+    def stiffness(self, problem: ChainProblem) -> np.ndarray:
+        """K of a scaled chain."""
+        return wrench_basis_stiffness(problem.C, problem.W)

@@ -31,6 +31,7 @@ from robostiff.io.rigid_tree.tree import (
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
+from robostiff.io.whole_file import read_elsewhere
 from robostiff.model import Actuated, Joint, Mass, Passive, prismatic, revolute, spherical
 from robostiff.spatial import Frame
 
@@ -207,7 +208,9 @@ def expand_xacro(source: Path | str) -> bytes:
             if find_spec(package) is None:  # another process imports it
                 raise ModuleNotFoundError(name=package)
     request = {"file": file, "limits": vars(XmlLimits())}
-    return answer_of(EXPAND_XACRO, request, Location(file), "xacro", "xacro")["text"].encode()
+    answer = answer_of(EXPAND_XACRO, request, Location(file), "xacro", "xacro")
+    read_elsewhere(answer["files"])
+    return answer["text"].encode()
 
 
 _HARMLESS = frozenset(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import stat
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from robostiff.errors import FileError, Location
@@ -58,7 +60,30 @@ def bounded_bytes(source: str | os.PathLike[str], most: int, what: str) -> bytes
         ) from None
     if len(content) > most:
         raise too_large(place, len(content), most)
+    if (files := _READ.get()) is not None:
+        files[os.path.realpath(source)] = hashlib.sha256(content).hexdigest()
     return content
+
+
+_READ: ContextVar[dict[str, str] | None] = ContextVar("files that are read", default=None)
+
+
+@contextmanager
+def files_that_are_read() -> Iterator[dict[str, str]]:
+    """Whole paths of files that are read inside, and the SHA-256 of each."""
+    found: dict[str, str] = {}
+    token = _READ.set(found)
+    try:
+        yield found
+    finally:
+        _READ.reset(token)
+
+
+def read_elsewhere(files: dict[str, str]) -> None:
+    """Files that another process has read for this one, and the SHA-256 of each."""
+    known = _READ.get()
+    if known is not None:
+        known |= files
 
 
 def too_large(place: Location, size: int, most: int) -> FileError:

@@ -6,22 +6,26 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robostiff.kinematics.closure import NewtonTask
+from robostiff.kinematics.closure import loops_of_legs
 from robostiff.model import ALL_COORDINATES, Coordinate, Robot
 
 _INDEPENDENT = 1e-6
 
 
 def platform_mobility(
-    robot: Robot, pose: np.ndarray, q: Sequence[np.ndarray], length: float
+    robot: Robot,
+    pose: np.ndarray,
+    q: Sequence[np.ndarray],
+    length: float,
+    held: Sequence[np.ndarray] = (),
 ) -> np.ndarray:
     """Rates of the pose coordinates (6,) that the legs leave free at coordinates q of each.
 
     They are the pose part of what keeps all loops closed. Orthonormal columns (6, f), rotations
-    multiplied by the length [m].
+    multiplied by the length [m]. Of each leg coordinates at some places may be held.
     """
-    task = NewtonTask(robot.legs, tuple(range(6)), length)
-    _, values, V_T = np.linalg.svd(task.rates(np.concatenate([pose, *q])[None])[0])
+    loops = loops_of_legs(robot.legs, range(6), length, held)
+    _, values, V_T = np.linalg.svd(loops.rates(np.concatenate([pose, *q])[None])[0])
     free = V_T[np.count_nonzero(values > _INDEPENDENT) :, -6:].T
     U, values, _ = np.linalg.svd(free)
     return U[:, : np.count_nonzero(values > _INDEPENDENT)]

@@ -150,8 +150,12 @@ def home_coordinates(robot: Robot) -> np.ndarray:
     """Pose coordinates (x, y, z, rotation vector) of the home configuration (6,) [m, rad]."""
     if robot.home is not None:
         return six_coordinates(nearest_rotation(robot.home.R), robot.home.p)
-    leg = robot.legs[0]
-    placed = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p)
+    return pose_of_end(robot.legs[0], robot.legs[0].chain.home)
+
+
+def pose_of_end(leg: Leg, q: np.ndarray) -> np.ndarray:
+    """Pose coordinates (6,) of the platform at the end of a leg."""
+    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
     return six_coordinates(*platform_at_end(leg, placed))
 
 

@@ -12,14 +12,14 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics.closure import (
-    LegsAlike,
-    NewtonTask,
+    LegSolver,
+    Loops,
     attachment_frame,
     leg_solvers,
     legs_alike,
+    loops_of_legs,
 )
 from robostiff.kinematics.closure.assembly import RootSigns
-from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.skeleton import rounding_of
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.legs_together import FEW
@@ -39,7 +39,14 @@ from robostiff.kinematics.pose import (
     six_coordinates,
 )
 from robostiff.kinematics.posture import Posture
-from robostiff.kinematics.solved_request import SolvedRequest, actuated_request, tool_request
+from robostiff.kinematics.solved_request import (
+    ActuatedRequest,
+    HomePosture,
+    SolvedRequest,
+    actuated_request,
+    found_from,
+    tool_request,
+)
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedPlatform, Robot, Snapshot
 from robostiff.spatial import as_floats
@@ -94,12 +101,18 @@ class PostureFinder:
             for solver in solvers
         )
 
+    @cached_property
+    def at_home(self) -> HomePosture:
+        """The posture from which others are followed."""
+        homes = tuple(solver.home for solver in self.solvers)
+        return HomePosture(self.robot, self.home_pose, homes, self.length)
+
     def request(self, pose: Pose) -> PoseRequest | np.ndarray:
         """Read a pose; for a serial arm posed by its joints, their coordinates (..., size)."""
         if isinstance(pose, ActuatorCoordinates):
-            return actuated_request(self, pose)
+            return actuated_request(self.at_home, pose)
         if isinstance(pose, ToolPose):
-            return tool_request(self, pose)
+            return tool_request(self.at_home, pose)
         if self.robot.is_serial:
             chain = self.robot.legs[0].chain
             if isinstance(pose, JointCoordinates):
@@ -132,7 +145,12 @@ class PostureFinder:
     def at(self, request: PoseRequest | np.ndarray, near: Near = None) -> Posture:
         """Posture at poses that were read by `request`."""
         if isinstance(request, SolvedRequest):
-            return request.posture(self, near_coordinates(self.robot, near))
+            coordinates = near_coordinates(self.robot, near)
+            pose, R, q, elsewhere = request.closed(coordinates)
+            # A crank that may stand at any angle stands at a given one.
+            given = isinstance(request, ActuatedRequest)
+            open_ = None if given else self.open_drives(pose, R, q, coordinates)
+            return self.placed(request.batch, pose, R, q, elsewhere, undetermined=open_)
         if not isinstance(request, np.ndarray):
             return self.at_poses(request, near_coordinates(self.robot, near))
         if near is not None:
@@ -180,27 +198,26 @@ class PostureFinder:
             return q, np.zeros(len(pose), dtype=bool), None
         q, elsewhere = [np.zeros((0, 0))] * len(self.solvers), np.zeros(len(pose), dtype=bool)
         chains = []
-        for legs in self._groups(len(pose)):
+        for places, legs in self._groups(len(pose)):
             each, away, chain = legs.solve(pose, R, from_afar=from_afar)
-            for place, own in zip(legs.places, each, strict=True):
+            for place, own in zip(places, each, strict=True):
                 q[place] = own
-            elsewhere |= np.any(away, axis=0)
+            elsewhere |= away
             chains.append(chain)
         return q, elsewhere, chains
 
-    def _groups(self, count: int) -> tuple[LegsAlike, ...]:
+    def _groups(self, count: int) -> list[tuple[tuple[int, ...], LegSolver]]:
         """Legs that are computed together at so many poses; each for itself at many."""
         if 0 < count <= FEW:
             return self._alike
-        return tuple(LegsAlike((i,), (own,)) for i, own in enumerate(self.solvers))
+        return [((i,), own) for i, own in enumerate(self.solvers)]
 
     def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
         """Posture at poses some coordinates of which the legs decide together."""
-        task, goal = self.task(request.open), request.coordinates
-        if near is None:
-            found = task.follow(self.home_pose, [solver.home for solver in self.solvers], goal)
-        else:  # given coordinates need not close, so that no path leads from them
-            found = task.closed_near(goal, [np.tile(own, (len(goal), 1)) for own in near])
+        loops = self._loops(request.open)
+        home = [self.home_pose, *self.at_home.legs]
+        start = None if near is None else [self.home_pose, *near]
+        found = found_from(loops, home, start, request.coordinates[:, loops.given])
         pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
         # Legs that close at home's other coordinates need no way there, and are the nearest to
         # given ones. Where they cannot close at all, what each of them lacks there says more than a
@@ -221,9 +238,9 @@ class PostureFinder:
         return self.placed(request.batch, pose, R, q, elsewhere, undetermined=open_)
 
     @kept
-    def task(self, open_: tuple[int, ...]) -> NewtonTask:
+    def _loops(self, open_: tuple[int, ...]) -> Loops:
         """The closure of all legs together, which decide some coordinates of the pose."""
-        return NewtonTask(self.robot.legs, open_, self.length)
+        return loops_of_legs(self.robot.legs, open_, self.length)
 
     def in_other_modes(self, posture: Posture) -> tuple[str, ...]:
         """Sentences about legs that reach one pose in another working mode than at home."""
@@ -253,7 +270,7 @@ class PostureFinder:
         return np.any(open_, axis=0)
 
     @cached_property
-    def _alike(self) -> tuple[LegsAlike, ...]:
+    def _alike(self) -> list[tuple[tuple[int, ...], LegSolver]]:
         return legs_alike(self.solvers)
 
     @cached_property
@@ -263,8 +280,7 @@ class PostureFinder:
         Then no other value of them helps where a leg does not reach.
         """
         request = self._near_home
-        pose = request.coordinates, request.R
-        q = [solver.solve(*pose, from_afar=False)[0] for solver in self.solvers]
+        q, *_ = self._alone(request, None, from_afar=False)
         around = self.placed(request.batch, request.coordinates, request.R, q)
         return bool(np.all(around.reached & around.meets(_MET)))
 
@@ -296,10 +312,10 @@ class PostureFinder:
         legs, nowhere = {}, np.zeros(len(pose), dtype=bool)
         gaps = np.empty((2, len(robot.legs), len(pose)))
         groups = self._groups(len(pose))
-        for group, chain in zip(groups, chains or [None] * len(groups), strict=True):
-            placed, *missed = group.placed([q[i] for i in group.places], R, p, chain)
-            legs |= dict(zip(group.places, placed, strict=True))
-            gaps[:, list(group.places)] = missed
+        for (places, group), chain in zip(groups, chains or [None] * len(groups), strict=True):
+            placed, *missed = group.placed([q[i] for i in places], R, p, chain)
+            legs |= dict(zip(places, placed, strict=True))
+            gaps[:, list(places)] = missed
         reference = p + np.einsum("...ij,j->...i", R, robot.reference_point)
         snapshot = Snapshot(
             robot.name, tuple(legs[i] for i in sorted(legs)), reference, robot.space, robot.title

@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kept import kept
-from robostiff.kinematics.closure import NewtonTask
+from robostiff.kinematics.closure import Loops, closed_near, follow, loops_of_legs
 from robostiff.kinematics.closure.assembly import on_turn_of_home
-from robostiff.kinematics.closure.assembly_mode import AssemblyMode
-from robostiff.kinematics.closure.leg_equations import Followed, pose_of_end
+from robostiff.kinematics.closure.assembly_mode import Followed
 from robostiff.kinematics.machine_pose import (
     ActuatorCoordinates,
     ToolPose,
@@ -24,77 +22,87 @@ from robostiff.kinematics.machine_pose import (
     actuator_places,
 )
 from robostiff.kinematics.mobility import platform_mobility
-from robostiff.kinematics.pose import PoseRequest, six_coordinates
-from robostiff.kinematics.posture import Posture
+from robostiff.kinematics.pose import PoseRequest, pose_of_end, six_coordinates
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import (
-    Actuated,
     Branch,
     Chain,
     Coupling,
-    Joint,
     Leg,
-    Locked,
     ParallelBlock,
     Passive,
     Rigid,
-    Telescope,
+    Robot,
     revolute,
 )
-from robostiff.model.chain import Element
 from robostiff.spatial import Frame, as_floats, cross
 from robostiff.spatial.batch import poses_side_by_side
 from robostiff.spatial.rotation import vector_of_rotation
 
-if TYPE_CHECKING:
-    from robostiff.kinematics.posture_finder import PostureFinder
-
 _ALL_OPEN = tuple(range(6))
 _OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
+Near: TypeAlias = Sequence[np.ndarray] | None
 
 
+@dataclass(frozen=True)
+class HomePosture:
+    """A robot in numbers at home, from where its postures are followed."""
+
+    robot: Robot
+    pose: np.ndarray  # (6,): pose coordinates
+    legs: tuple[np.ndarray, ...]  # coordinates that close each leg
+    length: float  # characteristic length [m]
+
+
+def found_from(loops: Loops, home: Sequence[np.ndarray], near: Near, given: np.ndarray) -> Followed:
+    """Postures at prescribed coordinates (N, g): followed from home, or closed near another one.
+
+    Home and the other one are pose coordinates (6,), then coordinates of each leg.
+    """
+    if near is None:
+        return follow(loops, np.concatenate(home), given)
+    # It need not close, so that no path leads from it.
+    x = np.tile(np.concatenate(near), (len(given), 1))
+    x[:, loops.given] = given
+    return closed_near(loops, x)
+
+
+@dataclass(frozen=True)
 class SolvedRequest(PoseRequest, ABC):
     """Poses of which the coordinates are not given, but found together with the posture.
 
     ``coordinates`` holds the numbers that were given, one pose a row.
     """
 
+    at_home: HomePosture = None  # pyright: ignore[reportAssignmentType]
+
     @abstractmethod
-    def posture(self, finder: PostureFinder, near: Sequence[np.ndarray] | None) -> Posture:
-        """The posture, nearest to coordinates of the legs where they are given."""
+    def closed(self, near: Near) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
+        """Poses (N, 6), rotations, coordinates of the legs, and where they close elsewhere.
+
+        The posture nearest to coordinates of the legs, where they are given.
+        """
+
+    def _on_turns(self, each: Sequence[np.ndarray], near: Near) -> list[np.ndarray]:
+        legs = zip(self.at_home.robot.legs, each, near or self.at_home.legs, strict=True)
+        return [on_turn_of_home(leg.chain, q, home) for leg, q, home in legs]
 
 
 @dataclass(frozen=True)
 class ActuatedRequest(SolvedRequest):
     """Postures by coordinates of the actuators (N, n): the forward kinematics of the robot."""
 
-    def posture(self, finder: PostureFinder, near: Sequence[np.ndarray] | None) -> Posture:
+    def closed(self, near: Near) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
         """Legs closed with the actuators held: in the assembly mode of home, or nearest."""
-        robot, places = finder.robot, actuator_places(finder.robot)
-        task = _ActuatedTask(
-            tuple(_with_locked_drives(leg) for leg in robot.legs),
-            tuple(robot.space.rows),
-            finder.length,
-            places,
-        )
-        homes = [solver.home for solver in finder.solvers]
-        given = self.coordinates
-        if near is None:
-            found = task.at(finder.home_pose, homes, given)
-        else:
-            own = [np.tile(q, (len(given), 1)) for q in near]
-            ends = np.cumsum([len(one) for one in places])[:-1]
-            for q, where, drives in zip(own, places, np.split(given, ends, axis=1), strict=True):
-                q[:, where] = drives
-            start = pose_of_end(robot.legs[0], near[0])
-            found = task.closed_near(np.tile(start, (len(given), 1)), own)
-        coordinates = [
-            on_turn_of_home(leg.chain, q, home)
-            for leg, q, home in zip(task.legs, found.coordinates, near or homes, strict=True)
-        ]
+        home, robot = self.at_home, self.at_home.robot
+        rows = robot.space.rows
+        loops = loops_of_legs(robot.legs, rows, home.length, actuator_places(robot))
+        start = None if near is None else [pose_of_end(robot.legs[0], near[0]), *near]
+        still = np.tile(np.delete(home.pose, rows), (len(self.coordinates), 1))
+        given = np.concatenate([still, self.coordinates], axis=-1)
+        found = found_from(loops, [home.pose, *home.legs], start, given)
         R = turn_by_vector(found.pose[:, 3:])
-        # A crank that may stand at any angle stands at the given one.
-        return finder.placed(self.batch, found.pose, R, coordinates, found.elsewhere)
+        return found.pose, R, self._on_turns(found.coordinates, near), found.elsewhere
 
 
 @dataclass(frozen=True)
@@ -104,86 +112,49 @@ class ToolRequest(SolvedRequest):
     # (3,): in the platform frame
     tool_axis: np.ndarray = None  # pyright: ignore[reportAssignmentType]
 
-    def posture(self, finder: PostureFinder, near: Sequence[np.ndarray] | None) -> Posture:
+    def closed(self, near: Near) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
         """Legs closed together with a free joint about the tool axis."""
-        robot, tip = finder.robot, self.coordinates[:, :3]
-        wanted = _shortest_turn(finder, self.coordinates[:, 3:], self.tool_axis)
+        home, tip = self.at_home, self.coordinates[:, :3]
+        robot, axis = home.robot, self.tool_axis
+        wanted = _shortest_turn(home.pose, self.coordinates[:, 3:], axis)
         goal = np.concatenate([tip, vector_of_rotation(wanted)], axis=-1)
-        home = finder.home_pose
-        at_home = home[:3] + turn_by_vector(home[3:]) @ robot.reference_point
-        task = NewtonTask((_with_spindle(robot.legs, finder, self.tool_axis),), (), finder.length)
-        if near is None:
-            q = np.concatenate([*(solver.home for solver in finder.solvers), [0.0]])
-            found = task.follow(np.concatenate([at_home, home[3:]]), [q], goal)
-        else:
-            q = np.concatenate([*near, [0.0]])
-            found = task.closed_near(goal, [np.tile(q, (len(goal), 1))])
+        tip_at_home = home.pose[:3] + turn_by_vector(home.pose[3:]) @ robot.reference_point
+        start = np.concatenate([tip_at_home, home.pose[3:]])
+        loops = loops_of_legs((_with_spindle(robot, axis),), (), home.length)
+        spun = np.zeros(1)
+        aside = None if near is None else [start, *near, spun]
+        found = found_from(loops, [start, *home.legs, spun], aside, goal)
         (q,) = found.coordinates
-        spin = -q[:, -1]
-        R = np.einsum("nij,njk->nik", wanted, turn_about(self.tool_axis, spin))
+        R = np.einsum("nij,njk->nik", wanted, turn_about(axis, -q[:, -1]))
         R = poses_side_by_side(R, 2)
         p = tip - np.einsum("nij,j->ni", R, robot.reference_point)
-        sizes = [leg.chain.size for leg in robot.legs]
-        homes = [solver.home for solver in finder.solvers]
-        parts = np.split(q[:, :-1], np.cumsum(sizes)[:-1], axis=1)
-        coordinates = [
-            on_turn_of_home(leg.chain, poses_side_by_side(own, 1), home)
-            for leg, own, home in zip(robot.legs, parts, near or homes, strict=True)
-        ]
-        pose = six_coordinates(R, p)
-        open_ = finder.open_drives(pose, R, coordinates, near)
-        return finder.placed(self.batch, pose, R, coordinates, found.elsewhere, undetermined=open_)
+        parts = np.split(q[:, :-1], np.cumsum([own.size for own in home.legs])[:-1], axis=1)
+        legs = self._on_turns([poses_side_by_side(own, 1) for own in parts], near)
+        return six_coordinates(R, p), R, legs, found.elsewhere
 
 
-@dataclass(frozen=True)
-class _ActuatedTask(NewtonTask):
-    """Legs with locked drives, whose coordinates are prescribed; the pose follows."""
-
-    # tuple of (d,): places of the drives in the coordinates of each leg
-    drives: tuple[np.ndarray, ...] = ()
-
-    def at(self, start: np.ndarray, q: list[np.ndarray], given: np.ndarray) -> Followed:
-        """Postures at coordinates of the drives (N, d), in the mode of a closed posture."""
-        still = np.tile(start[self._still], (len(given), 1))
-        found = AssemblyMode(self, np.concatenate([start, *q])).at(np.hstack([still, given]))
-        return Followed(*self._apart(found.x), found.kept, found.elsewhere)
-
-    @cached_property
-    def given(self) -> np.ndarray:
-        """Places of the pose coordinates that are prescribed, and of the drives."""
-        starts = np.cumsum([6, *(leg.chain.size for leg in self.legs)])[:-1]
-        drives = (start + own for start, own in zip(starts, self.drives, strict=True))
-        return np.concatenate([self._still, *drives])
-
-    @property
-    def _still(self) -> np.ndarray:
-        return np.array([k for k in range(6) if k not in self.open], dtype=int)
-
-
-def actuated_request(finder: PostureFinder, pose: ActuatorCoordinates) -> PoseRequest | np.ndarray:
+def actuated_request(home: HomePosture, pose: ActuatorCoordinates) -> PoseRequest | np.ndarray:
     """Read coordinates of the actuators.
 
     Raises InputError when they do not fit, or do not determine the pose of the robot.
     """
-    robot = finder.robot
-    homes = [solver.home for solver in finder.solvers]
-    places = actuator_places(robot)
-    at_home = np.concatenate([q[own] for q, own in zip(homes, places, strict=True)])
+    robot, places = home.robot, actuator_places(home.robot)
+    at_home = np.concatenate([q[own] for q, own in zip(home.legs, places, strict=True)])
     given = pose.numbers(robot, at_home)
     if robot.is_serial and len(places[0]) == robot.legs[0].chain.size:
         return given  # of all joints
-    _check_determined(finder)
+    _check_determined(home)
     batch = given.shape[:-1]
     rows = given.reshape(math.prod(batch), given.shape[-1])
-    return ActuatedRequest(batch, rows, _ALL_OPEN)
+    return ActuatedRequest(batch, rows, _ALL_OPEN, at_home=home)
 
 
-def tool_request(finder: PostureFinder, pose: ToolPose) -> PoseRequest:
+def tool_request(home: HomePosture, pose: ToolPose) -> PoseRequest:
     """Read poses of the tool.
 
     Raises InputError when they do not fit.
     """
-    robot = finder.robot
+    robot = home.robot
     tip, axis, own = pose.numbers(robot)
     rows = np.concatenate([tip, axis], axis=-1)
     if pose.spin is not None:
@@ -197,9 +168,10 @@ def tool_request(finder: PostureFinder, pose: ToolPose) -> PoseRequest:
     if robot.is_posed_by_joints:
         freedoms = np.count_nonzero(robot.legs[0].chain.free)
     if pose.spin is None and freedoms < len(_ALL_OPEN):
-        return ToolRequest(batch, rows, _ALL_OPEN, tool_axis=own)
+        return ToolRequest(batch, rows, _ALL_OPEN, at_home=home, tool_axis=own)
     spin = np.broadcast_to(spin, batch).reshape(-1)
-    R = np.einsum("nij,njk->nik", _shortest_turn(finder, rows[:, 3:], own), turn_about(own, spin))
+    wanted = _shortest_turn(home.pose, rows[:, 3:], own)
+    R = np.einsum("nij,njk->nik", wanted, turn_about(own, spin))
     p = rows[:, :3] - np.einsum("nij,j->ni", R, robot.reference_point)
     coordinates = six_coordinates(R, p)
     return PoseRequest(
@@ -207,9 +179,9 @@ def tool_request(finder: PostureFinder, pose: ToolPose) -> PoseRequest:
     )
 
 
-def _shortest_turn(finder: PostureFinder, axis: np.ndarray, tool_axis: np.ndarray) -> np.ndarray:
+def _shortest_turn(home: np.ndarray, axis: np.ndarray, tool_axis: np.ndarray) -> np.ndarray:
     """Rotations (N, 3, 3) of the platform that turn the tool axis of home the shortest way."""
-    R_home = turn_by_vector(finder.home_pose[3:])
+    R_home = turn_by_vector(home[3:])
     start = R_home @ tool_axis
     across = cross(np.broadcast_to(start, axis.shape), axis)
     size = np.linalg.norm(across, axis=-1, keepdims=True)
@@ -223,11 +195,11 @@ def _shortest_turn(finder: PostureFinder, axis: np.ndarray, tool_axis: np.ndarra
 
 
 @kept
-def _check_determined(finder: PostureFinder) -> None:
+def _check_determined(home: HomePosture) -> None:
     """Raise unless the platform stands still at home while all drives are held."""
-    robot, homes = finder.robot, [solver.home for solver in finder.solvers]
-    held = replace(robot, legs=tuple(map(_with_locked_drives, robot.legs)))
-    free = platform_mobility(held, finder.home_pose, homes, finder.length).shape[1]
+    robot = home.robot
+    held = actuator_places(robot)
+    free = platform_mobility(robot, home.pose, home.legs, home.length, held).shape[1]
     if free:
         raise InputError(
             f"actuator coordinates of {robot.name!r}",
@@ -238,38 +210,17 @@ def _check_determined(finder: PostureFinder) -> None:
         )
 
 
-def _with_locked_drives(leg: Leg) -> Leg:
-    return replace(leg, chain=_locked(leg.chain))
-
-
-def _locked(chain: Chain) -> Chain:
-    couplings = (
-        replace(own, role=Locked(own.role.stiffness)) if isinstance(own.role, Actuated) else own
-        for own in chain.couplings
-    )
-    return Chain(tuple(map(_locked_element, chain.elements)), tuple(couplings))
-
-
-def _locked_element(element: Element) -> Element:
-    if isinstance(element, ParallelBlock):
-        branches = (replace(own, chain=_locked(own.chain)) for own in element.branches)
-        return replace(element, branches=tuple(branches))
-    if isinstance(element, Joint | Telescope) and isinstance(element.role, Actuated):
-        return replace(element, role=Locked(element.role.stiffness))
-    return element
-
-
-def _with_spindle(legs: Sequence[Leg], finder: PostureFinder, tool_axis: np.ndarray) -> Leg:
+def _with_spindle(robot: Robot, tool_axis: np.ndarray) -> Leg:
     """All legs in one, which ends with a free joint about the tool axis at the reference point."""
     block: tuple = ()
     couplings: tuple[Coupling, ...] = ()
     spindle = revolute(tool_axis, Passive(), name="spindle")
-    to_tip = Rigid(Frame(np.eye(3), finder.robot.reference_point), "to the tip")
-    if len(legs) > 1:
-        branches = (Branch(leg.name, leg.base, leg.chain, leg.attachment) for leg in legs)
+    to_tip = Rigid(Frame(np.eye(3), robot.reference_point), "to the tip")
+    leg, *others = robot.legs
+    if others:
+        branches = (Branch(leg.name, leg.base, leg.chain, leg.attachment) for leg in robot.legs)
         base, block = Frame.identity(), (ParallelBlock(tuple(branches), "legs"),)
     else:
-        (leg,) = legs
         base, block = leg.base, (*leg.chain.elements, Rigid(leg.attachment.inverse, "end"))
         couplings = leg.chain.couplings
     return Leg("tool", base, Chain((*block, to_tip, spindle), couplings), Frame.identity())

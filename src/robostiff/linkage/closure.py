@@ -1,117 +1,22 @@
-"""Bodies of a linkage in the world, and joint coordinates at which its loops close."""
+"""Joint coordinates at which the loops of a linkage close, and its bodies in the world."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kept import kept
-from robostiff.kinematics.closure import AssemblyMode, ClosurePart, LoopEquations, nearest
-from robostiff.kinematics.closure.assembly_mode import FollowedPosture
+from robostiff.kinematics.closure import AssemblyMode, ClosurePart, Loops, follow, nearest
+from robostiff.kinematics.closure.assembly_mode import Followed
 from robostiff.kinematics.closure.motion_tree import AT_REST, Fixed, LoopEnd, MotionTree
-from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
-from robostiff.kinematics.spanning_tree import SpanningTree
+from robostiff.kinematics.frames import Loop
 from robostiff.linkage.linkage import Connection, JointValues, Linkage, turned_round
 from robostiff.model import Joint, JointKind
 from robostiff.spatial import Frame
-from robostiff.spatial.batch import product, transposed
-
-
-@dataclass(frozen=True)
-class BodyFrame:
-    """Axes (..., 3, 3) and origin (..., 3) of a body in the world [m]."""
-
-    R: np.ndarray
-    p: np.ndarray
-
-    def at(self, frame: Frame) -> BodyFrame:
-        """A frame that is fixed to the body."""
-        return BodyFrame(product(self.R, frame.R), self.p + self.R @ frame.p)
-
-    def before(self, across: BodyFrame) -> BodyFrame:
-        """The frame from which another one leads here."""
-        R = product(self.R, transposed(across.R))
-        return BodyFrame(R, self.p - np.einsum("...ij,...j->...i", R, across.p))
-
-
-_WORLD = BodyFrame(np.eye(3), np.zeros(3))
-
-
-@dataclass(frozen=True)
-class Bodies:
-    """The bodies of a linkage at coordinates."""
-
-    tree: SpanningTree[Connection]
-    # mapping of str to arrays: coordinates of every connection (..., size) [m, rad]; (size,) where
-    # they are entries
-    q: Mapping[str, np.ndarray]
-    frames: Mapping[str, BodyFrame]  # of every body, along the tree
-    _elements: dict[str, PlacedChain] = field(default_factory=dict, repr=False)
-
-    @classmethod
-    def of(cls, tree: SpanningTree[Connection], q: Mapping[str, np.ndarray]) -> Bodies:
-        """From the base outwards."""
-        frames: dict[str, BodyFrame] = {}
-        bodies = cls(tree, q, frames)
-        for body, way in tree.ways.items():
-            if not way:
-                frames[body] = _WORLD
-                continue
-            connection, direction = way[-1]
-            if direction > 0:
-                frames[body] = bodies.beyond(connection)
-            elif connection.rigid is not None:
-                frames[body] = frames[connection.b].at(connection.rigid.inverse)
-            else:
-                across = _end(connection, bodies._placed(connection, _WORLD))
-                frames[body] = frames[connection.b].before(across)
-        return bodies
-
-    @property
-    def in_world(self) -> dict[str, Frame]:
-        """Frames of the bodies, at one posture."""
-        return {name: Frame(own.R, own.p) for name, own in self.frames.items()}
-
-    @property
-    def length(self) -> float:
-        """Largest distance of a body or a joint from the base [m]; 1 where all are in one point."""
-        frames = self.in_world
-        far = [float(np.linalg.norm(frame.p)) for frame in frames.values()]
-        for cut in self.tree.cuts:
-            far.append(float(np.linalg.norm((frames[cut.a] @ cut.before).p)))
-        return max(far) or 1.0
-
-    def beyond(self, connection: Connection) -> BodyFrame:
-        """Where body b of a connection is, seen from body a."""
-        if connection.rigid is not None:
-            return self.frames[connection.a].at(connection.rigid)
-        return _end(connection, self.placed(connection))
-
-    def placed(self, connection: Connection) -> PlacedChain:
-        """The element of a connection in the world."""
-        if connection.name not in self._elements:
-            placed = self._placed(connection, self.frames[connection.a])
-            self._elements[connection.name] = placed
-        return self._elements[connection.name]
-
-    def gap(self, cut: Connection) -> Loop:
-        """By how much a connection that closes a loop misses its body."""
-        meant, there = self.beyond(cut), self.frames[cut.b]
-        return Loop(cut.name, meant.R, meant.p, there.R, there.p, (), ())
-
-    def _placed(self, connection: Connection, a: BodyFrame) -> PlacedChain:
-        start = a.at(connection.before)
-        return place_chain(connection.chain, self.q[connection.name], start.R, start.p)
-
-
-def _end(connection: Connection, placed: PlacedChain) -> BodyFrame:
-    return BodyFrame(placed.R, placed.p).at(connection.after)
-
 
 # As for legs: the largest gap of a closed loop.
 _CLOSED = 1e-7
@@ -247,10 +152,10 @@ class PathsFromHome:
         return found
 
     @kept
-    def _loops(self, *, all_follow: bool) -> _Loops:
+    def _loops(self, *, all_follow: bool) -> LoopsOfLinkage:
         """Loops that passive joints keep closed, or all that may move."""
         moving = _movable(self.linkage, frozenset(self.given))[all_follow]
-        return _Loops.of(self.linkage, self.home.coordinates, moving)
+        return LoopsOfLinkage.of(self.linkage, self.home.coordinates, moving)
 
 
 def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) -> Configuration:
@@ -261,13 +166,14 @@ def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) ->
     its loops are regular.
     """
     passive, _ = _movable(linkage, given)
-    loops = _Loops.of(linkage, found.coordinates, passive)
-    _, values, Vt = np.linalg.svd(loops.rates(loops.guess[None])[0])
+    closing = LoopsOfLinkage.of(linkage, found.coordinates, passive)
+    x = closing.loops.start[None]
+    _, values, Vt = np.linalg.svd(closing.loops.rates(x)[0])
     held = np.flatnonzero(values > _FREE * values.max(initial=0.0))
     if not held.size or values[held[-1]] > _REGULAR * values[0]:
         return found
     step = Vt[held[-1]] * _ROUNDING / values[held[-1]]
-    return loops.configuration(loops.moved(loops.guess[None], step[None])[0])
+    return closing.configurations(closing.loops.moved(x, step[None]))[0]
 
 
 def _movable(
@@ -289,40 +195,106 @@ def _nearest(
     passive, movable = _movable(linkage, held)
 
     def found(moving: tuple[Connection, ...]) -> Configuration:
-        loops = _Loops.of(linkage, guess, moving)
-        return loops.configuration(nearest(loops, loops.guess[None])[0])
+        own = LoopsOfLinkage.of(linkage, guess, moving)
+        return own.configurations(nearest(own.loops, own.loops.start[None]))[0]
 
     first = found(passive)
     return first if first.is_closed or len(passive) == len(movable) else found(movable)
 
 
 @dataclass(frozen=True)
-class _Loops(LoopEquations):
-    """The loops of a linkage as equations; a posture x has the coordinates of its motion tree."""
+class _MovedBodies:
+    """The bodies of a linkage as moving frames; a posture x has the coordinates of its tree."""
+
+    tree: MotionTree
+    frames: Mapping[str, Fixed]  # of the bodies, along the spanning tree
+    joints: tuple[Fixed, ...]  # of the joints that close loops
+    # Places of the coordinates of each connection, and their sign
+    places: Mapping[str, tuple[list[int], float]]
+
+    def row(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Postures (N, size) at coordinates of connections (size,) or (N, size)."""
+        own = {name: sign * np.atleast_2d(q[name]) for name, (_, sign) in self.places.items()}
+        x = np.empty((max(map(len, own.values()), default=1), self.tree.size))
+        for name, (places, _) in self.places.items():
+            x[:, places] = own[name]
+        return x
+
+
+@kept
+def _moved_bodies(linkage: Linkage) -> _MovedBodies:
+    """Frames of the bodies along the spanning tree, and of the connections that close loops."""
+    tree, frames = MotionTree(), {linkage.base: AT_REST}
+    led: dict[str, tuple[int, ...]] = {linkage.base: ()}
+    places: dict[str, tuple[list[int], float]] = {}
+
+    def beyond(c: Connection, direction: float = 1.0) -> tuple[Fixed, tuple[int, ...]]:
+        """Where the body behind a connection is, and the coordinates that lead there."""
+        way = c if direction > 0 else turned_round(c)
+        start = frames[way.a].to(way.before.R, way.before.p)
+        end, moved = (start, ()) if way.element is None else tree.along(way.chain, start)
+        is_ball = isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL
+        turned = (moved, direction) if is_ball else (moved[:: int(direction)], 1.0)
+        places[c.name] = list(turned[0]), turned[1]
+        return end.to(way.after.R, way.after.p), (*led[way.a], *moved)
+
+    for body, way in linkage.tree.ways.items():
+        if way:
+            frames[body], led[body] = beyond(*way[-1])
+    joints = []
+    for cut in linkage.tree.cuts:
+        joints.append(frames[cut.a].to(cut.before.R, cut.before.p))
+        end, moving = beyond(cut)
+        own, leading = (tuple(i for i in x if i not in y) for x, y in _both(moving, led[cut.b]))
+        tree.ends.append(LoopEnd(end, frames[cut.b], own, leading))
+    return _MovedBodies(tree, frames, tuple(joints), places)
+
+
+def _both(a: Sequence[int], b: Sequence[int]) -> tuple[tuple[Sequence[int], Sequence[int]], ...]:
+    return (a, b), (b, a)
+
+
+@dataclass(frozen=True)
+class LoopsOfLinkage:
+    """The loops of a linkage that some of its joints may close."""
 
     linkage: Linkage
     start: Mapping[str, np.ndarray]  # coordinates of all connections to start from
-    moving: Sequence[Connection]  # joints that may move
-    length: float
+    moving: Sequence[Connection]
+    loops: Loops
 
     @classmethod
     def of(
         cls, linkage: Linkage, start: Mapping[str, np.ndarray], moving: Sequence[Connection]
-    ) -> _Loops:
+    ) -> LoopsOfLinkage:
         """The loops that some joints may close."""
-        in_loops = linkage.tree.in_loops
-        own = [c for c in moving if c.name in in_loops]
-        return cls(linkage, start, own, Bodies.of(linkage.tree, start).length)
+        bodies, in_loops = _moved_bodies(linkage), linkage.tree.in_loops
+        own, tree = [c for c in moving if c.name in in_loops], bodies.tree
+        unknowns = np.array([i for c in own for i in bodies.places[c.name][0]], dtype=int)
+        x = bodies.row(start)
+        placed = tree.placed(x)
+        points = (placed.at(one)[1] for one in (*bodies.frames.values(), *bodies.joints))
+        equations = np.arange(6 * len(tree.ends))
+        loops = Loops(
+            tree=tree,
+            start=x[0],
+            unknowns=unknowns,
+            given=np.setdiff1d(np.arange(tree.size), unknowns),
+            parts=(ClosurePart(np.arange(0), equations, np.arange(unknowns.size)),),
+            length=float(max(map(np.linalg.norm, points))) or 1.0,
+        )
+        return cls(linkage, start, own, loops)
 
     def followed(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
         """Configurations at values (N, size) of joints, on paths from where all loops close."""
-        given = self._row({**self.start, **values})[:, self.given]
+        loops = self.loops
+        given = _moved_bodies(self.linkage).row({**self.start, **values})[:, loops.given]
         if any(c.is_screw for c in self.moving):
             return [self._turn_by_turn(row) for row in given]
-        return self._arrived(self.mode.at(given))
+        return self._arrived(follow(loops, loops.start, given))
 
-    def _arrived(self, found: FollowedPosture, lost: bool = False) -> list[Configuration]:
-        each = zip(map(self.configuration, found.x), found.elsewhere, strict=True)
+    def _arrived(self, found: Followed, lost: bool = False) -> list[Configuration]:
+        each = zip(self.configurations(found.x), found.elsewhere, strict=True)
         return [
             replace(one, elsewhere=lost or bool(elsewhere), closes_at_home=True)
             for one, elsewhere in each
@@ -330,8 +302,9 @@ class _Loops(LoopEquations):
 
     def _turn_by_turn(self, given: np.ndarray) -> Configuration:
         """Along the path from home in parts in which no joint that is given turns far."""
-        begin, mode, lost = self.guess[self.given], self.mode, False
-        turned = np.max(np.abs(given - begin)[self.tree.turns[self.given]], initial=0.0)
+        loops, mode, lost = self.loops, AssemblyMode(self.loops, self.loops.start), False
+        begin = loops.start[loops.given]
+        turned = np.max(np.abs(given - begin)[loops.tree.turns[loops.given]], initial=0.0)
         if turned > _FURTHEST:
             most = f"at most {_FURTHEST:g} rad from home"
             raise InputError(
@@ -340,92 +313,23 @@ class _Loops(LoopEquations):
         parts = max(1, math.ceil(turned / PART_OF_A_TURN))
         for k in range(1, parts):
             found = mode.at((begin + (given - begin) * (k / parts))[None])
-            if lost := not found.kept[0]:
+            if lost := not found.closed[0]:
                 break
-            mode = AssemblyMode(self, found.x[0])
+            mode = AssemblyMode(loops, found.x[0])
         (arrived,) = self._arrived(mode.at(given[None]), lost)
         return arrived
 
-    def configuration(self, x: np.ndarray) -> Configuration:
-        """The linkage at one posture."""
-        q = dict(self.start)
-        for name, (places, sign) in self._read[1].items():
-            q[name] = sign * x[places]
-        bodies, gaps = Bodies.of(self.linkage.tree, q), {}
-        for cut in self.linkage.tree.cuts:
-            shift, turn = bodies.gap(cut).missed
-            gaps[cut.name] = float(shift), float(turn)
-        return Configuration(q, bodies.in_world, gaps, self.length)
-
-    @cached_property
-    def guess(self) -> np.ndarray:
-        """Coordinates to start from (size,)."""
-        return self._row(self.start)[0]
-
-    @cached_property
-    def mode(self) -> AssemblyMode:
-        """The assembly mode where they start."""
-        return AssemblyMode(self, self.guess)
-
-    def _row(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Postures (N, size) at coordinates of connections (size,) or (N, size)."""
-        own = {name: sign * np.atleast_2d(q[name]) for name, (_, sign) in self._read[1].items()}
-        x = np.empty((max(map(len, own.values()), default=1), self.tree.size))
-        for name, (places, _) in self._read[1].items():
-            x[:, places] = own[name]
-        return x
-
-    @cached_property
-    def given(self) -> np.ndarray:
-        """Places of the joints that do not move by themselves."""
-        return np.setdiff1d(np.arange(self.tree.size), self.unknowns)
-
-    @cached_property
-    def unknowns(self) -> np.ndarray:
-        """Places of the joints that move."""
-        return np.array([i for c in self.moving for i in self._read[1][c.name][0]], dtype=int)
-
-    @cached_property
-    def parts(self) -> tuple[ClosurePart, ...]:
-        """All loops together."""
-        equations = np.arange(6 * len(self.tree.ends))
-        return (ClosurePart(np.arange(0), equations, np.arange(len(self.unknowns))),)
-
-    @cached_property
-    def tree(self) -> MotionTree:
-        """Frames of the bodies along the spanning tree, and of the connections that close loops."""
-        return self._read[0]
-
-    @cached_property
-    def _read(self) -> tuple[MotionTree, dict[str, tuple[list[int], float]]]:
-        """The tree, and the places of the coordinates of each connection, with their sign."""
-        tree, own = MotionTree(), self.linkage.tree
-        frames = {self.linkage.base: AT_REST}
-        led: dict[str, tuple[int, ...]] = {self.linkage.base: ()}
-        places: dict[str, tuple[list[int], float]] = {}
-
-        def beyond(c: Connection, direction: float = 1.0) -> tuple[Fixed, tuple[int, ...]]:
-            """Where the body behind a connection is, and the coordinates that lead there."""
-            way = c if direction > 0 else turned_round(c)
-            start = frames[way.a].to(way.before.R, way.before.p)
-            end, moved = (start, ()) if way.element is None else tree.along(way.chain, start)
-            is_ball = isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL
-            turned = (moved, direction) if is_ball else (moved[:: int(direction)], 1.0)
-            places[c.name] = list(turned[0]), turned[1]
-            return end.to(way.after.R, way.after.p), (*led[way.a], *moved)
-
-        for body, way in own.ways.items():
-            if way:
-                frames[body], led[body] = beyond(*way[-1])
-        for cut in own.cuts:
-            end, moving = beyond(cut)
-            leading = led[cut.b]
-            tree.ends.append(
-                LoopEnd(
-                    end,
-                    frames[cut.b],
-                    tuple(i for i in moving if i not in leading),
-                    tuple(i for i in leading if i not in moving),
-                )
-            )
-        return tree, places
+    def configurations(self, x: np.ndarray) -> list[Configuration]:
+        """The linkage at postures (N, size)."""
+        bodies, cuts = _moved_bodies(self.linkage), self.linkage.tree.cuts
+        placed = bodies.tree.placed(x)
+        frames = {name: placed.at(fixed) for name, fixed in bodies.frames.items()}
+        ends = placed.R, placed.p, placed.R_wanted, placed.p_wanted
+        shift, turn = Loop("", *ends, (), ()).missed
+        found = []
+        for i, row in enumerate(x):
+            moved = {name: sign * row[own] for name, (own, sign) in bodies.places.items()}
+            there = {name: Frame(R[i], p[i]) for name, (R, p) in frames.items()}
+            gaps = {c.name: (float(shift[i, k]), float(turn[i, k])) for k, c in enumerate(cuts)}
+            found.append(Configuration({**self.start, **moved}, there, gaps, self.loops.length))
+        return found

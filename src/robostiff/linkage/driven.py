@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,9 +11,10 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import tidied, tidied_point
-from robostiff.kinematics.frames import Loop
-from robostiff.kinematics.spanning_tree import independent_parts
-from robostiff.linkage.closure import PART_OF_A_TURN, Bodies, Configuration, PathsFromHome, close
+from robostiff.kinematics.formula import FormulaPose
+from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
+from robostiff.kinematics.spanning_tree import SpanningTree, independent_parts
+from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, PathsFromHome, close
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 from robostiff.model import Actuated, Joint
@@ -266,6 +267,58 @@ def _tidied(part: Linkage) -> Linkage:
 
     own = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]
     return replace(part, connections=tuple(own))
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """The bodies of a linkage in the world at coordinates, numbers or entries."""
+
+    tree: SpanningTree[Connection]
+    q: Mapping[str, np.ndarray]  # coordinates of every connection (size,) [m, rad]
+    frames: Mapping[str, FormulaPose]  # of every body, along the tree
+    _elements: dict[str, PlacedChain] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, tree: SpanningTree[Connection], q: Mapping[str, np.ndarray]) -> Bodies:
+        """From the base outwards."""
+        frames: dict[str, FormulaPose] = {}
+        bodies = cls(tree, q, frames)
+        for body, way in tree.ways.items():
+            if not way:
+                frames[body] = FormulaPose(np.eye(3), np.zeros(3))
+                continue
+            c, direction = way[-1]
+            if direction > 0:
+                frames[body] = bodies.beyond(c)
+            elif c.rigid is not None:
+                frames[body] = frames[c.b].at(c.rigid.inverse)
+            else:  # the frame from which the connection leads to body b
+                end = place_chain(c.chain, q[c.name], c.before.R, c.before.p)
+                across = FormulaPose(end.R, end.p).at(c.after)
+                R = frames[c.b].R @ across.R.T
+                frames[body] = FormulaPose(R, frames[c.b].p - R @ across.p)
+        return bodies
+
+    def beyond(self, connection: Connection) -> FormulaPose:
+        """Where body b of a connection is, seen from body a."""
+        if connection.rigid is not None:
+            return self.frames[connection.a].at(connection.rigid)
+        placed = self.placed(connection)
+        return FormulaPose(placed.R, placed.p).at(connection.after)
+
+    def placed(self, connection: Connection) -> PlacedChain:
+        """The element of a connection in the world."""
+        if connection.name not in self._elements:
+            start = self.frames[connection.a].at(connection.before)
+            q = self.q[connection.name]
+            placed = place_chain(connection.chain, q, start.R, start.p)
+            self._elements[connection.name] = placed
+        return self._elements[connection.name]
+
+    def gap(self, cut: Connection) -> Loop:
+        """By how much a connection that closes a loop misses its body."""
+        meant, there = self.beyond(cut), self.frames[cut.b]
+        return Loop(cut.name, meant.R, meant.p, there.R, there.p, (), ())
 
 
 def record_linkage_closure(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
-from robostiff.kinematics.spanning_tree import branches
+from robostiff.kinematics.spanning_tree import branches, connected_parts
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.linkage import Connection, Linkage, turned_round
 from robostiff.model import (
@@ -119,13 +119,20 @@ def _alike(first: Frame, second: Frame) -> bool:
 
 
 def _between_base_and_platform(linkage: Linkage) -> Linkage:
-    """Connections in one biconnected component with an edge added from base to platform."""
+    """Connections of bodies that no single other body separates from base and platform.
+
+    Only a body at which connections branch does so, or base or platform.
+    """
     ends = [(c.a, c.b) for c in linkage.connections]
-    added = len(ends)
-    ends.append((linkage.base, linkage.platform))
-    found = _component_of(added, ends, linkage.base)
-    kept = tuple(c for i, c in enumerate(linkage.connections) if i in found)
-    others = [c for i, c in enumerate(linkage.connections) if i not in found]
+    ground, bodies = {linkage.base, linkage.platform}, set(linkage.bodies)
+    counts = Counter(body for pair in ends for body in pair)
+    for cut in [body for body, count in counts.items() if count != 2 or body in ground]:
+        rest = [body for body in linkage.bodies if body != cut]
+        first = connected_parts(rest, [pair for pair in ends if cut not in pair])
+        grounded = {first[body] for body in ground - {cut}}
+        bodies -= {body for body, own in first.items() if own not in grounded}
+    kept = tuple(c for c in linkage.connections if {c.a, c.b} <= bodies)
+    others = [c for c in linkage.connections if not {c.a, c.b} <= bodies]
     return _with(linkage, kept, _with_others(linkage.masses, kept, others))
 
 
@@ -185,44 +192,6 @@ def _with(
     held = linkage.held & {c.name for c in kept}
     own = {body: tuple(several) for body, several in masses.items() if several}
     return replace(linkage, connections=kept, held=held, masses=own)
-
-
-def _component_of(first: int, ends: list[tuple[str, str]], start: str) -> set[int]:
-    """Edges that share a simple circle with the first one (Hopcroft and Tarjan), without recursion.
-
-    The search goes from `start` along the first edge, so that its component is the last to close.
-    """
-    at: dict[str, list[int]] = {}
-    for edge, (a, b) in enumerate(ends):
-        at.setdefault(a, []).append(edge)
-        at.setdefault(b, []).append(edge)
-    goal = ends[first][1]
-    number = {start: 0, goal: 1}
-    low = {start: 0, goal: 1}
-    open_edges, used = [first], {first}
-    way = [(start, first, iter(())), (goal, first, iter(at[goal]))]
-    while len(way) > 1:
-        body, led_here, edges = way[-1]
-        for edge in edges:
-            if edge in used:
-                continue
-            used.add(edge)
-            open_edges.append(edge)
-            other = ends[edge][0] if ends[edge][1] == body else ends[edge][1]
-            if other in number:
-                low[body] = min(low[body], number[other])
-            else:
-                number[other] = low[other] = len(number)
-                way.append((other, edge, iter(at[other])))
-                break
-        else:
-            way.pop()
-            above = way[-1][0]
-            low[above] = min(low[above], low[body])
-            if led_here != first and low[body] >= number[above]:
-                # The edges found since are connected to one body only.
-                del open_edges[open_edges.index(led_here) :]
-    return set(open_edges) - {first}
 
 
 def network_of(part: Linkage, found: Configuration) -> Network:

@@ -14,8 +14,9 @@ import numpy as np
 
 from robostiff.elastostatics import scaling
 from robostiff.kinematics.spanning_tree import branches
-from robostiff.linkage.closure import Bodies, Configuration
+from robostiff.linkage.closure import Configuration
 from robostiff.linkage.driven import (
+    Bodies,
     DrivenLinkage,
     coordinates,
     record_linkage_closure,

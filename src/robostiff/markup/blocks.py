@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 _ROUNDING = 1e-12
+_NARROW, _LONG = 3, 12  # columns and rows
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,11 @@ class Table:
     lines: Sequence[str] = ()
 
     @property
+    def is_long(self) -> bool:
+        """Whether it is narrow and long, and printed in two columns."""
+        return len(self.header) <= _NARROW and len(self.rows) > _LONG
+
+    @property
     def of_numbers(self) -> tuple[bool, ...]:
         """Which columns have numbers: they stand at the right, with words between them."""
         columns = zip(*self.rows, strict=True)
@@ -137,7 +143,74 @@ class LabelledMatrix:
         return next(turns, len(self.columns))
 
 
-Block = Paragraph | Heading | Bullets | Facts | Table | LabelledMatrix
+@dataclass(frozen=True)
+class Verbatim:
+    """Text as it is, line by line."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Folded:
+    """Blocks that are collapsed below a title; in text and on paper they are shown."""
+
+    title: str
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class SideBySide:
+    """Columns of blocks beside each other if there is room."""
+
+    columns: tuple[Block | tuple[Block, ...], ...]
+
+
+@dataclass(frozen=True)
+class Section:
+    """Blocks below a title, with a name in links; those that are None are left out."""
+
+    anchor: str
+    title: str
+    blocks: Sequence[Block | None]
+
+
+class Drawn(Protocol):
+    """What writes itself, such as a figure; it is no text."""
+
+    def html(self) -> str:
+        """As HTML."""
+        ...
+
+    def typst(self) -> str:
+        """As Typst."""
+        ...
+
+
+Block = (
+    Paragraph
+    | Heading
+    | Bullets
+    | Facts
+    | Table
+    | LabelledMatrix
+    | Verbatim
+    | Folded
+    | SideBySide
+    | Section
+    | Drawn
+)
+
+
+def inner_blocks(block: Block) -> tuple[Block, ...]:
+    """Blocks inside a block, one after the other."""
+    match block:
+        case SideBySide(columns):
+            return tuple(x for own in columns for x in (own if isinstance(own, tuple) else (own,)))
+        case Folded(_, blocks):
+            return blocks
+        case Section(_, _, blocks):
+            return tuple(own for own in blocks if own is not None)
+    return ()
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,17 @@ from robostiff.markup.blocks import (
     Bullets,
     Cell,
     Facts,
+    Folded,
     Heading,
     LabelledMatrix,
     Number,
     Page,
     Paragraph,
+    Section,
+    SideBySide,
     Table,
     Tone,
+    Verbatim,
     number_html,
     shown_matrix,
 )
@@ -74,7 +78,7 @@ _BLOCK = "border-left: 1px dotted currentColor;"
 _BELOW = "border-top: 1px dotted currentColor;"
 
 
-def block_html(block: Block) -> str:
+def block_html(block: Block) -> str:  # noqa: PLR0911
     """A block as HTML; numbers keep all their digits in ``<data value="...">``.
 
     Examples
@@ -82,7 +86,7 @@ def block_html(block: Block) -> str:
     >>> block_html(Paragraph("a < b"))
     '<p>a &lt; b</p>'
     >>> html = block_html(Table(["part", "share"], [["rod", Number(12.0, "%")]]))
-    >>> html.partition("<tbody>")[2].removesuffix("</tbody></table>")
+    >>> html.partition("<tbody>")[2].removesuffix("</tbody></table></div>")
     '<tr><th scope="row">rod</th><td class="number"><data value="12.0">12</data> %</td></tr>'
     """
     match block:
@@ -98,9 +102,23 @@ def block_html(block: Block) -> str:
             )
             return element("dl", rows_html) if rows else ""
         case Table():
-            return _table(block)
+            kind = "wide long" if block.is_long else "wide"
+            return element("div", _table(block), class_=kind)
         case LabelledMatrix():
-            return _matrix(block)
+            return element("div", _matrix(block), class_="wide")
+        case Verbatim(text):
+            return element("pre", escaped(text))
+        case Folded(title, blocks):
+            return element("details", element("summary", escaped(title)) + blocks_html(blocks))
+        case SideBySide(columns):
+            each = (own if isinstance(own, tuple) else (own,) for own in columns)
+            inner = "".join(element("div", blocks_html(own)) for own in each)
+            return element("div", inner, class_="side-by-side")
+        case Section(anchor, title, blocks):
+            heading = element("h2", escaped(title))
+            return element("section", f"{heading}\n{blocks_html(blocks)}", id=anchor)
+        case _:
+            return block.html()
 
 
 def page_html(page: Page) -> str:
@@ -114,7 +132,7 @@ def page_html(page: Page) -> str:
 
 def blocks_html(blocks: Iterable[Block | None]) -> str:
     """Blocks one after the other; None is left out."""
-    return "".join(block_html(block) for block in blocks if block is not None)
+    return "\n".join(block_html(block) for block in blocks if block is not None)
 
 
 def _in_tone(html: str, tone: Tone) -> str:

@@ -9,12 +9,16 @@ from robostiff.markup.blocks import (
     Block,
     Bullets,
     Facts,
+    Folded,
     Heading,
     LabelledMatrix,
     Number,
     Page,
     Paragraph,
+    Section,
     Table,
+    Verbatim,
+    inner_blocks,
     number,
     shown_matrix,
 )
@@ -62,7 +66,7 @@ def _stands_alone(block: Block) -> bool:
     return isinstance(block, LabelledMatrix)
 
 
-def _lines(block: Block) -> list[str]:
+def _lines(block: Block) -> list[str]:  # noqa: PLR0911
     match block:
         case Paragraph(text) | Heading(text):
             return [text]
@@ -77,6 +81,11 @@ def _lines(block: Block) -> list[str]:
             for name, values in zip(block.rows, shown_matrix(block.values), strict=True):
                 lines.append(f"{name:>4}" + "".join(f"{number(value):>12}" for value in values))
             return [f"{block.symbol} [{block.units}]:", *lines]
+        case Verbatim(text):
+            return text.splitlines()
+        case _:
+            head = [block.title] if isinstance(block, Folded | Section) else []
+            return head + [line for own in inner_blocks(block) for line in _lines(own)]
 
 
 def _columns(block: Table) -> Iterator[str]:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from typing import TypeVar
 
 from robostiff.errors import printable
 from robostiff.markup.blocks import (
@@ -10,12 +13,16 @@ from robostiff.markup.blocks import (
     Bullets,
     Cell,
     Facts,
+    Folded,
     Heading,
     LabelledMatrix,
     Number,
     Paragraph,
+    Section,
+    SideBySide,
     Table,
     Tone,
+    Verbatim,
     number,
     shown_matrix,
 )
@@ -68,7 +75,7 @@ def typst_number(value: float) -> str:
     return f"${digits} dot 10^({int(exponent)})$" if exponent else f"${digits}$"
 
 
-def block_typst(block: Block) -> str:
+def block_typst(block: Block) -> str:  # noqa: PLR0911
     """A block in Typst; documents begin with `TYPST_BLOCKS`.
 
     Examples
@@ -95,6 +102,59 @@ def block_typst(block: Block) -> str:
             return _table(block)
         case LabelledMatrix():
             return _matrix(block)
+        case Verbatim(text):
+            lines = printable(text, kept="\n\t").split("\n")
+            halves = map(typst_string, map("\n".join, _halves(lines)))
+            return _beside(f"#text(size: 5.5pt, raw({half}, block: true))" for half in halves)
+        case Folded(title, blocks):
+            return f"== {typst_text(title)}\n\n{blocks_typst(blocks)}"
+        case SideBySide(columns):
+            each = [own if isinstance(own, tuple) else (own,) for own in columns]
+            if any(isinstance(own, LabelledMatrix) for (own, *_) in each):  # as wide as a page
+                return "\n\n".join(map(blocks_typst, each))
+            whole = all(isinstance(own, Table) for column in each for own in column)
+            return _beside(map(blocks_typst, each), "auto" if whole else "1fr")
+        case Section(_, title, blocks):
+            return f"= {typst_text(title)}\n\n{blocks_typst(blocks)}"
+        case _:
+            return block.typst()
+
+
+_KNOWN = (
+    *(Paragraph, Heading, Bullets, Facts, Table),
+    *(LabelledMatrix, Verbatim, Folded, SideBySide, Section),
+)
+
+
+def blocks_typst(blocks: Iterable[Block | None]) -> str:
+    """Blocks one after the other, two figures in a row side by side; None is left out."""
+    written = []
+    each = (block for block in blocks if block is not None)
+    for is_known, group in groupby(each, lambda block: isinstance(block, _KNOWN)):
+        own = list(map(block_typst, group))
+        written += own if is_known or len(own) == 1 else [_beside(own)]
+    return "\n\n".join(written)
+
+
+def typst_string(text: str) -> str:
+    """Text as a string of Typst, in quotes."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def _beside(cells: Iterable[str], width: str = "1fr") -> str:
+    """Cells side by side, two in a row."""
+    listed = ",\n".join(f"[{cell}]" for cell in cells)
+    gaps = "column-gutter: 1.5em, row-gutter: 1em"
+    return f"#grid(columns: ({width}, {width}), {gaps},\n{listed})"
+
+
+_Row = TypeVar("_Row")
+
+
+def _halves(rows: Sequence[_Row]) -> tuple[Sequence[_Row], Sequence[_Row]]:
+    middle = (len(rows) + 1) // 2
+    return rows[:middle], rows[middle:]
 
 
 def _in_tone(text: str, tone: Tone) -> str:
@@ -108,12 +168,18 @@ def _in_tone(text: str, tone: Tone) -> str:
 
 
 def _table(block: Table) -> str:
-    head = ", ".join(f"[{typst_text(name)}]" for name in block.header)
-    lines = ["  " + ", ".join(f"[{_cell(cell)}]" for cell in row) + "," for row in block.rows]
-    sides = ", ".join("right" if own else "left" for own in block.of_numbers)
     title = [f"{typst_text(block.title)}\n"] if block.title else []
+    if block.is_long:
+        return "\n".join([*title, _beside(_rows(block, own) for own in _halves(block.rows))])
+    return "\n".join([*title, _rows(block, block.rows)])
+
+
+def _rows(block: Table, rows: Sequence[Sequence[Cell]]) -> str:
+    head = ", ".join(f"[{typst_text(name)}]" for name in block.header)
+    lines = ["  " + ", ".join(f"[{_cell(cell)}]" for cell in row) + "," for row in rows]
+    sides = ", ".join("right" if own else "left" for own in block.of_numbers)
     start = f"#rows({_columns(block)}, ({sides},), table.header({head}),"
-    return "\n".join([*title, start, *lines, ")"])
+    return "\n".join([start, *lines, ")"])
 
 
 def _columns(block: Table) -> str:

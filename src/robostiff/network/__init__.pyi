@@ -1,9 +1,7 @@
 from robostiff.network.condensation import (
     NetworkStiffness,
-    PlatformFlexibility,
     compliance_between,
     condense,
-    platform_flexibility,
 )
 from robostiff.network.elements import (
     BeamElement,
@@ -18,11 +16,10 @@ from robostiff.network.elements import (
 )
 from robostiff.network.energy import energy_stiffness
 from robostiff.network.internal_loads import (
-    HeldUnderLoads,
     InternalLoads,
-    held_under,
-    loads_under,
+    NetworkUnderLoads,
     motions_under,
+    network_under_loads,
 )
 from robostiff.network.network import Network, network_of_snapshot
 from robostiff.network.response import NetworkResponse, SectionForces, network_response
@@ -31,15 +28,14 @@ __all__ = [
     "BeamElement",
     "DistributedForce",
     "ForceOnBeam",
-    "HeldUnderLoads",
     "InternalLoads",
     "JointElement",
     "Network",
     "NetworkResponse",
     "NetworkStiffness",
+    "NetworkUnderLoads",
     "Node",
     "NodeForce",
-    "PlatformFlexibility",
     "SectionForces",
     "SpringElement",
     "beam_between",
@@ -47,10 +43,8 @@ __all__ = [
     "compliance_between",
     "condense",
     "energy_stiffness",
-    "held_under",
-    "loads_under",
     "motions_under",
     "network_of_snapshot",
     "network_response",
-    "platform_flexibility",
+    "network_under_loads",
 ]

@@ -1,31 +1,36 @@
-"""Stiffness of the platform of a network, compliance between points, flexible platforms."""
+"""Stiffness of the platform of a network, and compliance between points of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.elastostatics import DEFAULT_TOLERANCE, CartesianStiffness, Status, Tolerance
+from robostiff.elastostatics import (
+    DEFAULT_TOLERANCE,
+    CartesianStiffness,
+    ConjugateWrenches,
+    Status,
+    Tolerance,
+)
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
+from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
+from robostiff.elastostatics.leg import felt_by_modes, transmitted
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.model import FlexiblePlatform
-from robostiff.network.elements import Node, SpringElement
 from robostiff.network.equations import Equations, equations_of
-from robostiff.network.mobility import Mobility, mobility
+from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import (
     CONVERGED,
     driven_mechanism,
-    freedom_rates,
     redundancy,
     redundant_freedoms,
     saddle_point_system,
     system_of,
 )
-from robostiff.spatial import Space, as_floats
+from robostiff.spatial import as_floats, compliance_modes
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,8 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
     mobile = mobility(equations, platform_fixed=True)
     dependent = redundancy(equations, platform_fixed=True)
     U, values, _ = np.linalg.svd(mobile.held, full_matrices=False)
-    held, rank = U * values, int(np.count_nonzero(values > tolerance.independence))
+    held, W = U * values, U[:, values > tolerance.independence]
+    rank = W.shape[1]
     doubtful = bool(np.any(tolerance.leaves_in_doubt(values)))
     U, values, _ = np.linalg.svd(dependent.on_platform, full_matrices=False)
     rigid = U[:, values > tolerance.independence]
@@ -94,7 +100,7 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
         | bool(redundant.any()) * Status.REDUNDANT_JOINTS
         | bool(rigid.shape[1]) * Status.RIGID_DIRECTION
     )
-    K = np.zeros((n, n))
+    K, smallest = np.zeros((n, n)), 0.0
     if not rigid.shape[1]:
         system = saddle_point_system(equations, platform_fixed=True)
         platform = system.rows_of[network.platform]
@@ -102,9 +108,10 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
         # The platform moves by each unit displacement; the reactions are the columns of K.
         x, step = system.solve(M_p)
         K = M_p[platform] - M_p.T @ x
-        K = _on_held(0.5 * (K + K.T), held, rank)
+        K = _on_held(0.5 * (K + K.T), W)
         doubtful |= step > CONVERGED
-        doubtful |= bool(smallest_held_stiffness(K, np.array(rank)) <= tolerance.near_rigidity)
+        smallest = float(smallest_held_stiffness(K, np.array(rank)))
+        doubtful |= smallest <= tolerance.near_rigidity
     if doubtful or mobile.doubtful or dependent.doubtful:
         status |= Status.ILL_CONDITIONED
     whole = CartesianStiffness(
@@ -117,19 +124,37 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
         rigid=rigid,
         tolerance=tolerance,
     )
+    if rigid.shape[1]:
+        carried = _among_rigid(network, W, equations)
+    elif smallest > tolerance.rigidity:
+        carried = transmitted(replace(whole, held=W)).conjugate
+    else:
+        carried = ConjugateWrenches.none(n)
+    whole = replace(whole, carried=carried)
     return NetworkStiffness(whole, names, equations.points[network.platform])
 
 
-def _on_held(K: np.ndarray, held: np.ndarray, rank: int) -> np.ndarray:
+def _among_rigid(network: Network, W: np.ndarray, equations: Equations) -> ConjugateWrenches:
+    """Wrenches W (n, m) that hold the platform, some rigid, by the compliance under them."""
+    tool, tolerance = (network.platform, equations.points[network.platform]), equations.tolerance
+    loads = W * equations.scale[:, None]
+    try:
+        C = compliance_between(network, [tool], loads=loads, tolerance=tolerance)
+    except NoAnswerError:
+        return ConjugateWrenches.none(len(W))
+    felt = felt_by_modes(np.swapaxes(compliance_modes(C), -1, -2))
+    return conjugate_wrenches(W, *felt(np.eye(len(C))), tolerance)
+
+
+def _on_held(K: np.ndarray, W: np.ndarray) -> np.ndarray:
     """K of its rank: rounding must not stiffen free motions.
 
     ``K W (W^T K W)^-1 W^T K`` is K where K has the rank of W, and an error of W, the wrenches that
     hold the platform, changes it in second order only. W itself has the digits of its largest
     entries, and small blocks of K have more.
     """
-    if rank in (0, len(K)):
-        return K if rank else np.zeros(K.shape)
-    W = np.linalg.svd(held, full_matrices=False)[0][:, :rank]
+    if W.shape[1] in (0, len(K)):
+        return K if W.size else np.zeros(K.shape)
     felt = K @ W
     try:
         L = np.linalg.cholesky(W.T @ felt)
@@ -226,135 +251,3 @@ def _checked(network: Network, node: str, point: ArrayLike) -> tuple[str, np.nda
         )
     subject = f"point of node {node!r}"
     return node, as_floats(subject, point, "three numbers x y z [m]", "m", (3,))
-
-
-_MOVES = 1e-6
-
-
-@dataclass(frozen=True)
-class PlatformFlexibility:
-    """Motions of N nodes against the tool, in platform axes, each about its own point.
-
-    Attributes
-    ----------
-    part_compliances : dict of (n N, n N) arrays
-        For each part by its name a matrix E: wrenches F on the nodes store the energy F . E F / 2
-        in it [m/N, 1/N, rad/(N m)].
-    motions : (n N, k) array
-        Motions of the nodes that the platform itself leaves free [m, rad]; zero for motions that
-        leave all of them at rest.
-    motion_names : tuple of str
-        The freedoms of parts that move in each of them.
-    """
-
-    part_compliances: dict[str, np.ndarray]
-    motions: np.ndarray
-    motion_names: tuple[str, ...]
-
-    @property
-    def compliance(self) -> np.ndarray:
-        """Twists of the nodes for wrenches on them (n N, n N)."""
-        return np.sum(list(self.part_compliances.values()), axis=0)
-
-
-def platform_flexibility(
-    platform: FlexiblePlatform,
-    nodes: Sequence[str],
-    space: Space = Space.SPATIAL,
-    tolerance: Tolerance | None = None,
-) -> PlatformFlexibility:
-    """Flexibility of a platform whose tool is held, as a network of its own.
-
-    Where the platform has motions of its own, the compliance is that for loads that do no work on
-    them, with the platform held at as many coordinates.
-
-    Parameters
-    ----------
-    platform : FlexiblePlatform
-    nodes : sequence of str
-        Those that hold legs, each once.
-    space : Space
-    tolerance : Tolerance, optional
-
-    Raises
-    ------
-    InputError
-        When a part of a planar robot leaves the plane.
-    NoAnswerError
-        When rounding leaves few digits.
-
-    Examples
-    --------
-    >>> from robostiff.elasticity import circle, material
-    >>> from robostiff.model import PlatformNode, platform_beam
-    >>> hub, rim = PlatformNode("hub", np.zeros(3)), PlatformNode("rim", np.array([1.0, 0, 0]))
-    >>> arm = platform_beam(hub, rim, material("steel"), circle(0.02), name="arm")
-    >>> platform = FlexiblePlatform((hub, rim), (arm,), "hub")
-    >>> C = platform_flexibility(platform, ["rim"]).compliance
-    >>> round(1 / C[0, 0].item())
-    65973446
-    """
-    tolerance = tolerance or Tolerance()
-    equations = equations_of(_network(platform, space), tolerance)
-    system, mobile, _ = system_of(equations)
-    n = equations.size
-    transports = [equations.transport(name, platform.point_of(name)) for name in nodes]
-    loads = np.zeros((system.size, n * len(nodes)))
-    for i, (name, D) in enumerate(zip(nodes, transports, strict=True)):
-        if name != platform.tool:
-            loads[system.rows_of[name], n * i : n * (i + 1)] = D.T
-    x, step = system.solve(loads)
-    if step > CONVERGED:
-        raise NoAnswerError(f"no stiffness of the platform: {Status.ILL_CONDITIONED.advice[0]}")
-    s = np.tile(equations.scale, len(nodes))
-    unit = np.outer(s, s) * equations.stiffness
-    parts = {}
-    for c, rows in zip(equations.connections, system.wrench_rows, strict=True):
-        carried = x[rows]
-        parts[c.name] = carried.T @ c.S @ carried / unit
-    motions, names = _motions(equations, mobile, nodes, transports)
-    return PlatformFlexibility(parts, motions / s[:, None], names)
-
-
-def _network(platform: FlexiblePlatform, space: Space) -> Network:
-    """The platform in its own frame, its tool held."""
-    other = next(node.name for node in platform.nodes if node.name != platform.tool)
-    springs = (
-        SpringElement(part.name, part.a, part.b, part.point, part.axes, part.elasticity)
-        for part in platform.parts
-    )
-    return Network(
-        "flexible platform",
-        tuple(Node(node.name, node.at) for node in platform.nodes),
-        (platform.tool,),
-        other,
-        platform.point_of(platform.tool),
-        springs=tuple(springs),
-        space=space,
-    )
-
-
-def _motions(
-    equations: Equations, mobile: Mobility, nodes: Sequence[str], transports: list[np.ndarray]
-) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Scaled unit motions of the nodes (n N, k), and which freedoms move in each.
-
-    A motion that leaves all these nodes at rest is exactly zero.
-    """
-    n = equations.size
-    freedoms = [name for c in equations.connections for name in c.freedom_names]
-    columns, names = [np.zeros((n * len(nodes), 0))], []
-    for mechanism in mobile.mechanisms:
-        own = np.zeros((n * len(nodes), mechanism.motions.shape[-1]))
-        for i, (name, D) in enumerate(zip(nodes, transports, strict=True)):
-            if name in mechanism.nodes:
-                own[n * i : n * (i + 1)] = D @ mechanism.motions[mechanism.nodes.index(name)]
-        U, values, Vt = np.linalg.svd(own)
-        kept = np.zeros_like(own)
-        for k in np.flatnonzero(values > equations.tolerance.independence):
-            kept[:, k] = U[:, k]
-        columns.append(kept)
-        for rates in (freedom_rates(equations, mechanism) @ Vt.T).T:
-            moving = np.flatnonzero(np.abs(rates) > _MOVES)
-            names.append(" + ".join(freedoms[i] for i in moving))
-    return np.hstack(columns), tuple(names)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -49,7 +50,7 @@ class RelativeMotion:
         """Whether it resists every relative motion."""
         return self.W.shape[1] == self.W.shape[0]
 
-    @property
+    @cached_property
     def rigid(self) -> np.ndarray:
         """Which of the transmitted wrenches are rigid (m,)."""
         return ~np.any(self.S, axis=0)
@@ -99,70 +100,141 @@ def coupled_motion(
     return CoupledMotion(own.name, ends, np.array([[S]]), np.zeros((len(rows), 0)))
 
 
-def connection_of(
-    element: Element, of_node: np.ndarray, scale: np.ndarray, space: Space, tolerance: Tolerance
-) -> RelativeMotion:
-    """The connection of an element, a beam about its end; `scale` turns twists into lengths.
+@dataclass(frozen=True)
+class _ScaledElement:
+    """What an element is to a network: compliance and freedoms, in axes in which to work."""
 
-    A slide or a weld is about the point of node a, `of_node` (3,) [m].
+    element: Element
+    at: np.ndarray  # (3,): reference point of the matrices [m]
+    C: np.ndarray  # (n, n)
+    J: np.ndarray  # (n, q)
+    axes: np.ndarray  # (n, n)
+    freedom_names: tuple[str, ...]
+
+    @staticmethod
+    def of(element: Element, of_node: np.ndarray, space: Space) -> _ScaledElement:
+        """A beam about its end, a slide or a weld about the point of node a, `of_node` (3,) [m].
+
+        Raises InputError when an element of a planar network leaves the plane.
+        """
+        names: list[str] = []
+        C, J, rotation = np.zeros((6, 6)), np.zeros((6, 0)), np.eye(3)
+        if isinstance(element, BeamElement):
+            at, C, rotation = element.end, element.tip_compliance, element.rotation
+        elif isinstance(element, SpringElement):
+            at, rotation = element.point, element.rotation
+            C, J = element.elasticity.compliance, element.elasticity.freedoms
+            names = [f"{element.name}/freedom {i + 1}" for i in range(J.shape[1])]
+        else:
+            at = of_node if element.point is None else element.point
+            for freedom in element.freedoms:
+                twist = freedom_twist(freedom, at)
+                if freedom.is_passive:
+                    J = np.column_stack([J, twist])
+                    names.append(f"{element.name}/{freedom.name}")
+                elif freedom.stiffness is not None:
+                    C = C + np.outer(twist, twist) / freedom.stiffness
+        C, J, axes = _in_space(element.name, C, J, rotation, space)
+        return _ScaledElement(element, at, C, J, axes, tuple(names))
+
+    def modes(self, space: Space) -> np.ndarray:
+        """Modes of the compliance (n, n), as the spring has them or as they follow from it."""
+        if isinstance(self.element, SpringElement) and space is Space.SPATIAL:
+            return self.element.elasticity.modes
+        return compliance_modes(self.C)
+
+
+def connections_of(
+    elements: Sequence[Element],
+    of_nodes: np.ndarray,
+    scale: np.ndarray,
+    space: Space,
+    tolerance: Tolerance,
+) -> list[RelativeMotion]:
+    """Connections of elements; `scale` turns twists into lengths, `of_nodes` (N, 3) are points [m].
+
+    Parts with as many freedoms are computed at once.
 
     Raises InputError when an element of a planar network leaves the plane, or a compliance is
     negative.
     """
-    names: list[str] = []
-    C, J, rotation = np.zeros((6, 6)), np.zeros((6, 0)), np.eye(3)
-    if isinstance(element, BeamElement):
-        at, C, rotation = element.end, element.tip_compliance, element.rotation
-    elif isinstance(element, SpringElement):
-        at, rotation = element.point, element.rotation
-        C, J = element.elasticity.compliance, element.elasticity.freedoms
-        names = [f"{element.name}/freedom {i + 1}" for i in range(J.shape[1])]
-    else:
-        at = of_node if element.point is None else element.point
-        for freedom in element.freedoms:
-            twist = freedom_twist(freedom, at)
-            if freedom.is_passive:
-                J = np.column_stack([J, twist])
-                names.append(f"{element.name}/{freedom.name}")
-            elif freedom.stiffness is not None:
-                C = C + np.outer(twist, twist) / freedom.stiffness
-    C, J, axes = _in_space(element.name, C, J, rotation, space)
-    J = J * scale[:, None]
-    J = J / np.linalg.norm(J, axis=0)
-    W, _ = transmitted_wrenches(J, tolerance.independence)
-    ends = element.a, element.b, at
-    if not np.any(C):
-        S = np.zeros((W.shape[1], W.shape[1]))
-        return RelativeMotion(element.name, *ends, axes @ W, S, axes @ J, tuple(names))
-    modes = compliance_modes(C)
-    if isinstance(element, SpringElement) and space is Space.SPATIAL:
-        modes = element.elasticity.modes
-    modes = modes * scale[:, None]
-    C = C * np.outer(scale, scale)
-    S = W.T @ C @ W
-    S = 0.5 * (S + S.T)
-    if np.any(np.linalg.eigvalsh(S) < -_SYMMETRY * np.trace(C)):
+    parts = [_ScaledElement.of(*each, space) for each in zip(elements, of_nodes, strict=True)]
+    alike: dict[int, list[int]] = defaultdict(list)
+    for k, part in enumerate(parts):
+        alike[part.J.shape[1]].append(k)
+    found: dict[int, RelativeMotion] = {}
+    for numbers in alike.values():
+        some = [parts[k] for k in numbers]
+        found |= zip(numbers, _motions(some, scale, space, tolerance), strict=True)
+    return [found[k] for k in range(len(parts))]
+
+
+def _motions(
+    parts: Sequence[_ScaledElement], scale: np.ndarray, space: Space, tolerance: Tolerance
+) -> list[RelativeMotion]:
+    """Connections of parts with as many freedoms."""
+    J = np.array([part.J for part in parts]) * scale[:, None]
+    J = J / np.linalg.norm(J, axis=1, keepdims=True)
+    W, redundant = transmitted_wrenches(J, tolerance.independence)
+    if len(parts) > 1 and redundant.any():  # they transmit different numbers of wrenches
+        return [own for part in parts for own in _motions([part], scale, space, tolerance)]
+    C = np.array([part.C for part in parts]) * np.outer(scale, scale)
+    S = np.swapaxes(W, 1, 2) @ C @ W
+    S = 0.5 * (S + np.swapaxes(S, 1, 2))
+    below = np.min(np.linalg.eigvalsh(S), axis=-1, initial=0.0)
+    for k in np.flatnonzero(below < -_SYMMETRY * np.trace(C, axis1=1, axis2=2))[:1]:
         raise InputError(
-            f"compliance of {element.name!r}", got=C, expected="a positive semidefinite matrix"
+            f"compliance of {parts[k].element.name!r}",
+            got=parts[k].C,
+            expected="a positive semidefinite matrix",
         )
-    # Wrenches that load the spring, by unit modes: a stiff direction is not rigid.
-    felt = modes[:, np.any(modes != 0, axis=0)].T @ W
-    size = np.linalg.norm(modes[:, np.any(modes != 0, axis=0)], axis=0)
-    values, Vt = np.linalg.svd(felt / size[:, None])[1:]
+    diagonal = np.einsum("...ii->...i", S)
+    unit = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    # Entries beside zeros of the diagonal are zeros, too.
+    regular = S / (unit[:, :, None] * unit[:, None, :])
+    plain = np.all(diagonal > 0, axis=-1)
+    plain[plain] = np.linalg.cond(regular[plain]) < _DENSE
+    found = []
+    for k, part in enumerate(parts):
+        own, of_own = W[k], S[k]
+        if not np.any(part.C):
+            of_own = np.zeros_like(of_own)
+        elif not plain[k]:
+            own, of_own = _by_size(part.modes(space) * scale[:, None], own, of_own, tolerance)
+        ends = part.element.a, part.element.b, part.at
+        axes = part.axes
+        found.append(
+            RelativeMotion(
+                part.element.name, *ends, axes @ own, of_own, axes @ J[k], part.freedom_names
+            )
+        )
+    return found
+
+
+def _by_size(
+    modes: np.ndarray, W: np.ndarray, S: np.ndarray, tolerance: Tolerance
+) -> tuple[np.ndarray, np.ndarray]:
+    """Wrenches by which the soft, the stiff and the rigid directions of a part are apart.
+
+    Wrenches that load the spring are found by its unit modes: a stiff direction is not rigid.
+    """
+    modes = modes[:, np.any(modes != 0, axis=0)]
+    felt = modes.T @ W
+    values, Vt = np.linalg.svd(felt / np.linalg.norm(modes, axis=0)[:, None])[1:]
     rank = int(np.count_nonzero(values > tolerance.independence))
     unit = np.sqrt(np.where(np.diagonal(S) > 0, np.diagonal(S), 1.0))
     # Otherwise unchanged: a new basis would cost digits of stiff directions, unless these lie
     # across all axes.
-    if rank < len(S) or np.linalg.cond(S / np.outer(unit, unit)) > _DENSE:
-        _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
-        W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
-        S = np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
-    return RelativeMotion(element.name, *ends, axes @ W, S, axes @ J, tuple(names))
+    if rank == len(S) and np.linalg.cond(S / np.outer(unit, unit)) <= _DENSE:
+        return W, S
+    _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
+    W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
+    return W, np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
 
 
 def check_fits(element: Element, space: Space) -> None:
     """Raise an InputError unless an element can be part of a network in this space."""
-    connection_of(element, np.zeros(3), np.ones(space.size), space, Tolerance())
+    connections_of([element], np.zeros((1, 3)), np.ones(space.size), space, Tolerance())
 
 
 def _in_space(
@@ -219,8 +291,8 @@ class Equations:
         return self.between(self.points[node], to)
 
     def between(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Scaled displacement of a rigid body at `end` from that at `start` (n, n)."""
-        v = (end - start)[: self.network.space.translations]
+        """Scaled displacement of a rigid body at `end` from that at `start` (..., n, n)."""
+        v = (end - start)[..., : self.network.space.translations]
         return self.scale[:, None] * twist_transport(v) / self.scale
 
 
@@ -239,11 +311,13 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
     length = network.characteristic_length
     connections = _connections(network, points, length or 1.0, tolerance)
     # The largest length that the springs have, as a part of the one that scales them.
-    lengths = [
-        float(matrix_length(c.W @ c.S @ c.W.T, c.freedoms))
-        for c in connections
-        if isinstance(c, RelativeMotion) and np.any(c.S)
-    ]
+    lengths, alike = [], defaultdict(list)
+    for c in connections:
+        if isinstance(c, RelativeMotion) and not c.rigid.all():
+            alike[c.W.shape, c.freedoms.shape].append(c)
+    for some in alike.values():
+        W, S, freedoms = (np.array([getattr(c, x) for c in some]) for x in ("W", "S", "freedoms"))
+        lengths.append(float(np.max(matrix_length(W @ S @ np.swapaxes(W, 1, 2), freedoms))))
     of_elements = max(lengths, default=0.0) * (length or 1.0)
     if length <= tolerance.independence * of_elements:  # all in one point, relative to the springs
         length = of_elements or 1.0
@@ -260,10 +334,9 @@ def _connections(
     network: Network, points: dict[str, np.ndarray], length: float, tolerance: Tolerance
 ) -> tuple[Motion, ...]:
     scale = scaling(np.array(length), network.space)
-    between = [
-        connection_of(element, points[element.a], scale, network.space, tolerance)
-        for element in network.elements
-    ]
+    elements = tuple(network.elements)
+    of_nodes = np.array([points[element.a] for element in elements]).reshape(-1, 3)
+    between = connections_of(elements, of_nodes, scale, network.space, tolerance)
     held = [coupled_motion(own, points, scale, network.space) for own in network.couplings]
     return (*between, *held)
 

@@ -1,9 +1,10 @@
-"""Loads in beams, springs and joints of a network under a displacement of its platform."""
+"""A network under loads at its bodies: displacements, and loads in its parts and supports."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -12,19 +13,20 @@ from robostiff.kinematics import freedom_twist
 from robostiff.model import Actuated
 from robostiff.network.elements import JointElement, NodeForce
 from robostiff.network.equations import Equations, RelativeMotion, equations_of
+from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import (
     CONVERGED,
-    Redundancy,
     SaddlePointSystem,
     driven_mechanism,
     system_of,
 )
-from robostiff.spatial import move_twist, move_wrench
+from robostiff.spatial import move_wrench
 
-_MISSED = 1e-9  # of the displacement of the platform
 # Of the loads and reactions: what they lack for equilibrium that is no rounding.
 _BALANCED = 1e-6
+# Of unit motions of the platform: a combination of mechanisms that leaves it at rest.
+_STILL = 1e-9
 
 
 @dataclass(frozen=True)
@@ -43,131 +45,111 @@ class InternalLoads:
         are left out.
     actuators : tuple of (str, str, float, float, str)
         Load along the coordinate [N or N m], and travel [m or rad].
-    work : float
-        Of forces at bodies on their displacements [J].
-    balanced : bool
-        Whether loads and reactions of the supports are in equilibrium, forces and moments.
     """
 
     energies: tuple[tuple[str, str, float], ...]
     reactions: tuple[tuple[str, str, np.ndarray, np.ndarray], ...]
     actuators: tuple[tuple[str, str, float, float, str], ...]
-    work: float = 0.0
-    balanced: bool = True
 
 
 @dataclass(frozen=True)
-class HeldUnderLoads:
-    """A network under forces at its bodies while its platform is held.
+class NetworkUnderLoads:
+    """A network under a wrench on its platform and forces at its bodies.
 
     Attributes
     ----------
     status : Status
         ``UNBALANCED`` where they drive a motion without stiffness, ``ILL_CONDITIONED`` where few
         digits hold: nothing else has a meaning then.
-    wrench : (n,) array
-        What they are worth at the platform, about ``condense(network).origin`` [N, N m].
-    forces : tuple of NodeForce
-        As they were given.
-    right, x : (size,) arrays
-        These, and the displacements and wrenches under them, scaled.
+    equations, system : Equations, SaddlePointSystem
+    x : (size,) array
+        Displacements and wrenches, scaled; of the displacements that are possible those with the
+        least of the platform. Mechanisms inside, which it does not feel, are held somewhere.
+    of_forces : (size,) array
+        Right side of the forces at bodies alone.
     undetermined : frozenset of int
         Numbers of the connections whose loads are statically indeterminate among rigid parts.
     """
 
     status: Status
-    wrench: np.ndarray
-    forces: tuple[NodeForce, ...]
-    right: np.ndarray
+    equations: Equations
+    system: SaddlePointSystem
     x: np.ndarray
+    of_forces: np.ndarray
     undetermined: frozenset[int]
 
+    @cached_property
+    def loads(self) -> InternalLoads:
+        """Loads in all parts."""
+        return loads_of_parts(self.equations, self.system, self.x, self.undetermined)
 
-def held_under(
-    network: Network, forces: Iterable[NodeForce], tolerance: Tolerance = DEFAULT_TOLERANCE
-) -> HeldUnderLoads:
-    """A network under forces at its bodies while its platform is held.
+    @property
+    def work(self) -> float:
+        """Of the forces at bodies on their displacements [J]."""
+        return self.equations.stiffness * float(self.of_forces @ self.x)
+
+    def twist(self, node: str, point: np.ndarray) -> np.ndarray:
+        """Twist (n,) of a node about a point (3,) [m, rad]."""
+        return self.system.twist(self.equations, self.x, node, point)
+
+
+def network_under_loads(
+    network: Network,
+    wrench: np.ndarray,
+    forces: Iterable[NodeForce] = (),
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> NetworkUnderLoads:
+    """A network under a wrench (n,) on the platform about its reference point, and forces.
+
+    Also where a direction is rigid.
 
     Examples
     --------
-    A clamped rod of 2 m holds half of a force in its middle, and that moment besides:
+    A rod of 2 m under a force in its middle:
 
     >>> from robostiff.elasticity import circle, material
     >>> from robostiff.network import Node, NodeForce, beam_between
     >>> a, b, c = (Node(name, np.array([x, 0, 0])) for name, x in zip("abc", (0, 1.0, 2.0)))
     >>> rods = [beam_between(*ends, material("steel"), circle(0.02)) for ends in ((a, b), (b, c))]
     >>> network = Network("rod", (a, b, c), ("a",), "c", c.point, beams=tuple(rods))
-    >>> held = held_under(network, [NodeForce("b", np.array([0, 0, -8.0]), b.point)])
-    >>> held.wrench.round(9) + 0.0
-    array([ 0.,  0., -4.,  0., -2.,  0.])
+    >>> force = NodeForce("b", np.array([0, 0, -8.0]), b.point)
+    >>> bent = network_under_loads(network, np.zeros(6), [force])
+    >>> round(1e3 * float(bent.twist("b", b.point)[2]), 4), round(1e3 * bent.work, 4)
+    (-1.6168, 12.9345)
     """
     equations = equations_of(network, tolerance)
-    system, mobile, dependent = system_of(equations, platform_fixed=True)
-    given = tuple(forces)
-    right = system.forces(equations, _wrenches(equations, given))
+    system, mobile, dependent = system_of(equations)
+    rows = list(network.space.rows)
+    each = [(f.node, np.append(f.force, np.zeros(3))[rows], f.point) for f in forces]
+    of_forces = system.forces(equations, each)
+    on_platform = network.platform, wrench, network.reference_point
+    right = of_forces + system.forces(equations, [on_platform])
     x, step = system.solve(right)
     status = Status.OK
     if driven_mechanism(equations, mobile, system, right) is not None:
         status = Status.UNBALANCED
-    elif step > CONVERGED:
+    applied = [(point, F) for _, F, point in (on_platform, *each)]
+    carried = reactions(equations, system, x[:, 0], right[:, 0]).values()
+    if not status and (step > CONVERGED or not are_balanced(equations, [*applied, *carried])):
         status = Status.ILL_CONDITIONED
-    platform = system.rows_of[network.platform]
-    worth = (right - system.matrix @ x)[platform, 0] * equations.scale * equations.stiffness
-    return HeldUnderLoads(status, worth, given, right[:, 0], x[:, 0], dependent.undetermined)
+    least = _with_least_displacement(network.platform, mobile, system, x[:, 0])
+    return NetworkUnderLoads(
+        status, equations, system, least, of_forces[:, 0], dependent.undetermined
+    )
 
 
-def loads_under(
-    network: Network,
-    wrench: np.ndarray,
-    tolerance: Tolerance = DEFAULT_TOLERANCE,
-    held: HeldUnderLoads | None = None,
-) -> InternalLoads:
-    """Loads in all parts under a wrench on the platform about ``condense(network).origin``.
-
-    Also where a direction is rigid. The wrench does no work on motions without stiffness.
-
-    Parameters
-    ----------
-    network : Network
-    wrench : (n,) array
-        [N, N m].
-    tolerance : Tolerance
-    held : HeldUnderLoads, optional
-        Of forces at bodies that act too; the wrench has what they are worth at the platform.
-
-    Examples
-    --------
-    >>> from robostiff.elasticity import circle, material
-    >>> from robostiff.network import Node, beam_between
-    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
-    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
-    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
-    >>> ((_, name, energy),) = loads_under(network, np.array([100.0, 0, 0, 0, 0, 0])).energies
-    >>> name, round(1e6 * energy, 3)
-    ('rod', 75.788)
-    """
-    equations = equations_of(network, tolerance)
-    system, right, x, dependent = _under(equations, wrench)
-    undetermined, work, forces = dependent.undetermined, 0.0, ()
-    if held is not None:
-        x, right, forces = x + held.x, right + held.right, held.forces
-        undetermined, work = undetermined | held.undetermined, float(held.right @ x)
-        wrench = wrench - held.wrench
-    found = loads_of_parts(equations, system, x, undetermined)
-    own = equations.points[network.platform]
-    applied = [(own, wrench), *((at, F) for _, F, at in _wrenches(equations, forces))]
-    carried = reactions(equations, system, x, right).values()
-    balanced = are_balanced(equations, [*applied, *carried])
-    return replace(found, work=equations.stiffness * work, balanced=balanced)
-
-
-def _wrenches(
-    equations: Equations, forces: Iterable[NodeForce]
-) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Nodes, wrenches (n,) and the points about which they are, of forces."""
-    rows = list(equations.network.space.rows)
-    for own in forces:
-        yield own.node, np.append(own.force, np.zeros(3))[rows], own.point
+def _with_least_displacement(
+    platform: str, mobile: Mobility, system: SaddlePointSystem, x: np.ndarray
+) -> np.ndarray:
+    """A solution (size,) without what free motions of the platform add to its displacement."""
+    x = x.copy()
+    for mechanism in mobile.mechanisms:
+        if platform in mechanism.nodes:
+            own = mechanism.motions[mechanism.nodes.index(platform)]
+            free = np.linalg.pinv(own, rcond=_STILL) @ x[system.rows_of[platform]]
+            for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
+                x[system.rows_of[name]] -= motions @ free
+    return x
 
 
 def reactions(
@@ -197,65 +179,19 @@ def are_balanced(equations: Equations, wrenches: Iterable[tuple[np.ndarray, np.n
 def motions_under(
     network: Network,
     wrench: np.ndarray,
-    twist: np.ndarray,
+    forces: Iterable[NodeForce] = (),
     tolerance: Tolerance = DEFAULT_TOLERANCE,
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """How every body moves under a wrench on the platform.
+    """Twist (6,) [m, rad] of every body, and the point (3,) about which it is [m].
 
-    Parameters
-    ----------
-    network : Network
-    wrench : (n,) array
-        About the reference point [N, N m].
-    twist : (n,) array
-        Of the platform under it, about the reference point [m, rad]. Where the platform is free it
-        says which of the possible displacements is meant; the bodies follow.
-    tolerance : Tolerance
-
-    Returns
-    -------
-    dict of str to ((6,) array, (3,) array)
-        Of each node: its twist [m, rad], and the point about which it is [m]. Mechanisms inside
-        the network, which the platform does not feel, are held somewhere.
-
-    Examples
-    --------
-    >>> from robostiff.elasticity import circle, material
-    >>> from robostiff.network import Node, beam_between
-    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
-    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
-    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
-    >>> t = np.array([1.5158e-9, 0, 0, 0, 0, 0])
-    >>> moved, _ = motions_under(network, np.array([1.0, 0, 0, 0, 0, 0]), t)["tip"]
-    >>> round(1e9 * float(moved[0]), 4)
-    1.5158
+    Under loads as in `network_under_loads`.
     """
-    equations = equations_of(network, tolerance)
-    own = equations.points[network.platform]
-    to_own = (own - network.reference_point)[: network.space.translations]
-    system, _, x, _ = _under(equations, move_wrench(wrench, to_own))
-    rows = system.rows_of[network.platform]
-    missing = equations.scale * move_twist(twist, to_own) - x[rows]
-    if np.linalg.norm(missing) > _MISSED * np.linalg.norm(x[rows] + missing):  # a free motion
-        held, _, _ = system_of(equations, platform_fixed=True)
-        x += held.solve(-(held.matrix[:, rows] @ missing)[:, None])[0][:, 0]
-        x[rows] += missing
-    twists = {}
-    for name, point in equations.points.items():
+    found, moved = network_under_loads(network, wrench, forces, tolerance), {}
+    for name, point in found.equations.points.items():
         t = np.zeros(6)
-        t[list(network.space.rows)] = system.twist(equations, x, name, point)
-        twists[name] = (t, point)
-    return twists
-
-
-def _under(
-    equations: Equations, wrench: np.ndarray
-) -> tuple[SaddlePointSystem, np.ndarray, np.ndarray, Redundancy]:
-    """Right side, displacements and wrenches, scaled, of a wrench about the platform's point."""
-    system, _, dependent = system_of(equations)
-    platform = equations.network.platform
-    right = system.forces(equations, [(platform, wrench, equations.points[platform])])
-    return system, right[:, 0], system.solve(right)[0][:, 0], dependent
+        t[list(network.space.rows)] = found.twist(name, point)
+        moved[name] = (t, point)
+    return moved
 
 
 def loads_of_parts(

@@ -136,9 +136,13 @@ class BlockEntries:
 
     def add(self, block: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
         """Add a block (r, c) at these rows (r,) and columns (c,)."""
-        self.rows.append(np.repeat(rows, len(columns)))
-        self.columns.append(np.tile(columns, len(rows)))
-        self.values.append(block.ravel())
+        self.add_many(block[None], rows[None], columns[None])
+
+    def add_many(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
+        """Add blocks (N, r, c) at rows (N, r) and columns (N, c)."""
+        self.rows.append(np.broadcast_to(rows[:, :, None], blocks.shape).ravel())
+        self.columns.append(np.broadcast_to(columns[:, None, :], blocks.shape).ravel())
+        self.values.append(blocks.ravel())
 
     def matrix(self, shape: tuple[int, int]) -> csc_array:
         """The matrix, by columns."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -156,9 +157,78 @@ def freedom_rates(equations: Equations, mechanism: Mechanism) -> np.ndarray:
     return np.vstack(rates)
 
 
-_REFINEMENTS = 2
+# Steps of iterative refinement by the factors of the whole system, and of the condensed one.
+_REFINEMENTS, _STEPS_OF_CONDENSED = 2, 8
 # A last step of refinement above this part of the answer means that few digits hold.
 CONVERGED = 1e-8
+# The condensed system must give more, or the whole one is factorised; below, steps end.
+_ENOUGH, _ROUNDING = 1e-12, 1e-15
+# Compliance of rigid directions in the condensed system, against the characteristic one.
+_LITTLE = 1e-7
+# Unknowns from which on a system is condensed.
+_LARGE = 3000
+
+
+@dataclass(frozen=True)
+class CondensedSystem:
+    """A saddle-point system without its wrenches, factorised.
+
+    Of ``[[0, A^T], [A, -S]]`` the stiffness ``A^T (S + D)^-1 A`` of the displacements is left,
+    where D gives rigid directions a little compliance: sparse and positive definite, so that its
+    factors take a tenth of the time. What it loses to rounding and to D, refinement by the whole
+    system brings back.
+    """
+
+    others: np.ndarray  # (m,) of int: displacements
+    wrenches: np.ndarray  # (k,) of int: sizes of wrenches, which follow
+    A: csc_array  # (k, m)
+    stiffness: csc_array  # (k, k): S^-1
+    lu: SuperLU
+
+    @staticmethod
+    def of(
+        regular: csc_array, parts: Sequence[tuple[np.ndarray, np.ndarray]]
+    ) -> CondensedSystem | None:
+        """Condense; `parts` are places (k,) and compliances (k, k) of the connections.
+
+        None where rounding makes the rest singular.
+        """
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        blocks = BlockEntries()
+        by_size: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)
+        for places, S in parts:
+            by_size[len(S)].append((places, S))
+        try:
+            for own in by_size.values():
+                places, S = map(np.array, zip(*own, strict=True))
+                rigid = ~np.any(S, axis=1)
+                soft = S + _LITTLE * rigid[:, :, None] * np.eye(S.shape[-1])
+                blocks.add_many(np.linalg.inv(soft), places, places)
+            size = len(regular.indptr) - 1
+            wrenches = np.concatenate([places for places, _ in parts])
+            others = np.setdiff1d(np.arange(size), wrenches)
+            stiffness = blocks.matrix((size, size))[wrenches][:, wrenches]
+            A = regular[wrenches][:, others]
+            lu = splu(
+                csc_array(A.T @ stiffness @ A),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+        except (RuntimeError, np.linalg.LinAlgError):
+            return None
+        return CondensedSystem(others, wrenches, A, stiffness, lu)
+
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """Solution (size, k) of the whole system for right sides (size, k), up to rounding."""
+        solution = np.empty(b.shape)
+        gaps = b[self.wrenches]
+        x = self.lu.solve(b[self.others] + self.A.T @ (self.stiffness @ gaps))
+        solution[self.others] = x
+        solution[self.wrenches] = self.stiffness @ (self.A @ x - gaps)
+        return solution
 
 
 @dataclass(frozen=True)
@@ -168,9 +238,10 @@ class SaddlePointSystem:
     A holds the transmitted wrenches of beams, springs and joints, S their compliance (0 where
     rigid), x displacements and f the sizes of the wrenches; all scaled. With the wrenches as
     unknowns the rows of A are geometry alone, so that refinement reaches full accuracy; condensed
-    to displacements, a long chain of beams would lose all digits.
+    to displacements alone, a long chain of beams would lose all digits.
     """
 
+    name: str  # of the network
     size: int  # number of displacements and wrenches, those that are not kept among them
     matrix: csc_array  # (size, size): of all bodies, the fixed ones and the platform among them
     # (m,) of int: rows and columns that are solved for: free, and independent of one another
@@ -178,24 +249,54 @@ class SaddlePointSystem:
     rows_of: dict[str, np.ndarray]  # the displacements of each node
     wrench_rows: tuple[np.ndarray, ...]  # sizes of the wrenches of each connection
     regular: csc_array  # (m, m): what is kept of the matrix
-    lu: SuperLU | None  # its factors; None where nothing is kept
+    condensed: CondensedSystem | None  # of a large system
+
+    @cached_property
+    def lu(self) -> SuperLU:
+        """Factors of what is kept of the matrix.
+
+        Raises NoAnswerError when rounding makes it singular.
+        """
+        from scipy.sparse.linalg import splu
+
+        try:
+            return splu(self.regular)
+        except RuntimeError:  # an exact zero for a pivot
+            raise NoAnswerError(
+                f"no stiffness of network {self.name!r}: {Status.ILL_CONDITIONED.advice[0]}"
+            ) from None
 
     def solve(self, right: np.ndarray) -> tuple[np.ndarray, float]:
         """Displacements and wrenches (size, k) for right sides (size, k), 0 where not kept.
 
         Iterative refinement; the second answer is the size of its last step as a part of the whole.
+
+        Raises NoAnswerError when rounding makes the system singular.
         """
         solution = np.zeros(right.shape)
-        if self.lu is None:
+        if not self.kept.size:
             return solution, 0.0
         b = right[self.kept]
-        part, step = np.zeros(b.shape), np.zeros(b.shape)
-        for _ in range(1 + _REFINEMENTS):
-            step = self.lu.solve(b - self.regular @ part)
-            part = part + step
+        part, last = np.zeros(b.shape), np.inf
+        if self.condensed is not None:
+            part, last = self._refined(self.condensed, b, _STEPS_OF_CONDENSED)
+        if not last < _ENOUGH:
+            part, last = self._refined(self.lu, b, _REFINEMENTS)
         solution[self.kept] = part
-        whole = np.abs(part).max(initial=np.finfo(float).tiny)
-        return solution, float(np.abs(step).max(initial=0.0) / whole)
+        return solution, last
+
+    def _refined(
+        self, factors: SuperLU | CondensedSystem, b: np.ndarray, most: int
+    ) -> tuple[np.ndarray, float]:
+        part, last = factors.solve(b), np.inf
+        for _ in range(most):
+            step = factors.solve(b - self.regular @ part)
+            part = part + step
+            whole = np.abs(part).max(initial=np.finfo(float).tiny)
+            before, last = last, float(np.abs(step).max(initial=0.0) / whole)
+            if last < _ROUNDING or not last < before:
+                break
+        return part, last
 
     def forces(
         self, equations: Equations, at: Iterable[tuple[str, np.ndarray, np.ndarray]]
@@ -220,13 +321,9 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
     """Assemble and factorise, with the platform free or fixed beside the fixed nodes.
 
     Mechanisms are held at as many coordinates as they have, and dependent constraints left out:
-    neither changes the stiffness of the platform. The remaining system is regular.
-
-    Raises NoAnswerError when rounding makes the rest singular all the same: parts that differ in
-    softness by more than all digits.
+    neither changes the stiffness of the platform. The remaining system is regular, but for parts
+    that differ in softness by more than all digits.
     """
-    from scipy.sparse.linalg import splu
-
     matrix, rows_of, wrench_rows = _assembled(equations)
     network, size = equations.network, len(matrix.indptr) - 1
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
@@ -238,13 +335,19 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
     lost += [wrench_rows[k][numbers] for k, numbers in dropped.items()]
     left = np.setdiff1d(np.arange(size), np.concatenate(lost))
     regular = matrix[left][:, left].tocsc()
-    try:
-        lu = splu(regular) if left.size else None
-    except RuntimeError:  # an exact zero for a pivot
-        raise NoAnswerError(
-            f"no stiffness of network {network.name!r}: {Status.ILL_CONDITIONED.advice[0]}"
-        ) from None
-    return SaddlePointSystem(size, matrix, left, rows_of, wrench_rows, regular, lu)
+    condensed = None
+    if left.size > _LARGE:
+        place = np.full(size, -1)
+        place[left] = np.arange(left.size)
+        parts = [
+            (place[rows][own], c.S[np.ix_(own, own)])
+            for c, rows in zip(equations.connections, wrench_rows, strict=True)
+            if (own := np.flatnonzero(place[rows] >= 0)).size
+        ]
+        condensed = CondensedSystem.of(regular, parts)
+    return SaddlePointSystem(
+        network.name, size, matrix, left, rows_of, wrench_rows, regular, condensed
+    )
 
 
 def system_of(
@@ -283,10 +386,19 @@ def _assembled(
     for c in equations.connections:
         wrench_rows.append(np.arange(size, size := size + len(c.S)))
     blocks = BlockEntries()
-    for c, own in zip(equations.connections, wrench_rows, strict=True):
-        blocks.add(-c.S, own, own)
-        for name, point, part in c.ends:
-            A = part @ equations.transport(name, point)
-            blocks.add(A, own, rows_of[name])
-            blocks.add(A.T, rows_of[name], own)
+    # What has as many wrenches and ends is assembled at once.
+    alike: dict[tuple[int, int], list[int]] = defaultdict(list)
+    for k, c in enumerate(equations.connections):
+        alike[len(c.S), len(c.ends)].append(k)
+    for (_, ends), numbers in alike.items():
+        rows = np.array([wrench_rows[k] for k in numbers])
+        some = [equations.connections[k] for k in numbers]
+        blocks.add_many(-np.array([c.S for c in some]), rows, rows)
+        for end in range(ends):
+            names, points, parts = zip(*(c.ends[end] for c in some), strict=True)
+            at = np.array([equations.points[name] for name in names])
+            A = np.array(parts) @ equations.between(at, np.array(points))
+            columns = np.array([rows_of[name] for name in names])
+            blocks.add_many(A, rows, columns)
+            blocks.add_many(np.swapaxes(A, 1, 2), columns, rows)
     return blocks.matrix((size, size)), rows_of, tuple(wrench_rows)

@@ -52,12 +52,13 @@ def picture_of_result(result: object) -> Picture | None:
         case Robot():
             return picture_of_robot(result.numeric)
         case Stiffness() if _is_posed(result):
-            around = surroundings(result.snapshot(), result)
-            return ellipsoid_picture(result, Quality.COMPLIANCE, around)
+            return ellipsoid_picture(
+                result, Quality.COMPLIANCE, surroundings(result.placed(), result)
+            )
         case Deflection(stiffness=Stiffness() as own) if _is_posed(own):
             # the shape under forces at bodies is not known from the wrench
             drawable = result.has_answer and result.work_of_loads is None
-            return picture_of_posed(own.snapshot(), result) if drawable else None
+            return picture_of_posed(own.placed(), result) if drawable else None
         case Equilibrium() if result.has_answer:
             return equilibrium_picture(result)
         case Modes() if result.each:

@@ -12,7 +12,6 @@ from robostiff.analysis import PartShare
 from robostiff.errors import InputError
 from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
-from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import finite_motions, spatial
 from robostiff.plot.outline import of_cables, outline_of
@@ -101,9 +100,8 @@ def equilibrium_picture(
     notes = exaggeration_note(sketch.scale)
     notes += () if result.stable else ("the robot does not stay there",)
     load = problem.point, spatial(result.wrench, result.space.rows)
-    title, is_named = f"{result.name} under load", isinstance(posed, Network)
     more = _springs(posed, result, sketch) if isinstance(posed, Snapshot) else ()
-    return sketch.scene(title, load, is_named=is_named, notes=notes, more=more)
+    return sketch.scene(f"{result.name} under load", load, notes=notes, more=more)
 
 
 def _sketch(
@@ -176,8 +174,7 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     problem = cast("EquilibriumProblem", modes.problem)
     sketch = _sketch(modes.posed, problem, own.motion, own.shares, Colouring.PARTS)
     sketch = sketch.exaggerated(side * sketch.exaggerated(None).scale)
-    is_named = isinstance(modes.posed, Network)
-    scene = sketch.scene(title, is_named=is_named, at_rest="at rest")
+    scene = sketch.scene(title, at_rest="at rest")
     # room for both ends of the vibration
     margin = 0.1 * sketch.in_unit().factor * sketch.size
     low, high = scene.box

@@ -8,33 +8,27 @@ from typing import Any, cast
 
 import numpy as np
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare, cable_stiffness
+from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
-from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.linkage import Linkage
-from robostiff.model import Robot, Snapshot
-from robostiff.model.cable import CableRobot
+from robostiff.model import Snapshot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import (
     PLATFORM,
     FiniteMotion,
     Motions,
-    end_key,
     motion_under,
-    network_motion,
     spatial,
 )
 from robostiff.plot.outline import Outline, of_cables, outline_of
 from robostiff.plot.picture import PlainColour, Scene
-from robostiff.plot.posture import snapshot_at
+from robostiff.plot.posture import Machine, Posed, placed
 from robostiff.plot.prefix import short
 from robostiff.plot.sketch import Sketch, colours_of_parts, exaggeration_note
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import matrix_of_rotation
-
-Posed = Snapshot | Network | CableStiffness
 
 _MISSED = 1e-4
 
@@ -59,7 +53,7 @@ class Colouring(Enum):
 
 
 def robot(
-    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    robot: Machine,
     pose: Pose | Mapping[str, float] = None,
     *,
     near: Near = None,
@@ -113,7 +107,7 @@ def robot(
 
 
 def picture_of_robot(
-    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    robot: Machine,
     pose: Any = None,
     bent: Deflection | CableResponse | None = None,
     colouring: Colouring = Colouring.LEGS,
@@ -121,28 +115,17 @@ def picture_of_robot(
     near: Near = None,
 ) -> Scene:
     """The picture of `robot`, as data."""
-    if near is not None and not isinstance(robot, Robot):
-        raise InputError(f"near of {robot.name!r}", got=near, expected="none: it has no postures")
-    has_cables = isinstance(robot, CableRobot)
-    of = getattr(bent, "before" if has_cables else "stiffness", None)
+    posed = placed(robot, pose, near)
+    is_cables = isinstance(posed, CableStiffness)
+    of = getattr(bent, "before" if is_cables else "stiffness", None)
     if bent is not None and (of is None or of.name != robot.name):
-        call = "rs.cable_response" if has_cables else "rs.deflection"
+        call = "rs.cable_response" if is_cables else "rs.deflection"
         raise InputError(
             f"deflection in a plot of {robot.name!r}",
             got=bent,
             expected=f"a result of {call} of this robot",
         )
-    words: tuple[str, ...] = ()
-    posed: Posed
-    if isinstance(robot, CableRobot):
-        posed = cable_stiffness(robot, pose) if bent is None else cast("CableResponse", bent).before
-    elif isinstance(robot, Linkage):
-        posed, words = robot.network_at(pose), joints_in_words(robot, pose)
-    elif isinstance(robot, Network):
-        check_is_not_posed(robot, pose)
-        posed = robot
-    else:
-        posed = snapshot_at(robot, pose, near)
+    words = joints_in_words(robot, pose) if isinstance(robot, Linkage) else ()
     return picture_of_posed(posed, bent, colouring, exaggeration, words)
 
 
@@ -184,7 +167,7 @@ def picture_of_posed(
     sketch = loaded_sketch(outline, motions, parts, colouring).exaggerated(exaggeration)
     load = point, spatial(F, Space.of_size(len(F)).rows)
     notes = (*notes, *exaggeration_note(sketch.scale))
-    return sketch.scene(posed.name, load, is_named=outline.is_named, notes=notes)
+    return sketch.scene(posed.name, load, notes=notes)
 
 
 def moved_cables(found: CableResponse) -> tuple[Motions, Outline]:
@@ -201,18 +184,24 @@ def moved_cables(found: CableResponse) -> tuple[Motions, Outline]:
 
 def motion_of(posed: Snapshot | Network, bent: Deflection) -> Motions:
     """Motions of the bodies; InputError where they are not those of this pose and a wrench."""
-    if isinstance(posed, Network):
-        return network_motion(posed, bent)
+    subject = f"deflection in a plot of {posed.name!r}"
     if bent.work_of_loads is not None:
         raise InputError(
-            f"deflection in a plot of {posed.name!r}",
+            subject,
             got="one with forces or weights at bodies",
             expected="one under a wrench on the platform",
             hint="the shape is drawn of rs.deflection(robot, pose, wrench) without loads, gravity",
         )
-    motions = motion_under(posed, bent)
-    _check_fit(posed, bent, motions)
-    return motions
+    own, other = (outline_of(one) for one in (posed, bent.stiffness.placed()))
+    points, others = (np.array([at.point for at in one.anchors]) for one in (own, other))
+    if points.shape != others.shape or np.abs(points - others).max() > _MISSED * own.size:
+        raise InputError(
+            subject,
+            got=f"that of {bent.stiffness.name!r} at another pose",
+            expected="the deflection of this robot at this pose",
+            hint="give both functions the same pose",
+        )
+    return motion_under(posed, bent)
 
 
 def loaded_sketch(
@@ -247,20 +236,3 @@ def _energy_shares(
             for name in (f"{part.leg}/{part.part}", part.part):
                 shares.setdefault(("", name), 100 * part.share)
     return shares
-
-
-def _check_fit(snapshot: Snapshot, bent: Deflection, motions: Motions) -> None:
-    """Raise unless the deflection is that of this pose: otherwise the legs do not close."""
-    length, o = float(bent.stiffness.length), bent.stiffness.origin
-    s = np.repeat([1.0, length], 3)
-    size = np.linalg.norm(motions[PLATFORM].twist * s)
-    for i, leg in enumerate(snapshot.legs):
-        last = motions[f"{leg.name}/{leg.elements[-1].name}"].twist
-        wanted = motions[end_key(snapshot, i)].twist_about(o)
-        if np.linalg.norm((last - wanted) * s) > _MISSED * size:
-            raise InputError(
-                f"deflection in a plot of {snapshot.name!r}",
-                got=f"that of {bent.stiffness.name!r} at another pose",
-                expected="the deflection of this robot at this pose",
-                hint="give both functions the same pose",
-            )

@@ -211,18 +211,22 @@ class Sketch:
         title: str,
         load: tuple[np.ndarray, np.ndarray] | None = None,
         *,
-        is_named: bool = False,
+        is_named: bool | None = None,
         notes: tuple[str, ...] = (),
         at_rest: str = "without load",
         more: Sequence[Item] = (),
     ) -> Scene:
-        """The picture, in the unit that suits the size; a load is a point and a wrench (6,)."""
+        """The picture, in the unit that suits the size; a load is a point and a wrench (6,).
+
+        Joints are named where the outline says so, or as given.
+        """
         drawn = self.in_unit()
         F = np.zeros(6) if load is None else load[1]
         is_flat = drawn.is_flat(F)
         items = drawn.ghost(at_rest) if drawn.scale else []
         items += drawn.parts()
-        items += drawn.names() if is_named else []
+        named = self.outline.is_named if is_named is None else is_named
+        items += drawn.names() if named else []
         items += [] if load is None else drawn.load(*load, is_flat)
         top = max(self.shares.values(), default=0.0)
         scale = ColourScale("share of elastic energy [%]", 0, top) if top else None

@@ -37,7 +37,7 @@ from robostiff.plot.picture import (
     Shape,
 )
 from robostiff.plot.posture import (
-    Around,
+    Machine,
     Surroundings,
     single_stiffness,
     surroundings,
@@ -53,7 +53,7 @@ def ellipsoid(
     result: AnyStiffness,
     quality: Quality = Quality.COMPLIANCE,
     *,
-    within: Around | None = None,
+    within: Machine | None = None,
     backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw an ellipsoid of stiffness or compliance about the reference point.
@@ -68,9 +68,8 @@ def ellipsoid(
     result : Stiffness or CableStiffness
         At a single pose.
     quality : Quality
-    within : Robot, Snapshot or Network, optional
-        Draws it at the reference point of this robot, at the pose of the result. An arm that was
-        posed by its joints is given as a snapshot: ``find_posture(arm, pose).snapshot.one(0)``.
+    within : Robot, Snapshot, Network, Linkage or CableRobot, optional
+        Draws it at the reference point of this robot, at the pose of the result.
     backend : Matplotlib or Plotly
 
     Returns
@@ -184,7 +183,7 @@ _PART = 0.3  # of the robot: half an axis
 def free_motions(
     result: AnyStiffness,
     *,
-    within: Around | None = None,
+    within: Machine | None = None,
     backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw the free motions of a platform: rotation axes, helices, arrows.
@@ -193,9 +192,8 @@ def free_motions(
     ----------
     result : Stiffness or CableStiffness
         At a single pose.
-    within : Robot, Snapshot or Network, optional
-        Draws them in this robot, at the pose of the result. An arm that was
-        posed by its joints is given as a snapshot: ``find_posture(arm, pose).snapshot.one(0)``.
+    within : Robot, Snapshot, Network, Linkage or CableRobot, optional
+        Draws them in this robot, at the pose of the result.
     backend : Matplotlib or Plotly
 
     Returns

@@ -1,15 +1,20 @@
 """Reports: robot, stiffness, deflection, workspace, method and formula on one page.
 
 A page of HTML holds everything that it shows, so that it opens years later and without a network.
-``contents`` computes, ``sections`` describes, ``page`` and ``paper`` write: HTML, and Typst for
-PDF.
+``contents`` computes, ``sections`` describes, ``write`` makes HTML, and Typst for PDF.
 """
 
 from robostiff.report.contents import ReportContents, report_contents
 from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock, described_by
-from robostiff.report.page import report_html
-from robostiff.report.paper import report_pdf, report_typst
-from robostiff.report.write import report_path, save_report, write_report
+from robostiff.report.write import (
+    report_html,
+    report_page,
+    report_path,
+    report_pdf,
+    report_typst,
+    save_report,
+    write_report,
+)
 
 __all__ = [
     "NO_TITLE_BLOCK",
@@ -19,6 +24,7 @@ __all__ = [
     "described_by",
     "report_contents",
     "report_html",
+    "report_page",
     "report_path",
     "report_pdf",
     "report_typst",

@@ -24,7 +24,7 @@ from robostiff.analysis.result import require_one_pose
 from robostiff.analytic import AtHome, RobotDerivation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Near, Pose, find_posture
+from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Configuration, Linkage
 from robostiff.linkage.essential import network_of
 from robostiff.markup import Number
@@ -85,57 +85,24 @@ class OtherDesign:
 
 @dataclass(frozen=True)
 class ReportContents:
-    """The results that a report shows for a robot at a pose.
-
-    Attributes
-    ----------
-    robot : Robot, Snapshot, Network or CableRobot
-    posed : Snapshot, Network, CableStiffness or None
-        The robot at the pose; None where the legs do not reach it.
-    stiffness : Stiffness or CableStiffness
-    indices : StiffnessIndices or None
-        None where there is no matrix, and of cable robots.
-    deflection : Deflection, CableResponse or None
-        Under the load, where one is given.
-    derivation : RobotDerivation or None
-        The formula in the home configuration; None where the robot has none.
-    no_derivation : str
-        Why.
-    found : xarray.Dataset or None
-        A map of the same robot.
-    under_load : AnswersUnderLoad or None
-        Of finite loads, where they are asked for.
-    modes : Modes or None
-        Natural vibrations without load, of a robot whose model has masses.
-    title_block : TitleBlock
-        What the report is filed under.
-    described_by : DescribedBy or None
-        The file of the robot, where it is known.
-    compared : OtherDesign or None
-    joints : mapping of str to Number
-        Coordinates of the joints of a linkage.
-    given : tuple of str
-        Those that were given, in words.
-    source : str
-        Where the numbers of the robot come from.
-    """
+    """The results that a report shows for a robot at a pose; None where there are none."""
 
     robot: Reported
-    posed: Snapshot | Network | CableStiffness | None
+    posed: Snapshot | Network | CableStiffness | None  # at the pose, where its legs reach it
     stiffness: Stiffness | CableStiffness
     indices: StiffnessIndices | None = None
-    deflection: Deflection | CableResponse | None = None
-    derivation: RobotDerivation | None = None
-    no_derivation: str = ""
-    found: xarray.Dataset | None = None
-    under_load: AnswersUnderLoad | None = None
-    modes: Modes | None = None
+    deflection: Deflection | CableResponse | None = None  # under the load, where one is given
+    derivation: RobotDerivation | None = None  # the formula in the home configuration
+    no_derivation: str = ""  # why there is none
+    found: xarray.Dataset | None = None  # a map of the same robot
+    under_load: AnswersUnderLoad | None = None  # of finite loads, where they are asked for
+    modes: Modes | None = None  # without load, of a robot whose model has masses
     title_block: TitleBlock = NO_TITLE_BLOCK
     described_by: DescribedBy | None = None
     compared: OtherDesign | None = None
-    joints: Mapping[str, Number] = field(default_factory=dict)
-    given: tuple[str, ...] = ()
-    source: str = ""
+    joints: Mapping[str, Number] = field(default_factory=dict)  # of a linkage, their coordinates
+    given: tuple[str, ...] = ()  # those that were given, in words
+    source: str = ""  # where the numbers of the robot come from
 
     @property
     def status(self) -> Status:
@@ -200,9 +167,7 @@ def report_contents(
     result = stiffness(numeric, place, at=at, near=near)
     hint = "make a map of many poses, and give it to the report"
     require_one_pose("a report", result.batch_shape, hint)
-    posed: Snapshot | Network | None = numeric if not isinstance(numeric, Robot) else None
-    if isinstance(numeric, Robot) and Status.UNREACHABLE not in result.status:
-        posed = find_posture(numeric, place, near=near).snapshot.one(0)
+    posed = None if Status.UNREACHABLE in result.status else result.placed()
     of_pose = None
     if np.all(result.answered):
         with suppress(NoAnswerError):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, PlausibilityWarning
 
 _LONGEST = 120
 
@@ -57,64 +59,71 @@ NO_TITLE_BLOCK = TitleBlock()
 
 @dataclass(frozen=True)
 class DescribedBy:
-    """The file that describes a robot, as it was when the report was written.
+    """The files that describe a robot, as they were when the report was written.
 
     Attributes
     ----------
     name : str
-        Of the file.
+        Of the first file.
     text : str
+        What it says.
+    files : mapping of str to str
+        Names of all files that were read for the robot, the first among them, and the SHA-256 of
+        each, by which a file is recognised.
     parameters : mapping of str to value
-        As they are written in it.
+        As they are written in the first.
     changed : mapping of str to value
         Other values for some of them, with which the robot was computed.
     """
 
     name: str
     text: str
+    files: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     changed: Mapping[str, Any] = field(default_factory=dict)
 
-    @property
-    def digest(self) -> str:
-        """SHA-256 of the text, by which a file is recognised."""
-        return hashlib.sha256(self.text.encode()).hexdigest()
 
-
-def described_by(path: str | Path, changed: Mapping[str, Any] | None = None) -> DescribedBy | None:
-    """The file of a robot; None where it is no text.
+def described_by(
+    path: str | Path, changed: Mapping[str, Any] | None = None, **options: Any
+) -> DescribedBy | None:
+    """The files of a robot; None where the first is no text.
 
     Parameters
     ----------
     path : str or path
-        A model file, a snapshot, or the name of a shipped robot.
+        A model file, a snapshot, a robot description, or the name of a shipped robot.
     changed : mapping of str to value, optional
         Parameters that were given other values.
+    side, allow_xacro
+        As for `robostiff.load`, which reads the files once more.
 
     Raises
     ------
     InputError
-        When there is no such file.
+        When there is no such file, or it cannot be used.
     """
     from robostiff.io.document import parse_document
-    from robostiff.robots import (
-        robot_file,
-        shipped_cable_robots,
-        shipped_linkages,
-        shipped_robots,
-    )
+    from robostiff.io.whole_file import files_that_are_read
+    from robostiff.robots import load, robot_file, shipped_names
 
-    shipped = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
-    file = robot_file(str(path)) if str(path) in shipped else Path(path)
+    file = robot_file(str(path)) if str(path) in shipped_names() else Path(path)
     if not file.is_file():
         raise InputError("file of a report", got=str(path), expected="a file that is there")
+    content = file.read_bytes()
     try:
-        text = file.read_text(encoding="utf-8")
+        text = content.decode()
     except UnicodeDecodeError:
         return None
+    with warnings.catch_warnings(), files_that_are_read() as files:
+        warnings.simplefilter("ignore", PlausibilityWarning)  # given when it was loaded
+        load(path, changed, **options)
+    whole = os.path.realpath(file)
+    named = {file.name: hashlib.sha256(content).hexdigest()}
+    for name in files.keys() - {whole}:
+        named[os.path.relpath(name, os.path.dirname(whole))] = files[name]
     parameters: Any = {}
     if file.suffix.lower() in {".yaml", ".yml", ".json"}:
         data = parse_document(text, file.name).data
         parameters = data.get("parameters") if isinstance(data, dict) else {}
     known = parameters if isinstance(parameters, dict) else {}
-    return DescribedBy(file.name, text, known, dict(changed or {}))
+    return DescribedBy(file.name, text, named, known, dict(changed or {}))

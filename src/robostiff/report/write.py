@@ -1,28 +1,201 @@
-"""Reports into files."""
+"""Reports as one page of results: into HTML, Typst and PDF, and into files."""
 
 from __future__ import annotations
 
+import gzip
+import re
+from base64 import b85encode
 from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError
+from robostiff.analysis import CableStiffness
+from robostiff.analytic.export.typst import TYPST_DERIVATIONS, typst_pdf
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError, needs_extra
 from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage
+from robostiff.markup import (
+    TYPST_BLOCKS,
+    Bullets,
+    Facts,
+    Page,
+    Section,
+    Tone,
+    block_html,
+    block_typst,
+    blocks_html,
+    blocks_typst,
+    element,
+    escaped,
+    row,
+    typst_string,
+    typst_text,
+)
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
+from robostiff.plot.on_plotly.swinging import swinging_script
 from robostiff.report.contents import ReportContents, Reported, report_contents
+from robostiff.report.figures import figures_in, figures_json
 from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
-from robostiff.report.page import report_html
-from robostiff.report.paper import report_pdf
+from robostiff.report.sections import report_sections
+from robostiff.version import __version__
 
 if TYPE_CHECKING:
     import xarray
 
 _PAGES, _PAPER = (".html", ".htm"), ".pdf"
+
+
+def report_page(contents: ReportContents) -> Page:
+    """A report as a page: where and with which status, all advice, and its sections."""
+    robot, result, bent = contents.robot, contents.stiffness, contents.deflection
+    words = getattr(robot, "title", "") or getattr(robot, "description", "")
+    kind = "network" if isinstance(robot, Network) else "snapshot"
+    place = (
+        f"At {', '.join(contents.given) or 'home'}"
+        if contents.joints
+        else f"At the pose of the {kind}"
+        if result.pose is None
+        else f"At the pose [{row(result.pose)}] (m, rad)"
+    )
+    is_placed = isinstance(result, CableStiffness) or Status.UNREACHABLE not in result.status
+    reached = is_placed and int(result.rank) >= 0
+    of_load = () if bent is None else (own for own in bent.advice if own not in result.advice)
+    return Page(
+        f"{robot.name}: {words}" if words else robot.name,
+        place,
+        contents.status,
+        report_sections(contents),
+        (*result.advice, *(f"under the load: {own}" for own in of_load)),
+        posture=f", rank {int(result.rank)} of {result.space.size}" if reached else "",
+    )
+
+
+def report_html(contents: ReportContents) -> str:
+    """A report as one HTML page that contains its style, script and figures.
+
+    Parameters
+    ----------
+    contents : ReportContents
+
+    Raises
+    ------
+    InputError
+        When Plotly or Matplotlib is missing.
+    """
+    plotly, page = _packed_plotly(), report_page(contents)
+    lines, status = contents.title_block.lines, contents.status
+    block = element("div", block_html(Facts(lines)), class_="title-block") if lines else ""
+    kind = "bad" if status.is_bad else "note" if status else "ok"
+    word = element("span", escaped(status), class_=f"status-{kind}")
+    lead = element("p", f"{escaped(page.place)}: status {word}{page.posture}.", class_="lead")
+    links = (
+        element("a", escaped(own.title), href=f"#{own.anchor}")
+        for own in page.blocks
+        if isinstance(own, Section)
+    )
+    return Template(_resource("page.html")).substitute(
+        title=escaped(page.name),
+        lead=block + lead + block_html(Bullets(tuple(page.advice), Tone.WARNING)),
+        version=__version__,
+        links="\n".join(links),
+        sections=blocks_html(page.blocks),
+        figures=packed(figures_json(figures_in(page.blocks))),
+        style=_resource("page.css"),
+        script=swinging_script() + _resource("page.js"),
+        plotly=plotly,
+    )
+
+
+# the program that draws tiles of street maps, a tenth of Plotly, which no figure of a report has
+_STREET_MAPS = re.compile(r"\bexports='(?=(?:[^'\\]|\\.){100000})(?:[^'\\]|\\.)*'")
+
+
+@cache
+def _packed_plotly() -> str:
+    with needs_extra("plots", "plot"):
+        from plotly.offline import get_plotlyjs
+    return packed(_STREET_MAPS.sub("exports=''", get_plotlyjs()))
+
+
+# RFC 1924, with a full stop in place of the one character that could begin a tag
+_HTML = bytes.maketrans(b"<", b".")
+
+
+def packed(text: str) -> str:
+    """Text as the script of the page unpacks it: compressed, in characters that HTML leaves alone.
+
+    The same text is packed in the same way each time.
+    """
+    compressed = gzip.compress(text.encode(), 9, mtime=0)
+    return b85encode(compressed).translate(_HTML).decode("ascii")
+
+
+def _resource(name: str) -> str:
+    return files("robostiff.report").joinpath(name).read_text(encoding="utf-8")
+
+
+_PREAMBLE = """\
+#set document(title: {title}, date: none)
+#set page(
+  paper: "a4", margin: (x: 20mm, y: 15mm), numbering: "1 / 1",
+  footer: context [
+    #set text(size: 8pt, fill: luma(90))
+    robostiff {version} #h(1fr) #counter(page).display("1 / 1", both: true)
+  ],
+)
+#set text(size: 9pt)
+#show table: set text(size: 8pt)
+#set par(justify: false)
+#show heading: set block(above: 1.3em, below: 0.8em, sticky: true)
+#show figure: set block(above: 1.2em, below: 1.2em)
+#show figure.caption: set text(size: 9pt)
+#set figure(numbering: none)
+"""
+
+
+def report_typst(contents: ReportContents) -> str:
+    """A report as the source of a Typst document; its figures are inside.
+
+    Parameters
+    ----------
+    contents : ReportContents
+
+    Raises
+    ------
+    InputError
+        When Matplotlib is missing.
+    """
+    page, lines = report_page(contents), contents.title_block.lines
+    written = [
+        _PREAMBLE.format(title=typst_string(page.name), version=typst_text(__version__)),
+        TYPST_BLOCKS,
+        TYPST_DERIVATIONS,
+        f"#text(size: 16pt, weight: 700)[{typst_text(page.name)}]",
+        *([block_typst(Facts(lines))] if lines else []),
+        f"{typst_text(page.place)}: status *{typst_text(str(page.status))}*{page.posture}.",
+        *([block_typst(Bullets(tuple(page.advice), Tone.WARNING))] if page.advice else []),
+        blocks_typst(page.blocks),
+    ]
+    return "\n\n".join(written) + "\n"
+
+
+def report_pdf(contents: ReportContents) -> bytes:
+    """A report as a PDF.
+
+    Raises
+    ------
+    InputError
+        When Typst or Matplotlib is missing.
+    """
+    return typst_pdf(report_typst(contents))
 
 
 def write_report(

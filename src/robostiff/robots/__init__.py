@@ -240,7 +240,7 @@ def load(
         expected = "a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio"
         raise InputError("robot", got=name_or_path, expected=expected)
     name = str(name_or_path)
-    shipped = isinstance(name_or_path, str) and name in _all_names()
+    shipped = isinstance(name_or_path, str) and name in shipped_names()
     if not shipped and name != "-" and not os.path.exists(name):  # False where it is too long
         if isinstance(name_or_path, os.PathLike) or Path(name).suffix.lower() in _ENDINGS:
             raise InputError("robot", got=name, expected="a file that exists")
@@ -315,14 +315,15 @@ def _names_in(folder: str) -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in (_HERE / folder).glob("*.yaml")))
 
 
-def _all_names() -> tuple[str, ...]:
+def shipped_names() -> tuple[str, ...]:
+    """Names of all that comes with robostiff."""
     return tuple(name for folder in _FOLDERS for name in _names_in(folder))
 
 
 def _unknown(name: str, expected: str) -> InputError:
     from robostiff.io.suggest import did_you_mean, listing, nearest_first
 
-    names = _all_names()
+    names = shipped_names()
     return InputError(
         "robot",
         got=name,

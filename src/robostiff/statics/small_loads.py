@@ -18,7 +18,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
-from robostiff.network import Network, NodeForce, held_under
+from robostiff.network import Network, NodeForce
 from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
 from robostiff.statics.chains.body_springs import on_anchors, small_forces
@@ -163,8 +163,7 @@ def _of_network(
             )
             for one in own
         ]
-    held = held_under(network, forces, tolerance)
-    return deflection_at(rest.stiffness, rest.wrench, held)
+    return deflection_at(rest.stiffness, rest.wrench, tuple(forces))
 
 
 def _without_tension(problem: EquilibriumProblem) -> EquilibriumProblem:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import Deflection
+from robostiff.analysis import stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, find_posture
@@ -22,11 +21,12 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.page.cables import cable_load_blocks, cable_stiffness_page
-from robostiff.plot.geometry.displacement import spatial
+from robostiff.plot.geometry.displacement import motion_under, spatial
 from robostiff.plot.geometry.ellipsoid import AnyStiffness, Quality
-from robostiff.plot.outline import Outline, outline_of
+from robostiff.plot.outline import outline_of
 from robostiff.plot.picture import Item, PlainColour
-from robostiff.plot.posed_robot import motion_of, moved_cables
+from robostiff.plot.posed_robot import moved_cables
+from robostiff.plot.posture import placed
 from robostiff.plot.prefix import short
 from robostiff.plot.sketch import Sketch, colours_of_parts
 from robostiff.plot.stiffness_pictures import free_motion_items
@@ -55,15 +55,25 @@ _QUALITIES = {
 }
 
 
-class Machine(ABC):
-    """A robot of any kind at the values of its sliders: see `machine_of`."""
+class Machine:
+    """A robot of legs, a snapshot, a network or a linkage at the values of its sliders.
 
-    sliders: tuple[Slider, ...] = ()
+    Its load acts on the platform; see `machine_of`.
+    """
 
-    def __init__(self, robot: Any, outline: Outline) -> None:
+    robot: Any
+    name: str
+    space: Space
+    size: float
+    box: tuple[np.ndarray, np.ndarray]
+    sliders: tuple[Slider, ...]
+
+    def __init__(self, robot: Any, pose: Any = None) -> None:
         self.robot, self.name, self.space = robot, robot.name, robot.space
+        outline = outline_of(placed(robot))
         points = np.array([at.point for at in outline.anchors])
         self.size, self.box = outline.size, (points.min(axis=0), points.max(axis=0))
+        self.sliders = self.sliders_from(pose)
         self._ellipsoids = Ellipsoids()
 
     def like(self, robot: Any) -> Machine:
@@ -72,9 +82,34 @@ class Machine(ABC):
         found.robot = robot.numeric if isinstance(robot, Robot) else robot
         return found
 
-    @abstractmethod
+    def sliders_from(self, pose: Any) -> tuple[Slider, ...]:
+        """What can be moved, beginning at a pose: nothing of what is frozen at its own."""
+        if pose is not None:
+            raise InputError(
+                f"pose of {self.name!r}", got=pose, expected="none: it is frozen at its own pose"
+            )
+        return ()
+
+    def pose(self, values: Mapping[str, float]) -> Any:
+        """The pose of values by the names of the sliders, as `robostiff.stiffness` takes it."""
+        del values
+
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
+        bent = deflection(self.robot, self.pose(values), wrench)
+        if Status.UNREACHABLE in bent.stiffness.status:
+            return ShownAnswer(str(bent.status), "bad", tuple(bent.advice))
+        posed = bent.stiffness.placed()
+        outline = outline_of(posed)
+        colours = colours_of_parts(outline.part_names)
+        sketch = Sketch(
+            outline=outline, colours=colours, of_joints=colours, plain=PlainColour.MUTED
+        )
+        if bent.has_answer and np.any(bent.wrench):
+            sketch = replace(sketch, motions=motion_under(posed, bent))
+            sketch = sketch.exaggerated(look.exaggeration)
+        load = bent.stiffness.reference_point, spatial(bent.wrench, self.space.rows)
+        return answer_of(bent, *self._layers(sketch, bent.stiffness, load, look), colours)
 
     def _layers(
         self,
@@ -94,21 +129,14 @@ class Machine(ABC):
         if sketch.scale:
             drawn["shape without load"] = sketch.ghost
         layers = {name: items() for name, items in drawn.items() if name in look.seen}
-        shapes, meanings = shapes_of(result, self._ellipsoids, sketch.size, look)
-        return {**layers, **shapes}, [*words, *meanings]
-
-    def _bent(self, posed: Snapshot | Network, bent: Deflection, look: Look) -> ShownAnswer:
-        """What is shown of a robot with legs or of a network under a load on its platform."""
-        outline = outline_of(posed)
-        colours = colours_of_parts(outline.part_names)
-        sketch = Sketch(
-            outline=outline, colours=colours, of_joints=colours, plain=PlainColour.MUTED
-        )
-        if bent.has_answer and np.any(bent.wrench):
-            sketch = replace(sketch, motions=motion_of(posed, bent))
-            sketch = sketch.exaggerated(look.exaggeration)
-        load = bent.stiffness.reference_point, spatial(bent.wrench, self.space.rows)
-        return answer_of(bent, *self._layers(sketch, bent.stiffness, load, look), colours)
+        words += [f"free: {motion}" for motion in result.free_motions]
+        for name, quality in _QUALITIES.items():
+            if name in look.seen:
+                layers[name], meaning = self._ellipsoids.items(result, quality, sketch.size)
+                words += [meaning] if meaning else []
+        if "free motions" in look.seen:
+            layers["free motions"] = free_motion_items(result, _AXIS * sketch.size, 1.0)
+        return layers, words
 
 
 def machine_of(robot: Any, pose: Any = None) -> Machine:
@@ -125,20 +153,14 @@ def machine_of(robot: Any, pose: Any = None) -> Machine:
     InputError
         When it is none of these, or the pose does not fit.
     """
-    if isinstance(robot, Robot):
-        return RobotMachine(robot.numeric, pose)
-    if isinstance(robot, CableRobot):
-        return CableMachine(robot, pose)
-    if isinstance(robot, Linkage):
-        return LinkageMachine(robot, pose or {})
-    if pose is not None:
-        raise InputError(
-            f"pose of {robot.name!r}", got=pose, expected="none: it is frozen at its own pose"
-        )
-    if isinstance(robot, Snapshot):
-        return RobotMachine(robot)
-    if isinstance(robot, Network):
-        return NetworkMachine(robot)
+    for kind, machine in (
+        (Robot, RobotMachine),
+        (CableRobot, CableMachine),
+        (Linkage, LinkageMachine),
+        (Snapshot | Network, Machine),
+    ):
+        if isinstance(robot, kind):
+            return machine(robot.numeric if isinstance(robot, Robot) else robot, pose)
     raise InputError(
         "robot of a view",
         got=robot,
@@ -148,96 +170,54 @@ def machine_of(robot: Any, pose: Any = None) -> Machine:
 
 
 class RobotMachine(Machine):
-    """A robot of legs, or a snapshot of one."""
+    """A robot of legs, moved by its pose or by its joints."""
 
-    def __init__(self, robot: Robot | Snapshot, pose: Any = None) -> None:
-        if isinstance(robot, Snapshot):
-            super().__init__(robot, outline_of(robot))
-            return
-        super().__init__(robot, outline_of(find_posture(robot, None).snapshot.one(0)))
-        start = find_posture(robot, pose)
+    def sliders_from(self, pose: Any) -> tuple[Slider, ...]:
+        """Of joints of an arm, or of free coordinates."""
+        start = find_posture(self.robot, pose)
         if start.batch:
             raise InputError("pose of a view", got=pose, expected="a single pose")
-        if robot.is_posed_by_joints:
-            q = start.coordinates[0][0]
-            self.sliders = joint_sliders(robot, q, self.size)
-        else:
-            home = home_coordinates(robot)
-            self.sliders = coordinate_sliders(robot.coordinates, home, start.pose[0], self.size)
+        if self.robot.is_posed_by_joints:
+            return joint_sliders(self.robot, start.coordinates[0][0], self.size)
+        home = home_coordinates(self.robot)
+        return coordinate_sliders(self.robot.coordinates, home, start.pose[0], self.size)
 
     def pose(self, values: Mapping[str, float]) -> Any:
-        """The pose of values by the names of the sliders, as `robostiff.stiffness` takes it."""
-        if isinstance(self.robot, Snapshot) or not self.sliders:
+        """Joint coordinates of an arm, or free coordinates."""
+        if not self.sliders:
             return None
         if self.robot.is_posed_by_joints:
             return JointCoordinates(joint_values(self.robot, values))
         return np.array([values[slider.name] for slider in self.sliders])
 
-    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
-        """What is shown at values in SI units, under a load (n,) on the platform."""
-        bent = deflection(self.robot, self.pose(values), wrench)
-        result = bent.stiffness
-        if Status.UNREACHABLE in result.status:
-            return ShownAnswer(str(bent.status), "bad", tuple(bent.advice))
-        snapshot = self.robot if isinstance(self.robot, Snapshot) else result.snapshot()
-        return self._bent(snapshot, bent, look)
-
-
-def shapes_of(
-    result: AnyStiffness, ellipsoids: Ellipsoids, size: float, look: Look
-) -> tuple[dict[str, list[Item]], list[str]]:
-    """Ellipsoids and free motions of a result, as far as they are wanted, and what they mean."""
-    layers: dict[str, list[Item]] = {}
-    words = [f"free: {motion}" for motion in result.free_motions]
-    for name, quality in _QUALITIES.items():
-        if name in look.seen:
-            layers[name], meaning = ellipsoids.items(result, quality, size)
-            words += [meaning] if meaning else []
-    if "free motions" in look.seen:
-        layers["free motions"] = free_motion_items(result, _AXIS * size, 1.0)
-    return layers, words
-
-
-class NetworkMachine(Machine):
-    """A network of bodies: it does not move, its load does."""
-
-    def __init__(self, network: Network) -> None:
-        super().__init__(network, outline_of(network))
-
-    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
-        """What is shown under a load (n,) on the platform."""
-        return self._bent(self.robot, deflection(self.robot, None, wrench), look)
-
 
 class LinkageMachine(Machine):
     """Bodies and joints in loops: the joints that keep their coordinates are moved."""
 
-    def __init__(self, linkage: Linkage, start: Mapping[str, float]) -> None:
-        super().__init__(linkage, outline_of(linkage.network_at()))
+    def sliders_from(self, pose: Any) -> tuple[Slider, ...]:
+        """Of those joints."""
         moved = [
             (joint.name, bool(joint.freedoms[0].turns), float(np.asarray(joint.home)[0]))
-            for joint in linkage.joints
-            if joint.size == 1 and joint.name in linkage.held
+            for joint in self.robot.joints
+            if joint.size == 1 and joint.name in self.robot.held
         ]
-        self.sliders = tuple(
-            slider_around(name, turns, home, start.get(name, home), self.size)
+        return tuple(
+            slider_around(name, turns, home, (pose or {}).get(name, home), self.size)
             for name, turns, home in moved
         )
 
-    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
-        """What is shown at values in SI units, under a load (n,) on the platform."""
-        network = self.robot.network_at({s.name: values[s.name] for s in self.sliders})
-        return self._bent(network, deflection(network, None, wrench), look)
+    def pose(self, values: Mapping[str, float]) -> Any:
+        """Their coordinates by name."""
+        return {slider.name: values[slider.name] for slider in self.sliders}
 
 
 class CableMachine(Machine):
     """A cable robot: the load is carried by locked winches."""
 
-    def __init__(self, robot: CableRobot, pose: Any = None) -> None:
-        first = cable_response(robot, pose, np.zeros(robot.space.size)).before
-        super().__init__(robot, outline_of(first))
-        home = cable_response(robot, None, np.zeros(robot.space.size)).before.pose
-        self.sliders = coordinate_sliders(robot.coordinates, home, first.pose, self.size)
+    def sliders_from(self, pose: Any) -> tuple[Slider, ...]:
+        """Of coordinates of the pose."""
+        home, start = (np.asarray(stiffness(self.robot, own).pose) for own in (None, pose))
+        return coordinate_sliders(self.robot.coordinates, home, start, self.size)
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
@@ -267,10 +247,10 @@ class CableMachine(Machine):
 def parameters_written(source: Any, side: str | Path | None) -> Mapping[str, Any]:
     """Parameters as they are written in the model file, or in the side file of a description."""
     from robostiff.io.document import read_document
-    from robostiff.robots import robot_file, shipped_cable_robots, shipped_linkages, shipped_robots
+    from robostiff.robots import robot_file, shipped_names
 
-    shipped = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
-    path = side if side is not None else robot_file(source) if source in shipped else source
+    is_shipped = source in shipped_names()
+    path = side if side is not None else robot_file(source) if is_shipped else source
     if str(path) == "-" or Path(str(path)).suffix.lower() not in {".yaml", ".yml", ".json"}:
         return {}
     data = read_document(path).data

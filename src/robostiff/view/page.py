@@ -53,6 +53,8 @@ class LivePage:
         When viser is not installed.
     """
 
+    url: str
+
     def __init__(
         self,
         machine: Machine,

@@ -1,7 +1,7 @@
 """Machine code and NumPy: the same answers, in any number of threads, in given arrays."""
 
-import importlib.util
 import pickle
+import sys
 import warnings
 
 import numpy as np
@@ -11,23 +11,24 @@ from scipy.spatial.transform import RigidTransform
 import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import ArrayCode, MachineCode
+from robostiff.compiled.machine_code import this_processor
 from tests.analysis.kernels.cases import around_home, model
 
 BACKENDS = [
     rs.Backend.ARRAYS,
-    pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("heyoka")),
+    pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("llvmlite")),
 ]
 
 
 @pytest.fixture
-def no_heyoka(monkeypatch):
-    find = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name: None if name == "heyoka" else find(name)
-    )
+def no_llvmlite(monkeypatch):
+    monkeypatch.setitem(sys.modules, "llvmlite.binding", None)
+    this_processor.cache_clear()
+    yield
+    this_processor.cache_clear()
 
 
-@pytest.mark.needs("heyoka")
+@pytest.mark.needs("llvmlite")
 @pytest.mark.parametrize("name", ["hexapod", "3-rrr", "six-joint-arm"])
 def test_both_backends_say_the_same(name):
     robot = model(name)
@@ -78,7 +79,7 @@ def test_pickled_kernels_are_the_same_kernels(backend):
     )
 
 
-def test_without_heyoka_numpy_serves_and_says_so(no_heyoka):
+def test_without_llvmlite_numpy_serves_and_says_so(no_llvmlite):
     robot = model("3-rpr")
     with pytest.warns(rs.NoMachineCodeWarning, match="some ten times slower"):
         compiled = rs.compile(robot)
@@ -89,7 +90,7 @@ def test_without_heyoka_numpy_serves_and_says_so(no_heyoka):
     )
 
 
-def test_the_warning_comes_once(no_heyoka):
+def test_the_warning_comes_once(no_llvmlite):
     robot = model("3-rpr")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")
@@ -98,18 +99,18 @@ def test_the_warning_comes_once(no_heyoka):
     assert [w.category for w in caught] == [rs.NoMachineCodeWarning]
 
 
-def test_who_asks_for_arrays_is_not_warned(no_heyoka):
+def test_who_asks_for_arrays_is_not_warned(no_llvmlite):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         rs.compile(model("3-rpr"), backend=rs.Backend.ARRAYS)
 
 
-def test_who_wants_machine_code_reads_what_to_install(no_heyoka):
+def test_who_wants_machine_code_reads_what_to_install(no_llvmlite):
     with pytest.raises(rs.InputError, match=r"write pip install 'robostiff\[fast\]'"):
         rs.compile(model("3-rpr"), backend=rs.Backend.MACHINE)
 
 
-@pytest.mark.needs("heyoka")
+@pytest.mark.needs("llvmlite")
 def test_the_best_backend_is_machine_code_where_it_is_there():
     assert isinstance(rs.compile(model("3-rpr")).kernel.code, MachineCode)
 

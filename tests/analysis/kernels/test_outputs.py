@@ -10,7 +10,7 @@ from tests.analysis.kernels.cases import around_home, model
 FULL_RANK = ["hexapod", "3-puu", "3-rpr-beams", "3-rrr", "two-link-arm"]
 BACKENDS = [
     rs.Backend.ARRAYS,
-    pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("heyoka")),
+    pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("llvmlite")),
 ]
 
 

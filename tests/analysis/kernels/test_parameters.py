@@ -165,7 +165,7 @@ legs:
     "backend",
     [
         rs.Backend.ARRAYS,
-        pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("heyoka")),
+        pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("llvmlite")),
     ],
 )
 def test_a_structure_has_one_pose_and_as_many_values_as_wanted(backend, tmp_path):

@@ -64,8 +64,6 @@ def test_meanings_of_parameters_stand_in_all_languages():
         assert f"k : float or array\n        {words.capitalize()[:10]}" in python_function(own)
     assert "l1: length, 0.2 m in the model\n" in derivation_text(derivation.subs("R", 0.3))
     assert "k: rotational stiffness" in derivation_text(rs.derive("3-rrr", leg="leg1"))
-    loaded = rs.derive_under_load("planar-link", ["-P", 0, 0])
-    assert "L: length, 0.5 m in the model" in derivation_text(loaded)
 
 
 def test_meanings_from_elsewhere_do_no_harm():

@@ -17,7 +17,7 @@ from robostiff.spatial import as_floats, holds_quantities
 class _PosesInARow:
     """What lists and random poses have in common: one dimension, and coordinates of each pose."""
 
-    dims = ("pose",)
+    dims: tuple[str, ...] = ("pose",)
 
     def axis_values(self) -> Mapping[str, np.ndarray]:
         """Each pose has coordinates of its own."""
@@ -56,12 +56,13 @@ class PoseList(_PosesInARow):
         time: ArrayLike | None = None,
         path_length: ArrayLike | None = None,
     ) -> None:
-        self.names = (names,) if isinstance(names, str) else tuple(names)
+        self.names: tuple[str, ...] = (names,) if isinstance(names, str) else tuple(names)
         if not self.names or len(set(self.names)) < len(self.names):
             raise InputError(
                 "coordinates of a list of poses", got=list(names), expected="each name once"
             )
         columns = f"{len(self.names)} columns ({' '.join(self.names)})"
+        self.units_given: Mapping[str, str]
         rows, self.units_given = self._read(poses, f"rows of {columns}")
         if rows.ndim != 2 or rows.shape[1] != len(self.names) or not len(rows):
             raise InputError(

@@ -13,6 +13,7 @@ import sys
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zlib import crc32
@@ -192,11 +193,12 @@ def locked(path: Path) -> Iterator[None]:
         yield
 
 
+@dataclass(frozen=True)
 class MapStore:
     """Writes blocks of a store that exists; picklable, one copy a process."""
 
-    def __init__(self, path: Path, job: MapJob) -> None:
-        self.path, self.job = path, job
+    path: Path
+    job: MapJob
 
     def compute(self, index: int) -> MapSummary:
         """Compute a block, put it on disk, and sum it up."""

@@ -255,6 +255,9 @@ def made_of(expression: Any, parts: Sequence[Any]) -> Any:
         return product_of(*parts)
     if expression.is_Pow and parts[1] is sp.S.Half:
         return root_of(parts[0])
+    if expression.is_Pow and parts[1].is_Integer and parts[0].is_Add and parts[0].free_symbols:
+        # SymPy would look for terms that are infinite.
+        return sp.Pow(*parts, evaluate=parts[1] is sp.S.One)
     return expression.func(*parts)
 
 

@@ -60,7 +60,7 @@ def python_function(derivation: Any, name: str = "stiffness") -> str:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative, StiffnessUnderLoad or ComplianceSteps
+    derivation : Derivation, FormulaDerivative or ComplianceSteps
         The function returns K, or the pair K, dK of a derivative.
     name : str
         Name of the function. Its arguments are the given symbols, in alphabetical order; they may
@@ -95,7 +95,7 @@ def julia_function(derivation: Any, name: str = "stiffness") -> str:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative, StiffnessUnderLoad or ComplianceSteps
+    derivation : Derivation, FormulaDerivative or ComplianceSteps
     name : str
         Name of the function; it returns K, or the pair K, dK of a derivative. Its arguments are
         the given symbols, in alphabetical order, each one number of any real type. Where the
@@ -127,7 +127,7 @@ def matlab_function(derivation: Any, name: str = "stiffness") -> str:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative, StiffnessUnderLoad or ComplianceSteps
+    derivation : Derivation, FormulaDerivative or ComplianceSteps
     name : str
         Name of the function ``K = name(...)``, or ``[K, dK] = name(...)`` of a derivative; also
         that of its file, ``name.m``. Its arguments are the given symbols, in alphabetical order,

@@ -55,7 +55,7 @@ def derivation_latex(derivation: Any) -> str:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative, StiffnessUnderLoad or ComplianceSteps
+    derivation : Derivation, FormulaDerivative or ComplianceSteps
 
     Examples
     --------
@@ -83,7 +83,7 @@ def derivation_markdown(derivation: Any) -> str:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative, StiffnessUnderLoad or ComplianceSteps
+    derivation : Derivation, FormulaDerivative or ComplianceSteps
 
     Examples
     --------

@@ -42,14 +42,13 @@ from robostiff.analytic.inverse import ComplianceSteps
 from robostiff.analytic.legs.leg_elimination import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import RobotDerivation
-from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 from robostiff.analytic.vectors.vector_expressions import Sum, Vector
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
 
 def outline_of(derivation: Any) -> tuple[Block, ...]:
-    """The blocks of an exported derivation, of a robot, of a derivative, or under load.
+    """The blocks of an exported derivation, of a robot, or of a derivative.
 
     Examples
     --------
@@ -63,7 +62,6 @@ def outline_of(derivation: Any) -> tuple[Block, ...]:
         FormulaDerivative: _derivative,
         RobotDerivation: robot_outline,
         LegElimination: _leg,
-        StiffnessUnderLoad: _loaded,
         ComplianceSteps: _compliance,
         Derivation: _chain,
     }
@@ -256,42 +254,6 @@ def _leg(derivation: LegElimination) -> list[Block]:
     given = sorted(map(str, derivation.given_symbols))
     listed = dict.fromkeys((*(x for x in derivation.coordinates if x in given), *given))
     return [*blocks, Nomenclature((*rows, *meanings_of_given(listed, derivation.meanings)))]
-
-
-def _loaded(loaded: StiffnessUnderLoad) -> list[Block]:
-    """The wrench, the stiffness without it, and what it adds."""
-    whole = loaded.derivation
-    names = EntryNames(whole)
-    unloaded, added, load = map(names.free, ("K_0", "K_1", "W"))
-    form = "in closed form" if loaded.is_closed else "in named steps"
-    words = (
-        f"Stiffness about the reference point in world axes, {loaded.where}, {form}, to first "
-        "order in the wrench on the platform: {} = {} + {}. {} is linear in the wrench {}, which "
-        "acts at the reference point and does not turn with the platform."
-    )
-    K0, K1, definitions = loaded.K0, loaded.K1, loaded.definitions
-    if loaded.is_closed:
-        named = name_combinations(sp.ImmutableMatrix.hstack(K0, K1), names.given)
-        K0, K1 = named.matrix[:, : K0.rows], named.matrix[:, K0.rows :]
-        definitions = named.definitions
-    in_words = map(Vector, (names.result, unloaded, added, added, load))
-    rows: list[Meaning] = [
-        ((Vector(names.result),), meaning_of_result(whole)),
-        ((Vector(unloaded), Vector(added)), "its part without load, and what the load adds"),
-        ((Vector(load),), "wrench on the platform"),
-        *meanings_of_given(names.given, whole.meanings),
-    ]
-    return [
-        Title(names.title, level=1),
-        Sentences(words, tuple(in_words)),
-        column_equation(load, loaded.wrench),
-        equations(definitions),
-        Title("Without load"),
-        stiffness_equation(unloaded, K0),
-        Title("What the load adds"),
-        stiffness_equation(added, K1),
-        Nomenclature(tuple(rows)),
-    ]
 
 
 def _compliance(found: ComplianceSteps) -> list[Block]:

@@ -22,7 +22,7 @@ def derivation_text(derivation: Any, width: int = 88) -> str:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative, StiffnessUnderLoad or ComplianceSteps
+    derivation : Derivation, FormulaDerivative or ComplianceSteps
     width : int
         Longest line. Longer expressions go on in the next line, indented; entries for which a
         matrix has no room get a name.

@@ -64,7 +64,7 @@ def derivation_typst(derivation: Any) -> str:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative, StiffnessUnderLoad or ComplianceSteps
+    derivation : Derivation, FormulaDerivative or ComplianceSteps
 
     Examples
     --------
@@ -107,7 +107,7 @@ def derivation_pdf(derivation: Any, path: str | Path) -> None:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative, StiffnessUnderLoad or ComplianceSteps
+    derivation : Derivation, FormulaDerivative or ComplianceSteps
     path : str or Path
         The file to write.
 

@@ -197,7 +197,7 @@ def turned_legs(
     dict of leg numbers to the number of the earlier leg, and how the leg is made from it
     """
     found: dict[int, tuple[int, Image]] = {}
-    alike = [own.places for own in legs_alike(solvers) if own.solvers[0].recorded_form is not None]
+    alike = [own for own, one in legs_alike(solvers) if one.recorded_form is not None]
     for places in alike:
         chain, left = robot.legs[places[0]].chain, list(places)
         if len(left) < 3 or chain.is_coupled:

@@ -2,56 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 import sympy as sp
 from sympy.core.cache import cacheit
 
+from robostiff.analytic.exact.closed import factored_fraction
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.element import made_of, root_of
 from robostiff.analytic.exact.operation_count import count_of, operations_in, parts_of, symbols_in
 
+_NO_LENGTHS = ("c_", "k", "K", "E", "G", "e_", "theta")  # how their names begin
 _LONGEST_SUM = 60  # operations of a sum in which two symbols may stand as their difference
-
-
-@dataclass(frozen=True)
-class PartsOfFormula:
-    """What a formula consists of."""
-
-    parts: tuple[Any, ...]
-    operations: int
-    symbols: frozenset[Any]
-    below: frozenset[Any]  # symbols below its fraction bars
-    rooted: frozenset[Any]  # what stands below its roots
-    powers: frozenset[Any]  # bases of its powers
-    sums: tuple[Any, ...]
-    products: tuple[Any, ...]
-
-
-@lru_cache(maxsize=2**14)
-def facts_of(formula: Any) -> PartsOfFormula:
-    """Those of a formula, kept."""
-    parts = {formula: None}  # in the order of the formula, the same in every run
-    pending = [formula]
-    while pending:
-        new = [x for x in pending.pop().args if x not in parts]
-        parts |= dict.fromkeys(new)
-        pending += new
-    powers = [x for x in parts if x.is_Pow]
-    below = (x.base for x in powers if x.exp.is_Rational and x.exp.is_negative)
-    return PartsOfFormula(
-        tuple(parts),
-        operations_in(formula),
-        symbols_in(formula),
-        frozenset[Any]().union(*map(symbols_in, below)),
-        frozenset(x.base for x in powers if abs(x.exp) is sp.S.Half),
-        frozenset(x.base for x in powers),
-        tuple(x for x in parts if x.is_Add),
-        tuple(x for x in parts if x.is_Mul),
-    )
 
 
 @cacheit
@@ -77,10 +45,34 @@ def over_a_name(expression: Any, total: Any, name: Any, factor: Any) -> Any:
     return sp.Mul(*rest, *outside, sp.factor_terms(sp.expand(inside / factor))) / name
 
 
+def put_in(expression: Any, pairs: tuple[tuple[Any, Any], ...]) -> Any:
+    """An expression with others for some of its parts."""
+    return _replaced(expression, dict(pairs))
+
+
+def _replaced(expression: Any, put: dict[Any, Any]) -> Any:
+    if expression in put:
+        return put[expression]
+    parts = [_replaced(x, put) for x in expression.args]
+    are_same = all(a is b for a, b in zip(parts, expression.args, strict=True))
+    return expression if are_same else made_of(expression, parts)
+
+
+@cacheit
+def rest_of_squares(above: Any, below: Any) -> Any:
+    """What the square of a length is more than that of another, where that is no sum."""
+    if not (above.is_Add and below.is_Add):
+        return None
+    rest: Any = sp.factor_terms(sp.expand(below - above))
+    for turn in rest.atoms(sp.cos):
+        rest = rest.xreplace({1 - turn**2: sp.sin(turn.args[0]) ** 2})
+    return None if rest.is_Add else rest
+
+
 @cacheit
 def third_side(radicand: Any, above: Any) -> Any:
     """The product b for which b^2 is a radicand and a square a^2; None where b is no product."""
-    square = sp.expand(radicand + above**2)
+    square = factored_fraction(radicand + above**2)
     side = None if square.is_Add else root_of(square).replace(sp.Abs, lambda size: size)
     return None if side is None or side.has(sp.Add) or side.atoms(sp.Pow) else side
 
@@ -144,8 +136,8 @@ def by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> An
 @cacheit
 def with_multiple(expression: Any, length: Any, multiple: Any) -> Any:
     """An expression with a multiple for a length, which comes out of the sums inside."""
-    found = expression.xreplace({length: multiple})
-    sums = (x for x in facts_of(expression).sums if x is not expression)
+    found = _replaced(expression, {length: multiple})
+    sums = (x for x in parts_of(expression) if x.is_Add and x != expression)
     return sp.factor_terms(found) if any(length in symbols_in(x) for x in sums) else found
 
 
@@ -182,4 +174,92 @@ def in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
         if power.is_Pow and power.base == symbol and power.exp.is_Integer:
             half, odd = divmod(int(power.exp), 2)
             powers[power] = square**half * once**odd
-    return expression.xreplace(powers)
+    return _replaced(expression, powers)
+
+
+@dataclass(frozen=True, eq=False)
+class Formula:
+    """A formula and what it consists of; sets of symbols are numbers, a bit each."""
+
+    expression: Any
+    parts: tuple[Any, ...]  # in the order of the formula, the same in every run
+    operations: int
+    symbols: int
+    below: int  # symbols below its fraction bars
+    rooted: frozenset[Any]  # what stands below its roots
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether it is an angle that is computed: what has it is longer without."""
+        return isinstance(self.expression, sp.acos)
+
+    @cached_property
+    def sums(self) -> tuple[Any, ...]:
+        """Its sums."""
+        return tuple(x for x in self.parts if x.is_Add)
+
+    @cached_property
+    def uses(self) -> Counter[Any]:
+        """How often its symbols are used, and how often of these in powers (symbol, 2)."""
+        uses = Counter[Any](y for x in self.parts for y in x.args if y.is_Symbol)
+        uses.update((x.base, 2) for x in self.parts if x.is_Pow and x.base.is_Symbol)
+        return uses
+
+    @cached_property
+    def divisors(self) -> frozenset[Any]:
+        """What it is divided by as a whole."""
+        return frozenset(x for x, power in powers(self.expression).items() if power < 0)
+
+    @cached_property
+    def ratios(self) -> tuple[tuple[Any, Any], ...]:
+        """Lengths a, b of its products that have a/b, one of them with a name, or a power of it."""
+        found = []
+        for factors in (powers(x) for x in self.parts if x.is_Mul):
+            bases = (b for b in factors if b.is_Symbol and not b.name.startswith(_NO_LENGTHS))
+            for a, b in combinations(sorted(bases, key=str), 2):
+                is_named = any(x.name.startswith(("L_", "d_")) for x in (a, b))
+                if is_named and factors[a] == -factors[b]:
+                    found.append((a, b) if factors[a] > 0 else (b, a))
+        return tuple(found)
+
+    @cached_property
+    def differences(self) -> tuple[tuple[Any, Any], ...]:
+        """Symbols a, b of its sums that have a - b."""
+        found = []
+        for total in self.sums:
+            plus = sorted((x for x in total.args if x.is_Symbol), key=str)
+            minus = sorted((-x for x in total.args if (-x).is_Symbol), key=str)
+            found += [(a, b) for a in plus for b in minus]
+        return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """What is done to all formulas that have some symbols."""
+
+    change: Callable[..., Any]  # of an expression
+    by: tuple[Any, ...]  # its further arguments
+    symbols: int
+    new: Definition | None = None  # a name that comes in, or stays; what computes it does, too
+    out: Any = None  # the name that goes
+    made: dict[Formula, Formula] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """One way to write all of them."""
+
+    results: tuple[Formula, ...]
+    names: dict[Any, Formula]  # by symbol
+    cost: int
+    lines: int  # results, and names that are formulas
+    own: int  # its names
+    below: int  # given symbols below fraction bars; names that are positive are no pole
+    all_names: dict[Any, Formula]  # those with idle ones, which are in no result and no other name
+    begin: tuple[Way, Move] | None = None
+
+    @property
+    def formulas(self) -> Iterator[Formula]:
+        """Results, and formulas of names."""
+        yield from self.results
+        yield from self.names.values()

@@ -4,15 +4,17 @@ Its cost is that of a reader: operations, one for each name, and more for each l
 laws keep formulas those of a person. No move adds a pole: what stands below a fraction bar, names
 written out, may only become less. And a name has one dimension: a ratio of lengths, a lever times
 a component, a difference, a square, an angle, but never a stiffness times a length.
+
+A move keeps what it makes of each formula, so that what it costs is known from the formulas that it
+touches, most of them written before.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
-from itertools import combinations, permutations
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -22,16 +24,19 @@ from robostiff.analytic.budget import spend
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.element import root_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.operation_count import symbols_in
+from robostiff.analytic.exact.operation_count import operations_in, symbols_in
 from robostiff.analytic.reading.combinations import free_names
 from robostiff.analytic.reading.rewriting import (
+    Formula,
+    Move,
+    Way,
     by_difference,
     divided,
-    facts_of,
     in_squares,
     multiple_of,
     over_a_name,
-    powers,
+    put_in,
+    rest_of_squares,
     third_side,
     with_multiple,
     with_sum,
@@ -43,10 +48,10 @@ _A_NAME, _A_NEW_NAME = 1, 3  # operations that a name costs, and one that the se
 _A_LINE = 6  # and each line beyond ten
 _FOLLOWED, _ALIKE = 66, 2  # lines of all ways that are followed, and ways of as many lines
 _WIDTH = 6  # the most ways
+_LONGER = 6  # by how much a way that is followed may cost more than the best one
 _ROUNDS = 30
 _PATIENCE = 1  # rounds that may find nothing shorter
 _SAME = 1e-10
-_NO_LENGTHS = ("c_", "k", "K", "E", "G", "e_", "theta")  # how their names begin
 _SPRINGS = ("c_", "k_", "EA", "EI", "GJ", "theta")  # names that the search does not write out
 _LETTERS = ("c", "d", "e", "k", "p", "s", "theta")  # of names that count
 _PAIRS, _DIFFERENCES, _SUMS = 12, 6, 8  # the most frequent ones, which are tried
@@ -58,51 +63,7 @@ class Written:
 
     results: tuple[Any, ...]  # what is counted, and printed one a line
     definitions: tuple[Definition, ...]
-    # Gives what is written in the same names, and not counted.
-    others: Callable[[], tuple[tuple[Any, ...], ...]] = field(default=tuple, compare=False)
-    given: Set[Any] = frozenset()  # names that a search gives
-
-    @cached_property
-    def formulas(self) -> tuple[Any, ...]:
-        """Results, and formulas of names."""
-        return (*self.results, *(d.expression for d in self.definitions))
-
-    @cached_property
-    def operations(self) -> int:
-        """Of all of them."""
-        return sum(facts_of(x).operations for x in self.formulas)
-
-    @property
-    def lines(self) -> int:
-        """Results, and names that are formulas."""
-        return len(self.results) + sum(bool(symbols_in(d.expression)) for d in self.definitions)
-
-    @cached_property
-    def cost(self) -> int:
-        """Operations, and those that names and lines are worth."""
-        names = [d.symbol for d in self.definitions if symbols_in(d.expression)]
-        new = sum(x in self.given for x in names)
-        of_names = _A_NAME * (len(names) - new) + _A_NEW_NAME * new
-        return self.operations + of_names + _A_LINE * max(0, self.lines - _LINES)
-
-    @property
-    def has_rooted_names(self) -> bool:
-        """Whether the root of a named sum stands somewhere: it should have a name itself."""
-        given = [d for d in self.definitions if d.symbol in self.given]
-        named = {x for d in given for x in (d.symbol, d.expression)}
-        return any(not facts_of(f).rooted.isdisjoint(named) for f in self.formulas)
-
-    @cached_property
-    def below(self) -> frozenset[Any]:
-        """Given symbols below fraction bars; names that are positive are no pole."""
-        found = frozenset[Any]().union(*(facts_of(f).below for f in self.formulas))
-        names = {d.symbol: d for d in self.definitions}
-        pending = [x for x in found if x in names and not x.is_positive]
-        while pending:
-            own = symbols_in(names[pending.pop()].expression) - found
-            pending += own & names.keys()
-            found |= own
-        return found - names.keys()
+    others: tuple[tuple[Any, ...], ...] = ()  # in the same names, and not counted
 
 
 def shortest(
@@ -134,295 +95,377 @@ def shortest(
     >>> found.definitions[0].expression, found.results[:2]
     (acos((-a**2 - b**2 + d**2)/(2*a*b)), (k*sin(theta_a)**2, b**2*cos(theta_a)**2 + 1/k))
     """
-    search = _Search(written, {*taken}, dict(samples))
-    found = in_letters(search.best(), {*taken})
+    search = _Search(written, {*taken}, samples)
+    found = in_letters(search.written(search.best()), {*taken})
     return _as_components(found, components, {*taken})
 
 
 class _Search:
     """Formulas of equal value, the shortest first; each name has one meaning in all of them."""
 
-    def __init__(self, start: Written, taken: set[str], at: dict[Any, Any]) -> None:
+    def __init__(self, start: Written, taken: set[str], samples: Mapping[Any, np.ndarray]) -> None:
         self.start = start
-        self.at = at  # values of symbols and names at the samples
+        self.at = dict(samples)  # values of symbols and names at the samples
         self.taken = taken | {d.symbol.name for d in start.definitions}
-        self.kept = {d.symbol for d in start.definitions if d.symbol.name.startswith(_SPRINGS)}
-        self.given: dict[Any, sp.Symbol] = {}  # names by what they stand for
-        self.names: set[Any] = set()  # all of these
-        for d in start.definitions:
-            (at[d.symbol],) = values_of([d.expression], at)
+        self.of = {d.symbol: d for d in start.definitions}
+        self.kept = {s for s in self.of if s.name.startswith(_SPRINGS)}
+        self.given: dict[Any, Definition] = {}  # names by what they stand for
+        self.meaning = {d.symbol: d.expression for d in start.definitions}
+        self.is_long = len(start.results) + len(start.definitions) > _LINES
+        self.bits: dict[Any, int] = {}
+        self.squares = 0  # names of squares
+        self.moves: dict[Any, Move] = {}
+        self.units: dict[Any, bool] = {}  # whether x^2 + y^2 = 1, and x >= 0
+        self.known: dict[Any, Formula] = {}
 
-    def best(self) -> Written:
+    def formula(self, expression: Any) -> Formula:
+        """One and the same for an expression."""
+        found = self.known.get(expression)
+        if found is None:
+            parts, pending = {expression: None}, [expression]
+            while pending:
+                new = [x for x in pending.pop().args if x not in parts]
+                parts |= dict.fromkeys(new)
+                pending += new
+            powers = [x for x in parts if x.is_Pow]
+            below = [x.base for x in powers if x.exp.is_Rational and x.exp.is_negative]
+            found = self.known[expression] = Formula(
+                expression,
+                tuple(parts),
+                operations_in(expression),
+                self.bits_of(x for x in parts if x.is_Symbol),
+                self.bits_of(s for x in below for s in symbols_in(x)),
+                frozenset(x.base for x in powers if abs(x.exp) is sp.S.Half),
+            )
+        return found
+
+    def bits_of(self, symbols: Iterable[Any]) -> int:
+        """A set of symbols as a number."""
+        found = 0
+        for symbol in symbols:
+            found |= self.bits.setdefault(symbol, 1 << len(self.bits))
+        return found
+
+    def needed(self, symbols: int, names: Mapping[Any, Formula]) -> int:
+        """Some symbols, and all by which names among them are computed."""
+        while True:
+            before = symbols
+            for name, formula in names.items():
+                if self.bits[name] & symbols:
+                    symbols |= formula.symbols
+            if symbols == before:
+                return symbols
+
+    def way(
+        self,
+        results: tuple[Formula, ...],
+        names: dict[Any, Formula],
+        begin: tuple[Way, Move] | None = None,
+    ) -> Way:
+        """A way without names that are in no result and no other name."""
+        bits, wanted, every = self.bits, self.bits_of(self.kept), dict(names)
+        if begin is not None:
+            for x in results:
+                wanted |= x.symbols
+            wanted = self.needed(wanted, names)
+            names = {s: x for s, x in names.items() if bits[s] & wanted}
+        cost, lines, own, below, soft = 0, len(results), 0, 0, 0
+        for x in results:
+            cost += x.operations
+            below |= x.below
+        for s, x in names.items():
+            own |= bits[s]
+            soft |= 0 if s.is_positive else bits[s]
+            below |= x.below
+            if x.symbols:
+                cost += x.operations + (_A_NAME if s in self.of else _A_NEW_NAME)
+                lines += 1
+        below = (below | self.needed(below & soft, names)) & ~own
+        cost += _A_LINE * max(0, lines - _LINES)
+        return Way(results, names, cost, lines, own, below, every, begin)
+
+    def best(self) -> Way:
         """The shortest of all that are followed."""
-        best = self.start
-        states, seen, stale = [best], set[Any](), 0
+        results, names = self.start.results, self.start.definitions
+        best = self.way(
+            tuple(map(self.formula, results)),
+            {d.symbol: self.formula(d.expression) for d in names if self.bits_of([d.symbol])},
+        )
+        ways, seen, stale, least = [best], set[Any](), 0, best.cost
         width = min(_WIDTH, max(2, _FOLLOWED // best.lines))
         for _ in range(_ROUNDS):
-            found: list[Written] = []
-            for own in states:
-                for one in self.moves(own):
-                    key = one.cost, one.lines, frozenset(d.symbol for d in one.definitions)
-                    if key in seen or one.has_rooted_names or not one.below <= own.below:
+            found: list[Way] = []
+            self.most = least + _LONGER
+            for own in ways:
+                for move in self.moves_from(own):
+                    one = self.moved(own, move)
+                    key = one.cost, one.lines, one.own
+                    if key in seen or one.cost > self.most or one.below & ~own.below:
                         continue
-                    seen.add(key)
-                    found.append(one)
-            states, stale = _shortest_of_each_length(found, width), stale + 1
-            if states and states[0].cost < best.cost:
-                best, stale = states[0], 0
-            if not states or stale > _PATIENCE:
+                    if not self.has_rooted_names(one):
+                        seen.add(key)
+                        found.append(one)
+            ways, stale = _shortest_of_each_length(found, width), stale + 1
+            if ways and ways[0].cost < least:
+                least, stale = ways[0].cost, 0
+            read = (x for x in found if x.cost <= best.cost and not self.has_rooted_squares(x))
+            best = min((best, *read), key=lambda x: (x.cost, (x.own & self.squares).bit_count()))
+            if not ways or stale > _PATIENCE:
                 break
         return best
 
-    def moves(self, w: Written) -> Iterator[Written]:
-        """All formulas that are one step from these."""
-        for d in w.definitions:
-            if symbols_in(d.expression) and d.symbol not in self.kept:
-                yield from self.without(w, d)
+    def moved(self, w: Way, move: Move) -> Way:
+        """The same after a move."""
+        spend()
+        wanted, made = move.symbols, move.made
+
+        def own(x: Formula) -> Formula:
+            if wanted & ~x.symbols:
+                return x
+            found = made.get(x)
+            if found is None:
+                found = made[x] = self.formula(move.change(x.expression, *move.by))
+            return found
+
+        names = {s: x for s, x in w.names.items() if s is not move.out}
+        first = 0
+        if move.new is not None:
+            symbol = move.new.symbol
+            names = {symbol: self.formula(move.new.expression)} | {
+                s: x for s, x in names.items() if s is not symbol
+            }
+            first = self.needed(self.bits[symbol], names)
+        names = {s: x if self.bits[s] & first else own(x) for s, x in names.items()}
+        return self.way(tuple(map(own, w.results)), names, (w, move))
+
+    def has_rooted_names(self, w: Way) -> bool:
+        """Whether the root of a named sum stands somewhere: it should have a name itself."""
+        roots = frozenset[Any]().union(*(x.rooted for x in w.formulas if x.rooted))
+        return bool(roots) and any(
+            s in roots or x.expression in roots for s, x in w.names.items() if s not in self.of
+        )
+
+    def has_rooted_squares(self, w: Way) -> bool:
+        """Whether a root has a named square in it: what is squared should have the name."""
+        roots = (x for f in w.formulas for x in f.rooted)
+        return any(self.bits_of(symbols_in(x)) & self.squares for x in roots)
+
+    def moves_from(self, w: Way) -> Iterator[Move]:
+        """All that lead one step from a way."""
+        for symbol, formula in w.names.items():
+            if formula.symbols and symbol not in self.kept and not formula.is_angle:
+                yield from self.without(w, symbol, formula.expression)
         yield from self.by_ratios(w)
         yield from self.by_sums(w)
         yield from self.by_unit_lengths(w)
         yield from self.by_angles(w)
         yield from self.by_compliances(w)
 
-    def without(self, w: Written, d: Definition) -> Iterator[Written]:
+    def move(
+        self,
+        change: Callable[..., Any],
+        *by: Any,
+        of: Iterable[Any] = (),
+        new: Definition | None = None,
+        out: Any = None,
+    ) -> Move:
+        """One and the same for what it does; `of`: symbols of the formulas that it changes."""
+        key = change, by, new, out
+        if key not in self.moves:
+            self.moves[key] = Move(change, by, self.bits_of(of), new, out)
+        return self.moves[key]
+
+    def without(self, w: Way, name: Any, expression: Any) -> Iterator[Move]:
         """A name written out, in squares, or as a ratio times what it is divided by."""
-        name, expression = d.symbol, d.expression
-        yield self.changed(w, lambda x: written_out(x, name, expression), {name}, out=d)
-        is_squared = any(name in facts_of(f).powers for f in w.formulas)
-        if is_squared and self.start.lines > _LINES and not name.name.startswith("L_"):
+        # A root may vanish in a square, which is two operations less.
+        more, left = w.names[name].operations - 2, self.most - w.cost
+        uses = sum(x.uses[name] for x in w.formulas)
+        if (uses - 1) * more <= left:
+            yield self.move(written_out, name, expression, of=[name], out=name)
+        powers = sum(x.uses[name, 2] for x in w.formulas)
+        is_shorter = powers and (uses - powers - 1) * more <= left
+        if is_shorter and self.is_long and not name.name.startswith("L_"):
             square = self.name("p", expression**2, positive=True)
+            self.squares |= self.bits[square.symbol]
             by = name, square.symbol, expression
-            yield self.changed(w, lambda x, by=by: in_squares(x, *by), {name}, square, d)
-        for ratio in () if d.parts else w.definitions:  # a modulus is no length
+            yield self.move(in_squares, *by, of=[name], new=square, out=name)
+        if name in self.of and self.of[name].parts:
+            return  # a modulus is no length
+        for symbol, ratio in w.names.items():
             if ratio.expression.is_Mul and name in ratio.expression.args:
                 below = name / ratio.expression
-                if any(name in needed_for(x, w.definitions) for x in symbols_in(below)):
+                if self.needed(self.bits_of(symbols_in(below)), w.names) & self.bits[name]:
                     continue
-                new = Definition(ratio.symbol, expression / below)
-                left = replace(w, definitions=tuple(x for x in w.definitions if x is not ratio))
-                by = name, ratio.symbol * below
-                change = lambda x, by=by: with_multiple(x, *by)  # noqa: E731
-                yield self.changed(left, change, {name}, new, d)
+                new = Definition(symbol, expression / below)
+                yield self.move(with_multiple, name, symbol * below, of=[name], new=new, out=name)
 
-    def by_ratios(self, w: Written) -> Iterator[Written]:
+    def by_ratios(self, w: Way) -> Iterator[Move]:
         """A name for a ratio of lengths that recurs: a component of a unit vector.
 
         A length below all results is a factor in front of them: 1/L^2.
         """
-        below = ({x for x, power in powers(f).items() if power < 0} for f in w.results)
-        in_front = set.intersection(*below) if w.results else set()
-        pairs: Counter[Any] = Counter()
-        for factors in (powers(x) for f in w.formulas for x in facts_of(f).products):
-            bases = (b for b in factors if b.is_Symbol and not b.name.startswith(_NO_LENGTHS))
-            for a, b in combinations(sorted(bases, key=str), 2):
-                is_named = any(x.name.startswith(("L_", "d_")) for x in (a, b))
-                if is_named and factors[a] == -factors[b] and in_front.isdisjoint((a, b)):
-                    pairs[(a, b) if factors[a] > 0 else (b, a)] += 1
+        in_front = frozenset[Any]()
+        if w.results:
+            in_front = w.results[0].divisors.intersection(*(x.divisors for x in w.results))
+        pairs = Counter(p for x in w.formulas for p in x.ratios if in_front.isdisjoint(p))
         for (a, b), times in pairs.most_common(_PAIRS):
             if times > 1:
                 if a.name[:2] == b.name[:2] == "L_":
                     yield from self.by_cosine(w, a, b)
                 new = self.name("s", a / b)
-                yield self.changed(w, lambda x, new=new: divided(x, new), {a, b}, new)
+                yield self.move(divided, new, of=(a, b), new=new)
 
-    def by_cosine(self, w: Written, above: Any, below: Any) -> Iterator[Written]:
+    def by_cosine(self, w: Way, above: Any, below: Any) -> Iterator[Move]:
         """For s = L_a/L_b with L_a^2 = L_b^2 - x^2: sqrt(1 - (x/L_b)^2), and s L_b for L_a."""
-        full = {d.symbol: d for d in w.definitions}
-        if not {above, below} <= full.keys() or above in needed_for(below, w.definitions):
+        if not {above, below} <= w.names.keys():
             return
-        squares = [full[length].expression ** 2 for length in (above, below)]
-        if not (squares[0].is_Add and squares[1].is_Add):
+        if self.needed(self.bits[below], w.names) & self.bits[above]:
             return
-        rest: Any = sp.factor_terms(sp.expand(squares[1] - squares[0]))
-        for turn in rest.atoms(sp.cos):
-            rest = rest.xreplace({1 - turn**2: sp.sin(turn.args[0]) ** 2})
-        if rest.is_Add:
-            return
-        new = self.name("s", root_of(1 - rest / below**2), positive=True)
-        put = {above: new.symbol * below}
-        yield self.changed(w, lambda x: x.xreplace(put), {above}, new, full[above])
+        rest = rest_of_squares(*(w.names[length].expression ** 2 for length in (above, below)))
+        if rest is not None:
+            new = self.name("s", root_of(1 - rest / below**2), positive=True)
+            put = ((above, new.symbol * below),)
+            yield self.move(put_in, put, of=[above], new=new, out=above)
 
-    def by_sums(self, w: Written) -> Iterator[Written]:
+    def by_sums(self, w: Way) -> Iterator[Move]:
         """A name for a difference, a sum or an angle that recurs; named sums in other sums."""
-        names = {d.symbol for d in w.definitions}
-        parts = [x for f in w.formulas for x in facts_of(f).parts]
-        angles = {x.args[0] for x in parts if isinstance(x, sp.sin | sp.cos)}
-        sums = Counter(x for x in parts if x.is_Add)
-        differences: Counter[Any] = Counter()
-        for total, times in sums.items():
-            plus = sorted((x for x in total.args if x.is_Symbol and x not in names), key=str)
-            minus = sorted((-x for x in total.args if (-x).is_Symbol and -x not in names), key=str)
-            for a, b in ((a, b) for a in plus for b in minus):
-                differences[a, b] += times
+        sums = Counter(x for f in w.formulas for x in f.sums)
+        both = (ab for f in w.formulas for ab in f.differences)
+        differences = Counter((a, b) for a, b in both if not (a in w.names or b in w.names))
         for (a, b), times in differences.most_common(_DIFFERENCES):
             if times > 1:
                 new = self.name("d", a - b)
-                change = lambda x, by=(new, a, b): by_difference(x, *by)  # noqa: E731
-                yield self.changed(w, change, {a, b}, new)
+                yield self.move(by_difference, new, a, b, of=(a, b), new=new)
+        angles = {x.args[0] for f in w.formulas for x in f.parts if isinstance(x, sp.sin | sp.cos)}
         for total, times in sums.most_common(_SUMS):
             if times > 1 and total.free_symbols:
                 yield self.with_name(w, total, "theta" if total in angles else "p")
-        for d in w.definitions:
-            is_sum = d.expression.is_Add
-            total, name = (d.expression if is_sum else d.expression**2), d.symbol ** (2 - is_sum)
-            terms = frozenset(total.args)
-            if total.is_Add and any(terms <= {*x.args} for x in sums if x != total):
-                change = lambda x, by=(terms, name): with_sum(x, *by)  # noqa: E731
-                yield self.changed(w, change, symbols_in(total), d)
+        for name, formula in w.names.items():
+            expression = formula.expression
+            total, own = (expression, name) if expression.is_Add else (expression**2, name**2)
+            if total.is_Add and any(total != x and {*total.args} <= {*x.args} for x in sums):
+                new = Definition(name, expression)
+                terms = frozenset(total.args)
+                yield self.move(with_sum, terms, own, of=symbols_in(total), new=new)
 
-    def with_name(self, w: Written, total: Any, letter: str) -> Written:
-        """With a name for a sum as it stands, or for its root where that occurs."""
+    def with_name(self, w: Way, total: Any, letter: str) -> Move:
+        """A name for a sum as it stands, or for its root where that occurs."""
         root = root_of(total)
-        has_root = any(total in facts_of(f).rooted for f in w.formulas)
+        has_root = any(total in x.rooted for x in w.formulas)
         new = self.name("s", root) if has_root else self.name(letter, total)
         square = new.symbol**2 if has_root else new.symbol
-        put = {root: new.symbol, 1 / root: 1 / new.symbol, total: square, -total: -square}
-        return self.changed(w, lambda x: x.xreplace(put), symbols_in(total), new)
+        put = (root, new.symbol), (1 / root, 1 / new.symbol), (total, square), (-total, -square)
+        return self.move(put_in, put, of=symbols_in(total), new=new)
 
-    def by_unit_lengths(self, w: Written) -> Iterator[Written]:
+    def by_unit_lengths(self, w: Way) -> Iterator[Move]:
         """What x^2 + y^2 = 1 makes of names: x^2 for 1 - y^2, sqrt(1 - y^2) for x, or neither."""
-        real = [d for d in w.definitions if not d.symbol.name.startswith(("L_", *_SPRINGS))]
-        sums = {x for f in w.formulas for x in facts_of(f).sums}
-        for a, b in permutations(real, 2):
-            x, y = a.symbol, b.symbol
-            if not self.are_equal(self.at[x] ** 2, 1 - self.at[y] ** 2):
+        real = [s for s in w.names if not s.name.startswith(("L_", *_SPRINGS))]
+        for x, y in permutations(real, 2):
+            if not self.is_unit(x, y):
                 continue
-            if 1 - y**2 in sums:
-                yield self.changed(w, lambda f, x=x, y=y: f.xreplace({1 - y**2: x**2}), {y}, a)
-            if x in needed_for(y, w.definitions):
+            formula = w.names[x].expression
+            if any(1 - y**2 in f.parts for f in w.formulas):
+                put = ((1 - y**2, x**2),)
+                yield self.move(put_in, put, of=[y], new=Definition(x, formula))
+            needed = self.needed(self.bits[y], w.names)
+            if needed & self.bits[x]:
                 continue
-            root = Definition(x, root_of(1 - y**2))
-            if root != a and self.are_equal(self.at[x], np.sqrt(1 - self.at[y] ** 2)):
-                names = tuple(root if d is a else d for d in w.definitions)
-                yield _used(replace(w, definitions=names), self.kept)
-            if len(needed_for(y, w.definitions)) > 1:
-                by = x, 1 - y**2, a.expression
-                yield self.changed(w, lambda f, by=by: in_squares(f, *by), {x}, out=a)
+            root = root_of(1 - y**2)
+            if root != formula and np.all(self.value(x) > -_SAME):
+                yield Move(put_in, (), -1, Definition(x, root))
+            if needed != self.bits[y]:
+                yield self.move(in_squares, x, 1 - y**2, formula, of=[x], out=x)
 
-    def by_angles(self, w: Written) -> Iterator[Written]:
+    def by_angles(self, w: Way) -> Iterator[Move]:
         """The angle of a triangle of three known sides, b sin(theta) = sqrt(b^2 - a^2)."""
-        parts = dict.fromkeys(x for f in w.formulas for x in facts_of(f).parts)
-        roots = (x.base for x in parts if x.is_Pow and abs(x.exp) is sp.S.Half)
-        squared = [x.base for x in parts if x.is_Pow and x.exp == 2 and x.base.is_Add]
-        for radicand in (x for x in roots if x.is_Mul):
+        roots = dict.fromkeys(x for f in w.formulas for x in f.rooted if x.is_Mul)
+        parts = (x for f in w.formulas if roots for x in f.parts if x.is_Pow and x.exp == 2)
+        squared = dict.fromkeys(x.base for x in parts if x.base.is_Add)
+        for radicand in roots:
             for above in squared:
                 side = third_side(radicand, above)
                 if side is None:
                     continue
                 new = self.name("theta", sp.acos(above / side))
                 sine = side * sp.sin(new.symbol)
-                put = {above: side * sp.cos(new.symbol), radicand: sine**2}
-                put |= {radicand**half: sine ** (2 * half) for half in (sp.S.Half, -sp.S.Half)}
-                yield self.changed(w, lambda x, put=put: x.xreplace(put), (), new)
+                put = [(above, side * sp.cos(new.symbol)), (radicand, sine**2)]
+                put += [(radicand**half, sine ** (2 * half)) for half in (sp.S.Half, -sp.S.Half)]
+                yield self.move(put_in, tuple(put), new=new)
 
-    def by_compliances(self, w: Written) -> Iterator[Written]:
+    def by_compliances(self, w: Way) -> Iterator[Move]:
         """Ratios of compliances where moduli are multiplied out below a fraction bar."""
-        parts = dict.fromkeys(x for f in w.formulas for x in facts_of(f).parts)
-        below = [x.base for x in parts if x.is_Pow and x.exp is sp.S.NegativeOne and x.base.is_Add]
-        for d in w.definitions if below else ():
-            if d.symbol in self.kept and d.expression.is_Add:
-                for total in below:
-                    factor = multiple_of(total, d.expression)
-                    if factor is not None and total != d.expression:
-                        by = total, d.symbol, factor
-                        symbols = symbols_in(total)
-                        yield self.changed(w, lambda x, by=by: over_a_name(x, *by), symbols, d)
+        parts = (x for f in w.formulas for x in f.parts if x.is_Pow)
+        powers = dict.fromkeys(x for x in parts if x.exp is sp.S.NegativeOne and x.base.is_Add)
+        for name, formula in w.names.items() if powers else ():
+            if name in self.kept and formula.expression.is_Add:
+                for total in (x.base for x in powers):
+                    if not self.bits_of(symbols_in(total)) & formula.below:
+                        continue  # no modulus
+                    factor = multiple_of(total, formula.expression)
+                    if factor is not None and total != formula.expression:
+                        new = Definition(name, formula.expression)
+                        by = total, name, factor
+                        yield self.move(over_a_name, *by, of=symbols_in(total), new=new)
 
     def name(self, letter: str, expression: Any, *, positive: bool = False) -> Definition:
         """A name for an expression in names, the same wherever it is given."""
         if expression not in self.given:
             name = next(free_names(letter, self.taken))
             self.taken.add(name)
-            assumed = {"positive": True} if positive else {"real": True}
-            symbol = self.given[expression] = sp.Symbol(name, **assumed)
-            self.names.add(symbol)
-            (self.at[symbol],) = values_of([expression], self.at)
-        return Definition(self.given[expression], expression)
+            symbol = sp.Symbol(name, **({"positive": True} if positive else {"real": True}))
+            self.given[expression] = Definition(symbol, expression)
+            self.meaning[symbol] = expression
+            self.bits_of([symbol])
+        return self.given[expression]
 
-    def are_equal(self, a: Any, b: Any) -> bool:
-        """Whether values are equal at all samples, relative to one."""
-        return bool(np.all(np.abs(a - b) < _SAME))
+    def value(self, symbol: Any) -> Any:
+        """Of a symbol at the samples."""
+        if symbol not in self.at:
+            expression = self.meaning[symbol]
+            at = {s: self.value(s) for s in symbols_in(expression)}
+            (self.at[symbol],) = values_of([expression], at)
+        return self.at[symbol]
 
-    def changed(
-        self,
-        w: Written,
-        change: Callable[[Any], Any],
-        symbols: Iterable[Any],
-        new: Definition | None = None,
-        out: Definition | None = None,
-    ) -> Written:
-        """The same with all formulas changed that have some symbols.
+    def is_unit(self, x: Any, y: Any) -> bool:
+        """Whether x^2 + y^2 = 1 at all samples."""
+        if (x, y) not in self.units:
+            squares = self.value(x) ** 2 + self.value(y) ** 2
+            is_unit = bool(np.all(np.abs(squares - 1) < _SAME))
+            self.units[x, y] = self.units[y, x] = is_unit
+        return self.units[x, y]
 
-        `new`: a name that comes in, or stays; that and what computes it are not changed; `out`:
-        the name that goes.
-        """
-        spend()
-        wanted = frozenset(symbols)
+    def written(self, w: Way) -> Written:
+        """A way as it is written; the others go the same way."""
+        names = [Definition(s, x.expression) for s, x in w.names.items()]
+        names = [replace(self.of.get(d.symbol, d), expression=d.expression) for d in names]
+        ways = [w]
+        while ways[-1].begin is not None:
+            ways.append(ways[-1].begin[0])
+        others = self.start.others
+        for way in reversed(ways[:-1]):
+            move = way.begin and way.begin[1]
+            every = [Definition(s, x.expression) for s, x in way.all_names.items()]
+            idle = [d for d in reversed([*in_order(every)]) if d.symbol not in way.names]
 
-        def own(x: Any) -> Any:
-            return change(x) if wanted <= facts_of(x).symbols else x
+            def own(x: Any, move: Any = move, idle: Any = idle) -> Any:
+                if not move.symbols & ~self.bits_of(symbols_in(x)):
+                    x = move.change(x, *move.by)
+                for d in idle:
+                    x = written_out(x, d.symbol, d.expression)
+                return x
 
-        names = [d for d in w.definitions if d is not out]
-        if new is not None:
-            names = [new, *(d for d in names if d.symbol != new.symbol)]
-        first = needed_for(new.symbol, names) if new else ()
-        found = Written(
-            tuple(map(own, w.results)),
-            tuple(
-                d if d.symbol in first else replace(d, expression=own(d.expression)) for d in names
-            ),
-            cache(lambda: tuple(tuple(map(own, one)) for one in w.others())),
-            self.names,
-        )
-        return _used(found, self.kept)
+            others = tuple(tuple(map(own, one)) for one in others)
+        return Written(tuple(x.expression for x in w.results), tuple(names), others)
 
 
-def _shortest_of_each_length(found: Iterable[Written], width: int) -> list[Written]:
+def _shortest_of_each_length(found: Iterable[Way], width: int) -> list[Way]:
     """The shortest ways, a few of them of the same number of lines."""
-    left, states = Counter[int](), []
+    left, ways = Counter[int](), []
     for one in sorted(found, key=lambda one: one.cost):
-        if left[one.lines] < _ALIKE and len(states) < width:
+        if left[one.lines] < _ALIKE and len(ways) < width:
             left[one.lines] += 1
-            states.append(one)
-    return states
-
-
-def _used(written: Written, kept: Iterable[Any]) -> Written:
-    """Without names that are in no result and no other name; these are written out elsewhere."""
-    names = {d.symbol: d for d in written.definitions}
-    pending = [*kept, *frozenset[Any]().union(*map(symbols_in, written.results))]
-    wanted = set[Any]()
-    while pending:
-        symbol = pending.pop()
-        if symbol in names and symbol not in wanted:
-            wanted.add(symbol)
-            pending += symbols_in(names[symbol].expression)
-    idle = [d for d in written.definitions if d.symbol not in wanted]
-    if not idle:
-        return written
-
-    def others() -> tuple[tuple[Any, ...], ...]:
-        found = written.others()
-        for d in reversed([*in_order(written.definitions)]):
-            if d.symbol not in wanted:
-                by = d.symbol, d.expression
-                found = tuple(tuple(written_out(x, *by) for x in one) for one in found)
-        return found
-
-    left = tuple(d for d in written.definitions if d.symbol in wanted)
-    return Written(written.results, left, cache(others), written.given)
-
-
-def needed_for(symbol: Any, definitions: Sequence[Definition]) -> set[Any]:
-    """All symbols by which a name is computed."""
-    names = {d.symbol: d for d in definitions}
-    found, pending = {symbol}, [symbol]
-    while pending:
-        d = names.get(pending.pop())
-        new = symbols_in(d.expression) - found if d else ()
-        found |= {*new}
-        pending += new
-    return found
+            ways.append(one)
+    return ways
 
 
 def in_letters(written: Written, taken: Iterable[str]) -> Written:
@@ -458,7 +501,7 @@ def _renamed(written: Written, put: Mapping[Any, Any]) -> Written:
             replace(d, symbol=put.get(d.symbol, d.symbol), expression=d.expression.xreplace(put))
             for d in written.definitions
         ),
-        cache(lambda: tuple(tuple(x.xreplace(put) for x in one) for one in written.others())),
+        tuple(tuple(x.xreplace(put) for x in one) for one in written.others),
     )
 
 
@@ -467,7 +510,7 @@ def _as_components(written: Written, components: Sequence[str], taken: set[str])
     used = taken | {d.symbol.name for d in written.definitions}
     put: dict[Any, Any] = {}
     for symbol in (d.symbol for d in written.definitions if d.symbol.name.startswith("s_")):
-        for wrench in (x for x in written.others() if len(x) > 1):
+        for wrench in (x for x in written.others if len(x) > 1):
             for name, entry in zip(components, wrench, strict=False):
                 if entry in (symbol, -symbol) and name not in used and symbol not in put:
                     used.add(name)

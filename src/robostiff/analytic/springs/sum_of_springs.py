@@ -236,13 +236,12 @@ def _with_components(
             put = {d.expression: d.symbol, -d.expression: -d.symbol}
             others = [tuple(x.xreplace(put) for x in one) for one in others]
     names = [COMPONENTS[i] for i in _ROWS[K.rows]]
-    plain = Written(tuple(entries), found.definitions, lambda: tuple(others))
+    plain = Written(tuple(entries), found.definitions, tuple(others))
     samples = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
     written = shortest(plain, placed.symbols, samples, names)
     put = dict(zip(entries, written.results, strict=True))
     put |= {-entry: -x for entry, x in put.items()}
-    of_others = written.others()
-    left = iter(of_others)
+    left = iter(written.others)
     legs = {
         i: SpringLeg(
             tuple(sp.ImmutableMatrix(next(left)) for _ in leg.wrenches),
@@ -251,7 +250,8 @@ def _with_components(
         for i, leg in found.legs.items()
     }
     matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K.flat()])
-    used = used_definitions(written.definitions, [matrix, *(x for one in of_others for x in one)])
+    others = (x for one in written.others for x in one)
+    used = used_definitions(written.definitions, [matrix, *others])
     return SumOfSprings(matrix, legs, used, before=found)
 
 

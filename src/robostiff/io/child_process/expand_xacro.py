@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 import warnings
 from typing import Any
 from xml.parsers import expat
@@ -20,10 +22,12 @@ class _Refused(Exception):
 def answer(request: dict[str, Any]) -> dict[str, Any]:
     """The URDF that a file expands to, or why there is none."""
     parse = xacro.parse
+    files = {}
 
     def checked(source: Any, filename: str | None = None) -> Any:
         if source is None:
-            _check(str(filename), request["limits"])
+            content = _check(str(filename), request["limits"])
+            files[os.path.realpath(str(filename))] = hashlib.sha256(content).hexdigest()
         return parse(source, filename)
 
     xacro.parse = checked
@@ -41,11 +45,14 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
         return {"refusal": f"{type(error).__name__}: {error}"}
     if len(text) > request["limits"]["size"]:
         return {"refusal": f"macros that expand to more than {request['limits']['size']} bytes"}
-    return {"text": text}
+    return {"text": text, "files": files}
 
 
-def _check(file: str, limits: dict[str, int]) -> None:
-    """Refuse document types, and more elements or deeper ones than the first file may have."""
+def _check(file: str, limits: dict[str, int]) -> bytes:
+    """The content of a file.
+
+    Document types are refused, and more elements or deeper ones than the first file may have.
+    """
     with open(file, "rb") as stream:
         content = stream.read(limits["size"] + 1)
     if len(content) > limits["size"]:
@@ -74,3 +81,4 @@ def _check(file: str, limits: dict[str, int]) -> None:
         parser.Parse(content, True)
     except expat.ExpatError as error:
         raise _Refused(expat.ErrorString(error.code), file, error.lineno) from None
+    return content

@@ -33,6 +33,10 @@ HIGHEST_POWER = 64
 class Refusal(Exception):
     """An operation that makes no sense for its operands; evaluation adds the place."""
 
+    got: Words
+    expected: str
+    hint: str | None
+
     def __init__(self, got: str, expected: str, hint: str | None = None) -> None:
         super().__init__(got, expected, hint)
         self.got, self.expected, self.hint = Words(got), expected, hint

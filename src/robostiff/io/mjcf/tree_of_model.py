@@ -50,6 +50,10 @@ class ElementNames:
     Bodies and sites both become links, so that a site called like a body is ``NAME site``.
     """
 
+    bodies: list[str]
+    sites: list[str]
+    joints: list[str]
+
     def __init__(self, model: CompiledModel) -> None:
         links: set[str] = set()
         self.bodies = [_name(own, f"body{i}", links) for i, own in enumerate(model.bodies)]

@@ -87,10 +87,13 @@ def at_home(
     """
     robot = verified(robot, top, places, chosen=chosen)
     if robot.platform is not None:
-        from robostiff.network import platform_flexibility
+        from robostiff.network import SpringElement
+        from robostiff.network.equations import check_fits
 
         with (top / "platform").complaints():
-            platform_flexibility(robot.platform, list(dict.fromkeys(robot.holds)), robot.space)
+            for own in robot.platform.parts:
+                spring = SpringElement(own.name, own.a, own.b, own.point, own.axes, own.elasticity)
+                check_fits(spring, robot.space)
     for i, spring in enumerate(robot.springs):
         alone = robot.with_springs((spring,))
         with (top / "springs" / i / "between").complaints():

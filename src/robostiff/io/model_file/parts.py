@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 from annotated_types import MaxLen, MinLen
@@ -32,7 +32,9 @@ from robostiff.spatial.rotation import matrix_of_rotation
 class WrittenMapping(BaseModel):
     """A mapping in a model file: its keys and no others, kept as they were written."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
+    model_config: ClassVar[ConfigDict] = ConfigDict(
+        extra="forbid", frozen=True, strict=True, defer_build=True
+    )
 
 
 def either(kind: type, tag: str, other: str) -> Discriminator:

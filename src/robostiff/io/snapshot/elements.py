@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -59,7 +59,7 @@ Informative = Annotated[Any, Field(description="any value; for people, not read"
 class FilePart(BaseModel):
     """Settings that all parts of the file share."""
 
-    model_config = ConfigDict(
+    model_config: ClassVar[ConfigDict] = ConfigDict(
         extra="forbid", strict=True, allow_inf_nan=False, frozen=True, defer_build=True
     )
 
@@ -76,7 +76,7 @@ class Chained(FilePart):
 class ScrewData(FilePart):
     """About or along which axis a joint moves."""
 
-    model_config = ConfigDict(
+    model_config: ClassVar[ConfigDict] = ConfigDict(
         json_schema_extra={
             "oneOf": [
                 {
@@ -318,7 +318,7 @@ class BeamPart(Chained, BeamData):
 class Spring6Data(FilePart):
     """A 6 x 6 matrix about a point and in axes of its own."""
 
-    model_config = ConfigDict(
+    model_config: ClassVar[ConfigDict] = ConfigDict(
         json_schema_extra={
             "oneOf": [
                 {"properties": {key: {"type": "array"}}, "required": [key]}

@@ -6,32 +6,28 @@ from geometry alone, for poses in numbers and for records; Newton's method from 
 configuration, in its assembly mode, for the rest.
 """
 
-from robostiff.kinematics.closure.assembly_mode import AssemblyMode, nearest
-from robostiff.kinematics.closure.leg_equations import (
-    Followed,
-    NewtonTask,
-    attachment_frame,
-    gaps,
+from robostiff.kinematics.closure.assembly_mode import (
+    AssemblyMode,
+    closed_near,
+    follow,
+    nearest,
 )
+from robostiff.kinematics.closure.leg_equations import attachment_frame, gaps, loops_of_legs
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.closure.legs_alike import (
-    LegsAlike,
-    leg_solvers,
-    legs_alike,
-)
-from robostiff.kinematics.closure.loop_equations import ClosurePart, LoopEquations
+from robostiff.kinematics.closure.legs_alike import leg_solvers, legs_alike
+from robostiff.kinematics.closure.loops import ClosurePart, Loops
 
 __all__ = [
     "AssemblyMode",
     "ClosurePart",
-    "Followed",
     "LegSolver",
-    "LegsAlike",
-    "LoopEquations",
-    "NewtonTask",
+    "Loops",
     "attachment_frame",
+    "closed_near",
+    "follow",
     "gaps",
     "leg_solvers",
     "legs_alike",
+    "loops_of_legs",
     "nearest",
 ]

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance
-from robostiff.kinematics.closure.loop_equations import ClosurePart, LoopEquations
+from robostiff.kinematics.closure.loops import ClosurePart, Loops
+from robostiff.spatial.batch import transposed
 
 CLOSED = 1e-10
 CONVERGED = 1e-14
@@ -46,7 +48,7 @@ _ASIDE, _SEED = 1e-3, 5
 _TRIES, _BESIDE = 4, 0.2
 
 
-def nearest(equations: LoopEquations, x: np.ndarray) -> np.ndarray:
+def nearest(loops: Loops, x: np.ndarray) -> np.ndarray:
     """Postures closed, or as nearly as possible, by Levenberg steps from guesses x (N, size).
 
     Steps are damped by the square of the gap. They may lead to another assembly mode. A posture is
@@ -55,7 +57,7 @@ def nearest(equations: LoopEquations, x: np.ndarray) -> np.ndarray:
     best, best_size = x.copy(), np.full(len(x), np.inf)
     going = np.arange(len(x))
     for _ in range(_NEAREST_ITERATIONS):
-        e, J = equations.gaps_and_rates(x)
+        e, J = loops.gaps_and_rates(x)
         size = np.max(np.abs(e), axis=-1, initial=0.0)
         better = size < best_size[going]
         best[going[better]], best_size[going[better]] = x[better], size[better]
@@ -68,7 +70,7 @@ def nearest(equations: LoopEquations, x: np.ndarray) -> np.ndarray:
             break
         going, x, step = going[on], x[on], step[on]
         longest = np.max(np.abs(step), axis=-1, keepdims=True)
-        x = equations.moved(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
+        x = loops.moved(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
     return best
 
 
@@ -76,7 +78,7 @@ def _levenberg_step(e: np.ndarray, J: np.ndarray, size: np.ndarray) -> np.ndarra
     """Steps (N, n) that lessen gaps e (N, m) of given sizes (N,) by their rates J (N, m, n)."""
     if J.shape[-1] == 0:
         return np.zeros((len(e), 0))  # nothing can move
-    J_T = np.swapaxes(J, -1, -2)
+    J_T = transposed(J)
     wide = J.shape[-1] > J.shape[-2]
     A = J @ J_T if wide else J_T @ J
     trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
@@ -92,33 +94,61 @@ def _levenberg_step(e: np.ndarray, J: np.ndarray, size: np.ndarray) -> np.ndarra
 class _Directions:
     """Combinations of equations and of unknowns in which a part is square and regular.
 
-    ``U`` (..., m, r) and ``V`` (..., n, r) are orthonormal, ``sign`` that of det U^T J V.
+    ``U`` (N, m, r) and ``V`` (N, n, r) are orthonormal, ``sign`` that of det U^T J V.
     """
 
     U: np.ndarray
     V: np.ndarray
     sign: np.ndarray
+    ranks: tuple[int, int]  # of loops inside legs, and of all else
 
     def of_rows(self, rows: np.ndarray) -> _Directions:
-        """Those of some postures; at home they are the same for all."""
-        if self.U.ndim == 2:
+        """Those of some postures; of home alone they are the same for all."""
+        if len(self.U) == 1:
             return self
-        return _Directions(self.U[rows], self.V[rows], self.sign[rows])
+        return _Directions(self.U[rows], self.V[rows], self.sign[rows], self.ranks)
 
     def square(self, J: np.ndarray) -> np.ndarray:
         """U^T J V (N, r, r)."""
-        return np.swapaxes(self.U, -1, -2) @ J @ self.V
+        return transposed(self.U) @ J @ self.V
 
 
 @dataclass(frozen=True)
-class FollowedPosture:
+class Followed:
     """Postures at prescribed coordinates."""
 
     x: np.ndarray  # (N, size): the nearest that was found where there is none
-    kept: np.ndarray  # (N,) of bool: where a closed posture is found in the assembly mode of home
-    # (N,) of bool: where one closes, but no path without singularity was found that leads there
+    closed: np.ndarray  # (N,) of bool: where they close in the assembly mode of home
+    # (N,) of bool: where they close, but no path without singularity was found that leads there
     # from home
     elsewhere: np.ndarray
+    ends: tuple[int, ...] = ()  # of the coordinates of a pose, and of each leg after it
+
+    @property
+    def pose(self) -> np.ndarray:
+        """Pose coordinates (N, 6): x, y, z, rotation vector."""
+        return self.x[:, :6]
+
+    @property
+    def coordinates(self) -> list[np.ndarray]:
+        """Views of the coordinates (N, size) of each leg."""
+        return [self.x[:, a:b] for a, b in pairwise(self.ends)]
+
+
+def follow(loops: Loops, home: np.ndarray, given: np.ndarray) -> Followed:
+    """Postures at prescribed coordinates (N, g), in the assembly mode of a closed one (size,)."""
+    key = home.tobytes()
+    if key not in loops.modes:
+        loops.modes.clear()
+        loops.modes[key] = AssemblyMode(loops, home)
+    return loops.modes[key].at(given)
+
+
+def closed_near(loops: Loops, x: np.ndarray) -> Followed:
+    """Postures closed from guesses (N, size), in the assembly mode of each guess."""
+    x = nearest(loops, x)
+    closed = np.max(np.abs(loops.gaps(x)), axis=-1) <= CLOSED
+    return Followed(x, closed, np.zeros(len(x), dtype=bool), loops.ends)
 
 
 @dataclass(frozen=True)
@@ -132,13 +162,13 @@ class AssemblyMode:
     at a pose is the same to the last bit whatever other poses come with it.
     """
 
-    equations: LoopEquations
+    loops: Loops
     home: np.ndarray  # (size,): the closed posture
 
-    def at(self, given: np.ndarray) -> FollowedPosture:
-        """Postures at prescribed coordinates (N, g), in the order of ``equations.given``."""
+    def at(self, given: np.ndarray) -> Followed:
+        """Postures at prescribed coordinates (N, g), in the order of ``loops.given``."""
         x = np.tile(self.home, (len(given), 1))
-        x[:, self.equations.given] = given
+        x[:, self.loops.given] = given
         x, kept, J, first = self._stepped(x, self._at_home)
         if self._at_home is None:
             self._start_aside(x, kept, given)
@@ -155,9 +185,9 @@ class AssemblyMode:
         if rows.size:
             own = directions and [one.of_rows(left) for one in directions]
             guess = x[rows]
-            guess[:, self.equations.given] = given[rows]
-            x[rows] = nearest(self.equations, guess)
-            gap = _size(self.equations.gaps(x[rows]))
+            guess[:, self.loops.given] = given[rows]
+            x[rows] = nearest(self.loops, guess)
+            gap = _size(self.loops.gaps(x[rows]))
             closed = (gap <= _NEARLY_CLOSED) & self._is_long(x[rows])
             arrived = gone[left] >= 1.0 - _LAST_PART
             kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
@@ -166,11 +196,11 @@ class AssemblyMode:
             _, beyond = self._way_back(x, kept & doubtful)
             kept[beyond], elsewhere[beyond] = False, True
         rows = np.flatnonzero(kept)
-        J = J if at_once or self._at_home is None else self.equations.rates(x[rows])
+        J = J if at_once or self._at_home is None else self.loops.rates(x[rows])
         rows = rows[self._is_nearly_singular(J, len(rows))]
         beyond = rows[self._crosses(x[rows], given[rows])]
         kept[beyond], elsewhere[beyond] = False, True
-        return FollowedPosture(x, kept, elsewhere)
+        return Followed(x, kept, elsewhere, self.loops.ends)
 
     def _start_aside(self, x: np.ndarray, kept: np.ndarray, given: np.ndarray) -> None:
         """Close postures x (N, size) from around a singular home where none is kept, in place.
@@ -179,15 +209,15 @@ class AssemblyMode:
         upright turns the tool one way, and has to be turned itself before.
         """
         random = np.random.default_rng(_SEED)
-        unknowns = len(self.equations.parts[-1].unknowns)
+        unknowns = len(self.loops.parts[-1].unknowns)
         for aside in random.uniform(-_BESIDE, _BESIDE, (_TRIES, unknowns)):
             rows = np.flatnonzero(~kept)
             if not rows.size:
                 return
-            guess = self.equations.moved(np.tile(self.home, (rows.size, 1)), aside[None])
-            guess[:, self.equations.given] = given[rows]
-            found = nearest(self.equations, guess)
-            closed = _size(self.equations.gaps(found)) <= _NEARLY_CLOSED
+            guess = self.loops.moved(np.tile(self.home, (rows.size, 1)), aside[None])
+            guess[:, self.loops.given] = given[rows]
+            found = nearest(self.loops, guess)
+            closed = _size(self.loops.gaps(found)) <= _NEARLY_CLOSED
             closed &= self._is_long(found)
             x[rows[closed]], kept[rows[closed]] = found[closed], True
 
@@ -195,8 +225,8 @@ class AssemblyMode:
         """Where the straight way back ends at home, and where at another posture there (N,)."""
         at_home, beyond = np.zeros((2, len(x)), dtype=bool)
         for k in np.flatnonzero(asked):
-            back = AssemblyMode(self.equations, x[k])
-            (last,), (gone,), _ = back._along(self.home[self.equations.given][None])
+            back = AssemblyMode(self.loops, x[k])
+            (last,), (gone,), _ = back._along(self.home[self.loops.given][None])
             is_home = np.all(np.abs(np.sin(0.5 * (last - self.home))) < _SAME)  # but for turns
             at_home[k], beyond[k] = gone >= 1.0 and is_home, gone >= 1.0 and not is_home
         return at_home, beyond
@@ -206,7 +236,7 @@ class AssemblyMode:
         found = np.zeros(count, dtype=bool)
         if self._at_home is None or not count:
             return found
-        for part, usual in zip(self.equations.parts, self._usual, strict=True):
+        for part, usual in zip(self.loops.parts, self._usual, strict=True):
             if usual.size:
                 values = np.linalg.svd(_of_part(part, J), compute_uv=False)[:, usual.size - 1]
                 found |= values < _WATCHED * usual[-1]
@@ -222,24 +252,21 @@ class AssemblyMode:
         crosses = np.zeros(len(x), dtype=bool)
         if self._at_home is None or not len(x):
             return crosses
-        places, before, known = self.equations.given, [x], np.ones(len(x), dtype=bool)
+        places, before, known = self.loops.given, [x], np.ones(len(x), dtype=bool)
         for back in (1, 2):
             guess = before[-1].copy()
             guess[:, places] = given + back * _LAST_PART * (self.home[places] - given)
             closed, found, *_ = self._newton(guess, self._at_home[-1])
             before.append(closed)
             known &= found
-        J_near, J_far = (self.equations.rates(one) for one in before[1:])
+        J_near, J_far = (self.loops.rates(one) for one in before[1:])
         for k in np.flatnonzero(known):
-            for part in self.equations.parts:
-                near, far = _of_part(part, J_near[k]), _of_part(part, J_far[k])
-                own = _directions(part, near)
+            for part in self.loops.parts:
+                own = _directions(part, J_near[[k]])
                 if own.V.shape[-1]:
-                    a, b = own.square(near), own.square(far)
-                    far_sign = np.linalg.slogdet(b)[0] * own.sign
-                    at_near = np.linalg.svd(a, compute_uv=False)[-1]
-                    at_far = np.linalg.svd(b, compute_uv=False)[-1] * far_sign
-                    crosses[k] |= 2 * at_near - at_far < 0
+                    (a,), (b,) = (own.square(_of_part(part, J[[k]])) for J in (J_near, J_far))
+                    at_near, at_far = (np.linalg.svd(T, compute_uv=False)[-1] for T in (a, b))
+                    crosses[k] |= 2 * at_near < at_far * np.linalg.slogdet(b)[0] * own.sign[0]
         return crosses
 
     def _meets(
@@ -249,8 +276,8 @@ class AssemblyMode:
         if directions is None or self._at_home is None:
             return np.zeros(len(x), dtype=bool)
         margin = np.full(len(x), np.inf)
-        J = self.equations.rates(x)
-        for part, own, usual in zip(self.equations.parts, directions, self._usual, strict=True):
+        J = self.loops.rates(x)
+        for part, own, usual in zip(self.loops.parts, directions, self._usual, strict=True):
             T = own.square(_of_part(part, J))
             if usual.size:
                 smallest = np.linalg.svd(T, compute_uv=False)[:, -1] / usual[-1]
@@ -260,21 +287,21 @@ class AssemblyMode:
 
     def _is_long(self, x: np.ndarray) -> np.ndarray:
         """Where telescopes that have a length at home keep one."""
-        at_home = self.equations.lengths(self.home[None])[0] > 0
-        return np.all(self.equations.lengths(x)[:, at_home] > 0, axis=-1)
+        at_home = self.loops.lengths(self.home[None])[0] > 0
+        return np.all(self.loops.lengths(x)[:, at_home] > 0, axis=-1)
 
     def _along(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[_Directions] | None]:
         """Last postures on the straight way from home, the part that is gone, and directions there.
 
         A part that fails is cut into smaller ones, which begin where the last one ended.
         """
-        places, parts = self.equations.given, self.equations.parts
+        places, parts = self.loops.given, self.loops.parts
         start = self.home[places]
         x = np.tile(self.home, (len(given), 1))
         gone, step = np.zeros(len(x)), np.full(len(x), 1.0 / _CUT)
         count = len(x)
         directions = self._at_home and [
-            _Directions(*(np.repeat(own[None], count, axis=0) for own in (one.U, one.V, one.sign)))
+            _Directions(*(np.repeat(x, count, axis=0) for x in (one.U, one.V, one.sign)), one.ranks)
             for one in self._at_home
         ]
         going = np.arange(len(x))
@@ -292,9 +319,9 @@ class AssemblyMode:
             whole = (longer < 1.0) & (np.mod(gone[won], longer) == 0.0)
             step[won[whole]] = longer[whole]
             if directions and own and won.size:
-                for part, all_rows, one in zip(parts, directions, own, strict=True):
-                    new = _carried(part, one.of_rows(kept), J)
-                    all_rows.U[won], all_rows.V[won], all_rows.sign[won] = new.U, new.V, new.sign
+                for part, every in zip(parts, directions, strict=True):
+                    new = _directions(part, J, every.ranks)
+                    every.U[won], every.V[won], every.sign[won] = new.U, new.V, new.sign
             going = going[(gone[going] < 1.0) & (step[going] >= _SHORTEST)]
         return x, gone, directions
 
@@ -305,15 +332,15 @@ class AssemblyMode:
         J = rates = np.zeros((0, 0, 0))
         first = np.zeros(len(x))
         if directions is None:
-            x = nearest(self.equations, x)
-            kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
+            x = nearest(self.loops, x)
+            kept = _size(self.loops.gaps(x)) <= _NEARLY_CLOSED
         else:
             x, kept, rates, first = self._newton(x, directions[-1])
         kept &= self._is_long(x)
         if directions is not None and np.any(kept):
             J = rates[kept]
             same = np.ones(len(J), dtype=bool)
-            for part, every in zip(self.equations.parts, directions, strict=True):
+            for part, every in zip(self.loops.parts, directions, strict=True):
                 one = every.of_rows(kept)
                 same &= np.linalg.slogdet(one.square(_of_part(part, J)))[0] * one.sign > 0
             kept[kept], J = same, J[same]
@@ -328,7 +355,7 @@ class AssemblyMode:
         last, first = np.full(len(x), np.inf), np.zeros(len(x))
         going = np.arange(len(x))
         for taken in range(_NEWTON_STEPS + _LAST_STEPS + 1):
-            e, J = self.equations.gaps_and_rates(x[going])
+            e, J = self.loops.gaps_and_rates(x[going])
             if taken == 0:
                 rates = np.empty((len(x), *J.shape[1:]))
             rates[going] = J
@@ -344,9 +371,9 @@ class AssemblyMode:
                 break
             going, e, J = going[on], e[on], J[on]
             own = directions.of_rows(going)
-            whole = self.equations.parts[-1]
+            whole = self.loops.parts[-1]
             T = own.square(_of_part(whole, J))
-            right = np.swapaxes(own.U, -1, -2) @ np.take(e, whole.equations, axis=1)[..., None]
+            right = transposed(own.U) @ np.take(e, whole.equations, axis=1)[..., None]
             step = (own.V @ _solved(T, right))[..., 0]
             length = np.sqrt(np.sum(step * step, axis=-1))
             if taken == 0:
@@ -356,30 +383,29 @@ class AssemblyMode:
             going, step, length = going[contracts], step[contracts], length[contracts]
             if going.size == 0:
                 break
-            x[going], last[going] = self.equations.moved(x[going], step), length
+            x[going], last[going] = self.loops.moved(x[going], step), length
         return x, closed, rates, first
 
     @cached_property
     def _at_home(self) -> list[_Directions] | None:
         """Directions at home; None where home is singular, so that modes meet there."""
-        J = self.equations.rates(self.home[None])[0]
-        aside = np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, (1, J.shape[-1]))
-        J_aside = self.equations.rates(self.equations.moved(self.home[None], aside))[0]
-        found = []
-        for part in self.equations.parts:
-            own = _directions(part, _of_part(part, J))
-            if own.V.shape[-1] < _directions(part, _of_part(part, J_aside)).V.shape[-1]:
-                return None
-            found.append(own)
-        return found
+        J, home = self._rates_at_home, self.home[None]
+        aside = np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, J.shape[::2])
+        J_aside = self.loops.rates(self.loops.moved(home, aside))
+        here, there = ([_directions(part, x) for part in self.loops.parts] for x in (J, J_aside))
+        falls = any(own.V.shape[-1] < one.V.shape[-1] for own, one in zip(here, there, strict=True))
+        return None if falls else here
+
+    @cached_property
+    def _rates_at_home(self) -> np.ndarray:
+        return self.loops.rates(self.home[None])
 
     @cached_property
     def _usual(self) -> list[np.ndarray]:
         """Singular values at home, part by part; of a singular home none."""
-        J = self.equations.rates(self.home[None])
         return [
-            np.linalg.svd(own.square(_of_part(part, J)), compute_uv=False)[0]
-            for part, own in zip(self.equations.parts, self._at_home or (), strict=False)
+            np.linalg.svd(own.square(_of_part(part, self._rates_at_home)), compute_uv=False)[0]
+            for part, own in zip(self.loops.parts, self._at_home or (), strict=False)
         ]
 
 
@@ -403,44 +429,27 @@ def _solved(T: np.ndarray, right: np.ndarray) -> np.ndarray:
         return np.where(singular[:, None, None], np.nan, np.linalg.solve(T, right))
 
 
-def _directions(part: ClosurePart, J: np.ndarray) -> _Directions:
-    """Directions at one posture, by singular values; loops close before the ends do."""
-    k = len(part.loops)
-    U_loops, V_loops = _spans(J[:k])
-    ends = J[k:] - (J[k:] @ V_loops) @ V_loops.T
-    U_ends, V_ends = _spans(ends)
-    U = np.zeros((len(J), U_loops.shape[1] + U_ends.shape[1]))
-    U[:k, : U_loops.shape[1]], U[k:, U_loops.shape[1] :] = U_loops, U_ends
-    V = np.concatenate([V_loops, V_ends], axis=1)
-    return _Directions(U, V, np.linalg.slogdet(U.T @ J @ V)[0])
-
-
-def _spans(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal bases of the range of a matrix, and of the complement of its null space."""
-    if 0 in A.shape:
-        return np.zeros((A.shape[0], 0)), np.zeros((A.shape[1], 0))
-    U, s, V_T = np.linalg.svd(A, full_matrices=False)
-    rank = int(np.count_nonzero(s > _INDEPENDENT))
-    return U[:, :rank], V_T[:rank].T
-
-
-def _carried(part: ClosurePart, before: _Directions, J: np.ndarray) -> _Directions:
-    """Directions at the next postures along a way, from those before: ranks stay what they were."""
-    J = _of_part(part, J)
-    k = len(part.loops)
-    U = np.broadcast_to(before.U, (len(J), *before.U.shape[-2:]))
-    r = int(np.count_nonzero(np.any(U[0, :k], axis=0))) if k else 0
-    U_loops, V_loops = _carried_spans(J[:, :k], U[:, :k, :r])
-    over = np.swapaxes(V_loops, -1, -2)
-    U_ends, V_ends = _carried_spans(J[:, k:] - (J[:, k:] @ V_loops) @ over, U[:, k:, r:])
-    U = np.zeros(U.shape)
+def _directions(
+    part: ClosurePart, J: np.ndarray, ranks: tuple[int, int] | None = None
+) -> _Directions:
+    """Directions at postures by singular values, of loops first; of some ranks, or of the first."""
+    J, k = _of_part(part, J), len(part.loops)
+    loops, ends = ranks or (None, None)
+    U_loops, V_loops = _spans(J[:, :k], loops)
+    rest = J[:, k:] - (J[:, k:] @ V_loops) @ transposed(V_loops)
+    U_ends, V_ends = _spans(rest, ends)
+    r = U_loops.shape[-1]
+    U = np.zeros((*J.shape[:2], r + U_ends.shape[-1]))
     U[:, :k, :r], U[:, k:, r:] = U_loops, U_ends
     V = np.concatenate([V_loops, V_ends], axis=-1)
-    return _Directions(U, V, np.linalg.slogdet(np.swapaxes(U, -1, -2) @ J @ V)[0])
+    sign = np.linalg.slogdet(transposed(U) @ J @ V)[0]
+    return _Directions(U, V, sign, (r, U_ends.shape[-1]))
 
 
-def _carried_spans(A: np.ndarray, U: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """As `_spans`, of the same rank as the directions U before."""
-    A_T = np.swapaxes(A, -1, -2)
-    V = np.linalg.qr(A_T @ U)[0]
-    return np.linalg.qr(A @ V)[0], V
+def _spans(A: np.ndarray, rank: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Orthonormal bases of the range of matrices, and of the complement of their null space."""
+    if 0 in A.shape[1:]:
+        return np.zeros((*A.shape[:2], 0)), np.zeros((len(A), A.shape[2], 0))
+    U, s, V_T = np.linalg.svd(A, full_matrices=False)
+    rank = int(np.count_nonzero(s[0] > _INDEPENDENT)) if rank is None else rank
+    return U[..., :rank], transposed(V_T[:, :rank])

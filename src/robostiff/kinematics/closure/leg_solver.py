@@ -1,16 +1,15 @@
-"""Closure of one leg: by its closed form if it has one, otherwise by Newton's method."""
+"""Closure of legs with equal chains: by their closed form if they have one, or by iteration."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from robostiff.errors import InputError, OpenAtHomeError
-from robostiff.kept import kept
-from robostiff.kinematics.closure.arm import Arm, recognise_arm
+from robostiff.errors import InputError
+from robostiff.kinematics.closure.arm import Arm
 from robostiff.kinematics.closure.assembly import (
     RootSigns,
     all_modes,
@@ -20,28 +19,16 @@ from robostiff.kinematics.closure.assembly import (
     on_turn_of_home,
     shortened,
 )
-from robostiff.kinematics.closure.leg_equations import (
-    Followed,
-    NewtonTask,
-    attachment_frame,
-    frame_in_base,
-    gaps,
-    pose_of_end,
-)
-from robostiff.kinematics.closure.leg_forms import (
-    Post,
-    Rod,
-    Strut,
-    recognise_post,
-    recognise_rod,
-    recognise_sliding_rod,
-    recognise_strut,
-)
-from robostiff.kinematics.closure.skeleton import copied_places, skeleton_of
+from robostiff.kinematics.closure.assembly_mode import closed_near, follow
+from robostiff.kinematics.closure.assembly_mode import nearest as nearest_closed
+from robostiff.kinematics.closure.leg_equations import attachment_frame, gaps, loops_of_legs
+from robostiff.kinematics.closure.leg_forms import Post, Rod, Strut
+from robostiff.kinematics.closure.loops import Loops
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
+from robostiff.kinematics.pose import pose_of_end
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Actuated, Chain, Elbow, Leg
-from robostiff.spatial.batch import poses_side_by_side
+from robostiff.model import Actuated, Chain, Elbow, Leg, PlacedLeg
+from robostiff.spatial.batch import poses_side_by_side, product, transposed
 
 #: Part of the length, or radians: a leg that closes.
 CLOSED = 1e-7
@@ -57,69 +44,101 @@ _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 @dataclass(frozen=True)
 class LegSolver:
-    """Closes one leg at platform poses."""
+    """Closes legs with equal chains at platform poses, in one assembly mode.
 
-    leg: Leg
-    closed_form: ClosedForm | None  # of the main path of its chain
+    Rows (legs N, ...) have all poses of the first leg, then those of the next.
+    """
+
+    legs: tuple[Leg, ...]
+    closed_form: ClosedForm | None  # of the main path of their chain
     copies: np.ndarray  # (size,): places on the main path to whose coordinates its own are equal
     home_pose: np.ndarray  # (6,): pose coordinates of the home configuration
-    home: np.ndarray  # (size,): leg coordinates that close it there
+    homes: np.ndarray  # (legs, size): leg coordinates that close them there
     length: float  # characteristic length [m]
 
-    def solve(
-        self, pose: np.ndarray, R_platform: np.ndarray, *, from_afar: bool = True
-    ) -> tuple[np.ndarray, np.ndarray, PlacedChain | None]:
-        """Leg coordinates (N, size) at platform poses, the nearest where out of reach.
+    @property
+    def leg(self) -> Leg:
+        """The first of the legs."""
+        return self.legs[0]
 
-        The second result is where the leg closes, but in another assembly mode than at home (N,);
-        the third its chain at these coordinates, where that was needed to find them.
+    @property
+    def home(self) -> np.ndarray:
+        """Coordinates (size,) that close the first leg at home."""
+        return self.homes[0]
+
+    @property
+    def chain(self) -> Chain:
+        """The chain of all legs."""
+        return self.legs[0].chain
+
+    @cached_property
+    def each(self) -> tuple[LegSolver, ...]:
+        """Every leg for itself."""
+        if len(self.legs) == 1:
+            return (self,)
+        pairs = zip(self.legs, self.homes, strict=True)
+        return tuple(replace(self, legs=(leg,), homes=q[None]) for leg, q in pairs)
+
+    def solve(
+        self, pose: np.ndarray, R: np.ndarray, *, from_afar: bool = True
+    ) -> tuple[list[np.ndarray], np.ndarray, PlacedChain | None]:
+        """Coordinates (N, size) of each leg at platform poses, the nearest where out of reach.
+
+        The second result is where a leg closes, but in another assembly mode than at home (N,); the
+        third the chain of all legs at these coordinates, where that was needed to find them.
         Poses (N, 6) come with their rotation matrices, which the legs share. With `from_afar`,
         poses far from home are looked for in many small steps.
         """
-        elsewhere = np.zeros(len(pose), dtype=bool)
-        if self.closed_form is None:
-            if from_afar:
-                found = self._task.follow(self.home_pose, [self.home], pose)
-                q, elsewhere = found.coordinates[0], found.elsewhere
-            else:
-                q = self._task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
-            return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere, None
-        if isinstance(self.closed_form, Arm):
-            modes = self._modes_at_home
-            q, _ = self._nearest_in(modes, self.closed_form, self.home, pose, R_platform)
-            return q, elsewhere, None
-        q = self._copies_at(self.closed_form, pose, R_platform)
-        q = on_turn_of_home(self.leg.chain, q, self.leg.chain.home)
-        if not (self.leg.chain.has_blocks and from_afar):
-            return q, elsewhere, None
-        leaves_open, placed = self._leaves_loops_open(q, pose, R_platform)
-        rows = np.flatnonzero(leaves_open)
-        if not rows.size:
-            return q, elsewhere, placed
-        found = self._task.follow(self.home_pose, [self.home], pose[rows])
-        met = found.closed | found.elsewhere
-        q[rows[met]] = found.coordinates[0][met]
-        elsewhere[rows] = found.elsewhere
-        return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere, None
+        form, chain, count = self.closed_form, self.chain, len(pose)
+        elsewhere = np.zeros(count, dtype=bool)
+        if form is None or isinstance(form, Arm):
+            found = []
+            for one in self.each:
+                if form is not None:
+                    found.append(one._nearest_in(one._modes_at_home, form, one.home, pose, R)[0])
+                    continue
+                if from_afar:
+                    there = follow(one._loops, one._at_home, pose)
+                    (q,), elsewhere = there.coordinates, elsewhere | there.elsewhere
+                else:
+                    home = np.tile(one.home, (count, 1))
+                    q = nearest_closed(one._loops, np.concatenate([pose, home], axis=-1))[:, 6:]
+                found.append(on_turn_of_home(chain, q, chain.home))
+            return found, elsewhere, None
+        q = on_turn_of_home(chain, self._in_form(form, R, pose[:, :3]), chain.home)
+        found = np.split(q, len(self.legs))
+        if not (chain.has_blocks and from_afar):
+            return found, elsewhere, None
+        placed, leaves_open = self._leaves_loops_open(q, R, pose[:, :3])
+        if not np.any(leaves_open):
+            return found, elsewhere, placed
+        for one, q, open_ in zip(self.each, found, np.split(leaves_open, len(found)), strict=True):
+            rows = np.flatnonzero(open_)
+            there = follow(one._loops, one._at_home, pose[rows])
+            met = there.closed | there.elsewhere
+            q[rows[met]] = there.coordinates[0][met]
+            elsewhere[rows] |= there.elsewhere
+            on_turn_of_home(chain, q, chain.home)
+        return found, elsewhere, None
 
-    def solve_near(self, near: np.ndarray, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
-        """Leg coordinates (N, size) at platform poses, in the posture nearest to given ones.
+    def solve_near(self, near: np.ndarray, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
+        """Coordinates (N, size) of a leg at platform poses, in the posture nearest to given ones.
 
         In closed form that is the nearest of all assembly modes. Otherwise the leg is followed from
         the given coordinates, and from the pose to which they bring its end.
         """
-        near = np.where(self.leg.chain.free, near, self.leg.chain.home)
+        near = np.where(self.chain.free, near, self.chain.home)
         q, left = np.tile(near, (len(pose), 1)), np.arange(len(pose))
         if self.closed_form is not None:
             modes = all_modes(self.closed_form.signs)
-            q, closed = self._nearest_in(modes, self.closed_form, near, pose, R_platform)
-            left = np.flatnonzero(self.leg.chain.has_blocks & ~closed)
+            q, closed = self._nearest_in(modes, self.closed_form, near, pose, R)
+            left = np.flatnonzero(self.chain.has_blocks & ~closed)
         if left.size:
-            start = pose_of_end(self.leg, near)
-            found = self._task.follow(start, [near], pose[left])
+            start = np.concatenate([pose_of_end(self.leg, near), near])
+            found = follow(self._loops, start, pose[left])
             kept = np.flatnonzero(found.closed | (self.closed_form is None))
             q[left[kept]] = found.coordinates[0][kept]
-        return on_turn_of_home(self.leg.chain, q, near)
+        return on_turn_of_home(self.chain, q, near)
 
     def _nearest_in(
         self,
@@ -127,38 +146,37 @@ class LegSolver:
         form: ClosedForm,
         near: np.ndarray,
         pose: np.ndarray,
-        R_platform: np.ndarray,
+        R: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Leg coordinates (N, size) nearest to given ones in some modes, and where they close."""
-        every = self._in_modes(modes, form, pose, R_platform)
+        """Coordinates (N, size) of a leg nearest to given ones in some modes; where they close."""
+        every, rows = self.in_modes(form, modes, pose, R)[:, 0], np.arange(len(pose))
         closed = np.ones(every.shape[:-1], dtype=bool)
         if len(modes) > 1:
-            closed = _open_by(self.leg, every, pose, R_platform, self.length) <= CLOSED
-        given = np.ones(self.leg.chain.main_path.size, dtype=bool)
+            closed = self.closing(every[:, None], pose, R)[:, 0]
+        given = np.ones(self.chain.main_path.size, dtype=bool)
         chosen = self.nearest(form, every, closed, near, given)
-        q = on_turn_of_home(self.leg.chain, every[chosen, np.arange(len(pose))], near)
-        closed = closed[chosen, np.arange(len(pose))]
-        if isinstance(form, Arm):
-            rows = np.flatnonzero(form.meeting(q)[1])
-            if rows.size:
-                found = self._nearest_open(pose[rows], near)
-                q[rows[found.closed]] = found.coordinates[0][found.closed]
-        return q, closed
+        q = on_turn_of_home(self.chain, every[chosen, rows], near)
+        if isinstance(form, Arm) and (open_ := np.flatnonzero(form.meeting(q)[1])).size:
+            there, met = self._nearest_open(pose[open_], near)
+            q[open_[met]] = there[met]
+        return q, closed[chosen, rows]
 
-    def _nearest_open(self, pose: np.ndarray, near: np.ndarray) -> Followed:
-        """Postures of an arm at poses that leave one motion of its drives open, the nearest.
+    def _nearest_open(self, pose: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Postures of an arm at poses that leave one motion of its drives open; which close.
 
-        Each is closed, and moved along that motion until nothing of it leads nearer.
+        Each is closed, and moved along that motion until nothing of it leads nearer to given
+        coordinates.
         """
-        found = self._task.closed_near(pose, [np.tile(near, (len(pose), 1))])
+        x = np.concatenate([pose, np.tile(near, (len(pose), 1))], axis=-1)
+        found = closed_near(self._loops, x)
+        free = np.flatnonzero(self.chain.free)
         for _ in range(_SLIDES):
-            q = found.coordinates[0].copy()
-            J = self._task.rates(np.concatenate([pose, q], axis=-1))
-            motion, free = np.linalg.svd(J)[2][:, -1], self.leg.chain.free
-            ahead = np.sum(motion * (near - q)[:, free], axis=-1, keepdims=True)
-            q[:, free] += ahead * motion
-            found = self._task.closed_near(pose, [q])
-        return found
+            x = found.x.copy()
+            motion = np.linalg.svd(self._loops.rates(x))[2][:, -1]
+            ahead = np.sum(motion * (near - x[:, 6:])[:, free], axis=-1, keepdims=True)
+            x[:, 6 + free] += ahead * motion
+            found = closed_near(self._loops, x)
+        return found.coordinates[0], found.closed
 
     @cached_property
     def _modes_at_home(self) -> tuple[RootSigns, ...]:
@@ -185,17 +203,22 @@ class LegSolver:
         wanted = {Elbow.PLUS: (1,), Elbow.MINUS: (-1,)}.get(self.leg.elbow, (1, -1))
         return tuple(mode for mode in all_modes(self.closed_form.signs) if mode.root in wanted)
 
-    def _in_modes(
-        self,
-        modes: tuple[RootSigns, ...],
-        form: ClosedForm,
-        pose: np.ndarray,
-        R_platform: np.ndarray,
+    def in_modes(
+        self, form: ClosedForm, modes: tuple[RootSigns, ...], pose: np.ndarray, R: np.ndarray
     ) -> np.ndarray:
-        """Leg coordinates in some modes of the closed form (m, N, size)."""
-        form = form.in_mode(in_one(modes, len(pose)))
-        many = np.tile(pose, (len(modes), 1)), np.tile(R_platform, (len(modes), 1, 1))
-        return self._copies_at(form, *many).reshape(len(modes), *pose.shape[:-1], -1)
+        """Leg coordinates in some modes of the closed form (modes, legs, N, size)."""
+        count, number, n = len(modes), len(self.legs), len(pose)
+        form = form.in_mode(in_one(number * modes, n))
+        q = self._in_form(form, np.tile(R, (count, 1, 1)), np.tile(pose[:, :3], (count, 1)))
+        return np.moveaxis(q.reshape(number, count, n, -1), 0, 1)
+
+    def closing(self, q: np.ndarray, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
+        """Which postures (modes, legs, N, size) at poses close the legs (modes, legs, N)."""
+        count, number, n, size = q.shape
+        rows = np.moveaxis(q, 0, 1).reshape(-1, size)
+        at = np.tile(R, (count, 1, 1)), np.tile(pose[:, :3], (count, 1))
+        largest = np.max([_size(gap, self.length) for gap in self._placed(rows, *at)[1]], axis=0)
+        return np.moveaxis(largest.reshape(number, count, n), 0, 1) <= CLOSED
 
     def that_close(self, pose: np.ndarray) -> tuple[tuple[RootSigns, ...], np.ndarray]:
         """Assembly modes of the closed form that close the leg at one pose (6,), and q (m, size).
@@ -210,10 +233,9 @@ class LegSolver:
                 hint="choose one by joint coordinates close to it: near=[...]",
             )
         R, modes = turn_by_vector(pose[None, 3:]), all_modes(self.closed_form.signs)
-        every = self._in_modes(modes, self.closed_form, pose[None], R)
-        q = on_turn_of_home(self.leg.chain, every[:, 0], self.leg.chain.home)
-        closed = _open_by(self.leg, every, pose[None], R, self.length)[:, 0] <= CLOSED
-        closed &= ~shortened(self.leg.chain, q)
+        every = self.in_modes(self.closed_form, modes, pose[None], R)
+        q = on_turn_of_home(self.chain, every[:, 0, 0], self.chain.home)
+        closed = self.closing(every, pose[None], R)[:, 0, 0] & ~shortened(self.chain, q)
         return tuple(mode for mode, good in zip(modes, closed, strict=True) if good), q[closed]
 
     @property
@@ -227,9 +249,8 @@ class LegSolver:
 
         Coordinates that are left out do, where their zeros are as the leg is drawn at home.
         """
-        chain = self.leg.chain
-        drawn = np.max(np.abs(self.home - chain.home), initial=0.0) <= CLOSED
-        given = bool(np.any(chain.home_given & chain.free))
+        drawn = np.max(np.abs(self.home - self.chain.home), initial=0.0) <= CLOSED
+        given = bool(np.any(self.chain.home_given & self.chain.free))
         return self.leg.elbow is not Elbow.HOME or given or bool(drawn)
 
     def alternatives(self, pose: np.ndarray) -> np.ndarray:
@@ -238,21 +259,20 @@ class LegSolver:
         All in closed form, the sign of a strut's length kept; else what Newton's method finds from
         random coordinates.
         """
+        chain = self.chain
         if self.closed_form is None:
-            chain = self.leg.chain
             q = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (_STARTS, chain.size))
             turns = [screw.turns for screw in chain.freedoms]
             q = np.where(chain.free, q * np.where(turns, np.pi, self.length), chain.home)
             poses = np.tile(pose, (_STARTS, 1))
-            _, (q,) = self._task.close(poses, [q])
-            R = turn_by_vector(poses[:, 3:])
-            closed = _open_by(self.leg, q[None], poses, R, self.length)[0] <= CLOSED
+            q = nearest_closed(self._loops, np.concatenate([poses, q], axis=-1))[:, 6:]
+            closed = self.closing(q[None, None], poses, turn_by_vector(poses[:, 3:]))[0, 0]
             q = on_turn_of_home(chain, q, chain.home)
             return q[closed & ~shortened(chain, q) & ~beyond_limits(chain, q)]
         modes, q = self.that_close(pose)
         root = self.closed_form.mode.root
         kept = [not isinstance(self.closed_form, Strut) or mode.root == root for mode in modes]
-        return q[np.array(kept, dtype=bool) & ~beyond_limits(self.leg.chain, q)]
+        return q[np.array(kept, dtype=bool) & ~beyond_limits(chain, q)]
 
     def nearest(
         self,
@@ -263,56 +283,52 @@ class LegSolver:
         given: np.ndarray,
     ) -> np.ndarray:
         """Which of some postures (m, N, size) is nearest to given coordinates (N,)."""
-        path, places = self.leg.chain.main_path, self.leg.chain.main_places
-        q, own = every[..., places], near[places]
-        return nearest(path, q, closed, own, given, form.leading, self.length)
+        path, places = self.chain.main_path, self.chain.main_places
+        q, near = every[..., places], near[places]
+        return nearest(path, q, closed, near, given, form.leading, self.length)
 
     def _leaves_loops_open(
-        self, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray
-    ) -> tuple[np.ndarray, PlacedChain]:
-        """Where the leg meets the platform and a loop inside it stays open (N,); its chain.
+        self, q: np.ndarray, R: np.ndarray, p: np.ndarray
+    ) -> tuple[PlacedChain, np.ndarray]:
+        """The chain of rows, and where it meets the platform and a loop inside it stays open.
 
         There the body after a block is turned so that its branches are no copies any more.
         """
-        placed, found = _placed(self.leg, q, R_platform, pose[..., :3])
-        return self.leaves_open(found), placed
-
-    def leaves_open(self, ends: Iterable[Loop]) -> np.ndarray:
-        """The same, of gaps at the platform and of loops (N,)."""
-        first, *loops = (_size(gap, self.length) > _OPEN for gap in ends)
-        return ~first & np.any(loops, axis=0)
+        placed, found = self._placed(q, R, p)
+        first, *loops = (_size(gap, self.length) > _OPEN for gap in found)
+        return placed, ~first & np.any(loops, axis=0)
 
     @cached_property
-    def _task(self) -> NewtonTask:
-        """The equations of the leg alone."""
-        return NewtonTask((self.leg,), (), self.length)
+    def _loops(self) -> Loops:
+        """The equations of the first leg alone."""
+        return loops_of_legs((self.leg,), (), self.length)
 
-    def closing_at_home(self) -> LegSolver:
-        """The same, or one that iterates where the closed form leaves a loop open at home.
+    @property
+    def _at_home(self) -> np.ndarray:
+        return np.concatenate([self.home_pose, self.home])
 
-        Raises InputError when the leg does not close there.
-        """
-        if self.closed_form is not None:
-            gap = self._gap_at_home(self.home)
-            if not self.leg.chain.has_blocks or _size(gap, self.length) <= CLOSED:
-                _check_home(self.leg, gap, self.length)
-                return self
-        chain = self.leg.chain
-        _, (closed,) = self._task.close(self.home_pose[None, :], [chain.home[None, :]])
-        home = on_turn_of_home(chain, closed, chain.home)[0]
-        _check_home(self.leg, self._gap_at_home(home), self.length)
-        return replace(self, closed_form=None, copies=np.arange(chain.size), home=home)
+    def closed_at_home(self) -> LegSolver:
+        """A solver that iterates, from where that closes a leg at home."""
+        chain = self.chain
+        start = np.concatenate([self.home_pose, chain.home])
+        closed = nearest_closed(self._loops, start[None])[:, 6:]
+        homes = on_turn_of_home(chain, closed, chain.home)
+        return replace(self, closed_form=None, copies=np.arange(chain.size), homes=homes)
 
-    def _gap_at_home(self, q: np.ndarray) -> Loop:
-        """The gap that is open most, at home."""
-        pose = self.home_pose
-        _, found = _placed(self.leg, q, turn_by_vector(pose[3:]), pose[:3])
-        return max(found, key=lambda gap: float(_size(gap, self.length)))
+    def gap_at_home(self) -> tuple[Loop, float]:
+        """The gap of a leg that is open most at home, and its size."""
+        R, p = turn_by_vector(self.home_pose[3:]), self.home_pose[:3]
+        found = gaps(
+            self.leg,
+            place_chain(self.chain, self.home, self.leg.base.R, self.leg.base.p),
+            *attachment_frame(self.leg, R, p),
+        )
+        return max(((gap, float(_size(gap, self.length))) for gap in found), key=lambda x: x[1])
 
     def leaves_drive_open(
-        self, pose: np.ndarray, R_platform: np.ndarray, q: np.ndarray, *, chosen: bool = False
+        self, pose: np.ndarray, R: np.ndarray, q: np.ndarray, *, chosen: bool = False
     ) -> np.ndarray:
-        """Where the coordinates q (N, size) of drives do not follow from the pose (N,).
+        """Where the coordinates q (N, size) of drives of a leg do not follow from the pose (N,).
 
         That of a crank under the far end of its rod does not. Nor do those of an arm in whose wrist
         two axes are in line, of which the pose decides the sum, unless they are chosen by others
@@ -320,7 +336,7 @@ class LegSolver:
         """
         form = self.closed_form
         if isinstance(form, Rod):
-            return form.leaves_drive_open(*frame_in_base(self.leg, R_platform, pose[:, :3]))
+            return form.leaves_drive_open(*self._inside(R, pose[:, :3]))
         if chosen:
             return np.zeros(len(pose), dtype=bool)
         if isinstance(form, Arm):
@@ -338,13 +354,13 @@ class LegSolver:
         where an arm is stretched out, it does not.
         """
         x = np.concatenate([pose, q], axis=-1)
-        _, values, V_T = np.linalg.svd(self._task.rates(x))
+        _, values, V_T = np.linalg.svd(self._loops.rates(x))
         open_ = np.count_nonzero(values > _MOVES, axis=-1) < self._in_general[0]
-        free = self.leg.chain.free
         for k in np.flatnonzero(open_):
-            motion = np.zeros(q.shape[-1])
-            motion[free] = V_T[k, np.count_nonzero(values[k] > _MOVES)]
-            found = self._task.closed_near(pose[[k]], [q[[k]] + _STEP * motion])
+            ahead = x[[k]]
+            motion = V_T[k, np.count_nonzero(values[k] > _MOVES)]
+            ahead[:, 6 + np.flatnonzero(self.chain.free)] += _STEP * motion
+            found = closed_near(self._loops, ahead)
             moved = np.abs(found.coordinates[0][0] - q[k])[self._drives]
             open_[k] = found.closed[0] and moved.max() > 0.1 * _STEP
         return open_
@@ -352,8 +368,8 @@ class LegSolver:
     @cached_property
     def _drives(self) -> np.ndarray:
         """Which coordinates are actuated (size,) bool."""
-        chain = self.leg.chain
-        return chain.free & np.array([isinstance(role, Actuated) for role in chain.roles], bool)
+        driven = [isinstance(role, Actuated) for role in self.chain.roles]
+        return self.chain.free & np.array(driven, dtype=bool)
 
     @property
     def has_redundant_drives(self) -> bool:
@@ -363,100 +379,105 @@ class LegSolver:
     @cached_property
     def _in_general(self) -> tuple[int, bool]:
         """Rank of the rates of closure in general, and whether drives can move alone there."""
-        free = self.leg.chain.free
+        free = self.chain.free
         q = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (1, free.size))
         x = np.concatenate([self.home_pose[None], np.where(free, q, self.home)], axis=-1)
-        _, values, V_T = np.linalg.svd(self._task.rates(x)[0])
+        _, values, V_T = np.linalg.svd(self._loops.rates(x)[0])
         rank = int(np.count_nonzero(values > _MOVES))
         return rank, bool(np.any(np.abs(V_T[rank:, self._drives[free]]) > _MOVES))
 
-    def that_holds_at(self, pose: np.ndarray, R_platform: np.ndarray) -> LegSolver:
+    def that_holds_at(self, pose: np.ndarray, R: np.ndarray) -> LegSolver:
         """The same, or one that iterates where copies leave a loop open at one of the poses."""
         if self.closed_form is None:
             return self
-        q = self._copies_at(self.closed_form, pose, R_platform)
-        if not np.any(self._leaves_loops_open(q, pose, R_platform)[0]):
+        q = self._in_form(self.closed_form, R, pose[:, :3])
+        if not np.any(self._leaves_loops_open(q, R, pose[:, :3])[1]):
             return self
-        return replace(self, closed_form=None, copies=np.arange(self.leg.chain.size))
+        return replace(self, closed_form=None, copies=np.arange(self.chain.size))
 
-    def _copies_at(self, form: ClosedForm, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
-        """Coordinates in closed form, those of copies equal to those of the main path."""
-        return self.in_form(form, *frame_in_base(self.leg, R_platform, pose[..., :3]))
+    def placed(
+        self,
+        q: Sequence[np.ndarray],
+        R: np.ndarray,
+        p: np.ndarray,
+        placed: PlacedChain | None = None,
+    ) -> tuple[list[PlacedLeg], np.ndarray, np.ndarray]:
+        """The legs at coordinates (N, size) of each, with the platform at (R, p).
 
-    def in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Coordinates (N, size) in closed form, the end frame at (R, p) in that of the base."""
-        q = form.solve(R, p)
+        The chain of all of them may be placed already.
+
+        Returns
+        -------
+        legs : list of PlacedLeg
+        shifts, turns : (legs, N) arrays
+            By how much each misses the platform, or a loop in it is open [m], [rad].
+        """
+        count, number = len(p), len(self.legs)
+        rows = q[0] if number == 1 else poses_side_by_side(np.concatenate(q), 1)
+        placed, found = self._placed(rows, R, p, placed)
+        missed = zip(*(gap.missed for gap in found), strict=True)
+        shift, turn = (x[0] if len(x) == 1 else np.max(x, axis=0) for x in missed)
+        whole = PlacedLeg(self.leg.name, placed.elements, placed.p)
+        legs = [whole]
+        if number > 1:
+            legs = [
+                replace(whole.at(slice(i * count, (i + 1) * count)), name=leg.name)
+                for i, leg in enumerate(self.legs)
+            ]
+        return legs, shift.reshape(number, count), turn.reshape(number, count)
+
+    def _placed(
+        self, q: np.ndarray, R: np.ndarray, p: np.ndarray, placed: PlacedChain | None = None
+    ) -> tuple[PlacedChain, list[Loop]]:
+        """The chain at coordinates of rows, with the platform at poses, and its gaps."""
+        if placed is None:
+            placed = place_chain(self.chain, q, *self._bases(len(p)))
+        return placed, gaps(self.leg, placed, *self._ends(R, p))
+
+    def _in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Coordinates of rows in closed form, those of copies equal to those of the main path."""
+        q = form.solve(*self._inside(R, p))
         same = self.copies.size == q.shape[-1]
         return q if same else poses_side_by_side(q[..., self.copies], 1)
 
+    def _inside(self, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Frames of rows at which the legs end, seen from those in which they begin."""
+        R_end, p_end = self._ends(R, p)
+        R_base, p_base = self._bases(len(p))
+        back = transposed(R_base)
+        return product(back, R_end), np.einsum("...ij,...j->...i", back, p_end - p_base)
 
-def recognised_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
-    """A solver with the closed form of a leg, its assembly mode not chosen yet.
+    def _ends(self, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Frames of rows on the platform, at (R, p), at which the legs end."""
+        if len(self.legs) == 1:
+            return attachment_frame(self.leg, R, p)
+        R_own, p_own = self._frames[1]
+        at = p + np.einsum("nij,lj->lni", R, p_own)
+        return _rows(product(R, R_own[:, None]), 2), _rows(at, 1)
 
-    Raises InputError when an elbow is named for a leg that has no choice in closed form.
-    """
-    # No closed form takes joints that follow one another.
-    copies = None if leg.chain.is_coupled else copied_places(leg.chain)
-    closed_form = None if copies is None else _recognised(leg.chain.main_path)
-    if leg.elbow is not Elbow.HOME and not isinstance(closed_form, Rod):
-        raise InputError(
-            f"elbow of leg {leg.name!r}",
-            got=leg.elbow.value,
-            expected="none: only a slide or crank with a rod has two ways in closed form",
-            hint="choose the working mode of this leg by the home coordinates of its joints",
+    def _bases(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Frames of rows in which the legs begin, for so many poses; one frame of one leg."""
+        if len(self.legs) == 1:
+            return self.leg.base.R, self.leg.base.p
+        R, p = self._frames[0]
+        return (
+            _rows(np.broadcast_to(R[:, None], (len(R), count, 3, 3)), 2),
+            _rows(np.broadcast_to(p[:, None], (len(R), count, 3)), 1),
         )
-    if closed_form is None or copies is None:
-        copies = np.arange(leg.chain.size)
-    return LegSolver(leg, closed_form, copies, home_pose, leg.chain.home, length)
+
+    @cached_property
+    def _frames(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Axes (legs, 3, 3) and origins (legs, 3) of the bases, then of the attachments."""
+        each = [leg.base for leg in self.legs], [leg.attachment for leg in self.legs]
+        return [(np.stack([f.R for f in own]), np.stack([f.p for f in own])) for own in each]
 
 
-def _placed(
-    leg: Leg, q: np.ndarray, R_platform: np.ndarray, p_platform: np.ndarray
-) -> tuple[PlacedChain, list[Loop]]:
-    """A leg at coordinates, and its gaps."""
-    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
-    return placed, list(gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)))
-
-
-_KINDS = (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post, recognise_arm)
-
-
-@kept
-def _recognised(path: Chain) -> ClosedForm | None:
-    """The closed form of a chain without blocks: by given points first, then by meeting axes."""
-    for joined in (False, True):
-        skeleton = skeleton_of(path, joined_where_axes_meet=joined)
-        for recognise in _KINDS:
-            if (found := recognise(skeleton)) is not None:
-                return found
-    return None
-
-
-def _open_by(
-    leg: Leg, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray, length: float
-) -> np.ndarray:
-    """How far postures (m, N, size) leave a leg open: part of the length, or radians (m, N)."""
-    many = np.tile(R_platform, (len(q), 1, 1)), np.tile(pose[:, :3], (len(q), 1))
-    _, found = _placed(leg, q.reshape(-1, q.shape[-1]), *many)
-    return np.max([_size(gap, length) for gap in found], axis=0).reshape(q.shape[:-1])
+def _rows(values: np.ndarray, own_axes: int) -> np.ndarray:
+    """Of all legs at all poses along one axis, poses side by side."""
+    return poses_side_by_side(values.reshape(-1, *values.shape[2:]), own_axes)
 
 
 def _size(gap: Loop, length: float) -> np.ndarray:
     """Of a gap (...): part of the length, or radians."""
     shift, turn = gap.missed
     return np.maximum(shift / length, turn)
-
-
-def _check_home(leg: Leg, gap: Loop, length: float) -> None:
-    """Refuse a home that leaves the gap that is open most."""
-    if _size(gap, length) > CLOSED:
-        (shift, turn), where = gap.missed, gap.name
-        place = f"at the end of branch {where!r}" if where else "at the platform"
-        raise OpenAtHomeError(
-            f"home configuration of leg {leg.name!r}",
-            got=f"a gap of {shift:.4g} m and {np.degrees(turn):.4g} deg {place}",
-            expected="a leg that closes at the home pose"
-            + (", and branches that end where the first one does" if where else ""),
-            hint="check its dimensions and the directions of its frames and axes, or give the "
-            "joints home coordinates near the closed configuration",
-        )

@@ -69,6 +69,14 @@ class PlacedTree:
     p: np.ndarray
     R_wanted: np.ndarray
     p_wanted: np.ndarray
+    # (N, frames, 3, 3) and (N, frames, 3, 1), level by level, and the place of each frame
+    frames: tuple[np.ndarray, np.ndarray]
+    number: np.ndarray
+
+    def at(self, fixed: Fixed) -> tuple[np.ndarray, np.ndarray]:
+        """Axes (N, 3, 3) and origin (N, 3) of a frame at rest in one of the moving frames."""
+        R, p = (own[:, self.number[fixed.frame]] for own in self.frames)
+        return R @ fixed.R, p[..., 0] + R @ fixed.p
 
 
 @dataclass(frozen=True)
@@ -277,10 +285,12 @@ class MotionTree:
             R[:, level] = R_before @ M[:, here]
             p[:, level] = p[:, own.parents[here]] + R_before @ d[:, here]
         along = (R[:, own.parents[frames - 1]] @ axes)[..., 0]
-        ends = []
-        for at, R_own, p_own in self._ends:
-            ends += [R[:, at] @ R_own, (p[:, at] + R[:, at] @ p_own)[..., 0]]
-        return PlacedTree(along, p[:, frames][..., 0], *ends)
+        (R_end, p_end), wanted = (
+            (R[:, at] @ R_own, (p[:, at] + R[:, at] @ p_own)[..., 0])
+            for at, R_own, p_own in self._ends
+        )
+        points = p[:, frames][..., 0]
+        return PlacedTree(along, points, R_end, p_end, *wanted, (R, p), own.number)
 
     def closing_twists(self, placed: PlacedTree) -> np.ndarray:
         """Twists (17) by which each coordinate closes each end (N, ends, 6, size)."""

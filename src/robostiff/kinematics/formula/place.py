@@ -50,11 +50,12 @@ from robostiff.model import (
     Telescope,
 )
 from robostiff.record import Entry, greater, is_one, is_zero, most_size, square_root
+from robostiff.spatial import Frame
 
 
 @dataclass(frozen=True)
 class FormulaPose:
-    """A pose of the platform in the world.
+    """A pose of a body, mostly the platform, in the world.
 
     Attributes
     ----------
@@ -77,6 +78,10 @@ class FormulaPose:
         """
         six = np.array(coordinates, dtype=object)
         return cls(turn_by_vector_of_entries(six[3:]), six[:3])
+
+    def at(self, frame: Frame) -> FormulaPose:
+        """A frame that is fixed to the body."""
+        return FormulaPose(self.R @ frame.R, self.p + self.R @ frame.p)
 
 
 @dataclass(frozen=True)

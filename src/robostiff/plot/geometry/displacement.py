@@ -1,40 +1,26 @@
-"""Motion of every body of a robot when its platform is deflected.
-
-The platform moves by the twist t and each leg carries the wrench F = K_leg t. Along the leg, an
-elastic part deflects by C F; the remainder of t is motion of the passive joints,
-
-    J_q dq = t - sum of C_i F,
-
-the least motion where they are redundant. The sums up to each element are the twists of the bodies
-between them, and the last of them is that of the platform. Under finite loads the bodies are where
-an equilibrium has them.
-"""
+"""Motion of every body of a machine: under a small load, and from one state to another."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.elastostatics import BlockCompliance, Tolerance, scaling
-from robostiff.kinematics import freedom_twist, spring_compliance
-from robostiff.model import (
-    CoupledFreedom,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import CoupledFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.model.snapshot import PlacedBlock
-from robostiff.network import Network, motions_under, network_of_snapshot
+from robostiff.network import (
+    JointElement,
+    Network,
+    SpringElement,
+    motions_under,
+    network_of_snapshot,
+)
 from robostiff.network.network import platform_node
-from robostiff.spatial import Space, cross, move_twist, move_wrench
+from robostiff.spatial import cross, move_twist, move_wrench
 from robostiff.statics import BodyPlace, BodyPlaces
-
-Element = PlacedFreedom | PlacedSpring | PlacedBlock
 
 
 @dataclass(frozen=True)
@@ -75,8 +61,15 @@ def end_key(snapshot: Snapshot, i: int) -> str:
     return PLATFORM if placed is None else node_key(placed.holds[i])
 
 
-def motion_under(snapshot: Snapshot, bent: Deflection) -> Motions:
-    """Motions of the bodies of a robot, at the single pose that was loaded, of a deflection.
+def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
+    """Motions of the bodies at the single pose that was loaded, of a deflection.
+
+    The robot is the network of its parts; a body whose place the platform does not feel is held.
+
+    Raises
+    ------
+    NoAnswerError
+        When there is no deflection.
 
     Examples
     --------
@@ -88,130 +81,47 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> Motions:
     True
     """
     answer = bent.stiffness
-    rows = list(answer.space.rows)
-    to_origin = answer.origin - answer.reference_point
-    to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
-    t = move_twist(bent.twist, to_origin)
-    held = answer.details().whole
-    found = {PLATFORM: BodyMotion(spatial(t, rows), answer.origin)}
-    if snapshot.platform is not None:
-        placed = snapshot.platform
-        moved = network_motion(network_of_snapshot(snapshot), bent)
-        for node in placed.platform.nodes:
-            found[node_key(node.name)] = moved[platform_node(placed, node.name)]
-    solver = _LegSolver(answer.origin, answer.space, held.length, held.tolerance, found)
-    legs = zip(snapshot.legs, answer.details().leg_blocks, bent.leg_wrenches, strict=True)
-    for i, (leg, blocks, F) in enumerate(legs):
-        end = found[end_key(snapshot, i)].twist_about(answer.origin)
-        solver.solve(leg, f"{leg.name}/", blocks, np.zeros(6), end, spatial(F, rows))
+    network = network_of_snapshot(posed) if isinstance(posed, Snapshot) else posed
+    v = (network.reference_point - answer.reference_point)[: network.space.translations]
+    tolerance = answer.details().whole.tolerance
+    moved = motions_under(network, move_wrench(bent.wrench, v), bent.forces, tolerance)
+    o = answer.origin
+    nodes = {n: BodyMotion(BodyMotion(*own).twist_about(o), o) for n, own in moved.items()}
+    if not isinstance(posed, Snapshot):
+        return nodes
+    found = {PLATFORM: nodes[network.platform]}
+    if posed.platform is not None:
+        for node in posed.platform.platform.nodes:
+            found[node_key(node.name)] = nodes[platform_node(posed.platform, node.name)]
+    first = 0 if posed.platform is None else len(posed.platform.platform.parts)
+    parts = iter(network.springs[first:]), iter(network.joints)
+    for leg in posed.legs:
+        found |= {
+            f"{leg.name}/{n}": nodes[own] for n, own in _bodies(leg, network.fixed[0], *parts)
+        }
     return found
 
 
-def network_motion(network: Network, bent: Deflection) -> Motions:
-    """Motions of the bodies of a network under the load of a deflection, by name.
+def _bodies(
+    leg: PlacedLeg, node: str, springs: Iterator[SpringElement], joints: Iterator[JointElement]
+) -> Generator[tuple[str, str], None, str]:
+    """Elements of a leg with the node behind each, and the last node.
 
-    Raises NoAnswerError when there is no deflection.
+    Springs and joints come in the order in which `network_of_snapshot` makes them.
     """
-    tolerance = bent.stiffness.details().whole.tolerance
-    v = network.reference_point - bent.stiffness.reference_point
-    v = v[: network.space.translations]
-    F, t = move_wrench(bent.wrench, v), move_twist(bent.twist, v)
-    moved = motions_under(network, F, t, tolerance)
-    return {name: BodyMotion(*own) for name, own in moved.items()}
-
-
-@dataclass(frozen=True)
-class _LegSolver:
-    origin: np.ndarray
-    space: Space
-    length: np.ndarray
-    tolerance: Tolerance
-    found: dict[str, BodyMotion]
-
-    def solve(
-        self,
-        leg: PlacedLeg,
-        prefix: str,
-        known: Sequence[BlockCompliance],
-        t_start: np.ndarray,
-        t_end: np.ndarray,
-        F: np.ndarray,
-    ) -> None:
-        """Find the bodies of a leg whose ends move by t_start and t_end (6,) under F (6,).
-
-        Its parallel blocks are `known`, by which they share a wrench among their branches.
-        """
-        rows = list(self.space.rows)
-        blocks = iter(known)
-        solved = [next(blocks) if isinstance(e, PlacedBlock) else None for e in leg.elements]
-        given = [self._sprung_and_free(*own, F) for own in zip(leg.elements, solved, strict=True)]
-        q = self._joint_motion(
-            np.concatenate([N for _, N in given], axis=1),
-            t_end - t_start - np.sum([moved for moved, _ in given], axis=0),
-        )
-        motions, start = [], 0
-        for moved, N in given:
-            motions.append(moved + N @ q[start : start + N.shape[1]])
-            start += N.shape[1]
-        t = t_start
-        for element, block, own in zip(
-            leg.elements, solved, self._shared(leg, motions), strict=True
-        ):
-            if block is not None and isinstance(element, PlacedBlock):
-                parts = zip(element.branches, block.inner, block.shares, strict=True)
-                for branch, inner, share in parts:
-                    F_branch = spatial(share @ F[rows], rows)
-                    self.solve(branch, prefix, inner, t, t + own, F_branch)
-            t = t + own
-            self.found[prefix + element.name] = BodyMotion(t, self.origin)
-
-    def _shared(self, leg: PlacedLeg, motions: list[np.ndarray]) -> list[np.ndarray]:
-        """Motions of the elements, those of coupled coordinates at the joints that they move."""
-        if not any(isinstance(e, CoupledFreedom) for e in leg.elements):
-            return motions
-        shared = list(motions)
-        places = {
-            e.joint if isinstance(e, CoupledFreedom) else e.name: i
-            for i, e in enumerate(leg.elements)
-        }
-        for i, element in enumerate(leg.elements):
-            if isinstance(element, CoupledFreedom):
-                whole = freedom_twist(element, self.origin)
-                amount = float(whole @ motions[i] / (whole @ whole))
-                shared[i] = shared[i] - motions[i]
-                for name, share, screw in element.moves:
-                    shared[places[name]] = shared[places[name]] + (
-                        share * amount * screw.twist(self.origin)
-                    )
-        return shared
-
-    def _sprung_and_free(
-        self, element: Element, block: BlockCompliance | None, F: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Deflection (6,) of an element under F (6,), and free twists (6, k), about the origin."""
-        if block is not None:
-            rows = list(self.space.rows)
-            N = np.zeros((6, int(np.count_nonzero(block.present))))
-            N[rows] = block.J_q[:, block.present]
-            return spatial(block.C @ F[rows], rows), N
-        if isinstance(element, PlacedSpring):
-            return spring_compliance(element, self.origin) @ F, np.zeros((6, 0))
-        freedom = cast("PlacedFreedom", element)
-        column = freedom_twist(freedom, self.origin)
-        if freedom.is_passive:
-            return np.zeros(6), column[:, None]
-        C = 0.0 if freedom.stiffness is None else 1 / freedom.stiffness
-        return C * (column @ F) * column, np.zeros((6, 0))
-
-    def _joint_motion(self, N: np.ndarray, missing: np.ndarray) -> np.ndarray:
-        """Least joint motion with twist N q = missing."""
-        rows = list(self.space.rows)
-        s = scaling(self.length, self.space)
-        columns = N[rows] * s[:, None]
-        size = np.linalg.norm(columns, axis=0)
-        size = np.where(size > 0, size, 1.0)
-        cut = self.tolerance.independence
-        return np.linalg.lstsq(columns / size, missing[rows] * s, rcond=cut)[0] / size
+    is_welded = True
+    for element in leg.elements:
+        own = element.alone if isinstance(element, CoupledFreedom) else element
+        if isinstance(own, PlacedBlock):
+            for branch in own.branches:
+                end = yield from _bodies(branch, node, springs, joints)
+            node, is_welded = end, False
+        elif isinstance(own, PlacedSpring):
+            node, is_welded = next(springs).b, False
+        elif own.is_passive or own.stiffness is not None:
+            node, is_welded = next(joints).b, False
+        yield element.name, node
+    return next(joints).b if is_welded else node
 
 
 def spatial(values: np.ndarray, rows: Sequence[int]) -> np.ndarray:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from robostiff.markup import Section
 from robostiff.report.contents import ReportContents
-from robostiff.report.section import Section
+from robostiff.report.sections.findings import findings_section
 from robostiff.report.sections.map_slices import map_section
 from robostiff.report.sections.results import (
     bending_section,
@@ -26,6 +27,7 @@ __all__ = ["report_sections"]
 def report_sections(contents: ReportContents) -> list[Section]:
     """The sections that have content."""
     sections = (
+        findings_section(contents),
         robot_section(contents),
         matrices_section(contents),
         weakest_section(contents),

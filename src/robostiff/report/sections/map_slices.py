@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.markup import Paragraph, number
+from robostiff.markup import Paragraph, Section, number
 from robostiff.plot.maps.pictures import OVERVIEW, slice_picture
 from robostiff.plot.maps.selection import CLASSES
 from robostiff.plot.picture import Field
 from robostiff.report.contents import ReportContents
-from robostiff.report.section import Figure, Level, Section, section
+from robostiff.report.figures import Figure, Level
 
 if TYPE_CHECKING:
     import xarray
@@ -32,7 +32,7 @@ def map_section(contents: ReportContents) -> Section | None:
     title = "Over the workspace"
     if len(axes) < 2 or any(name not in found.coords for name in axes):
         why = "The map has no grid over two coordinates, so there is no slice to draw."
-        return section("map", title, [Paragraph(why)])
+        return Section("map", title, [Paragraph(why)])
     # ranks and statuses where there is more than one of them
     several = [name for name in CLASSES if len(np.unique(found[name].values)) > 1]
     names = [name for name in (*OVERVIEW, *several) if name in found]
@@ -47,7 +47,7 @@ def map_section(contents: ReportContents) -> Section | None:
     if thin:
         words.append(f"The slices show {', '.join(thin)}.")
     figures = [_slices(contents, shown, name, axes) for name in names]
-    return section("map", title, [Paragraph(" ".join(words)), *figures])
+    return Section("map", title, [Paragraph(" ".join(words)), *figures])
 
 
 def _thinned(found: xarray.Dataset, axes: list[str], figures: int) -> xarray.Dataset:

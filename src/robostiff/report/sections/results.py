@@ -8,37 +8,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection, Stiffness
+from robostiff.analysis import CableResponse, Deflection
 from robostiff.errors import NoAnswerError
 from robostiff.markup import (
     COMPLIANCE_UNITS,
+    Block,
     Bullets,
     Cell,
+    Folded,
     LabelledMatrix,
     Number,
     Paragraph,
+    Section,
+    SideBySide,
     Table,
     Tone,
 )
 from robostiff.model import Robot
-from robostiff.page.cables import cable_load_blocks, tension_table
 from robostiff.page.indices import centres, principal_table, ratios, worst_table
-from robostiff.page.loads import (
-    KNOWN,
-    matrix_under_load,
-    mode_table,
-    other_modes,
-    stability_in_words,
-)
-from robostiff.page.stiffness import (
-    actuator_table,
-    displacement_table,
-    energy_table,
-    free_motion_table,
-    shown_twist,
-    small_motion,
-    stiffness_matrix,
-)
+from robostiff.page.loads import KNOWN, matrix_under_load, stability_in_words
+from robostiff.page.of_result import page_of
+from robostiff.page.stiffness import energy_table, shown_twist, small_motion, stiffness_matrix
 from robostiff.plot.energy_bars import comparison_picture, energy_picture
 from robostiff.plot.loaded_robot import equilibrium_picture, load_curve_picture, mode_picture
 from robostiff.plot.picture import Bars
@@ -46,69 +36,44 @@ from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.posture import surroundings
 from robostiff.plot.stiffness_pictures import Quality, ellipsoid_picture, free_motions_picture
 from robostiff.report.contents import AnswersUnderLoad, ReportContents
-from robostiff.report.section import (
-    Figure,
-    Folded,
-    Level,
-    Part,
-    Section,
-    SideBySide,
-    one_figure,
-    section,
-)
-
-_TITLE = "Stiffness and compliance"
+from robostiff.report.figures import Figure, Level, one_figure
 
 
 def matrices_section(contents: ReportContents) -> Section:
-    """K and C with units, rank, free motions and decision."""
+    """K and C with units, rank, free motions and decision: the page of the stiffness, and C."""
     result = contents.stiffness
-    parts: list[Part | None] = []
-    if np.all(result.answered):
-        K, C = stiffness_matrix(result), _compliance_matrix(result)
-        parts.append(SideBySide((K,) if C is None else (K, C)))
-        if C is None:
-            parts.append(Paragraph("K is singular: there is no compliance matrix."))
+    space, C = result.space, result.compliance
+    blocks = list(page_of(result).blocks)
+    at = next((i for i, own in enumerate(blocks) if isinstance(own, LabelledMatrix)), None)
+    if at is None:
+        blocks.insert(0, Paragraph(f"There is no stiffness matrix: status {result.status}."))
+    elif C is None:
+        words = Paragraph("K is singular: there is no compliance matrix.")
+        blocks[at : at + 1] = [stiffness_matrix(result), words]
     else:
-        parts.append(Paragraph(f"There is no stiffness matrix: status {result.status}."))
-    if int(result.rank) < 0:
-        return section("stiffness", _TITLE, parts)
-    count = len(result.free_motions)
-    moves = "free to move in one way" if count == 1 else f"free to move in {count} ways"
-    meaning = f"the platform is {moves if count else 'held in every direction'}"
-    parts.append(Paragraph(f"Rank {int(result.rank)} of {result.space.size}: {meaning}."))
-    parts.append(free_motion_table(result))
+        units = COMPLIANCE_UNITS
+        inverse = LabelledMatrix("C", C, space.twist_order, space.wrench_order, units)
+        blocks[at] = SideBySide((stiffness_matrix(result), inverse))
+    figures: list[Block] = []
     if result.free_motions and contents.posed is not None:
-        caption = "Free motions of the platform."
         picture = free_motions_picture(result, surroundings(contents.posed, result))
-        parts.append(one_figure("free-motions", caption, picture))
-    if isinstance(result, CableStiffness):
-        return section("stiffness", _TITLE, [*parts, _ellipsoid(contents), tension_table(result)])
-    lost = tuple(f"redundant passive joint: {name}" for name in result.redundant_joints)
-    parts.append(Bullets(lost) if lost else None)
-    parts.append(Paragraph(f"Rank decided by {result.decision}.", Tone.QUIET))
-    return section("stiffness", _TITLE, parts)
+        figures.append(one_figure("free-motions", "Free motions of the platform.", picture))
+    if contents.indices is None:
+        figures += _ellipsoid(contents)
+    return Section("stiffness", "Stiffness and compliance", [*blocks, *figures])
 
 
-def _compliance_matrix(result: Stiffness | CableStiffness) -> LabelledMatrix | None:
-    """The compliance; None where there is none."""
-    C, space = result.compliance, result.space
-    if C is None:
-        return None
-    return LabelledMatrix("C", C, space.twist_order, space.wrench_order, COMPLIANCE_UNITS)
-
-
-def _ellipsoid(contents: ReportContents) -> Figure | None:
+def _ellipsoid(contents: ReportContents) -> list[Block]:
     """The ellipsoid of displacements; nothing where there is none."""
     result = contents.stiffness
     if result.space.translations < 3 or result.compliance is None:
-        return None
+        return []
     with suppress(NoAnswerError):
         around = surroundings(contents.posed, result)
         picture = ellipsoid_picture(result, Quality.COMPLIANCE, around)
         caption = "Displacements under unit forces in all directions (compliance ellipsoid)."
-        return one_figure("ellipsoid", caption, picture)
-    return None
+        return [one_figure("ellipsoid", caption, picture)]
+    return []
 
 
 def weakest_section(contents: ReportContents) -> Section | None:
@@ -120,49 +85,40 @@ def weakest_section(contents: ReportContents) -> Section | None:
         "The principal stiffnesses are those with all other displacements and rotations held. The "
         "largest displacement is with rotations free, the largest rotation with displacements free."
     )
-    tables = SideBySide((principal_table(found), worst_table(found)))
-    parts = [words, tables, ratios(found), centres(found), _ellipsoid(contents)]
-    return section("weakest", "Where it is soft", parts)
-
-
-_LOAD = "Under the load"
+    tables = (principal_table(found), worst_table(found), ratios(found), centres(found))
+    figures = _ellipsoid(contents)
+    blocks = SideBySide((tables, *figures)) if figures else SideBySide((tables[0], tables[1:]))
+    return Section("weakest", "Where it is soft", [words, blocks])
 
 
 def bending_section(contents: ReportContents) -> Section | None:
-    """Displacement, shares of the elastic energy, loads on actuators; nothing without a load."""
+    """The page of what a load does, with the deformed shape; nothing without a load."""
     bent = contents.deflection
     if bent is None:
         return None
-    if isinstance(bent, CableResponse):
-        return section("load", _LOAD, list(_cables_bent(contents, bent)))
+    blocks = [block for block in page_of(bent).blocks if block is not None]
     if not bent.has_answer:
-        words = Paragraph(f"There is no deflection: status {bent.status}.")
-        return section("load", _LOAD, [words, Bullets(tuple(bent.advice), Tone.WARNING)])
-    loads = (displacement_table(bent), actuator_table(bent))
-    parts: list[Part | None] = [SideBySide(tuple(table for table in loads if table is not None))]
-    if bent.energy > 0 and contents.posed is not None:
-        caption = "The robot under the load; colours show shares of the elastic energy."
-        parts.append(one_figure("deformed", caption, picture_of_posed(contents.posed, bent)))
-        of = "each leg, part by part" if len(bent.leg_wrenches) > 1 else "each part"
-        caption = f"Elastic energy of {of}."
-        parts.append(one_figure("energy", caption, energy_picture(bent)))
+        words = f"There is no deflection: status {bent.status}."
+        if isinstance(bent, CableResponse):
+            part = f"{100 * bent.carried:.4g} % of it are carried"
+            words = f"The load is not carried: status {bent.status}; {part}."
+        blocks += [Paragraph(words), Bullets(tuple(bent.advice), Tone.WARNING)]
+    elif isinstance(bent, CableResponse):
+        if contents.posed is not None:
+            caption = "The robot where it rests under the load, and without it in dashed lines."
+            deformed = one_figure("deformed", caption, picture_of_posed(contents.posed, bent))
+            blocks[:1] = [SideBySide((blocks[0], deformed))]
+    elif bent.energy > 0 and contents.posed is not None:
         every = energy_table(bent.parts, bent.energy, most=None)
-        parts.append(Folded(f"{len(bent.parts)} parts, one by one", (every,)))
-    return section("load", _LOAD, parts)
-
-
-def _cables_bent(contents: ReportContents, bent: CableResponse) -> Iterator[Part]:
-    """Displacement, the robot where it rests, tensions, and when the first cable is slack."""
-    if bent.after is None or contents.posed is None:
-        part = f"{100 * bent.carried:.4g} % of it are carried"
-        yield Paragraph(f"The load is not carried: status {bent.status}; {part}.")
-        yield Bullets(tuple(bent.advice), Tone.WARNING)
-        return
-    displacement, *rest = cable_load_blocks(bent)
-    yield displacement
-    caption = "The robot where it rests under the load, and without it in dashed lines."
-    yield one_figure("deformed", caption, picture_of_posed(contents.posed, bent))
-    yield from rest
+        caption = "The robot under the load; colours show shares of the elastic energy."
+        of = "each leg, part by part" if len(bent.leg_wrenches) > 1 else "each part"
+        blocks = [
+            SideBySide(tuple(b for b in blocks if getattr(b, "title", "") != every.title)),
+            one_figure("deformed", caption, picture_of_posed(contents.posed, bent)),
+            one_figure("energy", f"Elastic energy of {of}.", energy_picture(bent)),
+            Folded(f"{len(bent.parts)} parts, one by one", (every,)),
+        ]
+    return Section("load", "Under the load", blocks)
 
 
 def finite_load_section(contents: ReportContents) -> Section | None:
@@ -170,30 +126,31 @@ def finite_load_section(contents: ReportContents) -> Section | None:
     known = contents.under_load
     if known is None:
         return None
-    result = known.equilibrium
+    result, robot = known.equilibrium, contents.robot
     words = stability_in_words(result) if result.has_answer else "no equilibrium was found"
-    parts: list[Part | None] = [Paragraph(f"Status {result.status}: {words}.")]
-    robot = contents.robot
+    blocks: list[Block | None] = [Paragraph(f"Status {result.status}: {words}.")]
     if isinstance(robot, Robot) and robot.gravity is not None:
-        parts.append(Paragraph("The weights of the robot act besides the load."))
+        blocks.append(Paragraph("The weights of the robot act besides the load."))
     if result.advice:
-        parts.append(Bullets(tuple(result.advice), Tone.WARNING))
+        blocks.append(Bullets(tuple(result.advice), Tone.WARNING))
     if result.has_answer:
         tables = (_displacements(known, contents), *_changes(known, contents))
-        parts += [SideBySide(tables), matrix_under_load(result)]
         words = (
             "K under load is the rate of the wrench that the legs carry; K total, less the rate of "
             "loads that turn with the platform, is what more load meets."
         )
-        parts.append(Paragraph(words, Tone.QUIET))
-    if result.has_answer:
-        words = "Where the robot comes to rest, without load in dashed lines."
-        parts.append(one_figure("loaded-shape", words, equilibrium_picture(result)))
+        caption = "Where the robot comes to rest, without load in dashed lines."
+        blocks += [
+            SideBySide(tables),
+            matrix_under_load(result),
+            Paragraph(words, Tone.QUIET),
+            one_figure("loaded-shape", caption, equilibrium_picture(result)),
+        ]
     if np.any(np.isfinite(known.curve["displacement"].to_numpy())):
         caption = "Force and deflection up to twice the load; dashed where the robot does not stay."
-        parts.append(one_figure("load-curve", caption, load_curve_picture(known.curve)))
-    parts.append(Paragraph(_critical(known)))
-    return section("finite-load", "Under finite load", parts)
+        blocks.append(one_figure("load-curve", caption, load_curve_picture(known.curve)))
+    blocks.append(Paragraph(_critical(known)))
+    return Section("finite-load", "Under finite load", blocks)
 
 
 def _displacements(known: AnswersUnderLoad, contents: ReportContents) -> Table:
@@ -256,9 +213,11 @@ def vibrations_section(contents: ReportContents) -> Section | None:
         )
         for i, mode in enumerate(found.each[:_DRAWN], start=1)
     )
-    figure = Figure("modes", "The slowest modes, displacements exaggerated.", levels)
-    parts = [Paragraph(words), mode_table(found), other_modes(found), figure]
-    return section("vibrations", "Natural frequencies", parts)
+    caption = "The slowest modes, displacements exaggerated."
+    figure = Figure("modes", caption, levels, is_wide=True)
+    return Section(
+        "vibrations", "Natural frequencies", [Paragraph(words), *page_of(found).blocks, figure]
+    )
 
 
 def comparison_section(contents: ReportContents) -> Section | None:
@@ -275,23 +234,23 @@ def comparison_section(contents: ReportContents) -> Section | None:
         ["status", str(contents.status), str(other.status)],
         ["rank", str(int(first.rank)), str(int(second.rank))],
     ]
-    parts: list[Part | None] = [Table(["", *names], rows)]
-    parts.append(Bullets(other.advice, Tone.WARNING) if other.advice else None)
+    blocks: list[Block] = [Table(["", *names], rows)]
+    blocks += [Bullets(other.advice, Tone.WARNING)] if other.advice else []
     if not (np.all(first.answered) and np.all(second.answered)):
-        parts.append(Paragraph("One of the two has no stiffness matrix to be compared."))
-        return section("comparison", title, parts)
-    parts.append(SideBySide((replace(stiffness_matrix(second), symbol=f"K of {names[1]}"),)))
+        blocks.append(Paragraph("One of the two has no stiffness matrix to be compared."))
+        return Section("comparison", title, blocks)
+    blocks.append(replace(stiffness_matrix(second), symbol=f"K of {names[1]}"))
     try:
         picture = comparison_picture(first, second, names=names)
         for i, panel in enumerate(picture.panels):  # beside each other
             caption = f"Principal stiffnesses of both designs, {panel.label.partition(' [')[0]}."
-            parts.append(one_figure(f"comparison-{i}", caption, Bars(picture.title, (panel,))))
+            blocks.append(one_figure(f"comparison-{i}", caption, Bars(picture.title, (panel,))))
     except NoAnswerError as error:
-        parts.append(Paragraph(str(error)))
+        blocks.append(Paragraph(str(error)))
     one, two = contents.deflection, other.deflection
     if one is not None and two is not None and one.has_answer and two.has_answer:
-        parts.append(_both_displacements(contents, names))
-    return section("comparison", title, parts)
+        blocks.append(_both_displacements(contents, names))
+    return Section("comparison", title, blocks)
 
 
 def _both_displacements(contents: ReportContents, names: tuple[str, str]) -> Table:

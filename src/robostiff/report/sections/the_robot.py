@@ -3,62 +3,54 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
-
 from robostiff.analysis import CableStiffness
 from robostiff.analysis.parts_at_home import parts_at_home
-from robostiff.markup import Cell, Facts, Heading, Number, Paragraph, Table, Tone, number, row
-from robostiff.model import Actuated, Robot
+from robostiff.markup import (
+    Block,
+    Cell,
+    Facts,
+    Folded,
+    Heading,
+    Number,
+    Paragraph,
+    Section,
+    Table,
+    Tone,
+    Verbatim,
+    number,
+    row,
+)
+from robostiff.model import Actuated, PlacedLeg, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
-from robostiff.network import Network, SpringElement
-from robostiff.plot.posed_robot import Colouring, picture_of_posed
-from robostiff.report.contents import ReportContents, Reported
-from robostiff.report.section import (
-    Folded,
-    FormulaBlock,
-    Part,
-    Section,
-    Verbatim,
-    one_figure,
-    section,
-)
+from robostiff.network import Network
+from robostiff.report.contents import ReportContents
+from robostiff.report.figures import TypesetFormula
 from robostiff.version import __version__
 
 
-def robot_section(contents: ReportContents) -> Section:
-    """Source, legs or cables, and a picture of the robot at the pose."""
-    robot, posed = contents.robot, contents.posed
-    parts: list[Part | None] = []
-    if contents.source:
-        parts.append(Paragraph(f"Source: {contents.source}"))
-    if isinstance(robot, Robot | CableRobot):
-        free = ", ".join(coordinate.value for coordinate in robot.coordinates)
-        if free:
-            parts.append(Paragraph(f"Free coordinates of the platform: {free}."))
-    if posed is not None:
-        picture = picture_of_posed(posed, colouring=Colouring.NAMES)
-        parts.append(one_figure("robot", "The robot at this pose.", picture))
+def robot_section(contents: ReportContents) -> Section | None:
+    """Source, free coordinates, joints of a linkage, and legs; nothing where none is known."""
+    robot = contents.robot
+    free = ", ".join(own.value for own in getattr(robot, "coordinates", ()))
+    facts = {"source": contents.source, "free coordinates of the platform": free}
+    blocks: list[Block | None] = [Facts(tuple(own for own in facts.items() if own[1]))]
     if contents.joints:
-        parts.append(Table(["joint", "coordinate"], list(contents.joints.items())))
-    parts.append(_legs(robot))
-    return section("robot", "The robot", parts)
-
-
-def _legs(robot: Reported) -> Part | None:
-    """The legs, element by element; a network and a cable robot have none."""
-    if isinstance(robot, Network | CableRobot):
-        return None
-    if isinstance(robot, Robot):
-        legs = [(leg.name, ", ".join(elements_in_words(leg.chain))) for leg in robot.legs]
-    else:
-        legs = [(leg.name, ", ".join(placed_in_words(leg))) for leg in robot.legs]
-    whole = Table(["leg", "from base to platform"], legs)
-    return whole if len(legs) == 1 else Folded(f"{len(legs)} legs, element by element", (whole,))
+        blocks.append(Table(["joint", "coordinate"], list(contents.joints.items())))
+    if isinstance(robot, Robot | Snapshot):
+        legs = [
+            (leg.name, ", ".join(placed_in_words(leg)))
+            if isinstance(leg, PlacedLeg)
+            else (leg.name, ", ".join(elements_in_words(leg.chain)))
+            for leg in robot.legs
+        ]
+        whole = Table(["leg", "from base to platform"], legs)
+        title = f"{len(legs)} legs, element by element"
+        blocks.append(whole if len(legs) == 1 else Folded(title, (whole,)))
+    return Section("robot", "The robot", blocks) if any(facts.values()) or blocks[1:] else None
 
 
 _OF_PASSIVE_JOINTS = (
@@ -96,21 +88,18 @@ def method_section(contents: ReportContents) -> Section:
     if found is not None:
         poses = found.attrs.get("poses", "unknown")
         facts["map"] = f"{poses} poses, robostiff {found.attrs.get('robostiff_version', 'unknown')}"
-    return section("method", "How it was computed", [Facts(tuple(facts.items()))])
+    if contents.no_derivation:
+        facts["formula"] = f"none: {contents.no_derivation}"
+    return Section("method", "How it was computed", [Facts(tuple(facts.items()))])
 
 
 def formula_section(contents: ReportContents) -> Section | None:
-    """The derivation step by step, or why there is none; nothing of a network or of cables."""
-    if isinstance(contents.robot, Network | CableRobot):
+    """The derivation step by step; nothing where there is none."""
+    if contents.derivation is None:
         return None
-    derivation = contents.derivation
-    title = "The formula"
-    if derivation is None:
-        return section(
-            "formula", title, [Paragraph(f"There is no formula: {contents.no_derivation}.")]
-        )
     words = "Derivation of the stiffness matrix in the home configuration, step by step"
-    return section("formula", title, [Folded(words, (FormulaBlock(derivation),))])
+    folded = Folded(words, (TypesetFormula(contents.derivation),))
+    return Section("formula", "The formula", [folded])
 
 
 _UNITS = ("N/m", "N m/rad")
@@ -119,30 +108,33 @@ _UNITS = ("N/m", "N m/rad")
 def inputs_section(contents: ReportContents) -> Section:
     """All values that the results follow from, so that they can be checked and computed again."""
     robot, known = contents.robot, contents.described_by
-    parts: list[Part | None] = []
+    blocks: list[Block] = []
     if known is not None and known.parameters:
-        parts += [Heading("Parameters"), _parameters(known.parameters, known.changed)]
+        blocks += [Heading("Parameters"), _parameters(known.parameters, known.changed)]
     numeric = robot.numeric if isinstance(robot, Robot) else robot
+    parts = parts_at_home(numeric)
+    whole = len(parts) == 1 and not isinstance(numeric, Robot | Snapshot)
+    listed = [
+        own if whole else {**own, "name": f"{leg}/{own['name']}"}
+        for leg, of in parts.items()
+        for own in of
+    ]
+    tables = [table for kind in _CELLS if (table := _table(listed, kind)) is not None]
+    if isinstance(numeric, Robot) and numeric.is_coupled:
+        tables.append(_couplings(numeric))
     if isinstance(numeric, CableRobot):
-        parts += _cables(numeric)
-    elif isinstance(numeric, Network):
-        words = "Beams, elastic parts and joints, in world axes [m]"
-        parts.append(Folded(words, tuple(_network(numeric))))
+        blocks += tables
+        if numeric.weight is not None:
+            force, point = row(numeric.weight.force), row(numeric.weight.point)
+            blocks.append(Paragraph(f"Weight ({force}) N at ({point}) m of the platform."))
     else:
-        words = "Joints and elastic parts of every leg in the home configuration, in world axes [m]"
-        every = parts_at_home(numeric).items()
-        tables: list[Any] = list(
-            _parts_of([{**own, "name": f"{leg}/{own['name']}"} for leg, of in every for own in of])
-        )
-        if isinstance(numeric, Robot) and numeric.is_coupled:
-            tables += [Heading("Coupled joints"), _couplings(numeric)]
-        parts.append(Folded(words, tuple(tables)))
-    if not isinstance(numeric, CableRobot):
-        parts.append(Paragraph("Parts that are not listed as elastic are rigid.", Tone.QUIET))
+        at = "" if isinstance(numeric, Network) else " in the home configuration"
+        blocks.append(Folded(f"Joints and elastic parts{at}, in world axes [m]", tuple(tables)))
+        blocks.append(Paragraph("Parts that are not listed as elastic are rigid.", Tone.QUIET))
     if known is not None:
-        parts.append(Paragraph(f"File {known.name}, SHA-256 {known.digest}.", Tone.QUIET))
-        parts.append(Folded(f"The file {known.name}", (Verbatim(known.text),)))
-    return section("inputs", "What was given", parts)
+        blocks.append(Table(["file", "SHA-256"], list(known.files.items())))
+        blocks.append(Folded(f"The file {known.name}", (Verbatim(known.text),)))
+    return Section("inputs", "What was given", blocks)
 
 
 def _parameters(written: Any, changed: Any) -> Table:
@@ -153,21 +145,6 @@ def _parameters(written: Any, changed: Any) -> Table:
     if not changed:
         return Table(["parameter", "value"], [cells[:2] for cells in rows])
     return Table(["parameter", "value", "changed"], rows)
-
-
-def _parts_of(found: list[dict[str, Any]]) -> Iterator[Table]:
-    joints = [part for part in found if part["kind"] == "joint"]
-    elastic = [part for part in found if part["kind"] == "elastic"]
-    if joints:
-        yield Table(
-            ["joint", "motion", "point", "axis", "stiffness", "limits"],
-            [_joint(part) for part in joints],
-        )
-    if elastic:
-        heads = ["elastic part", "end", "forces x y z [N/m]", "moments x y z [N m/rad]", "length"]
-        rows = [_elastic(part) for part in elastic]
-        width = len(heads) if any("length" in part for part in elastic) else -1
-        yield Table(heads[:width], [cells[:width] for cells in rows])
 
 
 def _couplings(robot: Robot) -> Table:
@@ -191,92 +168,56 @@ def _couplings(robot: Robot) -> Table:
     return Table(["coupling", "sum", "at home", "role", "stiffness"], rows)
 
 
-def _network(network: Network) -> Iterator[Table]:
-    if network.beams:
-        rows: list[list[Cell]] = [
-            [
-                beam.name,
-                f"{beam.a}, {beam.b}",
-                f"({row(beam.start)})",
-                f"({row(beam.end)})",
-                Number(float(np.linalg.norm(beam.end - beam.start)), "m"),
-            ]
-            for beam in network.beams
-        ]
-        yield Table(["beam", "between", "start", "end", "length"], rows)
-    elastic = [spring for spring in network.springs if np.any(spring.elasticity.compliance)]
-    if elastic:
-        rows = [
-            [spring.name, f"{spring.a}, {spring.b}", f"({row(spring.point)})", _softness(spring)]
-            for spring in elastic
-        ]
-        yield Table(["elastic part", "between", "end", "compliance along its axes"], rows)
-    rows = []
-    for joint in network.joints:
-        for freedom in joint.freedoms:
-            stiffness: Cell = "" if freedom.is_passive else "rigid"
-            if freedom.stiffness is not None:
-                stiffness = Number(float(freedom.stiffness), _UNITS[bool(freedom.turns)])
-            place = [f"({row(np.asarray(own))})" for own in (freedom.point, freedom.axis)]
-            name = f"{joint.name}/{freedom.name}" if freedom.name != joint.name else joint.name
-            driven = "actuated" if isinstance(freedom.role, Actuated) else "locked"
-            role = "passive" if freedom.is_passive else driven
-            motion = f"{'turns' if freedom.turns else 'slides'}, {role}"
-            rows.append([name, f"{joint.a}, {joint.b}", motion, *place, stiffness])
-    if rows:
-        yield Table(["joint", "between", "motion", "point", "axis", "stiffness"], rows)
-
-
-def _softness(spring: SpringElement) -> str:
-    """Compliance of each direction alone, in its own axes."""
-    C = np.diag(spring.elasticity.compliance)
-    return f"{row(C[:3])} m/N; {row(C[3:])} rad/(N m)"
-
-
-def _cables(robot: CableRobot) -> Iterator[Part]:
-    rows: list[list[Cell]] = [
-        [
-            cable.name,
-            f"({row(cable.exit_point)})",
-            f"({row(cable.attachment)})",
-            "rigid" if cable.EA is None else Number(float(cable.EA), "N"),
-            "rigid" if cable.winch_stiffness is None else Number(cable.winch_stiffness, "N/m"),
-            f"{number(cable.least_tension)} to {number(cable.greatest_tension)}",
-        ]
-        for cable in robot.cables
-    ]
-    heads = ["cable", "exit point [m]", "attachment on the platform [m]", "EA", "winch"]
-    yield Table([*heads, "tension limits [N]"], rows)
-    if robot.weight is not None:
-        force, point = row(robot.weight.force), row(robot.weight.point)
-        yield Paragraph(f"Weight ({force}) N at ({point}) m of the platform.")
-
-
-def _joint(part: dict[str, Any]) -> list[Cell]:
+def _joint(part: dict[str, Any]) -> dict[str, Cell]:
     stiffness: Cell = "" if part["role"] == "passive" else "rigid"
     if part["stiffness"] is not None:
         stiffness = Number(part["stiffness"], _UNITS[part["unit"] != "m"])
     limits = part.get("limits")
-    reach = "" if limits is None else f"{limits[0]:.6g} to {limits[1]:.6g} {part['unit']}"
-    motion = f"{part['motion']}, {part['role']}"
-    return [
-        part["name"],
-        motion,
-        f"({row(part['point'])})",
-        f"({row(part['axis'])})",
-        stiffness,
-        reach,
-    ]
+    return {
+        "joint": part["name"],
+        "between": ", ".join(part.get("between", ())),
+        "motion": f"{part['motion']}, {part['role']}",
+        "point": f"({row(part['point'])})",
+        "axis": f"({row(part['axis'])})",
+        "stiffness": stiffness,
+        "limits": "" if limits is None else f"{limits[0]:.6g} to {limits[1]:.6g} {part['unit']}",
+    }
 
 
-def _elastic(part: dict[str, Any]) -> list[Cell]:
-    return [
-        part["name"],
-        f"({row(part['point'])})",
-        _alone(part["translation"]),
-        _alone(part["rotation"]),
-        Number(part["length"], "m") if "length" in part else "",
-    ]
+def _elastic(part: dict[str, Any]) -> dict[str, Cell]:
+    return {
+        "elastic part": part["name"],
+        "between": ", ".join(part.get("between", ())),
+        "end": f"({row(part['point'])})",
+        "forces x y z [N/m]": _alone(part["translation"]),
+        "moments x y z [N m/rad]": _alone(part["rotation"]),
+        "length": Number(part["length"], "m") if "length" in part else "",
+    }
+
+
+def _cable(part: dict[str, Any]) -> dict[str, Cell]:
+    (least, most), EA, winch = (part[n] for n in ("tension_limits", "EA", "winch_stiffness"))
+    return {
+        "cable": part["name"],
+        "exit point [m]": f"({row(part['exit'])})",
+        "end at home [m]": f"({row(part['point'])})",
+        "guide": Number(part["guide_length"], "m") if part["guide_length"] else "",
+        "EA": "rigid" if EA is None else Number(EA, "N"),
+        "winch": "rigid" if winch is None else Number(winch, "N/m"),
+        "tension limits [N]": f"{number(least)} to {'any' if most is None else number(most)}",
+    }
+
+
+_CELLS = {"joint": _joint, "elastic": _elastic, "cable": _cable}
+
+
+def _table(parts: list[dict[str, Any]], kind: str) -> Table | None:
+    """The parts of a kind; columns in which none has anything are left out."""
+    rows = [_CELLS[kind](part) for part in parts if part["kind"] == kind]
+    if not rows:
+        return None
+    heads = [name for name in rows[0] if any(cells[name] != "" for cells in rows)]
+    return Table(heads, [[cells[name] for name in heads] for cells in rows])
 
 
 def _alone(values: list[float | None]) -> str:

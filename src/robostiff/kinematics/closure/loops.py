@@ -5,10 +5,10 @@ Screws that make many turns take steps in which another joint about the same axi
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -56,13 +56,13 @@ class Spin:
             yield i, -np.einsum("...i,...i->...", axes[:, self.place], axes[:, i])
 
 
-def _spins_of(loops: LoopEquations) -> tuple[Spin, ...]:
+def _spins_of(loops: Loops) -> tuple[Spin, ...]:
     """The screws whose turns another joint of their chain takes back, at any posture."""
     tree, free = loops.tree, loops.unknowns.tolist()
     screws = [i for i in free if tree.screws[i].turns and tree.screws[i].slides]
     if not screws:
         return ()
-    x = np.tile(loops.guess, (2, 1))
+    x = np.tile(loops.start, (2, 1))
     x[:, free] = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, len(free)))
     placed = tree.placed(x)
     balls = [tuple(own) for own in tree.balls.tolist() if own[0] in free]
@@ -108,46 +108,31 @@ class ClosurePart:
         return np.concatenate([self.loops, self.ends])
 
 
-class LoopEquations(ABC):
+@dataclass(frozen=True)
+class Loops:
     """Loops of a motion tree as equations at postures x (N, size), one in each row.
 
     Each loop has six: its shift as a part of the length, then its turn. Unknowns are scaled to
     radians and parts of the length.
     """
 
+    tree: MotionTree
+    start: np.ndarray  # (size,): coordinates to start from
+    unknowns: np.ndarray  # (n,) of int: places of the unknown coordinates
+    given: np.ndarray  # (g,) of int: places of the prescribed ones
+    # What has an assembly mode of its own; the last has all equations and unknowns
+    parts: tuple[ClosurePart, ...]
     length: float  # characteristic length [m] that weighs turns against shifts
     # Coordinates of a spherical joint whose rotation vector moves by sums; all others are turned
     summed: slice | None = None
+    ends: tuple[int, ...] = ()  # where the coordinates of a pose end, and of each leg after it
+    # The assembly mode that was followed last, mostly that of home, by its closed posture
+    modes: dict[bytes, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
-    @abstractmethod
-    def tree(self) -> MotionTree:
-        """The frames, and the pairs that loops bring together."""
-
-    @cached_property
-    @abstractmethod
-    def unknowns(self) -> np.ndarray:
-        """Places of the unknown coordinates (n,)."""
-
-    @cached_property
-    @abstractmethod
-    def given(self) -> np.ndarray:
-        """Places of the prescribed coordinates (g,)."""
-
-    @cached_property
-    @abstractmethod
-    def parts(self) -> Sequence[ClosurePart]:
-        """What has an assembly mode of its own; the last has all equations and unknowns."""
-
-    @cached_property
-    def spins(self) -> Sequence[Spin]:
+    def spins(self) -> tuple[Spin, ...]:
         """Screws whose turns another joint takes back."""
         return _spins_of(self)
-
-    @cached_property
-    @abstractmethod
-    def guess(self) -> np.ndarray:
-        """Coordinates (size,) to start from; those that are not unknown stay there."""
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """All gaps as parts of the length and radians (N, 6 m)."""

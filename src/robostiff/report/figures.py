@@ -1,4 +1,4 @@
-"""Sections of a report with their figures, and the paragraph before them."""
+"""Pictures and formulas of a report, which write themselves."""
 
 from __future__ import annotations
 
@@ -11,19 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness
 from robostiff.analytic import RobotDerivation
-from robostiff.elastostatics import Status
-from robostiff.markup import Block, Table, row
-from robostiff.model import Robot
-from robostiff.model.cable import CableRobot
-from robostiff.network import Network
-from robostiff.plot import Matplotlib, Theme
+from robostiff.analytic.export import derivation_html
+from robostiff.analytic.export.typst import derivation_in_typst, wants_wide_page
+from robostiff.markup import Block, element, escaped, inner_blocks, typst_string, typst_text
+from robostiff.plot import Matplotlib, Theme, Width
 from robostiff.plot.backend import plotly_figure
 from robostiff.plot.on_plotly.swinging import places
 from robostiff.plot.picture import Picture, Scene
 from robostiff.plot.theme import Palette, named_colours
-from robostiff.report.contents import ReportContents
 
 # colours of charts that the style of a page has too, by which they follow its theme
 _IN_STYLE = ("ground", "ink", "muted", "faint")
@@ -60,11 +56,7 @@ class Figure:
     caption: str  # what it shows, in a sentence
     levels: tuple[Level, ...]  # one for a figure without a slider
     start: int = 0  # which level is shown first
-
-    @property
-    def is_scene(self) -> bool:
-        """Whether it can be turned, and is no chart."""
-        return isinstance(self.levels[0].picture, Scene)
+    is_wide: bool = False  # whether it is as wide as a page of paper, and not half of that
 
     def data(self, palette: Palette) -> dict[str, Any]:
         """Data for the script: the name, and each level with its label."""
@@ -75,10 +67,49 @@ class Figure:
             "levels": [level.drawn(palette) for level in self.levels],
         }
 
+    def html(self) -> str:
+        """The element in which the script draws the figure, with its slider below."""
+        caption, name, start = escaped(self.caption), self.name, self.start
+        is_scene = isinstance(self.levels[0].picture, Scene)  # which can be turned
+        parts = [element("div", "", class_="plot" if is_scene else "chart", id=f"plot-{name}")]
+        if is_scene:
+            parts.append(f'<img class="on-paper" id="print-{name}" alt="{caption}">')
+        if len(self.levels) > 1:
+            slider = (
+                f'<input type="range" min="0" max="{len(self.levels) - 1}" value="{start}" '
+                f'id="slider-{name}" aria-label="{caption}">'
+            )
+            label = escaped(self.levels[start].label)
+            output = element("output", label, id=f"label-{name}", for_=f"slider-{name}")
+            parts.append(element("div", slider + output, class_="slider"))
+        parts.append(element("figcaption", caption))
+        return element("figure", "".join(parts))
+
+    def typst(self) -> str:
+        """The picture that a page shows first."""
+        level = self.levels[self.start]
+        caption = self.caption + (f" Here {level.label}." if level.label else "")
+        # as wide as its place, so that its letters stay 8 points high
+        width = Width.FULL if self.is_wide else Width.HALF
+        source = typst_string(Matplotlib(width=width).svg(level.picture))
+        image = f'image(bytes({source}), format: "svg", width: 100%)'
+        return f"#figure({image}, caption: [{typst_text(caption)}])"
+
 
 def one_figure(name: str, caption: str, picture: Picture) -> Figure:
     """A figure without a slider."""
     return Figure(name, caption, (Level("", picture),))
+
+
+def figures_in(blocks: Iterable[Block | None]) -> list[Figure]:
+    """The figures among blocks, in their order."""
+    found: list[Figure] = []
+    for block in blocks:
+        if isinstance(block, Figure):
+            found.append(block)
+        elif block is not None:
+            found += figures_in(inner_blocks(block))
+    return found
 
 
 def figures_json(figures: Sequence[Figure]) -> str:
@@ -109,101 +140,18 @@ def _short(value: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class FormulaBlock:
-    """A block with a derivation, typeset step by step."""
+class TypesetFormula:
+    """A derivation, typeset step by step."""
 
     derivation: RobotDerivation
 
+    def html(self) -> str:
+        """As MathML."""
+        return derivation_html(self.derivation, first_heading=3)
 
-@dataclass(frozen=True)
-class Verbatim:
-    """Text as it is, line by line."""
-
-    text: str
-
-
-@dataclass(frozen=True)
-class Folded:
-    """Blocks that are collapsed below a title; on paper they are shown."""
-
-    title: str
-    parts: tuple[Block | FormulaBlock | Verbatim, ...]
-
-
-@dataclass(frozen=True)
-class SideBySide:
-    """Blocks beside each other if there is room."""
-
-    blocks: tuple[Block, ...]
-
-
-_NARROW, _LONG = 3, 12  # columns and rows
-
-
-def in_halves(table: Table) -> bool:
-    """Whether a table is set in two halves on paper."""
-    return len(table.header) <= _NARROW and len(table.rows) > _LONG
-
-
-Part = Block | Figure | Folded | FormulaBlock | SideBySide | Verbatim
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of the report."""
-
-    anchor: str  # name in links
-    title: str
-    parts: tuple[Part, ...]
-
-    @property
-    def figures(self) -> list[Figure]:
-        """Its figures."""
-        return [part for part in self.parts if isinstance(part, Figure)]
-
-
-def section(anchor: str, title: str, parts: Iterable[Part | None]) -> Section:
-    """A section; parts that are None are left out."""
-    return Section(anchor, title, tuple(part for part in parts if part is not None))
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Place, status and advice of a report."""
-
-    place: str  # the pose, or that there is none
-    status: Status
-    kind: str  # ok, note or bad
-    rank: str  # in words; empty where there is none
-    advice: tuple[str, ...]
-
-
-def report_title(contents: ReportContents) -> str:
-    """Name and title of the robot."""
-    robot = contents.robot
-    words = robot.title if isinstance(robot, Robot | CableRobot) else robot.description
-    return f"{robot.name}: {words}" if words else robot.name
-
-
-def verdict_of(contents: ReportContents) -> Verdict:
-    """Status of the stiffness and, under a load, of the deflection, with all advice."""
-    result, bent = contents.stiffness, contents.deflection
-    status = contents.status
-    of_load = () if bent is None else (own for own in bent.advice if own not in result.advice)
-    is_placed = isinstance(result, CableStiffness) or Status.UNREACHABLE not in result.status
-    reached = is_placed and int(result.rank) >= 0
-    kind = "network" if isinstance(contents.robot, Network) else "snapshot"
-    place = (
-        f"At {', '.join(contents.given) or 'home'}"
-        if contents.joints
-        else f"At the pose of the {kind}"
-        if result.pose is None
-        else f"At the pose [{row(result.pose)}] (m, rad)"
-    )
-    return Verdict(
-        place=place,
-        status=status,
-        kind="bad" if status.is_bad else "note" if status else "ok",
-        rank=f", rank {int(result.rank)} of {result.space.size}" if reached else "",
-        advice=(*result.advice, *(f"under the load: {own}" for own in of_load)),
-    )
+    def typst(self) -> str:
+        """In small type where it is wide; what is wider than the page still is scaled down."""
+        written = derivation_in_typst(self.derivation, first_heading=3)
+        if wants_wide_page(self.derivation):
+            return f"#[\n#set text(size: 7pt)\n{written}\n]"
+        return written

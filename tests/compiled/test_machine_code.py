@@ -1,0 +1,121 @@
+"""Functions of machine code against 40 digits and against NumPy, for vectors of any width."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+
+from robostiff.compiled.machine_code import VectorFunction, this_processor
+from robostiff.record import (
+    Program,
+    Record,
+    arc_cosine,
+    arc_tangent,
+    cosine,
+    greater,
+    hyperbolic_tangent,
+    least,
+    reciprocal,
+    sine,
+    square_root,
+)
+
+pytestmark = pytest.mark.needs("llvmlite")
+
+FUNCTIONS = {
+    "sin": (sine, np.sin, mpmath.sin),
+    "cos": (cosine, np.cos, mpmath.cos),
+    "acos": (arc_cosine, np.arccos, mpmath.acos),
+    "tanh": (hyperbolic_tangent, np.tanh, mpmath.tanh),
+    "sqrt": (square_root, np.sqrt, mpmath.sqrt),
+    "1/": (reciprocal, np.reciprocal, lambda x: 1 / x),
+    "atan2": (arc_tangent, np.arctan2, mpmath.atan2),
+    "min": (least, np.minimum, None),
+    "greater": (greater, np.greater, None),
+}
+OF_TWO = ("atan2", "min", "greater")
+
+
+def widths() -> list[int]:
+    processor = this_processor()
+    return [] if processor is None else [w for w in (1, 2, 4, 8) if w <= processor.width]
+
+
+def computed(name: str, width: int, *rows: np.ndarray) -> np.ndarray:
+    record = Record({"x": [0.3, 0.6], "y": [0.7, -0.2]})
+    entries = [record.input(each) for each in "xy"[: len(rows)]]
+    program = Program.of(record, [FUNCTIONS[name][0](*entries)])
+    processor = this_processor()
+    assert processor is not None
+    function = VectorFunction.of(program, replace(processor, width=width))
+    inputs, out = np.ones((2, len(rows[0]))), np.full((1, len(rows[0])), 7.0)
+    inputs[: len(rows)] = rows
+    function.fill(inputs, out)
+    return out[0]
+
+
+@pytest.mark.parametrize("width", widths())
+@pytest.mark.parametrize("name", [name for name in FUNCTIONS if FUNCTIONS[name][2]])
+def test_two_units_in_the_last_place(name: str, width: int):
+    random = np.random.default_rng(3)
+    size = 10.0 ** random.uniform(-12, 4, 301)
+    x = np.where(np.arange(301) % 2, size, -size)
+    y = random.uniform(-3, 3, 301)
+    if name == "acos":
+        x = np.concatenate([random.uniform(-1, 1, 200), [1.0, -1.0, 0.5, -0.5, 0.0, 1 - 1e-12]])
+    if name == "sqrt":
+        x = size
+    rows = (x, y) if name in OF_TWO else (x,)
+    found = computed(name, width, *rows)
+    with mpmath.workdps(40):
+        exact = FUNCTIONS[name][2]
+        errors = [
+            abs(mpmath.mpf(float(value)) - exact(*map(mpmath.mpf, map(float, given))))
+            for value, *given in zip(found, *rows, strict=True)
+        ]
+    units = np.spacing(np.abs(FUNCTIONS[name][1](*rows)))
+    assert max(float(error) / unit for error, unit in zip(errors, units, strict=True)) < 2.5
+
+
+SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, np.nan, 1e-300, -1e-300, 1e150, -2.0]
+
+
+@pytest.mark.parametrize("width", widths())
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_at_zero_and_without_a_value_as_numpy(name: str, width: int):
+    x, y = (each.ravel() for each in np.meshgrid(SPECIAL, SPECIAL))
+    if name in ("sin", "cos"):
+        x = np.where(np.abs(x) > 1e3, 1e3, x)
+    rows = (x, y) if name in OF_TWO else (x,)
+    with np.errstate(all="ignore"):
+        expected = FUNCTIONS[name][1](*rows).astype(float)
+    found = computed(name, width, *rows)
+    np.testing.assert_allclose(found, expected, rtol=5e-16, atol=0)
+    if name in ("atan2", "1/"):
+        zero = expected == 0
+        assert np.array_equal(np.signbit(found[zero]), np.signbit(expected[zero]))
+
+
+def test_angles_without_digits_have_no_sine():
+    """Rounding alone decides where an angle of 1e12 rad points."""
+    angles = np.array([1e12, -1e300, np.inf, 3.0])
+    assert np.isnan(computed("sin", widths()[-1], angles)[:3]).all()
+    assert np.isnan(computed("cos", widths()[-1], angles)[:3]).all()
+
+
+def test_rows_apart_in_memory():
+    """Inputs and results may be columns of larger arrays."""
+    record = Record({"x": [0.3], "y": [0.6]})
+    x, y = record.input("x"), record.input("y")
+    processor = this_processor()
+    assert processor is not None
+    function = VectorFunction.of(Program.of(record, [x * y, x - y]), processor)
+    inputs = np.random.default_rng(0).uniform(1, 2, (2, 100))
+    outputs = np.zeros((2, 90))
+    function.fill(inputs[:, 7:50], outputs[:, 20:63])
+    np.testing.assert_allclose(outputs[0, 20:63], inputs[0, 7:50] * inputs[1, 7:50], rtol=1e-15)
+    assert not outputs[:, :20].any()
+    assert not outputs[:, 63:].any()
