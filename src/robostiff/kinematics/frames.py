@@ -110,10 +110,9 @@ def place_chain(
     q: np.ndarray,
     R_base: np.ndarray,
     p_base: np.ndarray,
-    theta: Sequence[np.ndarray] | None = None,
     turned: Mapping[int, np.ndarray] | None = None,
 ) -> PlacedChain:
-    """Place the elements of a chain at coordinates q, and springs deflected by theta, eq. (5).
+    """Place the elements of a chain at coordinates q, eq. (5).
 
     Parameters
     ----------
@@ -122,15 +121,11 @@ def place_chain(
         Joint coordinates [m, rad]; one row where they or the chain have recorded entries.
     R_base, p_base : (3, 3) and (3,) arrays
         Frame in which the chain begins.
-    theta : sequence of (..., 6) arrays, optional
-        Deflection of each elastic link or telescope beam in its own axes [m, rad]; none when left
-        out. (The deflection of an elastic joint adds to its coordinate.)
     turned : mapping of int to (3, 3) arrays, optional
         Axes behind ball joints that do not come from their coordinates, by the first of their
         places.
     """
-    way = Way.of(chain, q, None if theta is None else list(theta), turned)
-    walk = ChainWalk(R_base, p_base, way)
+    walk = ChainWalk(R_base, p_base, Way.of(chain, q, turned))
     walk.along(chain)
     # without a joint that turns or slides, the frame is that of the base: alike at all poses
     batch = q.shape[:-1]
@@ -147,7 +142,6 @@ class Way:
 
     q: np.ndarray  # of the joints
     given: np.ndarray  # coordinates by which they move, alike where no joints are coupled
-    theta: list[np.ndarray] | None = None
     turned: Mapping[int, np.ndarray] = field(default_factory=dict)  # axes behind some ball joints
     place: int = 0  # of the next coordinate
     loops: list[Loop] = field(default_factory=list)
@@ -157,11 +151,10 @@ class Way:
         cls,
         chain: Chain,
         coordinates: np.ndarray,
-        theta: list[np.ndarray] | None = None,
         turned: Mapping[int, np.ndarray] | None = None,
     ) -> Self:
         """The way along a whole chain at its coordinates."""
-        return cls(chain.joint_coordinates(coordinates), coordinates, theta, turned or {})
+        return cls(chain.joint_coordinates(coordinates), coordinates, turned or {})
 
 
 class ChainWalk:
@@ -263,8 +256,6 @@ class ChainWalk:
             self.p = self.p + e * extension[..., None]
         for i, beam in enumerate(telescope.beams):
             length = np.asarray(beam.fixed + beam.share * extension)
-            if self.way.theta is not None:  # the beams before have turned this one
-                e = np.einsum("...ij,j->...i", self.R, telescope.direction)
             self.p = self.p + e * length[..., None]
             name = (
                 f"{telescope.name}.beam{i + 1}"
@@ -287,11 +278,6 @@ class ChainWalk:
         """Place an elastic part that ends here."""
         R_spring = product(self.R, axes)
         self.placed.append(PlacedSpring(self.prefix + name, self.p, R_spring, elasticity))
-        if self.way.theta is not None:
-            deflection = self.way.theta.pop(0)
-            self.p = self.p + np.einsum("...ij,...j->...i", R_spring, deflection[..., :3])
-            turn = turn_by_vector(np.einsum("...ij,...j->...i", R_spring, deflection[..., 3:]))
-            self.R = product(turn, self.R)
 
 
 def coupled(
