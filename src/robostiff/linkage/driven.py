@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -29,7 +28,6 @@ from robostiff.recorded.guess import with_nominal
 from robostiff.recorded.newton_step import (
     Opening,
     closing_twists,
-    joint_steps,
     step_of_groups,
 )
 from robostiff.recorded.parameters import COUNT
@@ -313,16 +311,15 @@ def record_linkage_closure(
             openings.append(Opening.of(Loop("", *ends, (), ()), rates, length))
         groups.append((openings, [names[i] for i in unknowns]))
 
-    def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
-        steps: dict[str, Any] = {}
-        for c in following:
-            if isinstance(c.element, Joint):
-                own, sign = coordinate_names(c), bodies.places[c.name][1]
-                turned = joint_steps(c.element, own, q[c.name] * sign, c.freedoms, found, length)
-                steps |= {name: step * sign for name, step in turned.items()}
-        return steps
-
-    step = step_of_groups(groups, [], in_coordinates, length)
+    joints = [
+        (c.element, coordinate_names(c), q[c.name] * bodies.places[c.name][1], c.freedoms)
+        for c in following
+        if isinstance(c.element, Joint)
+    ]
+    step = step_of_groups(groups, {}, joints, length)
+    # A spherical joint that is passed backwards turns the other way.
+    signs = {name: bodies.places[c.name][1] for c in following for name in coordinate_names(c)}
+    step = replace(step, steps={name: x * signs[name] for name, x in step.steps.items()})
     undetermined = tuple(step.undetermined)
     passive = {name for c in following if c.is_passive for name in coordinate_names(c)}
     if not passive.issuperset(undetermined):
