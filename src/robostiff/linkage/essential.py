@@ -22,9 +22,11 @@ from robostiff.model import (
     Leg,
     Link,
     Mass,
+    PlacedLeg,
     Rigid,
     Robot,
     Role,
+    Snapshot,
 )
 from robostiff.network import JointElement, Network, Node, SpringElement
 from robostiff.spatial import Frame
@@ -188,6 +190,34 @@ def _with(
     held = linkage.held & {c.name for c in kept}
     own = {body: tuple(several) for body, several in masses.items() if several}
     return replace(linkage, connections=kept, held=held, masses=own)
+
+
+def branches_of_linkage(
+    part: Linkage, every: Sequence[Configuration]
+) -> tuple[Snapshot, list[tuple[int, int]]]:
+    """Series paths between the bodies of an essential linkage, placed at N configurations.
+
+    With them come the bodies between which each leads: 0 the base, 1 the platform.
+    """
+
+    def frame_of(body: str) -> tuple[np.ndarray, np.ndarray]:
+        frames = [one.frames[body] for one in every]
+        return np.array([own.R for own in frames]), np.array([own.p for own in frames])
+
+    legs, ends, number = [], [], {part.base: 0, part.platform: 1}
+    for a, b, path in branches([(c.a, c.b) for c in part.connections], tuple(number)):
+        elements, end = [], np.zeros(3)
+        for c in (part.connections[i] for i, _ in path):
+            R, p = frame_of(c.a)
+            q = np.array([one.coordinates.get(c.name, ()) for one in every])
+            q = q.reshape(len(every), c.size)
+            placed = place_chain(c.chain, q, R @ c.before.R, p + R @ c.before.p)
+            elements += [replace(own, name=f"{c.name}/{own.name}") for own in placed.elements]
+            end = placed.p
+        legs.append(PlacedLeg(f"branch {len(legs)}", tuple(elements), end))
+        ends.append((number.setdefault(a, len(number)), number.setdefault(b, len(number))))
+    R, p = frame_of(part.platform)
+    return Snapshot(part.name, tuple(legs), p + R @ part.reference_point), ends
 
 
 def network_of(part: Linkage, found: Configuration) -> Network:
