@@ -145,6 +145,9 @@ class Way:
     turned: Mapping[int, np.ndarray] = field(default_factory=dict)  # axes behind some ball joints
     place: int = 0  # of the next coordinate
     loops: list[Loop] = field(default_factory=list)
+    last: str | None = None  # the part that has been placed last, of a block in its first branch
+    # Frames of bodies, and the part before each, where they are asked for
+    bodies: dict[str, tuple[np.ndarray, np.ndarray, str | None]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -202,8 +205,9 @@ class ChainWalk:
 
     def block(self, block: ParallelBlock) -> None:
         """Place the branches of a block."""
-        legs, ends, walks = [], [], []
+        legs, ends, walks, lasts = [], [], [], [self.way.last]
         for branch in block.branches:
+            self.way.last = lasts[0]
             name = f"{self.prefix}{block.name}/{branch.name}"
             walk = type(self)(self.R, self.p, self.way, f"{name}/")
             walk.go(branch.start.p, branch.start.R)
@@ -211,6 +215,7 @@ class ChainWalk:
             legs.append(walk.leg(name))
             ends.append((walk.R, walk.p))
             walks.append(walk)
+            lasts.append(self.way.last)
         first = walks[0]
         end = block.branches[0].end.inverse
         first.go(end.p, end.R)
@@ -224,6 +229,7 @@ class ChainWalk:
         self.placed.append(PlacedBlock(f"{self.prefix}{block.name}", tuple(legs)))
         self.R, self.p = first.R, first.p
         self.led_by += first.led_by
+        self.way.last = lasts[1]
 
     def go(self, to: np.ndarray, R: np.ndarray | None = None) -> None:
         """Move the frame to a point of itself, and turn it."""
@@ -271,13 +277,15 @@ class ChainWalk:
         """Place one freedom; its axis in the world."""
         e = np.einsum("...ij,j->...i", self.R, screw.axis)
         x = own_coordinate(role, q)
-        self.placed.append(PlacedFreedom(e, self.p, screw.pitch, self.prefix + name, role, x))
+        self.way.last = self.prefix + name
+        self.placed.append(PlacedFreedom(e, self.p, screw.pitch, self.way.last, role, x))
         return e
 
     def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:
         """Place an elastic part that ends here."""
         R_spring = product(self.R, axes)
-        self.placed.append(PlacedSpring(self.prefix + name, self.p, R_spring, elasticity))
+        self.way.last = self.prefix + name
+        self.placed.append(PlacedSpring(self.way.last, self.p, R_spring, elasticity))
 
 
 def coupled(
