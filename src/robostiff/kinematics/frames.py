@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -63,16 +63,6 @@ class Loop:
         turn = 2.0 * np.arcsin(np.minimum(half_sine, 1.0))
         return np.sqrt(np.einsum("...i,...i->...", shift, shift)), turn
 
-    def at_poses(self, batch: tuple[int, ...]) -> Loop:
-        """The same loop with a frame for each pose, also where nothing in it moves."""
-        return replace(
-            self,
-            R=np.broadcast_to(self.R, (*batch, 3, 3)),
-            p=np.broadcast_to(self.p, (*batch, 3)),
-            R_wanted=np.broadcast_to(self.R_wanted, (*batch, 3, 3)),
-            p_wanted=np.broadcast_to(self.p_wanted, (*batch, 3)),
-        )
-
 
 @dataclass(frozen=True)
 class PlacedChain:
@@ -127,13 +117,16 @@ def place_chain(
     """
     walk = ChainWalk(R_base, p_base, Way.of(chain, q, turned))
     walk.along(chain)
-    # without a joint that turns or slides, the frame is that of the base: alike at all poses
-    batch = q.shape[:-1]
-    R = np.broadcast_to(walk.R, (*batch, 3, 3))
-    p = np.broadcast_to(walk.p, (*batch, 3))
-    return PlacedChain(
-        tuple(walk.placed), R, p, tuple(loop.at_poses(batch) for loop in walk.way.loops)
+
+    def each(R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A frame for each pose, also where no joint moves it."""
+        return np.broadcast_to(R, (*q.shape[:-1], 3, 3)), np.broadcast_to(p, (*q.shape[:-1], 3))
+
+    loops = (
+        Loop(x.name, *each(x.R, x.p), *each(x.R_wanted, x.p_wanted), x.own, x.leading)
+        for x in walk.way.loops
     )
+    return PlacedChain(tuple(walk.placed), *each(walk.R, walk.p), tuple(loops))
 
 
 @dataclass

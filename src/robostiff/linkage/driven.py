@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.spanning_tree import independent_parts
@@ -242,6 +243,12 @@ class DrivenLinkage:
         if any(all(np.array_equal(s.coordinates[n], still[n]) for n in others) for s in samples):
             return tuple(passive)
         return tuple(own)
+
+
+@kept
+def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
+    """As `DrivenLinkage.moved_by`, found once for each choice of joints."""
+    return DrivenLinkage.moved_by(linkage, joints)
 
 
 def _actuated(part: Linkage) -> tuple[str, ...]:
