@@ -19,8 +19,8 @@ from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.pose import six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
 from robostiff.linkage.closure import as_rounded
+from robostiff.linkage.driven import driven_by
 from robostiff.linkage.essential import branches_of_linkage, network_of
-from robostiff.linkage.linkage import driven_by
 from robostiff.model import Joint
 from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
