@@ -161,9 +161,8 @@ def test_a_leg_that_is_rigid_bends_with_the_platform():
     assert distance(np.sum(result.leg_stiffness, axis=0), result.K) < 1e-12
     with pytest.raises(InputError, match="flexible platform"):
         snapshot_formula(snapshot)
-    refused = stiffness(snapshot, method=SaddlePoint())
-    assert Status.FORM_DOES_NOT_HOLD in refused.status
-    assert "meets no compliance" in refused.details().whole.reason
+    # leg and arm are one chain, which meets compliance
+    assert distance(stiffness(snapshot, method=SaddlePoint()).K, expected.K) < 1e-12
     locked = replace(base, elements=(replace(hinge, role=Actuated(1e5)),))
     serial = replace(snapshot, legs=(locked,))
     C = stiffness(serial).compliance
