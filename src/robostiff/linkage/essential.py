@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
-from robostiff.kinematics.spanning_tree import branches, connected_parts
+from robostiff.kinematics.spanning_tree import branches, connected_parts, spanning_tree
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.linkage import Connection, Linkage, turned_round
 from robostiff.model import (
@@ -84,31 +84,27 @@ def welded_places(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
     InputError
         When welds contradict each other.
     """
-    welds: dict[str, list[tuple[str, Frame, str]]] = {body: [] for body in linkage.bodies}
-    for c in linkage.connections:
-        if c.element is None:
-            b_in_a = c.before @ c.after
-            welds[c.a].append((c.b, b_in_a, c.name))
-            welds[c.b].append((c.a, b_in_a.inverse, c.name))
+    welds = [c for c in linkage.connections if c.element is None]
     places: dict[str, tuple[str, Frame]] = {}
     for whole in (linkage.base, linkage.platform, *linkage.bodies):
         if whole in places:
             continue
-        places[whole] = whole, Frame.identity()
-        waiting = [whole]
-        while waiting:
-            body = waiting.pop()
-            for other, seen, name in welds[body]:
-                frame = places[body][1] @ seen
-                if other not in places:
-                    places[other] = whole, frame
-                    waiting.append(other)
-                elif not _alike(frame, places[other][1]):
-                    raise InputError(
-                        f"weld {name!r} between {body!r} and {other!r}",
-                        got="bodies that are fixed to each other elsewhere, in another place",
-                        expected="a weld that fits",
-                    )
+        tree = spanning_tree(whole, welds)
+        for body, way in tree.ways.items():
+            frame = Frame.identity()
+            if way:
+                weld, sign = way[-1]
+                across = weld.before @ weld.after
+                start = places[weld.a if sign > 0 else weld.b][1]
+                frame = start @ (across if sign > 0 else across.inverse)
+            places[body] = whole, frame
+        for weld in tree.cuts:
+            if not _alike(places[weld.a][1] @ weld.before @ weld.after, places[weld.b][1]):
+                raise InputError(
+                    f"weld {weld.name!r} between {weld.a!r} and {weld.b!r}",
+                    got="bodies that are fixed to each other elsewhere, in another place",
+                    expected="a weld that fits",
+                )
     return places
 
 
