@@ -28,6 +28,7 @@ from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
 from robostiff.elastostatics.leg import felt_by_modes, transmitted
 from robostiff.elastostatics.parallel_block import block_of
 from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
+from robostiff.elastostatics.tolerance import last_moved
 from robostiff.errors import InputError
 from robostiff.kinematics import felt_by_springs, leg_compliance, passive_jacobian
 from robostiff.kinematics.legs_together import LegsTogether, in_order, legs_alone, legs_together
@@ -197,7 +198,6 @@ DEFAULT_METHOD = WrenchBasis()
 _ROUNDING = 1e-12
 # A reference point further from the robot than this many of its lengths is moved to at the end.
 _FAR = 10.0
-_INDEPENDENT = 1e-9  # of motions of unit size
 
 
 _TOOL = "platform"
@@ -231,7 +231,8 @@ def branches_of(
     for *_, pair in paths:
         a, b = (number.setdefault(body, len(number)) for body in pair)
         ends.append((a, b))
-    return tuple(path for _, path, _ in paths), ends if len(number) > 2 else None
+    are_legs = all(pair == (0, 1) for pair in ends)
+    return tuple(path for _, path, _ in paths), None if are_legs else ends
 
 
 def name_of_part(leg: PlacedLeg, part: str) -> tuple[str, str]:
@@ -358,7 +359,7 @@ def _between_bodies(
     solved = solved_leg(wrenches, first.length, tolerance)
     whole = aggregate((replace(solved, held=together.held),))
     redundant = np.concatenate([own.redundant for own in branches], axis=-1)
-    moving = _idle_freedoms(together.mechanisms, ends, J_q, redundant, first.length)
+    moving = _idle_freedoms(together.mechanisms, ends, J_q, redundant, first.length, tolerance)
     redundant = redundant | moving
     status = np.bitwise_or.reduce([own.status_codes for own in branches])
     status = (
@@ -382,6 +383,7 @@ def _idle_freedoms(
     J_q: Sequence[np.ndarray],
     redundant: np.ndarray,
     length: np.ndarray,
+    tolerance: Tolerance,
 ) -> np.ndarray:
     """Freedoms that nothing holds while the loaded body is at rest, among all columns (..., q).
 
@@ -393,7 +395,7 @@ def _idle_freedoms(
     for place in map(tuple, np.argwhere(np.any(mechanisms != 0, axis=(-1, -2)))):
         Y = mechanisms[place][:, np.any(mechanisms[place] != 0, axis=0)]
         _, values, Zt = np.linalg.svd(Y[:n])
-        still = Y @ Zt[np.count_nonzero(values > _INDEPENDENT) :].T
+        still = Y @ Zt[np.count_nonzero(values > tolerance.independence) :].T
         if not still.shape[1]:
             continue
         s, moved = scaling(length[place], Space.of_size(n)), np.vstack([0.0 * still[:n], still])
@@ -404,13 +406,7 @@ def _idle_freedoms(
             rate = np.zeros((own.shape[-1], still.shape[1]))
             rate[moving] = np.linalg.pinv(own[place][:, moving] * s[:, None]) @ apart
             rates.append(rate)
-        left = np.vstack(rates)
-        for i in range(len(left) - 1, -1, -1):
-            size = float(np.linalg.norm(left[i]))
-            if size > np.sqrt(_INDEPENDENT):
-                found[(*place, i)] = True
-                along = left[i] / size
-                left = left - np.outer(left @ along, along)
+        found[place] = last_moved(np.vstack(rates), tolerance)
     return found
 
 

@@ -212,11 +212,12 @@ def _on_bodies(
 ) -> np.ndarray:
     """Wrenches (..., n, m) of branches on all bodies but that at rest (..., bodies n, m)."""
     n = wrenches[0].shape[-2]
-    if bodies == 1:
+    if all(pair == (0, 1) for pair in ends):
         return np.concatenate(wrenches, axis=-1)
     placed = []
     for own, (a, b) in zip(wrenches, ends, strict=True):
         on_each = np.zeros((*own.shape[:-2], bodies + 1, n, own.shape[-1]))
-        on_each[..., a, :, :], on_each[..., b, :, :] = -own, own
+        on_each[..., a, :, :] -= own
+        on_each[..., b, :, :] += own
         placed.append(on_each[..., 1:, :, :].reshape(*own.shape[:-2], bodies * n, -1))
     return np.concatenate(placed, axis=-1)

@@ -210,7 +210,7 @@ def branches_of_linkage(
         for c in (part.connections[i] for i, _ in path):
             R, p = frame_of(c.a)
             q = np.array([one.coordinates.get(c.name, ()) for one in every])
-            q = q.reshape(len(every), c.size)
+            q = q.reshape(len(every), c.chain.size)
             placed = place_chain(c.chain, q, R @ c.before.R, p + R @ c.before.p)
             elements += [replace(own, name=f"{c.name}/{own.name}") for own in placed.elements]
             end = placed.p
