@@ -38,10 +38,8 @@ _LONG = 12
 _LONG_ON_THE_WAY = 12
 # Letters of lengths, stiffnesses and compliances.
 _POSITIVE = ("L", "c", "k", "EA", "EI", "EI_y", "EI_z", "GJ")
-# Operations of an intermediate in which even powers of roots are replaced, and, where all steps are
-# to be short, of one that is given a name.
+# Operations of an intermediate in which even powers of roots are replaced.
 _PUT_IN = 40
-_SHORT_STEP = 8
 # Operations of a length that needs no name, such as l/2.
 _INLINE = 2
 
@@ -51,9 +49,8 @@ class NamedReading:
 
     Roots that have the same values at the samples have one name.
 
-    `symbols`: one for each input; `springs`: what some of them stand for; `in_short_steps`:
-    whether every intermediate of some length has a name; `definitions`: the names, in the order in
-    which they can be computed.
+    `symbols`: one for each input; `springs`: what some of them stand for; `definitions`: the
+    names, in the order in which they can be computed.
 
     Examples
     --------
@@ -70,11 +67,8 @@ class NamedReading:
         record: Record,
         symbols: dict[str, sp.Symbol],
         springs: Iterable[Definition] = (),
-        *,
-        in_short_steps: bool = False,
     ) -> None:
         self.record = record
-        self.in_short_steps = in_short_steps
         self.definitions: list[Definition] = list(springs)
         self._closed = ClosedReading(record, dict(symbols))
         self._taken = set(symbols)
@@ -267,12 +261,8 @@ class NamedReading:
         return self._root(above) / self._root(below)
 
     def _on_the_way(self, expression: Any) -> Any:
-        """An intermediate, cancelled before it grows, or under a name where all are short."""
-        operations = count_of(expression)
-        if self.in_short_steps:
-            is_long = operations > _SHORT_STEP and expression.free_symbols
-            return self.define("p", expression) if is_long else expression
-        if operations <= _LONG_ON_THE_WAY:
+        """An intermediate, cancelled before it grows."""
+        if count_of(expression) <= _LONG_ON_THE_WAY:
             return expression
         shorter = self._cancelled(expression)
         if count_of(shorter) > _PUT_IN:

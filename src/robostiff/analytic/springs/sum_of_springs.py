@@ -104,15 +104,11 @@ class SumOfSprings:
 
 
 def sum_of_springs(
-    placed: PlacedRobot,
-    turned: Mapping[int, tuple[int, Image]] | None = None,
-    *,
-    in_short_steps: bool = False,
+    placed: PlacedRobot, turned: Mapping[int, tuple[int, Image]] | None = None
 ) -> SumOfSprings | None:
     """Derive a placed robot leg by leg, without those that are known to be images of others.
 
     None where a leg has no basis of unit wrenches, and where a sum sign is shorter than the sum.
-    In short steps, every intermediate of some length has a name.
 
     Raises
     ------
@@ -122,7 +118,7 @@ def sum_of_springs(
     record, length = placed.record, placed.length
     space, reference = placed.entries.space, placed.reference
     search = WrenchSearch(record, reference, space, length)
-    read = NamedReading(record, placed.symbols, placed.springs, in_short_steps=in_short_steps)
+    read = NamedReading(record, placed.symbols, placed.springs)
     reader = LegReader(search, read)
     grouped = _grouped(placed, turned or {}, search, reader)
     if grouped is None:
@@ -161,9 +157,8 @@ def sum_of_springs(
         for number, leg in legs.items()
     }
     results = [plain, *(x for leg in in_names.values() for x in (*leg.wrenches, *leg.compliances))]
-    found = SumOfSprings(plain, in_names, used_definitions(definitions, results))
-    if not in_short_steps:
-        found = _with_components(found, shorter, placed)
+    before = SumOfSprings(plain, in_names, used_definitions(definitions, results))
+    found = _with_components(before, shorter, placed)
     formulas = *different_entries(found.K.flat()), *(d.expression for d in found.definitions)
     at_most = sum(map(count_of, formulas))
     if at_most > PRINTED and operations_of(found.K, found.definitions) > PRINTED:
@@ -327,7 +322,7 @@ class WrenchesAlike:
         """Find which wrenches are turns of others, and name long entries of the first ones."""
         self.orbits = orbits_of(np.stack([w.at for w in self.wrenches], axis=1) / search.scale)
         count = len(self.wrenches)
-        if self.orbits is None and not (read.in_short_steps or count == 1):
+        if self.orbits is None and count > 1:
             return
         for i, own in self.needed.items():
             entries = {x.step: x for x in own if isinstance(x, Entry)}
