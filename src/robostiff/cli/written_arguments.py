@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from robostiff.cli.options import Length, Model, Posing
+from robostiff.cli.options import Model, Posing
 from robostiff.errors import InputError
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
@@ -251,11 +251,11 @@ def load_dimensions(space: Space) -> list[Dimension]:
     return [Dimension.FORCE if u == "N" else Dimension.MOMENT for u in space.wrench_units]
 
 
-def length_from(written: Length) -> float | None:
+def length_from(text: str | None) -> float | None:
     """A characteristic length, or None for that of the robot."""
-    if written.length is None:
+    if text is None:
         return None
-    return parse_quantities(written.length, [Dimension.LENGTH], ["length"], "--length")[0]
+    return parse_quantities(text, [Dimension.LENGTH], ["length"], "--length")[0]
 
 
 def where_from(robot: Posed, place: Posing) -> dict[str, Any]:
