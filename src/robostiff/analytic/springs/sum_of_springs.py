@@ -28,6 +28,7 @@ from robostiff.analytic.exact.operation_count import count_of, different_entries
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.legs_at_points import (
     COMPONENTS,
+    ROWS,
     Image,
     Orbit,
     Products,
@@ -46,7 +47,6 @@ from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import cross
 
 _SAME = 1e-10
-_ROWS = {6: range(6), 3: (0, 1, 5)}  # of a wrench in space and in the plane
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class SumOfSprings:
         own = self.legs[first]
         if way is None:
             return own
-        rows = [*_ROWS[self.K.rows]]
+        rows = [*ROWS[self.K.rows]]
 
         def shortest(x: Any) -> Any:
             return min(x, _in_names(factored_fraction(x), self.definitions), key=count_of)
@@ -230,7 +230,7 @@ def _with_components(
         if d.expression.is_Add:
             put = {d.expression: d.symbol, -d.expression: -d.symbol}
             others = [tuple(x.xreplace(put) for x in one) for one in others]
-    names = [COMPONENTS[i] for i in _ROWS[K.rows]]
+    names = [COMPONENTS[i] for i in ROWS[K.rows]]
     plain = Written(tuple(entries), found.definitions, tuple(others))
     samples = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
     written = shortest(plain, placed.symbols, samples, names)
