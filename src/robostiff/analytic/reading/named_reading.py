@@ -19,11 +19,10 @@ from robostiff.analytic.exact.factors import (
     by_powers,
     completed_squares,
     factored,
-    sums_in_factors,
 )
 from robostiff.analytic.exact.field import ExactField, shared_field
 from robostiff.analytic.exact.operation_count import count_of, parts_of, symbols_in
-from robostiff.analytic.reading.combinations import free_names
+from robostiff.analytic.reading.letters import free_names
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.record import Entry, Operation, Record
 from robostiff.recorded import entry_reader
@@ -168,7 +167,15 @@ class NamedReading:
         """
         try:
             plain = self.without_shifts(expression, ("c_", "k_", "e_"))
-            return expression if _least_operations(plain) > most else _fraction(plain)
+            _check_terms(plain)
+            field = shared_field(plain)
+            # Of sines none is known: (cos x - 1) (cos x + 1) may become one.
+            if not any(isinstance(x, sp.sin) for x in field.generators):
+                element = field.element(plain)
+                powers = (*element.num.factor()[1], *element.den.factor()[1])
+                if sum(len(base) - 1 for base, _ in powers) > most:
+                    return expression  # additions alone are more, without writing any
+            return _fraction(plain)
         except FormulaTooLargeError:
             return expression
 
@@ -309,16 +316,6 @@ def _check_terms(expression: Any) -> None:
         bound_of_terms(part, _WRITTEN) > _WRITTEN for part in above_and_below(expression)
     ):
         raise FormulaTooLargeError.beyond(_WRITTEN)
-
-
-def _least_operations(expression: Any) -> int:
-    """Operations that an expression has as a fraction in factors, at least: those of its sums.
-
-    Found without writing it. Of sines none: (cos x - 1) (cos x + 1) may become one.
-    """
-    _check_terms(expression)
-    field = shared_field(expression)
-    return 0 if field.has_angles else sums_in_factors(field.element(expression))
 
 
 def _without_powers(fraction: Any, symbol: Any, square: Any) -> Any:

@@ -37,9 +37,10 @@ from robostiff.analytic.placement.legs_at_points import (
 )
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.combinations import name_combinations
+from robostiff.analytic.reading.letters import Written
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import written_size
-from robostiff.analytic.reading.short_writing import Written, shortest
+from robostiff.analytic.reading.short_writing import shortest
 from robostiff.analytic.springs.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.record import Entry, is_zero
