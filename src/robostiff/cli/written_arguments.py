@@ -77,15 +77,12 @@ def pose_from(robot: Posed, place: Posing) -> Any:
 
 
 def _without_joints(robot: Snapshot | Network | CableRobot, place: Posing) -> Pose:
-    from robostiff.network import Network
-
-    if isinstance(robot, Snapshot | Network):
-        kind = "network" if isinstance(robot, Network) else "snapshot"
+    if robot.is_frozen:
         if place.pose is not None or place.joints is not None:
             raise InputError(
                 "--pose" if place.pose is not None else "--joints",
                 got=place.pose or place.joints,
-                expected=f"none: a {kind} is frozen at its own pose",
+                expected=f"none: a {robot.kind} is frozen at its own pose",
                 hint="describe the robot in a model file to move it",
             )
         return None

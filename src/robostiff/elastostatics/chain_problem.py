@@ -122,6 +122,9 @@ class ChainProblem:
         )
 
 
+LosesDigits = Callable[[ChainProblem, np.ndarray], np.ndarray] | None
+
+
 class Form(ABC):
     """A form of K_C: a small frozen object with its own options."""
 
@@ -132,9 +135,7 @@ class Form(ABC):
     #: What it needs of a chain.
     needs: ClassVar[tuple[Need, ...]] = ()
     #: Where K, by the nature of the form, has fewer digits than asked for (...); None for nowhere.
-    loses_digits: ClassVar[Callable[[ChainProblem, np.ndarray], np.ndarray] | None] = staticmethod(
-        ChainProblem.costs_digits_to_invert
-    )
+    loses_digits: ClassVar[LosesDigits] = staticmethod(ChainProblem.costs_digits_to_invert)
 
     @abstractmethod
     def stiffness(self, problem: ChainProblem) -> np.ndarray:

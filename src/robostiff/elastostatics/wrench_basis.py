@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from robostiff.elastostatics.chain_problem import ChainProblem, Form
+from robostiff.elastostatics.chain_problem import ChainProblem, Form, LosesDigits
 from robostiff.spatial.shapes import Float
 
 
@@ -60,7 +61,7 @@ class WrenchBasis(Form):
 
     name = "wrench-basis"
     equation = "K = W (W^T C W)^-1 W^T, W a basis of null(J_q^T)"
-    loses_digits = None
+    loses_digits: ClassVar[LosesDigits] = None
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""

@@ -59,6 +59,14 @@ class Code(ABC):
     size: ClassVar[str] = "abs"
     zero: ClassVar[str] = "0"
 
+    name: str
+    title: str
+    compute: FormulaProgram
+    identifiers: Identifiers
+    arguments: list[str]
+    results: list[str]
+    holds: str
+
     def __init__(self, derivation: Any, name: str) -> None:
         is_identifier = ascii_identifier(name) == name and len(name) <= (self.longest or len(name))
         if not is_identifier or name in self.words:

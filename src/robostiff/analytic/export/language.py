@@ -92,6 +92,8 @@ class Language(ABC):
     matrix_signs: tuple[str, str, str, str]  # start, between cells, between rows, end
     list_signs: tuple[Sequence[str], str, Sequence[str]]  # lines before, names and meaning, after
     dots: str = "…"
+    room: float
+    first: int
 
     def __init__(self, room: float = math.inf, first: int = 1) -> None:
         super().__init__()
@@ -359,7 +361,8 @@ _HALF = sp.Rational(1, 2)
 class Typeset(Language, Printer):
     """A language in which sums, fractions, powers and functions are written by these rules."""
 
-    minus, plus = " - ", " + "
+    minus: str = " - "
+    plus: str = " + "
     root: str
     in_a_line: str  # a small fraction, as an exponent
     raised: str
