@@ -393,17 +393,12 @@ def _value_exchanged(patch: Patch) -> None:
 
 
 def _preload_sign(patch: Patch) -> None:
-    from robostiff.statics.loading import from_snapshot
+    from robostiff.statics.loading.groups import _Chains
 
     def changed(of: Any) -> Any:
-        def wrong(
-            snapshot: Any, point: Any, beams: Any, loads: Any, preload: Any, *rest: Any
-        ) -> Any:
-            return of(snapshot, point, beams, loads, {n: -v for n, v in preload.items()}, *rest)
+        return lambda self, preload: of(self, {n: -v for n, v in preload.items()})
 
-        return wrong
-
-    patch.function(from_snapshot, "legs_of", changed)
+    patch.method(_Chains, "push", changed)
 
 
 def _law_tangent(patch: Patch) -> None:

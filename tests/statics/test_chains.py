@@ -14,9 +14,16 @@ from robostiff.record import Record, cosine, derivatives_along, sine
 from robostiff.spatial import Space, skew
 from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics.chains.bending import bending, bending_planes
-from robostiff.statics.chains.chain import BodyLoad, Element, FiniteChain, FiniteJoint, FiniteSpring
+from robostiff.statics.chains.chain import (
+    BodyLoad,
+    Element,
+    FiniteChain,
+    FiniteJoint,
+    FiniteSpring,
+    Owner,
+)
 from robostiff.statics.chains.finite_turn import FURTHEST_TURN, FiniteTurn
-from robostiff.statics.chains.moving_chain import MovingChains
+from robostiff.statics.chains.legs import LegGroup
 
 _ONE = np.ones(1)
 
@@ -46,7 +53,8 @@ def _chain(random: np.random.Generator) -> FiniteChain:
         _joint(random, turns=True, slide=0.0),
     ]
     loads = [BodyLoad(k, random.normal(size=(1, 3)), random.normal(size=(1, 3))) for k in (1, 4, 4)]
-    return FiniteChain(None, None, tuple(elements), tuple(loads))
+    owners = (Owner(0, "leg", 0),)
+    return FiniteChain(None, None, tuple(elements), tuple(loads), owners=owners)
 
 
 def _motion(e: Element, y: Any) -> np.ndarray:
@@ -125,8 +133,7 @@ def test_gradient_and_second_derivatives_are_those_of_the_potential(on_entries: 
     gradient, Q = gradient[:n] + Q[:n, n:] @ missing, Q[:n, :n] + Q[:n, n:] @ rate
 
     kind = object if on_entries else float
-    ends = np.zeros((1, 3)).astype(kind), end[None].astype(kind)
-    arrays = MovingChains.of_one(chain, ends, ())
+    arrays = LegGroup((chain,), (), end.astype(kind), tuple(range(6))).family.arrays
     given = x[None] if on_entries else at[None]
     start = np.eye(3).astype(kind), np.zeros(3).astype(kind)
     forces = axial[None] if on_entries else N[None]

@@ -1,6 +1,7 @@
 """Laws: small loads, least energy, differences of equilibria, order, frame and unit."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import robostiff as rs
 from robostiff.elasticity import elasticity_from_stiffness
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.statics.chains.legs import LegGroup, LegState, Share
-from robostiff.statics.loading.from_snapshot import legs_of
+from robostiff.statics.loading.loaded_posture import postures_of
 from tests.cases.metric import distance
 from tests.statics.robots_under_load import beam_legs, case, loaded, planar_chain, stewart
 
@@ -156,7 +157,7 @@ def test_tangent_is_the_derivative_of_the_residual(name: str, beams: rs.Bowing):
         robot, loads = rs.find_posture(rs.load("delta")).snapshot.one(0), {}
     rng = np.random.default_rng(3)
     p = np.asarray(robot.reference_point)
-    for group in legs_of(robot, p, beams, loads, {}):
+    for group in groups_of(robot, beams, loads):
         state = group.unloaded()
         size = np.ones(group.size)
         free = group.sizes(1.0)
@@ -174,6 +175,10 @@ def test_tangent_is_the_derivative_of_the_residual(name: str, beams: rs.Bowing):
         rows = list(range(group.free_size))
         scale = np.abs(A[:, rows] * size).max(axis=2, keepdims=True)
         assert np.abs((A - wanted)[:, rows] * size / scale).max() < 2e-8
+
+
+def groups_of(robot: rs.Snapshot, beams: rs.Bowing, loads: Any) -> tuple[LegGroup, ...]:
+    return postures_of(robot, None, None).loaded(0, None, loads, None, beams).problem.groups
 
 
 def moved(group: LegGroup, state: LegState, step: np.ndarray) -> LegState:
@@ -297,11 +302,11 @@ def test_legs_with_other_loads_are_computed_together():
     robot = rs.find_posture(rs.load("hexapod")).snapshot.one(0)
     p = np.asarray(robot.reference_point)
     loads = {"leg2/strut": [rs.DeadForce([0, 0, -900.0]), rs.DeadForce([50.0, 0, 0])]}
-    (group,) = legs_of(robot, p, rs.Bowing(), loads, {})
+    (group,) = groups_of(robot, rs.Bowing(), loads)
     assert group.count == 6
     state, share = group.unloaded(), Share(1.0, 1.0)
     pulled = group.family.equations([state], np.eye(3), p, share)[0].r
-    (free,) = legs_of(robot, p, rs.Bowing(), {}, {})
+    (free,) = groups_of(robot, rs.Bowing(), {})
     others = (
         np.abs(pulled - free.family.equations([state], np.eye(3), p, share)[0].r).max(axis=1) > 0
     )

@@ -13,7 +13,6 @@ from robostiff.kinematics import find_posture, with_masses
 from robostiff.model import Chain, Leg, Mass, PlacedLeg, PlacedMass, Robot
 from robostiff.spatial import Frame
 from robostiff.statics.loading import loaded_posture
-from robostiff.statics.loading.from_snapshot import legs_of
 from tests.statics.robots_under_load import loaded, number, root
 from tests.statics.test_closed_forms import pendulum
 
@@ -216,8 +215,9 @@ def test_loads_that_do_not_all_act_are_no_answer(monkeypatch: pytest.MonkeyPatch
     name = f"{robot.legs[0].name}/{next(iter(find_posture(robot).snapshot.legs[0].parts)).name}"
     loads = {name: [0, 0, -10.0], "platform": [1.0, 0, 0]}
     loaded(robot, loads=loads)
-    without = lambda snapshot, point, beams, _, *more: legs_of(snapshot, point, beams, {}, *more)  # noqa: E731
-    monkeypatch.setattr(loaded_posture, "legs_of", without)
+    own = loaded_posture.loaded_groups
+    without = lambda *before, **more: own(*before[:4], {}, *before[5:], **more)  # noqa: E731
+    monkeypatch.setattr(loaded_posture, "loaded_groups", without)
     with pytest.raises(rs.NoAnswerError, match="loads are not those that are given"):
         loaded(robot, loads=loads)
     with pytest.raises(rs.NoAnswerError, match="loads are not those that are given"):

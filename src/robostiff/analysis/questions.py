@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from robostiff.analysis.details import Details, Matrices, Question, StructuralAnalysis
+from robostiff.analysis.details import Details, Question, StructuralAnalysis
 from robostiff.analysis.robot_record import record_of
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, Tolerance, scaling
@@ -28,6 +28,7 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedLeg, Robot, Snapshot
 
 if TYPE_CHECKING:
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.kinematics import Pose, PoseRequest
     from robostiff.network import Network
 
@@ -90,7 +91,7 @@ class PosesOfRobot(Question):
         """The robot in the world at one pose."""
         return self._posture(row.reshape(1)).snapshot.one(0)
 
-    def from_record(self) -> Matrices | None:
+    def from_record(self) -> CompiledAnswer | None:
         """What the record gives; None where the direct form is to be used.
 
         That is so for other methods, tolerances and postures than a record has, for robots that

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.details import Details, Matrices, Question, StructuralAnalysis
+from robostiff.analysis.details import Details, Question, StructuralAnalysis
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.elastostatics import (
     Form,
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
     from robostiff.analysis.cable_stiffness import CableStiffness
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.network import Network
 
 
@@ -51,7 +52,7 @@ class Stiffness(StatusOfPoses, InNotebooks):
         The machine, all poses of the batch, and the details at them.
     rows : (...) array of int
         Which of these poses it is about.
-    recorded : Matrices or None
+    recorded : CompiledAnswer or None
         What the record has given at them.
     point : (..., 3) array or None
         Point about which K is given, in the world [m]; None for the reference point of the machine.
@@ -59,7 +60,7 @@ class Stiffness(StatusOfPoses, InNotebooks):
 
     question: Question
     rows: np.ndarray
-    recorded: Matrices | None = None
+    recorded: CompiledAnswer | None = None
     point: np.ndarray | None = None
 
     @classmethod
@@ -133,8 +134,8 @@ class Stiffness(StatusOfPoses, InNotebooks):
         return self.details().reference_point if point is None else point
 
     @property
-    def _found(self) -> Matrices:
-        return self.details().matrices if self.recorded is None else self.recorded
+    def _found(self) -> Details | CompiledAnswer:
+        return self.details() if self.recorded is None else self.recorded
 
     @property
     def K(self) -> np.ndarray:
@@ -152,11 +153,12 @@ class Stiffness(StatusOfPoses, InNotebooks):
     def matrix(self) -> np.ndarray:
         """K (..., n, n) of all poses, unchecked: meaningful where they have a stiffness matrix."""
         if self.point is None:
-            return self._found.K
+            return self._found.matrix
         if self.recorded is None:
             return self.details().whole.moved(self.offset)
         v = (self.point - self._own_point)[..., : self.space.translations]
-        return move_stiffness(self.recorded.K, v) if np.any(v) else self.recorded.K
+        K = self.recorded.matrix
+        return move_stiffness(K, v) if np.any(v) else K
 
     @property
     def rank(self) -> np.ndarray:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analysis.details import Matrices
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 
 if TYPE_CHECKING:
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.analysis.compiled_stiffness import CompiledStiffness
 
 # Recording takes as long as the direct form at some 6,000 poses of a batch, or in 20 to 30 calls
@@ -49,14 +49,11 @@ class KeptRecord:
         self._compiled: Any = None
         self._is_tried = self._is_machine_code = False
 
-    def answer(self, poses: JointCoordinates | np.ndarray) -> Matrices | None:
+    def answer(self, poses: JointCoordinates | np.ndarray) -> CompiledAnswer | None:
         """K, rank and status at N poses; None where it does not pay yet, or there is no record."""
         by_joints = isinstance(poses, JointCoordinates)
         compiled = self.for_poses(len(np.asarray(poses.values if by_joints else poses)))
-        if compiled is None:
-            return None
-        found = compiled.evaluate(poses)
-        return Matrices(found.values["K"], found.rank, found.status_codes)
+        return None if compiled is None else compiled.evaluate(poses)
 
     def for_poses(self, count: int) -> Any:
         """What computes that many poses; None where it does not pay yet, or there is no record."""

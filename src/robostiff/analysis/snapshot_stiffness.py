@@ -223,24 +223,36 @@ def _ends(placed: PlacedPlatform) -> list[tuple[int, int]]:
     ]
 
 
-def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Details:
-    """Stiffness of the legs of a snapshot and of the whole."""
+def solve_snapshot(
+    snapshot: Snapshot,
+    method: Form,
+    tolerance: Tolerance,
+    ends: Sequence[tuple[int, int]] | None = None,
+) -> Details:
+    """Stiffness of the legs of a snapshot and of the whole.
+
+    Its legs may be series paths between any bodies, the `ends` of each: 0 is at rest, 1 the
+    platform.
+    """
     branches = branches_of(snapshot)
+    if snapshot.platform is not None:
+        ends = _ends(snapshot.platform)
     together = legs_alone(branches)
     if method == DEFAULT_METHOD:
         together = legs_together(branches, snapshot.reference_point.shape[:-1])
         if len(together) < len(branches):
             try:
-                return _solved_together(snapshot, branches, together, method, tolerance)
+                return _solved_together(snapshot, branches, together, ends, method, tolerance)
             except InputError:  # of one of the legs: which, they say one by one
                 together = legs_alone(branches)
-    return _solved_together(snapshot, branches, together, method, tolerance)
+    return _solved_together(snapshot, branches, together, ends, method, tolerance)
 
 
 def _solved_together(
     snapshot: Snapshot,
     branches: Sequence[PlacedLeg],
     together: Sequence[LegsTogether],
+    ends: Sequence[tuple[int, int]] | None,
     method: Form,
     tolerance: Tolerance,
 ) -> Details:
@@ -282,11 +294,11 @@ def _solved_together(
         for own, one in zip(together, problems, strict=True)
     ]
     legs, shares = tuple(in_order(together, solved)), None
-    if snapshot.platform is None:
+    if ends is None:
         whole = aggregate(legs)
     else:
         columns = in_order(together, [one.J_q for one in problems])
-        whole, shares = _on_platform(snapshot.platform, legs, columns, tolerance)
+        whole, shares = _between_bodies(legs, ends, columns, tolerance)
         K = whole.matrix[..., None, :, :]
         legs = tuple(
             replace(leg, matrix=own, status_codes=whole.status_codes)
@@ -308,27 +320,27 @@ def _solved_together(
     )
 
 
-def _on_platform(
-    placed: PlacedPlatform,
+def _between_bodies(
     branches: Sequence[CartesianStiffness],
+    ends: Sequence[tuple[int, int]],
     J_q: Sequence[np.ndarray],
     tolerance: Tolerance,
 ) -> tuple[CartesianStiffness, np.ndarray]:
-    """Stiffness of the tool of a flexible platform, and what each branch carries of its load.
+    """Stiffness of a body that branches between bodies hold, and what each carries of its load.
 
-    Branches are the legs, then the parts of the platform, with the twists (..., n, q) of their
-    passive joints, all about one point.
+    They have twists (..., n, q) of passive joints, and all are about one point.
     """
-    first, ends = branches[0], _ends(placed)
+    first = branches[0]
     together = block_of([transmitted(own) for own in branches], first.length, tolerance, ends)
     wrenches = LegWrenches(
         together.W,
         np.zeros((*first.batch_shape, 0)),
         conjugate_wrenches(together.W, *felt_by_modes(together.modes)(together.W), tolerance),
     )
-    whole = aggregate((solved_leg(wrenches, first.length, tolerance),))
+    solved = solved_leg(wrenches, first.length, tolerance)
+    whole = aggregate((replace(solved, held=together.held),))
     redundant = np.concatenate([own.redundant for own in branches], axis=-1)
-    moving = _idle_freedoms(together.mechanisms, ends, J_q, len(placed.holds), first.length)
+    moving = _idle_freedoms(together.mechanisms, ends, J_q, redundant, first.length)
     redundant = redundant | moving
     status = np.bitwise_or.reduce([own.status_codes for own in branches])
     status = (
@@ -350,14 +362,15 @@ def _idle_freedoms(
     mechanisms: np.ndarray,
     ends: Sequence[tuple[int, int]],
     J_q: Sequence[np.ndarray],
-    legs: int,
+    redundant: np.ndarray,
     length: np.ndarray,
 ) -> np.ndarray:
-    """Freedoms of a flexible platform that neither legs nor tool hold, among all columns (..., q).
+    """Freedoms that nothing holds while the loaded body is at rest, among all columns (..., q).
 
-    A freedom is one where some mechanism with the tool at rest moves it, and none after it.
+    A freedom is one where some mechanism moves it, and none after it; those that are `redundant`
+    in their branch are none.
     """
-    found = np.zeros((*length.shape, sum(own.shape[-1] for own in J_q)), dtype=bool)
+    found = np.zeros(redundant.shape, dtype=bool)
     n = J_q[0].shape[-2]
     for place in np.ndindex(length.shape):
         Y = mechanisms[place][:, np.any(mechanisms[place] != 0, axis=0)]
@@ -365,17 +378,16 @@ def _idle_freedoms(
         still = Y @ Zt[np.count_nonzero(values > _INDEPENDENT) :].T
         if not still.shape[1]:
             continue
-        s, moved = (
-            scaling(length[place], Space.of_size(n)),
-            np.vstack([np.zeros_like(still[:n]), still]),
-        )
-        rates = [np.zeros((0, still.shape[1]))]
+        s, moved = scaling(length[place], Space.of_size(n)), np.vstack([0.0 * still[:n], still])
+        rates, start = [np.zeros((0, still.shape[1]))], 0
         for (a, b), own in zip(ends, J_q, strict=True):
-            J = own[place] * s[:, None]
+            moving = ~redundant[(*place, slice(start, start := start + own.shape[-1]))]
             apart = moved[n * b : n * (b + 1)] - moved[n * a : n * (a + 1)]
-            rates.append(np.linalg.pinv(J) @ apart)
-        left, of_legs = np.vstack(rates), sum(own.shape[-1] for own in J_q[:legs])
-        for i in range(len(left) - 1, of_legs - 1, -1):
+            rate = np.zeros((own.shape[-1], still.shape[1]))
+            rate[moving] = np.linalg.pinv(own[place][:, moving] * s[:, None]) @ apart
+            rates.append(rate)
+        left = np.vstack(rates)
+        for i in range(len(left) - 1, -1, -1):
             size = float(np.linalg.norm(left[i]))
             if size > np.sqrt(_INDEPENDENT):
                 found[(*place, i)] = True

@@ -44,14 +44,12 @@ from robostiff.analytic.placement.robot_pose import (
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.robot_derivation import (
     InNames,
-    InSeries,
     LegDerivation,
     RobotDerivation,
-    VectorLevel,
 )
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
-from robostiff.analytic.vectors.vector_expressions import ArmOfSprings, VectorForm
+from robostiff.analytic.vectors.forms import ArmOfSprings, InSeries, VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import Robot
@@ -163,8 +161,13 @@ def derive_robot(
         except (FormulaTooLargeError, OutsideFieldError):
             pass  # too long, or with the size of a length of either sign
     # On a record of its own: this one has steps of the elimination, longer for the same values.
-    level = VectorLevel(lambda: _at_vector_level(place_robot(robot, pose)))
-    return _in_steps(at.placed, at.recorded, level, remark, asked=asked)
+    return _in_steps(
+        at.placed,
+        at.recorded,
+        lambda: _at_vector_level(place_robot(robot, pose)),
+        remark,
+        asked=asked,
+    )
 
 
 @dataclass(frozen=True)
@@ -266,7 +269,12 @@ def _stiffness(leg: SpringLeg, n: int) -> sp.ImmutableMatrix:
 
 
 def _in_steps(
-    placed: PlacedRobot, recorded: RecordedRobot, level: VectorLevel, remark: str, *, asked: bool
+    placed: PlacedRobot,
+    recorded: RecordedRobot,
+    level: Callable[[], Any],
+    remark: str,
+    *,
+    asked: bool,
 ) -> RobotDerivation:
     """The record itself, its steps named."""
     for number, leg in enumerate(recorded.legs, start=1):
@@ -349,7 +357,7 @@ def _derivation(
     written_out: Callable[[Any], Any] | None = None,
     remark: str = "",
     recorded: Callable[[], RecordedRobot] | None = None,
-    level: VectorLevel | None = None,
+    level: Callable[[], Any] | None = None,
     *,
     steps_asked: bool = False,
 ) -> RobotDerivation:
@@ -365,8 +373,23 @@ def _derivation(
             return plain
 
         whole, definitions = Unwritten(cache(write)), ()
+
+    def found_conditions() -> Any:
+        return conditions_of(placed, recorded=recorded and recorded())
+
+    own: dict[str, Any] = {
+        "name": placed.robot.name,
+        "following": placed.following,
+        "conditions": Unwritten(cache(found_conditions)),
+        "meanings": placed.meanings,
+    }
+
+    def in_vectors() -> Any:
+        form = level() if level else _at_vector_level(placed)
+        return form and replace(form, **own)
+
     return RobotDerivation(
-        name=placed.robot.name,
+        **own,
         K0=whole,
         stages=(),
         K=whole,
@@ -374,13 +397,10 @@ def _derivation(
         legs=tuple(legs),
         where=placed.where,
         coordinates=placed.coordinates,
-        following=placed.following,
         remark=remark,
-        conditions=Unwritten(lambda: conditions_of(placed, recorded=recorded and recorded())),
-        named=named,
-        at_vector_level=level or VectorLevel(lambda: _at_vector_level(placed)),
+        named=named and replace(named, **own),
+        at_vector_level=Unwritten(in_vectors),
         general_rank=numbers.rank,
-        meanings=placed.meanings,
         steps_asked=steps_asked,
     )
 

@@ -29,6 +29,9 @@ class BlockCompliance(PoseBatch):
         coordinates; none where rigid branches carry it alone.
     length : (...) array
         Characteristic length [m] of the scaling.
+    held : (..., n, w) array
+        Wrenches on the body after it that leave all others in equilibrium, by which ranks are
+        decided; scaled.
     W : (..., n, m) array
         Orthonormal basis of the wrenches that it transmits, scaled; zero columns fill up.
     J_q : (..., n, f) array
@@ -50,6 +53,7 @@ class BlockCompliance(PoseBatch):
 
     modes: Float[np.ndarray, "*batch p n"]
     length: np.ndarray
+    held: Float[np.ndarray, "*batch n w"]
     W: Float[np.ndarray, "*batch n m"]
     J_q: Float[np.ndarray, "*batch n f"]
     present: Bool[np.ndarray, "*batch f"]
@@ -164,10 +168,15 @@ def block_of(
     shared = least_energy(unit, compliance, rigid, rank, tolerance)
     # Unit vectors carry no smaller parts than rounding: aligned blocks keep exact zeros.
     free = np.where(np.abs(U) <= _ROUNDING, 0.0, U) * ~held[..., None, :]
-    mechanisms, loads = free, np.eye(n)
-    if bodies > 1:  # motions of the loaded body among those of all
-        U, values, _ = np.linalg.svd(free[..., :n, :])
-        U, held = U[..., ::-1], values[..., ::-1] <= tolerance.independence
+    mechanisms, loads, on_loaded = free, np.eye(n), A
+    if bodies > 1:  # wrenches of all branches that leave the bodies between them in equilibrium
+        _, values, Vt = np.linalg.svd(A[..., n:, :])
+        between = np.zeros((*A.shape[:-2], A.shape[-1]), dtype=bool)
+        between[..., : values.shape[-1]] = values > tolerance.independence
+        on_loaded = A[..., :n, :] @ (np.swapaxes(Vt, -1, -2) * ~between[..., None, :])
+        missing = max(0, n - on_loaded.shape[-1])
+        U, values, _ = np.linalg.svd(np.pad(on_loaded, [(0, 0)] * (A.ndim - 1) + [(0, missing)]))
+        held = values > tolerance.independence
         doubtful = doubtful | np.any(tolerance.leaves_in_doubt(values), axis=-1)
         free = U * ~held[..., None, :]
         loads = np.eye(n) - free @ np.swapaxes(free, -1, -2)
@@ -183,6 +192,7 @@ def block_of(
     return BlockCompliance(
         modes=modes,
         length=length,
+        held=on_loaded,
         W=(U * held[..., None, :])[..., : n - few],
         # Twists in metres and radians again.
         J_q=free[..., n - most :] / s[..., :, None],

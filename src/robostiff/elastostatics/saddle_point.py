@@ -13,7 +13,6 @@ from robostiff.elastostatics.chain_problem import (
     WELL_APART,
     ChainProblem,
     Form,
-    LosesDigits,
     Need,
 )
 from robostiff.spatial.shapes import Float
@@ -74,7 +73,6 @@ class SaddlePoint(Form):
     name = "saddle-point"
     equation = "(7) K = upper-left block of [[C, J_q], [J_q^T, 0]]^-1"
     needs: ClassVar[tuple[Need, ...]] = (INDEPENDENT, WELL_APART, COMPLIANT)
-    loses_digits: ClassVar[LosesDigits] = staticmethod(ChainProblem.costs_digits)
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""
@@ -82,3 +80,7 @@ class SaddlePoint(Form):
         trace = np.trace(problem.C, axis1=-2, axis2=-1)[..., None, None]
         size = np.where(trace > 0, trace, 1.0)
         return saddle_point_stiffness(problem.C / size, problem.J_q) / size
+
+    def loses_digits(self, problem: ChainProblem, K: np.ndarray) -> np.ndarray:
+        """Where K has fewer digits than asked for (...)."""
+        return np.asarray(problem.costs_digits(K))

@@ -16,6 +16,7 @@ from robostiff.spatial.batch import (
     block_diagonal,
     empty_batch,
     matrix_of_columns,
+    poses_side_by_side,
     product,
     transposed,
 )
@@ -247,7 +248,11 @@ def felt_by_springs(
             rows += list(own)
             sizes += list(np.broadcast_to(size, own.shape[:-1]) if few else size)
     batch = np.broadcast_shapes(wrenches.shape[:-2], *(own.shape[:-2] for own in rows))
-    return _stacked(rows, batch, -2), _stacked(sizes, batch, -1)
+    rows, sizes = (
+        np.concatenate([np.broadcast_to(x, (*batch, *x.shape[axis:])) for x in own], axis=axis)
+        for own, axis in ((rows, -2), (sizes, -1))
+    )
+    return poses_side_by_side(rows, 2), poses_side_by_side(sizes, 1)
 
 
 def _felt_by_springs(
@@ -297,18 +302,3 @@ def _moved(wrenches: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     moved[..., 1, :] = M[..., 1, :] - (z * F[..., 0, :] - x * F[..., 2, :])
     moved[..., 2, :] = M[..., 2, :] - (x * F[..., 1, :] - y * F[..., 0, :])
     return F, moved
-
-
-def _stacked(parts: list[np.ndarray], batch: tuple[int, ...], axis: int) -> np.ndarray:
-    """Parts beside one another along an axis from the end, poses side by side."""
-    shape = list(parts[0].shape[axis:])
-    shape[0] = sum(part.shape[axis] for part in parts)
-    stack, start = empty_batch(batch, tuple(shape)), 0
-    for part in parts:
-        stop = start + part.shape[axis]
-        if axis == -2:
-            stack[..., start:stop, :] = part
-        else:
-            stack[..., start:stop] = part
-        start = stop
-    return stack

@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
-from robostiff.kinematics.spanning_tree import branches, connected_parts
+from robostiff.kinematics.spanning_tree import branches, connected_parts, spanning_tree
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.linkage import Connection, Linkage, turned_round
 from robostiff.model import (
@@ -22,9 +22,11 @@ from robostiff.model import (
     Leg,
     Link,
     Mass,
+    PlacedLeg,
     Rigid,
     Robot,
     Role,
+    Snapshot,
 )
 from robostiff.network import JointElement, Network, Node, SpringElement
 from robostiff.spatial import Frame
@@ -82,31 +84,27 @@ def welded_places(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
     InputError
         When welds contradict each other.
     """
-    welds: dict[str, list[tuple[str, Frame, str]]] = {body: [] for body in linkage.bodies}
-    for c in linkage.connections:
-        if c.element is None:
-            b_in_a = c.before @ c.after
-            welds[c.a].append((c.b, b_in_a, c.name))
-            welds[c.b].append((c.a, b_in_a.inverse, c.name))
+    welds = [c for c in linkage.connections if c.element is None]
     places: dict[str, tuple[str, Frame]] = {}
     for whole in (linkage.base, linkage.platform, *linkage.bodies):
         if whole in places:
             continue
-        places[whole] = whole, Frame.identity()
-        waiting = [whole]
-        while waiting:
-            body = waiting.pop()
-            for other, seen, name in welds[body]:
-                frame = places[body][1] @ seen
-                if other not in places:
-                    places[other] = whole, frame
-                    waiting.append(other)
-                elif not _alike(frame, places[other][1]):
-                    raise InputError(
-                        f"weld {name!r} between {body!r} and {other!r}",
-                        got="bodies that are fixed to each other elsewhere, in another place",
-                        expected="a weld that fits",
-                    )
+        tree = spanning_tree(whole, welds)
+        for body, way in tree.ways.items():
+            frame = Frame.identity()
+            if way:
+                weld, sign = way[-1]
+                across = weld.before @ weld.after
+                start = places[weld.a if sign > 0 else weld.b][1]
+                frame = start @ (across if sign > 0 else across.inverse)
+            places[body] = whole, frame
+        for weld in tree.cuts:
+            if not _alike(places[weld.a][1] @ weld.before @ weld.after, places[weld.b][1]):
+                raise InputError(
+                    f"weld {weld.name!r} between {weld.a!r} and {weld.b!r}",
+                    got="bodies that are fixed to each other elsewhere, in another place",
+                    expected="a weld that fits",
+                )
     return places
 
 
@@ -192,6 +190,34 @@ def _with(
     held = linkage.held & {c.name for c in kept}
     own = {body: tuple(several) for body, several in masses.items() if several}
     return replace(linkage, connections=kept, held=held, masses=own)
+
+
+def branches_of_linkage(
+    part: Linkage, every: Sequence[Configuration]
+) -> tuple[Snapshot, list[tuple[int, int]]]:
+    """Series paths between the bodies of an essential linkage, placed at N configurations.
+
+    With them come the bodies between which each leads: 0 the base, 1 the platform.
+    """
+
+    def frame_of(body: str) -> tuple[np.ndarray, np.ndarray]:
+        frames = [one.frames[body] for one in every]
+        return np.array([own.R for own in frames]), np.array([own.p for own in frames])
+
+    legs, ends, number = [], [], {part.base: 0, part.platform: 1}
+    for a, b, path in branches([(c.a, c.b) for c in part.connections], tuple(number)):
+        elements, end = [], np.zeros(3)
+        for c in (part.connections[i] for i, _ in path):
+            R, p = frame_of(c.a)
+            q = np.array([one.coordinates.get(c.name, ()) for one in every])
+            q = q.reshape(len(every), c.size)
+            placed = place_chain(c.chain, q, R @ c.before.R, p + R @ c.before.p)
+            elements += [replace(own, name=f"{c.name}/{own.name}") for own in placed.elements]
+            end = placed.p
+        legs.append(PlacedLeg(f"branch {len(legs)}", tuple(elements), end))
+        ends.append((number.setdefault(a, len(number)), number.setdefault(b, len(number))))
+    R, p = frame_of(part.platform)
+    return Snapshot(part.name, tuple(legs), p + R @ part.reference_point), ends
 
 
 def network_of(part: Linkage, found: Configuration) -> Network:

@@ -63,19 +63,6 @@ class Connection:
         """Its element alone; nothing for a weld."""
         return Chain(() if self.element is None else (self.element,))
 
-    @cached_property
-    def rigid(self) -> Frame | None:
-        """Frame of body b in that of body a where no joint is between them."""
-        if isinstance(self.element, Joint):
-            return None
-        to = np.zeros(3) if self.element is None else self.element.to
-        return self.before @ Frame(np.eye(3), to) @ self.after
-
-    @property
-    def size(self) -> int:
-        """Number of its coordinates."""
-        return self.element.size if isinstance(self.element, Joint) else 0
-
     @property
     def freedoms(self) -> tuple[Screw, ...]:
         """Those of a joint."""
@@ -287,36 +274,21 @@ def turned_round(connection: Connection) -> Connection:
 
     A joint keeps its coordinates, in reverse order, for its axes are reversed.
     """
-    element = connection.element
-    if isinstance(element, Joint):
-        element = _joint(element)
-    elif isinstance(element, Link):
-        element = _link(element)
-    return Connection(
-        connection.name,
-        connection.b,
-        connection.a,
-        connection.after.inverse,
-        element,
-        connection.before.inverse,
-    )
+    c, element = connection, connection.element
+    if isinstance(element, Link):  # by energy: the wrench is the same, taken about the other end
+        to = np.asarray(element.to)
+        elasticity = moved(element.elasticity, element.axes, -to)
+        masses = tuple(_from_other_end(mass, to) for mass in element.masses)
+        element = Link(-to, elasticity, np.eye(3), element.name, masses)
+    elif element is not None and element.kind is JointKind.SPHERICAL:
+        element = replace(element, home=tuple(-x for x in element.home))  # a rotation vector
+    elif element is not None:
+        freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(element.freedoms))
+        element = replace(element, freedoms=freedoms, home=element.home[::-1])
+    return Connection(c.name, c.b, c.a, c.after.inverse, element, c.before.inverse)
 
 
-def _joint(joint: Joint) -> Joint:
-    if joint.kind is JointKind.SPHERICAL:  # whose coordinates are a rotation vector
-        return replace(joint, home=tuple(-x for x in joint.home))
-    freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(joint.freedoms))
-    return replace(joint, freedoms=freedoms, home=joint.home[::-1])
-
-
-def _link(link: Link) -> Link:
-    # By energy: the wrench is the same at both ends, taken about the other one.
-    to = np.asarray(link.to)
-    elasticity = moved(link.elasticity, link.axes, -to)
-    return Link(-to, elasticity, np.eye(3), link.name, tuple(_mass(m, to) for m in link.masses))
-
-
-def _mass(mass: Mass, to: np.ndarray) -> Mass:
+def _from_other_end(mass: Mass, to: np.ndarray) -> Mass:
     """The same mass seen from the other end of its link."""
     if mass.centre is not None:
         return replace(mass, centre=mass.centre - to)

@@ -138,7 +138,8 @@ def equilibrium(
     loaded: LoadedPosture | None = None
     for i, own in enumerate(given):
         if loaded is None or postures.batch:
-            loaded = postures.loaded(i, at, loads, preload, beams, gravity).under(laws)
+            own_laws = laws or {}
+            loaded = postures.loaded(i, at, loads, preload, beams, gravity, laws=own_laws)
         target = None if displacement is None else own
         answers.append(solved(loaded, own if target is None else None, target))
     return Equilibria(tuple(answers)) if batch else answers[0]
@@ -224,9 +225,8 @@ def _confirmed(
 
 def _margins(problem: EquilibriumProblem, known: Linearised) -> dict[str, float]:
     """Of the platform and of every leg, by name."""
-    names = {k: name for g in problem.groups for k, name in zip(g.indices, g.names, strict=True)}
     margins = {"platform": platform_margin(problem, known).value}
-    return margins | {names[k]: own.value for k, own in leg_margins(problem, known).items()}
+    return margins | {problem.legs[k]: own.value for k, own in leg_margins(problem, known).items()}
 
 
 def _answer(

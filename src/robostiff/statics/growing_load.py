@@ -166,9 +166,8 @@ def critical_load(
         raise InputError("up_to of a critical load", got=up_to, expected="a positive factor")
     grows = "critical_load(robot, pose, [0, 0, -1000, 0, 0, 0])"
     loaded, F = one_loaded_posture(
-        robot, pose, wrench, at, loads, preload, beams, near, gravity, grows
+        robot, pose, wrench, at, loads, preload, beams, near, gravity, grows, laws or {}
     )
-    loaded = loaded.under(laws)
     problem, status = loaded.problem, loaded.status
     nothing = np.zeros(problem.size)
     if not loaded.has_posture:
@@ -246,9 +245,8 @@ def load_path(
         raise InputError("factors of a load path", got=factors, expected=words)
     grows = "load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)"
     loaded, F = one_loaded_posture(
-        robot, pose, wrench, at, loads, preload, beams, near, gravity, grows
+        robot, pose, wrench, at, loads, preload, beams, near, gravity, grows, laws or {}
     )
-    loaded = loaded.under(laws)
     found = Equilibria(tuple(solved(loaded, factor * F, None, standing=True) for factor in s))
     with needs_extra("maps", "maps"):
         import xarray

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis import PartShare
-from robostiff.spatial import cross, move_wrench
-from robostiff.statics.chains.body_springs import SpringTerms, on_anchors
+from robostiff.spatial import cross, move_wrench, skew
+from robostiff.statics.chains.body_springs import on_anchors
 from robostiff.statics.chains.chain import (
     BodyLoad,
     BodyPlace,
     FiniteChain,
     FiniteJoint,
     LegState,
-    Share,
+    Owner,
     wrench_at,
 )
 from robostiff.statics.chains.legs import LegGroup
@@ -79,7 +79,7 @@ def loaded_parts(
     state. Springs between bodies pull on the anchors of the chains of every group with `pulls` (A,
     3), where these are not those at the state.
     """
-    found: list[tuple[int, LoadedPart]] = []
+    found: list[tuple[Owner, LoadedPart]] = []
     placed = (state if places is None else places).legs
     for g, (group, own, where) in enumerate(zip(problem.groups, state.legs, placed, strict=True)):
         energies = group.energies(own)
@@ -90,7 +90,7 @@ def loaded_parts(
             P = motion[-1].of(group.end_point(c))
             for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, acting[c])):
                 element, x = chain.elements[k], own.x[c][:, chain.places[k]]
-                for i, index, leg in group.rows_of(c):
+                for i, owner in enumerate(chain.owners):
                     load, moved, unit = None, x[i], ""
                     if isinstance(element, FiniteJoint):
                         load = element.force(i, float(x[i, 0])) - share * float(element.preload[i])
@@ -99,7 +99,7 @@ def loaded_parts(
                         moved = element.modes[i] @ x[i]
                     alike = [e.names[i] == element.names[i] for e in chain.elements]
                     part = LoadedPart(
-                        leg=leg,
+                        leg=owner.name,
                         part=element.names[i],
                         number=1 + sum(alike[:k]),
                         of=sum(alike),
@@ -110,9 +110,9 @@ def loaded_parts(
                         energy=float(energies[c][k][i]),
                         unit=unit,
                     )
-                    found.append((index, part))
+                    found.append((owner, part))
                     found += [
-                        (index, replace(part, part=drive.names[i], number=1, of=1, **values))
+                        (owner, replace(part, part=drive.names[i], number=1, of=1, **values))
                         for drive, values in _held(group, own, share, (c, k), i)
                     ]
     return tuple(part for _, part in sorted(found, key=lambda item: item[0]))
@@ -149,7 +149,7 @@ def base_reactions(
     Places and pulls as of `loaded_parts`.
     """
     where = state if places is None else places
-    found = {i: np.zeros(6) for group in problem.groups for i in group.indices}
+    found = {leg: np.zeros(6) for leg in problem.legs}
     for g, (group, own) in enumerate(zip(problem.groups, state.legs, strict=True)):
         acting = _acting(group, own, state, share, pulls[g] if pulls else None)
         moved = group.moved(where.legs[g])
@@ -162,9 +162,42 @@ def base_reactions(
             for load in acting[c]:
                 at = motion[load.after].of(load.point)
                 total += wrench_at(where.p, at, load.force)
-            for row, i, _ in group.rows_of(c):
-                found[i] += total[row]
-    return tuple(found[k] for k in sorted(found))
+            for owner, own_total in zip(chain.owners, total, strict=True):
+                found[owner.leg] += own_total
+    return tuple(found.values())
+
+
+def about_the_tool(
+    problem: EquilibriumProblem, state: State, by_twist: Sequence[np.ndarray]
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """What the nodes of a flexible platform exert on each leg (r,), and its rate (r, r).
+
+    About the point of the tool P, which moves along: with f at a node's point p, the moment has the
+    rate ``dm + (dp - dP) x f + (p - P) x df`` by the twist of the tool. The unknowns of the groups
+    move by `by_twist` (N, n, r).
+    """
+    rows, platform = list(problem.rows), max(problem.legs)
+    moved = np.eye(6)[:, rows]  # twist of the tool
+    W, K = np.zeros((platform, 6)), np.zeros((platform, 6, len(rows)))
+    for group, legs, by in zip(problem.groups, state.legs, by_twist, strict=True):
+        own_parts = [own for own in group.chains if own.owners[0].leg == platform]
+        held = {None, *(body for own in own_parts for body in (own.start, own.end))}
+        for c, chain in enumerate(group.chains):
+            if chain.owners[0].leg == platform or chain.end not in held:
+                continue
+            for row, owner in enumerate(chain.owners):
+                own, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
+                own[rows], rate[rows] = legs.W[c][row], by[row, group.wrench_places[c]]
+                arm = np.zeros(3)
+                if chain.end is not None:
+                    node = np.zeros((6, len(rows)))
+                    node[rows] = by[row, group.body_places[chain.end]]
+                    arm = legs.bodies[chain.end].p[row] - state.p
+                rate[3:] += skew(arm) @ rate[:3] - skew(own[:3]) @ (node - moved)[:3]
+                own[3:] += np.cross(arm, own[:3])
+                W[owner.leg] += own
+                K[owner.leg] += rate
+    return list(W[:, rows]), list(K[:, rows])
 
 
 def is_balanced(
@@ -200,7 +233,7 @@ def is_balanced(
                 applied += list(wrench_at(about, at, share * load.force))
         pulls.append([])
         if group.springs:
-            now = group.spring_arrays.at(group, where.legs[g], where.R, about, share)
+            now = group.spring_arrays.at(group, where.legs[g], share)
             force = forces[g] if len(forces) else now.force
             pulls[g] = on_anchors(group, force)
             for side, spring in zip(*np.nonzero(group.spring_arrays.on_base), strict=True):
@@ -227,7 +260,7 @@ def _acting(
     ]
     if group.springs:
         if pulls is None:
-            pulls = SpringTerms.of(group, own, state.R, state.p, Share(share, 0.0)).pulls
+            pulls = on_anchors(group, group.spring_arrays.at(group, own, share).force)
         for forces, chain, pull in zip(found, group.chains, pulls, strict=True):
             forces += [
                 replace(anchor, force=force[None])
@@ -307,26 +340,23 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
     """The bodies of a robot at a state, by the parts before them."""
     found, nodes = {}, {}
     platform = BodyPlace(state.R, state.p - state.R @ problem.point)
-    for group, own in zip(problem.groups, state.legs, strict=True):
-        every = group.moved(own)
-        for c, (chain, moved) in enumerate(zip(group.chains, every, strict=True)):
+    every = [g.moved(own) for g, own in zip(problem.groups, state.legs, strict=True)]
+    for group, of_chains in zip(problem.groups, every, strict=True):
+        for chain, moved in zip(group.chains, of_chains, strict=True):
             for element, place in zip(chain.elements, moved[1:], strict=True):
-                for row, _, leg in group.rows_of(c):
-                    name = f"{leg}/{element.names[row]}"  # the last element of a beam counts
+                for row, owner in enumerate(chain.owners):
+                    name = f"{owner.name}/{element.names[row]}"  # the last of a beam counts
                     found[name] = BodyPlace(place.R[row], place.t[row])
         for coupling in group.couplings:
-            c, k = coupling.place
-            for row, _, leg in group.rows_of(c):
-                joint = group.chains[c].elements[k].names[row]
-                found[f"{leg}/{coupling.drive.names[row]}"] = found[f"{leg}/{joint}"]
-        for node, (c, after) in group.within.items():
-            place = every[c][after]
-            nodes[node] = BodyPlace(place.R[0], place.t[0])
-        for node, i in group.nodes.items():
-            nodes[node] = platform
-            if i is not None:
-                R = own.bodies[i].R[0]
-                nodes[node] = BodyPlace(R, own.bodies[i].p[0] - R @ group.points[i][0])
+            chain = group.chains[coupling.place[0]]
+            joints = chain.elements[coupling.place[1]].names
+            each = zip(chain.owners, coupling.drive.names, joints, strict=True)
+            found |= {f"{own.name}/{drive}": found[f"{own.name}/{q}"] for own, drive, q in each}
+    for node, spot in problem.nodes.items():
+        nodes[node] = platform
+        if spot is not None:
+            place = every[spot.group][spot.chain][spot.after]
+            nodes[node] = BodyPlace(place.R[spot.row], place.t[spot.row])
     return BodyPlaces(found, platform, nodes)
 
 

@@ -21,9 +21,8 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.chains.carried_masses import CarriedMasses
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase, State
-from robostiff.statics.equations.vibration import SmallMotions
+from robostiff.statics.equations.vibration import CarriedMasses, SmallMotions
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Gravity, Laws, Loads, Masses
@@ -187,8 +186,15 @@ def modes(
     postures = postures_of(robot, pose, near)
     given = one_wrench(postures, wrench)
     loaded = postures.loaded(
-        0, at, loads, preload, beams, gravity, masses={} if masses is None else masses
-    ).under(laws)
+        0,
+        at,
+        loads,
+        preload,
+        beams,
+        gravity,
+        masses={} if masses is None else masses,
+        laws=laws or {},
+    )
     if not loaded.has_posture:
         return Modes(loaded.name, loaded.space, loaded.status)
     problem, known, state, status = _about(loaded, given)

@@ -25,12 +25,12 @@ from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, 
 from robostiff.statics.loaded_parts import (
     BodyPlaces,
     LoadedPart,
+    about_the_tool,
     base_reactions,
     body_places,
     loaded_parts,
     shares_of,
 )
-from robostiff.statics.loading.flexible_platform import about_the_tool
 
 _NOT_FREE = (
     "rigid parts do not let the platform move so: give a displacement along the motions that they "
@@ -193,9 +193,10 @@ class Equilibrium(InNotebooks):
         problem, known = self._require()[0], self._known_stiffness
         if self._has_flexible_platform:
             return tuple(self._through_platform[1])
-        pairs = zip(problem.groups, known.leg_K, strict=True)
-        own = {k: K for group, all_K in pairs for k, K in zip(group.indices, all_K, strict=True)}
-        return tuple(own[k] for k in sorted(own))
+        pairs = zip(problem.groups, known.by_twist, strict=True)
+        return problem.by_leg(
+            [{c: by[:, g.wrench_places[c]] for c in g.on_platform} for g, by in pairs]
+        )
 
     @property
     def leg_wrenches(self) -> tuple[np.ndarray, ...]:
@@ -299,7 +300,7 @@ class Equilibrium(InNotebooks):
     @property
     def _through_platform(self) -> tuple[list[np.ndarray], list[np.ndarray]]:
         problem, found = self._require()
-        return about_the_tool(problem.groups[0], found.state, found.known.by_twist[0])
+        return about_the_tool(problem, found.state, found.known.by_twist)
 
     def _require(self) -> tuple[EquilibriumProblem, FoundEquilibrium]:
         if self.problem is None or self.found is None:

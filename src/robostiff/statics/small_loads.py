@@ -24,11 +24,15 @@ from robostiff.statics.chains.beam_bowing import Linear
 from robostiff.statics.chains.body_springs import on_anchors, small_forces
 from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.loaded_parts import is_balanced, loaded_parts, shares_of
-from robostiff.statics.loading.flexible_platform import about_the_tool
-from robostiff.statics.loading.from_snapshot import load_vector
-from robostiff.statics.loading.given_loads import Gravity, Loads, acting_gravity, given_forces
-from robostiff.statics.loading.loaded_posture import one_loaded_posture, places_of, postures_of
+from robostiff.statics.loaded_parts import about_the_tool, is_balanced, loaded_parts, shares_of
+from robostiff.statics.loading.given_loads import (
+    Gravity,
+    Loads,
+    acting_gravity,
+    given_forces,
+    load_vector,
+)
+from robostiff.statics.loading.loaded_posture import one_loaded_posture, postures_of
 
 # Of the terms of an equation of a leg: what is left says that a load drives a free motion in it.
 _DRIVEN = 1e-6
@@ -142,7 +146,7 @@ def _of_network(
     rest = deflection_under_wrench(network, None, wrench, at=at, tolerance=tolerance)
     pull = acting_gravity(network, gravity, loads)
     point = np.asarray(rest.stiffness.reference_point, dtype=float)
-    points = {name: p for name, p in places_of(network).items() if name not in network.fixed}
+    points = {n.name: n.point for n in network.nodes if n.name not in network.fixed}
     points = {"platform": point} | points
     forces = list(network.weights(pull)) if np.any(pull) else []
     frame_of = {name: (np.eye(3), at) for name, at in points.items()}.get
@@ -165,7 +169,10 @@ def _of_network(
 def _without_tension(problem: EquilibriumProblem) -> EquilibriumProblem:
     """The same robot, springs between its bodies relaxed."""
     groups = [
-        replace(group, springs=tuple(replace(own, tension=0.0) for own in group.springs))
+        replace(
+            group,
+            springs=tuple(replace(s, constant=-s.stiffness * s.length) for s in group.springs),
+        )
         if group.springs
         else group
         for group in problem.groups
@@ -206,7 +213,7 @@ def _under_small_loads(
     steps = [a + B @ t for a, B in zip(known.factor_steps, known.by_twist, strict=True)]
     state = problem.moved(at_rest, nothing, steps)
     forces = [
-        small_forces(group, at_rest, step[0, : group.free_size], t) if group.springs else _NO_FORCES
+        small_forces(group, step[0, : group.free_size]) if group.springs else _NO_FORCES
         for group, step in zip(problem.groups, steps, strict=True)
     ]
     if not is_balanced(problem, state, F, 1.0, at_rest, forces):
@@ -218,8 +225,10 @@ def _under_small_loads(
     parts = loaded_parts(problem, state, 1.0, at_rest, pulls)
     wrenches: Sequence[np.ndarray] = problem.leg_wrenches(state)
     if has_flexible_platform:  # nodes are where they are without load
-        placed = replace(at_rest, legs=(replace(state.legs[0], bodies=at_rest.legs[0].bodies),))
-        wrenches = about_the_tool(problem.groups[0], placed, known.by_twist[0])[0]
+        pairs = zip(state.legs, at_rest.legs, strict=True)
+        legs = tuple(replace(own, bodies=rest.bodies) for own, rest in pairs)
+        placed = replace(at_rest, legs=legs)
+        wrenches = about_the_tool(problem, placed, known.by_twist)[0]
     joints = [(part, part.load) for part in parts if part.load is not None]
     driven = {(own.leg, own.joint) for own in rest.actuators}
     return Deflection(
@@ -261,9 +270,6 @@ def _work(
     total = 0.0
     for own, step in zip(known.equations, steps, strict=True):
         total -= float(np.sum(own.r_factor * step))
-    for own in known.equations:
-        if own.beside is not None:
-            total -= float(np.sum(own.beside.by_factor @ t))
     on_platform, _ = problem.dead.acting(np.eye(3))
     return total + float(on_platform[list(problem.rows)] @ t)
 

@@ -65,7 +65,7 @@ def derivation_html(derivation: Any, *, first_heading: int = 1) -> str:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative or ComplianceSteps
+    derivation : Formula
     first_heading : int
         Level of its title, 1 to 5.
 

@@ -270,8 +270,7 @@ class Language(ABC):
         """A block as displayed formulas, each of one or more equations below one another."""
         if isinstance(block, EquationRows):
             return [[self._row(equation) for equation in block.rows]]
-        around = name_width(block.name) + 2 + _AROUND + _GAP * (block.whole.cols - 1)
-        factor, matrix, named = fitted(block, math_width, self.room - around)
+        factor, matrix, named = fitted(block, math_width, room_beside(block, self.room))
         written = self.matrix([[self.write(e) for e in row] for row in matrix.tolist()])
         written += self.transposed * block.is_vector
         if factor != 1:
@@ -301,6 +300,11 @@ def _width(part: Any) -> float:
 
 
 Measure = Callable[[Any], float]
+
+
+def room_beside(block: MatrixEquation, room: float) -> float:
+    """The room that a name and brackets leave for the columns [widths of a letter]."""
+    return room - name_width(block.name) - 2 - _AROUND - _GAP * (block.whole.cols - 1)
 
 
 def fitted(

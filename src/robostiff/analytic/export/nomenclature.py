@@ -7,9 +7,10 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Condition
 from robostiff.analytic.export.blocks import (
+    OWN_AXES,
     Block,
     EquationRows,
     Meaning,
@@ -22,15 +23,14 @@ from robostiff.analytic.export.blocks import (
 )
 from robostiff.analytic.export.entries import EntryNames
 from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.vectors.forms import ArmOfSprings, FormulaInVectors, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
-    ArmOfSprings,
     Coordinates,
     Cross,
     Dot,
     Equation,
     Norm,
     Vector,
-    VectorForm,
 )
 from robostiff.spatial import Space
 
@@ -149,9 +149,9 @@ _ABOUT_A_CENTRE = {
 }
 
 
-def meaning_of_result(derivation: Derivation) -> str:
+def meaning_of_result(formula: Formula) -> str:
     """A sentence about the stiffness matrix: point, order and units."""
-    space = Space.of_size(derivation.K.rows)
+    space = Space.of_size(formula.matrices[0].rows)
     wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
     return (
         f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
@@ -159,38 +159,55 @@ def meaning_of_result(derivation: Derivation) -> str:
     )
 
 
-def nomenclature_of_robot(
-    derivation: RobotDerivation, names: EntryNames, *, alone: bool
+def nomenclature_of(
+    formula: Formula, names: EntryNames, rows: Sequence[Meaning], first: Sequence[str] = ()
 ) -> Nomenclature:
-    """Of K, of its wrenches and compliances, of vectors, and of what is given.
+    """K, further names, and what is given, the `first` of these before the others."""
+    result: Meaning = (Vector(names.result),), meaning_of_result(formula)
+    given = dict.fromkeys((*(name for name in first if name in names.given), *names.given))
+    return Nomenclature((result, *rows, *meanings_of_given(given, formula.meanings)))
+
+
+def meanings_of_robot(
+    derivation: RobotDerivation, names: EntryNames, *, alone: bool
+) -> list[Meaning]:
+    """Of wrenches and compliances, and of vectors.
 
     `alone`: whether one leg, the table and the sum are all.
     """
-    wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
-    rows: list[Meaning] = [((Vector(names.result),), meaning_of_result(derivation))]
-    series, form = derivation.in_series, derivation.vectors
-    if isinstance(series, ArmOfSprings):
-        rows += _meanings_of_arm(series)
-    elif series is not None:
-        R, v = Vector("R_0"), Vector("v_0")
-        rows += [
-            ((Vector("C"),), "compliance in axes of the arm"),
-            ((Vector("K_0"),), "stiffness there"),
-            ((R, v), "axes of the arm in the world, and their origin"),
-            ((Vector("T"),), OF_T),
-        ]
-    else:
-        rows += [
-            ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
-            ((names.generic("c"),), "compliance of the leg under this wrench"),
-        ]
+    form = derivation.at_vector_level
+    rows = _meanings_of_wrenches(derivation, names) if form is None else []
     if not alone:
         defined = {d.symbol.name.partition("_")[0] for d in derivation.definitions}
-        rows += [((x,), meaning) for x, meaning in _OF_NAMES.items() if x in defined]
-    rows += [] if form is None else _meanings_of_vectors(form)
-    pose = [name for name in derivation.coordinates if name in names.given]
-    given = dict.fromkeys((*pose, *names.given))
-    return Nomenclature((*rows, *meanings_of_given(given, derivation.meanings)))
+        own = [((x,), meaning) for x, meaning in _OF_NAMES.items() if x in defined]
+    else:
+        own = []
+    return [*rows, *meanings_in_vectors(form, names, own)] if form else [*rows, *own]
+
+
+def _meanings_of_wrenches(formula: Formula, names: EntryNames) -> list[Meaning]:
+    wrench = ", ".join(Space.of_size(formula.matrices[0].rows).wrench_order)
+    return [
+        ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
+        ((names.generic("c"),), "compliance of the leg under this wrench"),
+    ]
+
+
+def meanings_in_vectors(
+    form: FormulaInVectors, names: EntryNames, own: Sequence[Meaning] = ()
+) -> list[Meaning]:
+    """Of wrenches or of compliances, some of its `own`, and of vectors."""
+    if isinstance(form, ArmOfSprings):
+        return [*_meanings_of_arm(form), *own]
+    if isinstance(form, VectorForm):
+        return [*_meanings_of_wrenches(form, names), *own, *_meanings_of_vectors(form)]
+    return [
+        ((Vector("C"),), "compliance in axes of the arm"),
+        ((Vector("K_0"),), "stiffness there"),
+        (OWN_AXES, "axes of the arm in the world, and their origin"),
+        ((Vector("T"),), OF_T),
+        *own,
+    ]
 
 
 def _meanings_of_vectors(found: VectorForm) -> list[Meaning]:
@@ -359,7 +376,7 @@ def in_programs(derivation: Any) -> list[tuple[str, Any]]:
 def _legs_of(derivation: Any) -> list[str]:
     """Names of all legs of a robot; none of other formulas."""
     whole = getattr(derivation, "derivation", derivation)
-    return [leg.name for leg in getattr(whole, "legs", ())]
+    return [getattr(leg, "name", leg) for leg in getattr(whole, "legs", ())]
 
 
 def _words(conditions: Sequence[Condition], legs: Sequence[str]) -> str:

@@ -22,7 +22,7 @@ def derivation_text(derivation: Any, width: int = 88) -> str:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative or ComplianceSteps
+    derivation : Formula
     width : int
         Longest line. Longer expressions go on in the next line, indented; entries for which a
         matrix has no room get a name.

@@ -9,8 +9,9 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.export.blocks import Title
-from robostiff.analytic.export.language import Language, Row, Typeset
+from robostiff.analytic.export.blocks import MatrixEquation, Title
+from robostiff.analytic.export.broken_lines import math_width
+from robostiff.analytic.export.language import Language, Row, Typeset, fitted, room_beside
 from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.export.products import is_greek
 from robostiff.analytic.export.vocabulary import constant_name, function_name
@@ -26,7 +27,7 @@ _FUNCTIONS = {
 }
 
 # Letters of 10 pt side by side in the text of A4 upright (planar) and on its side (spatial).
-_ROOM_UPRIGHT = 72.0
+_ROOM_UPRIGHT = 84.0
 _ROOM_ON_ITS_SIDE = 112.0
 _BETWEEN_COLUMNS = 3.0
 
@@ -62,10 +63,6 @@ TYPST_DERIVATIONS = """\
 def derivation_typst(derivation: Any) -> str:
     r"""A derivation as the source of a Typst document.
 
-    Parameters
-    ----------
-    derivation : Derivation, FormulaDerivative or ComplianceSteps
-
     Examples
     --------
     >>> import sympy as sp
@@ -88,8 +85,9 @@ def derivation_typst(derivation: Any) -> str:
 
 
 def wants_wide_page(derivation: Any) -> bool:
-    """Whether its matrices need a landscape page: 6 x 6 matrices do, planar ones do not."""
-    return derivation.K.rows > 3
+    """Whether a matrix needs a landscape page, so that fewer of its entries have names."""
+    blocks = (b for b in outline_of(derivation) if isinstance(b, MatrixEquation))
+    return any(fitted(b, math_width, room_beside(b, _ROOM_UPRIGHT))[2].rows for b in blocks)
 
 
 def derivation_in_typst(derivation: Any, *, first_heading: int = 1) -> str:
@@ -107,7 +105,7 @@ def derivation_pdf(derivation: Any, path: str | Path) -> None:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative or ComplianceSteps
+    derivation : Formula
     path : str or Path
         The file to write.
 
@@ -138,6 +136,11 @@ def typst_pdf(source: str) -> bytes:
     return typst.compile(source.encode(), ignore_system_fonts=True, timestamp=0)
 
 
+def _large(cell: str) -> str:
+    """A cell with its fractions as large as those of an equation."""
+    return f"display({cell})" if "frac(" in cell else cell
+
+
 def _quoted(text: str) -> str:
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
@@ -155,6 +158,10 @@ class _Typst(Typeset):
     list_signs = ([f"#table({_shape}"], "  [{}], [{}],", [")"])
     transposed, inverse, total, total_over = "^sans(upright(T))", "^(-1)", "sum", "sum_{}"
 
+    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
+        found = super().listed(rows)
+        return f"#columns(2)[\n{found}\n]" if self.room == _ROOM_ON_ITS_SIDE else found
+
     def word(self, word: str) -> str:
         is_bare = is_greek(word) or word.isdigit() or (len(word) == 1 and word.isalpha())
         return word if is_bare else _quoted(word)
@@ -165,11 +172,15 @@ class _Typst(Typeset):
     def words(self, text: str) -> str:
         return typst_text(text)
 
+    def matrix(self, rows: list[list[str]]) -> str:
+        return super().matrix([[_large(x) for x in row] for row in rows])
+
     def heading(self, text: str, level: int) -> str:
         return f"{'=' * (self.first + level - 1)} {text}"
 
     def table(self, rows: list[list[str]]) -> str:
-        cells = [f"  {' '.join(f'[{cell}],' for cell in row)}" for row in rows]
+        each = [[f"${_large(x[1:-1])}$" if x[:1] == "$" else x for x in row] for row in rows]
+        cells = [f"  {' '.join(f'[{cell}],' for cell in row)}" for row in each]
         cells.insert(1, "  table.hline(stroke: 0.5pt),")
         shape = f"columns: {len(rows[0])}, stroke: none, column-gutter: 1em,"
         return "\n".join([f"#pad(left: 1.5em, table({shape}", *cells, "))"])

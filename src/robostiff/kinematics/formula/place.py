@@ -21,9 +21,9 @@ from robostiff.kinematics.closure.body import (
     tidied,
     tidied_point,
 )
-from robostiff.kinematics.closure.leg_forms import Post, Strut
+from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.leg_solver import LegSolver, RecordedForm
-from robostiff.kinematics.closure.rod_ends import RodJoints
+from robostiff.kinematics.closure.rods import Strut
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
 from robostiff.kinematics.frames import (
     Loop,
@@ -50,12 +50,11 @@ from robostiff.model import (
     Telescope,
 )
 from robostiff.record import Entry, greater, is_one, is_zero, most_size, square_root
-from robostiff.spatial import Frame
 
 
 @dataclass(frozen=True)
 class FormulaPose:
-    """A pose of a body, mostly the platform, in the world.
+    """A pose of the platform in the world.
 
     Attributes
     ----------
@@ -78,10 +77,6 @@ class FormulaPose:
         """
         six = np.array(coordinates, dtype=object)
         return cls(turn_by_vector_of_entries(six[3:]), six[:3])
-
-    def at(self, frame: Frame) -> FormulaPose:
-        """A frame that is fixed to the body."""
-        return FormulaPose(self.R @ frame.R, self.p + self.R @ frame.p)
 
 
 @dataclass(frozen=True)
@@ -371,7 +366,7 @@ class Site:
         if isinstance(form, Post):
             joint = self._own(form.joint)
             return replace(form, joint=joint, length=self.length, name=self.leg.name)
-        A, B = self._own(form.joints.A), self._own(form.joints.B)
+        A, B = self._own(form.A), self._own(form.B)
         parts: dict[str, Any] = {}
         if isinstance(form, Strut):
             parts["slide"] = self._slide(form.slide)
@@ -383,16 +378,17 @@ class Site:
                 parts["across"] = self._slide(form.across)
             d = form.drive
             parts["drive"] = self._slide(d) if isinstance(d, Slide) else self._own(d)
-        joints = RodJoints(
-            A,
-            B,
-            along,
-            form.joints.spin,
-            home=self.leg.chain.main_path.home,
+        return replace(
+            form,
+            A=A,
+            B=B,
+            along=along,
             side=self._side(along),
+            home=self.leg.chain.main_path.home,
             spin_matters=self._spin_matters(A, B),
+            name=self.leg.name,
+            **parts,
         )
-        return replace(form, joints=joints, name=self.leg.name, **parts)
 
     def placed(self, closed: ClosedLeg) -> PlacedFormula:
         """The leg's elements on the bodies of the closed leg, and what keeps it from closing."""

@@ -12,11 +12,11 @@ import numpy as np
 from robostiff.elasticity import Elasticity
 from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.errors import InputError
-from robostiff.model import PlacedFreedom, PlacedSpring
+from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.snapshot import PlacedElement
 from robostiff.spatial import Space, compliance_modes
 from robostiff.statics.chains.bending import bending, bending_planes
-from robostiff.statics.chains.chain import Element, FiniteSpring
+from robostiff.statics.chains.chain import Element, FiniteJoint, FiniteSpring
 
 _ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
 # Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
@@ -162,8 +162,8 @@ def is_rigid(element: PlacedElement) -> bool:
 
 
 @dataclass(frozen=True)
-class SpringElements:
-    """Elastic parts as elements; what has been worked out for one is used for all alike."""
+class ElementsOfParts:
+    """Joints and elastic parts as elements; what is known of one part is used for all alike."""
 
     space: Space
     treated: Beams
@@ -171,8 +171,34 @@ class SpringElements:
     known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
     beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
 
-    def of(self, spring: PlacedSpring) -> list[Element]:
+    side_by_side = True
+
+    def row(self, values: Any) -> np.ndarray:
+        """Values as those of one leg (1, ...)."""
+        return np.array([values], dtype=float)
+
+    def joint(self, freedom: PlacedFreedom, leg: str) -> FiniteJoint:
+        """A joint in finite motion."""
+        del leg
+        k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
+        varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
+        law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None
+        inertia = getattr(freedom.role, "inertia", None)
+        return FiniteJoint(
+            (freedom.name,),
+            self.row(freedom.point),
+            self.row(freedom.axis),
+            freedom.turns,
+            np.array([freedom.advance(1.0)]),
+            np.array([k]),
+            np.zeros(1),
+            (law,),
+            np.array([0.0 if inertia is None else float(inertia)]),
+        )
+
+    def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements with their bowing."""
+        del leg
         C = spring.elasticity.compliance
         free = np.array(spring.elasticity.freedoms, dtype=float)
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()

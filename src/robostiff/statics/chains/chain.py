@@ -7,11 +7,11 @@ energy that they store, is computed for all elements of a chain together, in `mo
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -62,12 +62,9 @@ class FiniteJoint:
         """What must be alike in legs that are computed together."""
         return (self.kind,)
 
-    def under(self, laws: Sequence[Law | None]) -> FiniteJoint:
-        """The joint of all legs, some of which follow laws of their own."""
-        laws = [old if new is None else new for new, old in zip(laws, self.laws, strict=True)]
-        pairs = zip(self.stiffness, laws, strict=True)
-        rest = [k if law is None else law.tangent(0.0) for k, law in pairs]
-        return replace(self, stiffness=np.array(rest, dtype=float), laws=tuple(laws))
+    def under(self, law: Law) -> FiniteJoint:
+        """The joint of one leg, following a law of its own."""
+        return replace(self, stiffness=np.array([law.tangent(0.0)]), laws=(law,))
 
     def force(self, i: int, q: float) -> float:
         """What it resists with in leg i, its preload left out [N or N m]."""
@@ -149,6 +146,27 @@ class BodyLoad:
     force: np.ndarray  # alike, in the world [N]
 
 
+class Owner(NamedTuple):
+    """The leg of which a chain is part, and the place of the chain among all."""
+
+    leg: int
+    name: str
+    order: int
+
+
+class Spot(NamedTuple):
+    """A body behind some elements of a chain, by the number of its group, its row, and its own."""
+
+    group: int = 0
+    row: int = 0
+    chain: int = 0
+    after: int = 0
+
+
+#: Of chains to the platform on which springs are held.
+NOBODY = Owner(-1, "", 0)
+
+
 @dataclass(frozen=True)
 class FiniteChain:
     """Elements in series from one body to another, of several legs alike."""
@@ -159,16 +177,18 @@ class FiniteChain:
     loads: tuple[BodyLoad, ...] = ()
     # where springs between bodies are held, without a force of their own
     anchors: tuple[BodyLoad, ...] = ()
+    owners: tuple[Owner, ...] = ()  # N of them
 
     @staticmethod
-    def stacked(chains: Sequence[FiniteChain], counts: Sequence[int]) -> FiniteChain:
-        """Chains whose elements are alike as one, each of so many legs."""
+    def stacked(chains: Sequence[FiniteChain]) -> FiniteChain:
+        """Chains whose elements are alike as one."""
         first = chains[0]
         elements = tuple(
             stacked([own.elements[k] for own in chains]) for k in range(len(first.elements))
         )
-        loads = stacked_loads([own.loads for own in chains], counts)
-        return FiniteChain(first.start, first.end, elements, loads)
+        loads = stacked_loads([own.loads for own in chains], [len(own.owners) for own in chains])
+        owners = tuple(owner for own in chains for owner in own.owners)
+        return FiniteChain(first.start, first.end, elements, loads, owners=owners)
 
     @cached_property
     def places(self) -> tuple[slice, ...]:
@@ -230,9 +250,9 @@ class FiniteCoupling:
             couplings[0], drive=drive, factors=np.concatenate([own.factors for own in couplings])
         )
 
-    def shifted(self, chains: int) -> FiniteCoupling:
-        """The same behind so many other chains."""
-        first, *terms = ((c + chains, k) for c, k in (self.place, *self.terms))
+    def renumbered(self, chains: Mapping[int, int]) -> FiniteCoupling:
+        """The same by other numbers of the chains."""
+        first, *terms = ((chains[c], k) for c, k in (self.place, *self.terms))
         return replace(self, place=first, terms=tuple(terms))
 
     def pushed(self, preload: float) -> FiniteCoupling:
@@ -281,22 +301,6 @@ class LegState:
 
 
 @dataclass(frozen=True)
-class Beside:
-    """Derivatives of what the platform exerts on springs between bodies, about its point."""
-
-    by_unknown: np.ndarray  # (N, r, n)
-    by_twist: np.ndarray  # (N, r, r)
-    by_factor: np.ndarray  # (N, r): by the factor of the loads
-
-    def steps(self, found: np.ndarray) -> np.ndarray:
-        """With steps (N, n, 1 + r + 1) by themselves, by the twist, and by the factor."""
-        own = self.by_unknown @ found
-        own[..., 1:-1] += self.by_twist
-        own[..., -1] += self.by_factor
-        return own
-
-
-@dataclass(frozen=True)
 class LegEquations:
     """Residual and tangent of the legs of a group, platform apart."""
 
@@ -304,13 +308,10 @@ class LegEquations:
     r: np.ndarray  # (N, n): residual
     A_t: np.ndarray  # (N, n, r): derivative by the twist of the platform
     r_factor: np.ndarray  # (N, n): derivative by the factor of the loads
-    carried: np.ndarray  # (N, r): what the platform exerts on the leg about its point [N, N m]
     state: LegState
     # (N, b), (N, b, c), (b, c): what axial forces of beams lack, how they follow coordinates, and
     # places of these among the unknowns
     axial: tuple[np.ndarray, np.ndarray, np.ndarray]
-    # how that changes beside the wrenches of chains, where springs act on the platform
-    beside: Beside | None = None
 
     def completed(self, found: np.ndarray) -> np.ndarray:
         """Steps (N, n, k) of the unknowns, those of axial forces behind; the first are Newton's."""

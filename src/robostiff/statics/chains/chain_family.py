@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.chains.body_springs import SpringTerms
+from robostiff.statics.chains.body_springs import Pulls, on_anchors
 from robostiff.statics.chains.chain import (
     BodyLoad,
+    ChainTerms,
     LegEquations,
     LegState,
     Share,
@@ -141,23 +142,10 @@ class ChainFamily:
         """Equilibrium and closure of every group; axes and point [m] of the platform are R, p."""
         rows = list(self.groups[0].rows)
         springs = [
-            SpringTerms.of(group, state, R, p, share) if group.springs else None
+            group.spring_arrays.at(group, state, share.value) if group.springs else None
             for group, state in zip(self.groups, states, strict=True)
         ]
-        if not self.rows:
-            # springs alone hold the platform: there are no unknowns beside its pose
-            r = len(rows)
-            none = np.zeros((1, 0, 0)), np.zeros((1, 0)), np.zeros((1, 0, r)), np.zeros((1, 0))
-            axial = np.zeros((1, 0)), np.zeros((1, 0, 0)), np.zeros((0, 0), dtype=int)
-            held = (own for own in springs if own is not None)
-            return [
-                LegEquations(*none, own.carried[None], states[0], axial, own.beside) for own in held
-            ]
-        W = np.zeros((len(self.taken), 6))
-        W[:, rows] = np.concatenate([own for state in states for own in state.W])
-        x, (R_start, p_start) = self.coordinates(states), self.starting(states)
-        axial = self.axial(states)
-        terms = self.arrays.terms(x, R_start, p_start, W, axial, share.value, self._pulls(springs))
+        terms = self.terms(states, springs, share.value)
         J, tangent = terms.J[:, rows], terms.tangent + terms.bracket
         R_end, p_end = self._bodies(states, R, p, self.ends)
         turn = vector_of_rotation(terms.R @ np.swapaxes(R_end, -1, -2))
@@ -171,13 +159,9 @@ class ChainFamily:
             A += known.constant
             residual = known.summed(known.sides, (terms.gradient[own], gap[own]), (N, n))
             r_factor = known.summed(known.shares, (terms.by_share[own],), (N, n)) * share.rate
-            carried = np.zeros((N, len(rows)))
             for chain, acting in zip(group.chains, state.W, strict=True):
-                if chain.end is None:
-                    carried += acting
-                else:
+                if chain.end is not None:
                     residual[:, group.body_places[chain.end]] += acting
-            A_t = known.by_twist
             missing, rate = (
                 by_leg(part[own], N)[:, known.beams]
                 for part in (terms.beams.missing, terms.beams.rate)
@@ -185,28 +169,32 @@ class ChainFamily:
             axial = missing, rate, known.beam_columns
             if group.couplings:
                 group.add_couplings(state, share, A, residual, r_factor)
-            if spring is None:
-                found.append(LegEquations(A, residual, A_t, r_factor, carried, state, axial))
-                continue
-            m = group.free_size
-            A[0, :m, :m] += spring.stiffness
-            A_t = A_t.copy()
-            A_t[0, :m] += spring.by_twist
-            r_factor[0, :m] += share.rate * spring.by_share
-            carried += spring.carried
-            found.append(
-                LegEquations(A, residual, A_t, r_factor, carried, state, axial, spring.beside)
-            )
+            if spring is not None:
+                m = group.free_size
+                A[0, :m, :m] += spring.stiffness
+                r_factor[0, :m] += share.rate * spring.by_share
+            found.append(LegEquations(A, residual, known.by_twist, r_factor, state, axial))
         return found
 
-    def _pulls(self, springs: Sequence[SpringTerms | None]) -> np.ndarray | None:
+    def terms(
+        self, states: Sequence[LegState], springs: Sequence[Pulls | None], share: float
+    ) -> ChainTerms:
+        """What the chains contribute, of numbers or of entries, with springs between bodies."""
+        acting = np.concatenate([own for state in states for own in state.W])
+        W = np.zeros((len(self.taken), 6), dtype=int).astype(acting.dtype)
+        W[:, list(self.groups[0].rows)] = acting
+        x, axial, starts = self.coordinates(states), self.axial(states), self.starting(states)
+        return self.arrays.terms(x, *starts, W, axial, share, self._pulls(springs))
+
+    def _pulls(self, springs: Sequence[Pulls | None]) -> np.ndarray | None:
         """Forces (rows, L, 3) at the points of its loads, from those on the anchors of chains."""
         if not self.held:
             return None
         of_chains: list[np.ndarray] = []
         for group, own in zip(self.groups, springs, strict=True):
-            of_chains += [np.zeros((0, 3))] * len(group.chains) if own is None else own.pulls
-        found = np.zeros(self.arrays.load_force.shape)
+            none = [np.zeros((0, 3))] * len(group.chains)
+            of_chains += none if own is None else on_anchors(group, own.force)
+        found = 0 * self.arrays.load_force
         for chain, place, load in self.held:
             found[self.rows[chain], load] = of_chains[chain][place]
         return found
@@ -221,7 +209,7 @@ class ChainFamily:
         S, found = self.arrays.mode_stiffness.shape[1], []
         for group, state, known in zip(self.groups, states, self.places, strict=True):
             N, C = group.count, len(group.chains)
-            own = np.zeros((N, C * S))
+            own = np.zeros((N, C * S), dtype=int).astype(state.axial.dtype)
             own[:, known.beams] = state.axial
             found.append(np.swapaxes(own.reshape(N, C, S), 0, 1).reshape(C * N, S))
         return np.concatenate(found)

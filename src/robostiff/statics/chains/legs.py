@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.spatial.rotation import matrix_of_rotation
-from robostiff.statics.chains.body_springs import FiniteBodySpring, SpringArrays, SpringTerms
+from robostiff.statics.chains.body_springs import FiniteBodySpring, SpringArrays
 from robostiff.statics.chains.chain import (
-    BodyLoad,
+    NOBODY,
     BodyPlace,
     FiniteChain,
     FiniteCoupling,
@@ -20,6 +20,7 @@ from robostiff.statics.chains.chain import (
     LegEquations,
     LegState,
     MovingBody,
+    Owner,
     Share,
 )
 from robostiff.statics.chains.chain_family import ChainFamily, by_leg
@@ -32,9 +33,6 @@ class LegGroup:
 
     Attributes
     ----------
-    indices : tuple of int
-        Which legs of the robot.
-    names : tuple of str
     chains : tuple of FiniteChain
     points : tuple of (N, 3) arrays
         Of the bodies between its chains, at the unloaded posture [m].
@@ -44,28 +42,16 @@ class LegGroup:
         Coordinates in which it moves: six in space, three in the plane.
     springs : tuple of FiniteBodySpring
         Between bodies; legs that have or share some are a group of their own, with N = 1.
-    owners : tuple of int
-        Of legs that share springs, the leg of each chain; empty elsewhere.
     couplings : tuple of FiniteCoupling
         Of joints of a leg.
-    nodes : mapping of str to int or None
-        Of a flexible platform, and the moving ones of a network, the body of each node: its place
-        in `points`, None for the platform.
-    within : mapping of str to (int, int)
-        Nodes of a network through which chains pass: the chain, and how many elements lie before.
     """
 
-    indices: tuple[int, ...]
-    names: tuple[str, ...]
     chains: tuple[FiniteChain, ...]
     points: tuple[np.ndarray, ...]
     platform_point: np.ndarray
     rows: tuple[int, ...]
     springs: tuple[FiniteBodySpring, ...] = ()
-    owners: tuple[int, ...] = ()
     couplings: tuple[FiniteCoupling, ...] = ()
-    nodes: Mapping[str, int | None] = field(default_factory=dict)
-    within: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     @staticmethod
     def stacked(legs: Sequence[LegGroup]) -> LegGroup:
@@ -73,16 +59,12 @@ class LegGroup:
         first = legs[0]
         if len(legs) == 1:
             return first
-        counts = [leg.count for leg in legs]
-        chains = [
-            FiniteChain.stacked([leg.chains[i] for leg in legs], counts)
-            for i in range(len(first.chains))
-        ]
         return replace(
             first,
-            indices=tuple(i for leg in legs for i in leg.indices),
-            names=tuple(name for leg in legs for name in leg.names),
-            chains=tuple(chains),
+            chains=tuple(
+                FiniteChain.stacked([leg.chains[i] for leg in legs])
+                for i in range(len(first.chains))
+            ),
             points=tuple(
                 np.concatenate([leg.points[b] for leg in legs]) for b in range(len(first.points))
             ),
@@ -100,26 +82,14 @@ class LegGroup:
 
     @property
     def count(self) -> int:
-        """Number of legs N; 1 where legs share springs, or there are springs alone."""
-        return 1 if self.owners else len(self.indices) or 1
+        """Number of legs N."""
+        return len(self.chains[0].owners)
 
-    def rows_of(self, c: int) -> list[tuple[int, int, str]]:
-        """Row, index and name of every leg that has chain c."""
-        if self.owners:
-            leg = self.owners[c]
-            return [(0, self.indices[leg], self.names[leg])]
-        return [(i, k, self.names[i]) for i, k in enumerate(self.indices)]
-
-    def by_legs(self, ends: Sequence[np.ndarray]) -> np.ndarray:
-        """What each leg carries, from that of the chains on the platform, (N, ...) each."""
-        if not ends:
-            return np.zeros((0, len(self.rows)))
-        if not self.owners:
-            return np.sum(ends, axis=0)
-        found = np.zeros((len(self.indices), *ends[0].shape[1:]))
-        for c, own in zip(self.on_platform, ends, strict=True):
-            found[self.owners[c]] += own[0]
-        return found
+    @cached_property
+    def first(self) -> list[Owner]:
+        """The first leg of every row; `NOBODY` where springs hold the platform alone."""
+        rows = zip(*(chain.owners for chain in self.chains), strict=True)
+        return [min((own for own in row if own != NOBODY), default=NOBODY) for row in rows]
 
     @cached_property
     def coordinates(self) -> tuple[slice, ...]:
@@ -265,11 +235,12 @@ class LegGroup:
 
     def anchored(self, state: LegState) -> list[tuple[np.ndarray, np.ndarray]]:
         """Where springs are held on every chain (A, 3) [m], and their velocities (A, 3, m)."""
-        found = [
-            (np.zeros((len(own.anchors), 3)), np.zeros((len(own.anchors), 3, self.free_size)))
-            for own in self.chains
-        ]
         family = self.family
+        shapes = [((len(own.anchors), 3), self.free_size) for own in self.chains]
+        found = [
+            tuple(np.zeros(own, dtype=int).astype(family.arrays.kind) for own in (of, (*of, m)))
+            for of, m in shapes
+        ]
         if not family.held:
             return found
         x = family.coordinates([state])
@@ -296,16 +267,16 @@ class LegGroup:
         inside = np.zeros(12 * len(self.beams))
         inside[self.family.places[0].modes[: len(mode) - self.free_size]] = mode[self.free_size :]
         for (c, _, beam), own in zip(self.beams, inside.reshape(-1, 12), strict=True):
-            leg = self.names[self.owners[c] if self.owners else i]
+            leg = self.chains[c].owners[i].name
             found.append((leg, beam.names[i], 0.5 * float(own @ own)))
-        for c, (chain, own) in enumerate(zip(self.chains, self.coordinates, strict=True)):
-            leg = self.names[self.owners[c] if self.owners else i]
+        for chain, own in zip(self.chains, self.coordinates, strict=True):
+            leg = chain.owners[i].name
             for element, place in zip(chain.elements, chain.places, strict=True):
                 x = mode[own.start + place.start : own.start + place.stop]
                 energy = 0.5 * float(np.sum(element.stiffness[i] * x * x))
                 found.append((leg, element.names[i], energy))
         for own, a in zip(self.couplings, self.sum_rows, strict=True):
-            leg = self.names[self.owners[own.place[0]] if self.owners else i]
+            leg = self.chains[own.place[0]].owners[i].name
             energy = 0.5 * float(own.drive.stiffness[i] * (a[i] @ mode[: self.free_size]) ** 2)
             found.append((leg, own.drive.names[i], energy))
         return found
@@ -360,43 +331,6 @@ class LegGroup:
             found.append(wide)
         return found
 
-    def place_of(self, leg: int, chain: int) -> tuple[int, int]:
-        """Number and row of a chain of a leg, by its index in the robot."""
-        place = self.indices.index(leg)
-        if not self.owners:
-            return chain, place
-        return [c for c, owner in enumerate(self.owners) if owner == place][chain], 0
-
-    def with_loads(self, c: int, loads: Iterable[BodyLoad]) -> LegGroup:
-        """The legs, one of their chains with more forces on its bodies."""
-        chain = self.chains[c]
-        loaded = replace(chain, loads=(*chain.loads, *loads))
-        return replace(self, chains=(*self.chains[:c], loaded, *self.chains[c + 1 :]))
-
-    def with_forces(
-        self, body: int, points: Sequence[np.ndarray], forces: Sequence[np.ndarray]
-    ) -> LegGroup:
-        """The legs with forces (3,) on a body between chains, at points (3,) [N; m]."""
-        leg, chain, after = self.held_at(body)
-        pairs = zip(points, forces, strict=True)
-        c, _ = self.place_of(leg, chain)
-        return self.with_loads(c, (BodyLoad(after, p[None], f[None]) for p, f in pairs))
-
-    def held_at(self, body: int) -> tuple[int, int, int]:
-        """A chain at a body: its leg, its number there, and how many elements lie before the body.
-
-        Raises
-        ------
-        LookupError
-            When there is none.
-        """
-        for c, own in enumerate(self.chains):
-            if body in (own.start, own.end):
-                owner = self.owners[c] if self.owners else 0
-                number = self.owners[:c].count(owner) if self.owners else c
-                return self.indices[owner], number, len(own.elements) * (own.end == body)
-        raise LookupError(body)
-
     @cached_property
     def own_curvature(self) -> np.ndarray:
         """Curvature of the elastic energy of its parts, unloaded (N, m, m)."""
@@ -414,10 +348,7 @@ class LegGroup:
         """The same by coordinates and bodies, with that of springs between bodies (N, m, m)."""
         if not self.springs:
             return self.own_curvature
-        at_rest = SpringTerms.of(
-            self, self.unloaded(), np.eye(3), self.platform_point, Share(0.0, 0.0)
-        )
-        return self.own_curvature + at_rest.stiffness
+        return self.own_curvature + self.spring_arrays.at(self, self.unloaded(), 0.0).stiffness
 
     def sizes(self, length: float) -> np.ndarray:
         """What a unit of each coordinate turns or shifts (N, m), shifts by the robot's length."""

@@ -154,27 +154,6 @@ class MovingChains:
         self.local[:, self.joint_places, 1] = self.axis * self.turning
         self.local[:, self.spring_places, 0] = self._columns_of_springs(self.modes[:, :, :3])
 
-    @staticmethod
-    def of_one(
-        chain: FiniteChain, ends: tuple[np.ndarray, np.ndarray], body_rows: Sequence[int]
-    ) -> MovingChains:
-        """The elements of one chain (N = 1), which moves with the body at its start in some rows.
-
-        The loads are those of the chain, then its anchors.
-        """
-        sizes, slots = [e.size for e in chain.elements], np.arange(len(chain.elements))
-        return MovingChains(
-            [e.kind for e in chain.elements],
-            sizes,
-            [chain],
-            [slots],
-            [*chain.loads, *chain.anchors],
-            [slice(0, 1)],
-            ends,
-            body_rows,
-            np.ones(1, dtype=bool),
-        )
-
     def _zeros(self, *shape: int) -> np.ndarray:
         return np.zeros(shape, dtype=int).astype(self.kind)
 

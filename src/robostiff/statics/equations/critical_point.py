@@ -251,13 +251,11 @@ def point_at(
         margins = leg_margins(problem, found.known)
         leg = min(key for key in margins if margins[key].value <= least.value + _TOGETHER)
         least = margins[leg]
-        for group in problem.groups:
-            if leg in group.indices:
-                i = 0 if group.owners else group.indices.index(leg)
-                name, part, _ = max(group.energies_of(least.mode, i), key=lambda own: own[2])
-                words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
-                twist = np.zeros(problem.size)
-                return CriticalPoint(found.factor, words, name, twist, False, found)
+        g, i = least.at
+        parts = problem.groups[g].energies_of(least.mode, i)
+        name, part, _ = max(parts, key=lambda own: own[2])
+        words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
+        return CriticalPoint(found.factor, words, name, np.zeros(problem.size), False, found)
     mode = least.mode
     size = np.linalg.norm(mode * problem.scale)
     twist = mode / (size if size > 0 else 1.0)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.chains.chain import LegEquations, LegState, Share
+from robostiff.statics.chains.chain import NOBODY, LegEquations, LegState, Owner, Share, Spot
 from robostiff.statics.chains.chain_family import ChainFamily
 from robostiff.statics.chains.equilibrated import (
     Bordered,
@@ -100,7 +100,6 @@ class Linearised:
     steps: tuple[np.ndarray, ...]
     by_twist: tuple[np.ndarray, ...]
     factor_steps: tuple[np.ndarray, ...]
-    leg_K: tuple[np.ndarray, ...]  # (N, r, r): without springs on the platform
     equations: tuple[LegEquations, ...]
     held: HeldPlatform | None  # what rigid parts hold of the platform, where they do
     regular: bool  # the coordinates of all legs follow from the pose of the platform
@@ -121,6 +120,8 @@ class EquilibriumProblem:
     length: float  # characteristic [m]
     dead: DeadForces
     steady: Steady | None = None  # of cables
+    # where bodies are that results list by name; None of the platform
+    nodes: Mapping[str, Spot | None] = field(default_factory=dict)
 
     @cached_property
     def family(self) -> ChainFamily:
@@ -195,7 +196,7 @@ class EquilibriumProblem:
         r = self.size
         K, missing, by_factor = np.zeros((r, r)), np.zeros(r), np.zeros(r)
         equations = self.family.equations(state.legs, state.R, state.p, share)
-        every, leg_K = [], []
+        every = []
         lacking: dict[int, Bordered] = {}
         regular = True
         for g, (group, eq) in enumerate(zip(self.groups, equations, strict=True)):
@@ -211,12 +212,10 @@ class EquilibriumProblem:
             regular = regular and bool(np.all(inverse.regular))
             ends = [group.wrench_places[i] for i in group.on_platform]
             own_ends = [found[:, place] for place in ends]
-            leg_K.append(group.by_legs([end[..., 1:-1] for end in own_ends]))
             carried = np.sum(own_ends, axis=0)
-            if eq.beside is not None:
-                carried = carried + eq.beside.steps(found)
             K += np.sum(carried[..., 1:-1], axis=0)
-            missing -= np.sum(eq.carried + carried[..., 0], axis=0)
+            on_legs = [eq.state.W[i] for i in group.on_platform]
+            missing -= np.sum([*on_legs, carried[..., 0]], axis=(0, 1))
             by_factor -= np.sum(carried[..., -1], axis=0)
             every.append(found)
         acting, rate, turning = self._on_platform(state, loading, factor)
@@ -246,7 +245,6 @@ class EquilibriumProblem:
             steps=tuple(found[..., 0] for found in every),
             by_twist=tuple(found[..., 1:-1] for found in every),
             factor_steps=tuple(found[..., -1] for found in every),
-            leg_K=tuple(leg_K),
             equations=tuple(equations),
             held=held,
             regular=regular,
@@ -319,13 +317,31 @@ class EquilibriumProblem:
         moved = np.concatenate([state.p - self.point, vector_of_rotation(state.R)])
         return moved[list(self.rows)]
 
+    @property
+    def legs(self) -> dict[int, str]:
+        """Names of the legs by their numbers."""
+        return {own.leg: own.name for own in self._owners}
+
+    @property
+    def _owners(self) -> list[Owner]:
+        chains = (chain for group in self.groups for chain in group.chains)
+        return sorted(own for chain in chains for own in chain.owners if own != NOBODY)
+
+    def by_leg(self, ends: Sequence[Mapping[int, np.ndarray]]) -> tuple[np.ndarray, ...]:
+        """Sums by leg (...) of what chains on the platform have (N, ...), by group and chain."""
+        shape = next((own.shape[1:] for of_group in ends for own in of_group.values()), ())
+        found = {leg: np.zeros(shape) for leg in self.legs}
+        for group, of_group in zip(self.groups, ends, strict=True):
+            for c, own in of_group.items():
+                for owner, value in zip(group.chains[c].owners, own, strict=True):
+                    if owner != NOBODY:
+                        found[owner.leg] = found[owner.leg] + value
+        return tuple(found.values())
+
     def leg_wrenches(self, state: State) -> tuple[np.ndarray, ...]:
         """What the platform exerts on each leg about its point (r,)."""
-        own: dict[int, np.ndarray] = {}
-        for group, legs in zip(self.groups, state.legs, strict=True):
-            carried = group.by_legs([legs.W[i] for i in group.on_platform])
-            own |= dict(zip(group.indices, carried, strict=True))
-        return tuple(own[k] for k in sorted(own))
+        pairs = zip(self.groups, state.legs, strict=True)
+        return self.by_leg([{c: own.W[c] for c in group.on_platform} for group, own in pairs])
 
     def size_of(self, twist: np.ndarray) -> float:
         """How much a twist turns or shifts, shifts by the robot's length [rad]."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.statics.chains.chain import LegEquations
+from robostiff.statics.chains.chain import NOBODY, LegEquations
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 
@@ -45,6 +45,7 @@ class Margin:
     value: float
     form: np.ndarray  # (k, k): that motion is its eigenvector of the least eigenvalue
     basis: np.ndarray  # (n, k): columns are the motions of which form has the coordinates
+    at: tuple[int, int] = (0, 0)  # of a leg: its group, and its row there
 
     @property
     def mode(self) -> np.ndarray:
@@ -138,15 +139,20 @@ def platform_margin(problem: EquilibriumProblem, known: Linearised) -> Margin:
 
 def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin]:
     """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
-    found = {}
-    for group, eq, missing in zip(problem.groups, known.equations, problem.missing, strict=True):
+    found: dict[int, Margin] = {}
+    each = zip(problem.groups, known.equations, problem.missing, strict=True)
+    for g, (group, eq, missing) in enumerate(each):
         if group.free_size <= eq.A.shape[1] - group.free_size - missing and not group.beams:
             continue  # the platform holds all coordinates
         own = margins_of(group, eq, problem.length)
-        # legs that share springs have one margin, under the first of them
-        found |= dict(zip(group.indices[: group.count], own, strict=True))
-    # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
-    return {index: own for index, own in found.items() if own is not None and own.value != 0.0}
+        for row, (owner, one) in enumerate(zip(group.first, own, strict=True)):
+            # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
+            if one is not None and one.value != 0.0:
+                # legs that are held together have one margin, under the first of them
+                least = found.get(owner.leg)
+                if least is None or one.value < least.value:
+                    found[owner.leg] = replace(one, at=(g, row))
+    return dict(sorted(found.items()))
 
 
 def margins_of(group: LegGroup, eq: LegEquations, length: float) -> list[Margin | None]:
@@ -246,10 +252,11 @@ def may_be_singular(problem: EquilibriumProblem) -> bool:
 
     An open leg of more coordinates keeps its rank, but by coincidence.
     """
-    return any(
-        lacking or len(group.chains) > 1 or (group.chains and group.free_size <= len(group.rows))
-        for group, lacking in zip(problem.groups, problem.missing, strict=True)
-    )
+    for group, lacking in zip(problem.groups, problem.missing, strict=True):
+        own = [chain for chain in group.chains if chain.owners[0] != NOBODY]
+        if lacking or len(own) > 1 or (own and own[0].size <= len(group.rows)):
+            return True
+    return False
 
 
 def _closure(problem: EquilibriumProblem, known: Linearised) -> np.ndarray:

@@ -1,23 +1,209 @@
-"""Small vibrations about an equilibrium: motions that the closure allows, mass and stiffness."""
+"""Masses of a robot, and small vibrations about an equilibrium: motions that closures allow."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import skew
-from robostiff.statics.chains.carried_masses import CarriedMass, CarriedMasses
-from robostiff.statics.chains.chain import BodyPlace, FiniteJoint, LegState
+from robostiff.statics.chains.beam_bowing import UniformBeam, uniform_beam
+from robostiff.statics.chains.chain import BodyPlace, FiniteJoint, LegState, Spot
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
 from robostiff.statics.equations.stability import unit_sizes
 
+# Cosine, less than one by this: an elastic part whose own x axis is not along it.
+_ASIDE = 1e-9
+# Of the points from -1 to 1: the squares of cubics are integrated exactly.
+_GAUSS = np.polynomial.legendre.leggauss(4)
 # Of the largest singular value: of closure, and of the masses, whose roots are taken.
 _CLOSED, _MASSLESS = 1e-10, 1e-9
 # Of the largest stiffness, or square of a frequency: nothing resists.
 _LOOSE = 1e-10
+
+
+@dataclass(frozen=True)
+class CarriedMass:
+    """A mass, and what carries it.
+
+    Attributes
+    ----------
+    mass : PlacedMass
+    spot : Spot
+        The body that carries it.
+    parts : int
+        Of the elements before it the last so many are the elastic part along which it is; 0 for
+        a mass on a body.
+    part : PlacedSpring or None
+        That elastic part.
+    end : (3,) array
+        Where it ends at the unloaded posture [m].
+    """
+
+    mass: PlacedMass
+    spot: Spot
+    parts: int = 0
+    part: PlacedSpring | None = None
+    end: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def velocities(
+        self, bodies: Sequence[BodyPlace], twists: np.ndarray, about: np.ndarray
+    ) -> np.ndarray:
+        """Rows B (k, m) of velocities times roots of masses: ``B^T B`` is its mass matrix.
+
+        An elastic part is straight between its ends where these are now, and its sections move as
+        `motion_of_section` says.
+
+        Parameters
+        ----------
+        bodies : sequence of BodyPlace
+            Where the body at the start of the chain is, and those behind its elements.
+        twists : (K + 1, 6, m) array
+            Theirs about a point, by the unknowns.
+        about : (3,) array
+            That point [m].
+        """
+        mass, part, n = self.mass, self.part, self.parts
+        if part is None or mass.start is None or not (n and np.any(self.end - mass.start)):
+            at = bodies[self.spot.after].of(np.asarray(mass.centre, dtype=float))
+            return np.sqrt(float(mass.value)) * _about(at - about, twists[self.spot.after])[:3]
+        x, found = self.end - mass.start, [np.zeros((0, twists.shape[-1]))]
+        beam, phi = _uniform_beam(part, x), (0.0, 0.0)
+        if beam is not None:
+            L = float(np.linalg.norm(x)) / n
+            phi = 12 * beam.EIz * beam.shear_y / L**2, 12 * beam.EIy * beam.shear_z / L**2
+        for i in range(n):
+            sections = list(self._sections(i, _axes(x, part.rotation[:, 1]), x, beam))
+            if not sections:
+                continue
+            near = self.spot.after - n + i
+            a = bodies[near].of(mass.start + x * (i / n))
+            b = bodies[near + 1].of(mass.start + x * ((i + 1) / n))
+            axes = _axes(b - a, (bodies[near].R + bodies[near + 1].R) @ part.rotation[:, 1])
+            chord = float(np.linalg.norm(b - a))
+            each = []
+            for s, weight, aside, radii in sections:
+                each.append(_about(aside, motion_of_section(s, chord, phi)) * np.sqrt(weight))
+                each[-1][3:] *= radii[:, None]
+            rows = np.concatenate(each)
+            of_ends = [
+                axes.T @ _about(end - about, twist).reshape(2, 3, -1)
+                for end, twist in ((a, twists[near]), (b, twists[near + 1]))
+            ]
+            rows = np.linalg.qr(rows, mode="r") if len(rows) > 12 else rows
+            found.append(rows @ np.concatenate(of_ends).reshape(12, -1))
+        return np.concatenate(found)
+
+    def _sections(
+        self, i: int, axes: np.ndarray, x: np.ndarray, beam: UniformBeam | None
+    ) -> Iterator[tuple[float, float, np.ndarray, np.ndarray]]:
+        """Sections with a mass in element i of an elastic part along x (3,) [m].
+
+        Part of its length before the section, the mass [kg], and, in the axes of the part, where it
+        is beside the axis (3,), and its radii of gyration (3,) [m].
+        """
+        mass, n = float(self.mass.value), self.parts
+        if self.mass.span is None:
+            aside = np.asarray(self.mass.centre, dtype=float) - self.mass.start
+            s = float(np.clip(aside @ x / (x @ x), 0.0, 1.0))
+            if min(int(s * n), n - 1) == i:
+                yield s * n - i, mass, axes.T @ (aside - s * x), np.zeros(3)
+            return
+        first, last = (own * n - i for own in self.mass.span)
+        low, high, radii = max(first, 0.0), min(last, 1.0), np.zeros(3)
+        if beam is not None:
+            radii = np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)
+        for place, weight in zip(*_GAUSS, strict=True):
+            s, share = 0.5 * (low + high + place * (high - low)), (high - low) / (last - first)
+            if share > 0:
+                yield s, 0.5 * weight * share * mass, np.zeros(3), radii
+
+
+@dataclass(frozen=True)
+class CarriedMasses:
+    """All masses of a robot, at the unloaded posture."""
+
+    on_legs: tuple[CarriedMass, ...] = ()
+    on_platform: tuple[PlacedMass, ...] = ()
+
+
+def motion_of_section(s: float, length: float, phi: tuple[float, float]) -> np.ndarray:
+    """Twist (6,) of a section of a beam by those of its ends (12,), as under loads at its ends.
+
+    Stretch and torsion are linear. Bending in x-y has, with ``f = 12 E I_z / (G A_y L^2)``, the
+    displacement ``((1 - 3 s^2 + 2 s^3 + f (1 - s)) v_1 + (3 s^2 - 2 s^3 + f s) v_2 + L (s - 2 s^2 +
+    s^3 + f (s - s^2)/2) r_1 + L (s^3 - s^2 - f (s - s^2)/2) r_2) / (1 + f)``, and sections turn by
+    its slope less the shear; in x-z alike, with turns the other way round. The mass matrix that
+    follows is the consistent one, with 13/35, 11/210 and 9/70 where ``f`` is zero.
+
+    Parameters
+    ----------
+    s : float
+        Part of the length before the section.
+    length : float
+        Of the beam, along x [m].
+    phi : (float, float)
+        f in x-y and in x-z; 0 of a beam without shear.
+
+    Returns
+    -------
+    (6, 12) array
+        Axes of the beam, each twist about its own end or the section [m, rad].
+
+    Notes
+    -----
+    J. S. Przemieniecki, Theory of Matrix Structural Analysis, McGraw-Hill 1968, section 11.3.
+
+    Examples
+    --------
+    >>> motion_of_section(0.5, 2.0, (0.0, 0.0))[1, [1, 5, 7, 11]]
+    array([ 0.5 ,  0.25,  0.5 , -0.25])
+    """
+    found = np.zeros((6, 12))
+    found[[0, 3], [0, 3]], found[[0, 3], [6, 9]] = 1 - s, s
+    for v, r, sign, f in ((1, 5, 1.0, phi[0]), (2, 4, -1.0, phi[1])):
+        columns, L = [v, r, v + 6, r + 6], sign * length
+        bent = s - s**2
+        found[v, columns] = (
+            1 - 3 * s**2 + 2 * s**3 + f * (1 - s),
+            L * (bent * (1 - s) + f * bent / 2),
+            3 * s**2 - 2 * s**3 + f * s,
+            -L * (bent * s + f * bent / 2),
+        )
+        found[r, columns] = (
+            -6 * bent / L,
+            1 - 4 * s + 3 * s**2 + f * (1 - s),
+            6 * bent / L,
+            3 * s**2 - 2 * s + f * s,
+        )
+        found[np.ix_([v, r], columns)] /= 1 + f
+    return found
+
+
+def _about(arm: np.ndarray, twists: np.ndarray) -> np.ndarray:
+    """Twists (6, m) of a body about a point beside that of given ones."""
+    return np.concatenate([twists[:3] - skew(arm) @ twists[3:], twists[3:]])
+
+
+def _axes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Columns: unit vectors along x, across it towards y, and across both."""
+    x = x / np.linalg.norm(x)
+    y = y - (x @ y) * x
+    if np.linalg.norm(y) < _ASIDE:  # of a part whose own axes are not along it
+        y = np.eye(3)[np.argmin(np.abs(x))]
+        y = y - (x @ y) * x
+    y = y / np.linalg.norm(y)
+    return np.column_stack([x, y, np.cross(x, y)])
+
+
+def _uniform_beam(part: PlacedSpring, x: np.ndarray) -> UniformBeam | None:
+    """The beam that an elastic part along x (3,) is; None where it is none."""
+    if part.elasticity.freedoms.size or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
+        return None
+    return uniform_beam(part.elasticity.compliance)
 
 
 @dataclass(frozen=True)
@@ -40,11 +226,14 @@ class SmallMotions:
         n = sum(g.count * g.free_size for g in problem.groups) + r
         K, stiff, at = np.zeros((n, n)), np.zeros(n), 0
         B, closure = [np.zeros((0, n))], []
-        for group, eq, own in zip(problem.groups, known.equations, state.legs, strict=True):
+        for g, (group, eq, own) in enumerate(
+            zip(problem.groups, known.equations, state.legs, strict=True)
+        ):
             m = group.free_size
             own_stiff = np.diagonal(group.unloaded_curvature, axis1=-2, axis2=-1)
             gaps = group.closure_sizes(problem.length)[:, None]
-            B.append(_velocities(group, own, masses.on_legs, state.p, at, n))
+            carried = [one for one in masses.on_legs if one.spot.group == g]
+            B.append(_velocities(group, own, carried, state.p, at, n))
             B.append(_rates_of_drives(group, at, n))
             for i in range(group.count):
                 here = slice(at, at + m)
@@ -54,10 +243,6 @@ class SmallMotions:
                 closed = np.zeros((eq.A.shape[1] - m, n))
                 closed[:, here], closed[:, n - r :] = eq.A[i, m:, :m], eq.A_t[i, m:]
                 closure.append(gaps * closed)
-                if eq.beside is not None:
-                    K[here, n - r :] = eq.A_t[i, :m]
-                    K[n - r :, here] = eq.beside.by_unknown[i, :, :m]
-                    K[n - r :, n - r :] += eq.beside.by_twist[i]
         K[n - r :, n - r :] += known.K_total - known.K
         for mass in masses.on_platform:
             b = state.R @ (mass.centre - problem.point)
@@ -141,11 +326,10 @@ def _velocities(
     The unknowns of its legs begin at `first`, among so many of all.
     """
     m, found = group.free_size, [np.zeros((0, size))]
-    own = [one for one in masses if one.leg in group.indices]
-    twists = group.twists(state, about) if own else []
-    moved = group.moved(state) if own else []
-    for one in own:
-        c, row = group.place_of(one.leg, one.chain)
+    twists = group.twists(state, about) if masses else []
+    moved = group.moved(state) if masses else []
+    for one in masses:
+        _, row, c, _ = one.spot
         bodies = [BodyPlace(place.R[row], place.t[row]) for place in moved[c]]
         rates = one.velocities(bodies, twists[c][row], about)
         wide = np.zeros((len(rates), size))

@@ -1,106 +1,134 @@
-"""A leg under load on recorded entries: its chains, the bodies between them, coupled joints."""
+"""Legs under load on recorded entries: their elements, equations, eliminated, and steps."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg
-from robostiff.record import Entry, is_zero, reciprocal
-from robostiff.recorded import RecordedRobot
-from robostiff.recorded.leg import RecordedLeg
+from robostiff.model import PlacedFreedom, PlacedSpring
+from robostiff.record import Entry, is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space, cross
+from robostiff.statics.chains.beam_bowing import elastic_element, in_series
+from robostiff.statics.chains.body_springs import Pulls
 from robostiff.statics.chains.chain import (
-    BodyLoad,
+    NOBODY,
     ChainTerms,
     Element,
-    FiniteChain,
+    FiniteCoupling,
     FiniteJoint,
     FiniteSpring,
+    LegState,
+    MovingBody,
 )
-from robostiff.statics.chains.moving_chain import MovingChains
+from robostiff.statics.chains.chain_family import by_leg
+from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.kernels.elimination import SymmetricElimination
-from robostiff.statics.kernels.forces_on_bodies import RecordedBodySpring, SpringEnds
-from robostiff.statics.kernels.motion import (
-    Body,
-    identity,
-    recorded_joint,
-    recorded_springs,
-    units,
-)
-from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
-from robostiff.statics.loading.from_snapshot import LegWalk
+
+# Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
+_LOST = 1e-20
 
 
 @dataclass(frozen=True)
-class RecordedCoupling:
-    """A sum ``s = sum(a q)`` of coordinates that is the motion of a spring, or 0 where it is rigid.
+class RecordedElements:
+    """What makes elements of parts on entries, by those in numbers.
 
-    What it pushes with is an unknown of its own; see `FiniteCoupling`.
+    Attributes
+    ----------
+    like : mapping of (str, str) to list of FiniteSpring
+        The elements of an elastic part in numbers, by its leg and its name: whether it bows.
+    space : Space
+    length : float
+        Of the robot [m].
     """
 
-    name: str  # its unknowns begin with it
-    terms: tuple[tuple[str, Any], ...]  # tuple of (str, entry or number): coordinates, and a
-    drive: FiniteJoint  # with the stiffness against s, and a preload
-    is_rigid: bool
+    like: Mapping[tuple[str, str], list[FiniteSpring]]
+    space: Space
+    length: float
 
-    @property
-    def push(self) -> str:
-        """Name of what it pushes with [N or N m]."""
-        return f"{self.name}.f"
+    side_by_side = False
 
-    @property
-    def motion(self) -> list[str]:
-        """Name of the motion of its spring; none of a rigid one."""
-        return [] if self.is_rigid else [f"{self.name}.s"]
+    @staticmethod
+    def of(groups: Iterable[LegGroup], space: Space, length: float) -> RecordedElements:
+        """By the legs of a robot in numbers."""
+        like: dict[tuple[str, str], list[FiniteSpring]] = {}
+        for chain in (chain for group in groups for chain in group.chains):
+            for row, owner in enumerate(chain.owners):
+                for e in chain.elements:
+                    if isinstance(e, FiniteSpring):
+                        like.setdefault((owner.name, e.names[row]), []).append(e)
+        return RecordedElements(like, space, length)
 
-    def add_to(
-        self, elimination: SymmetricElimination, values: Mapping[str, Any], length: float
-    ) -> None:
-        """Add ``sum(a q) - s = 0`` and what pushes."""
-        (size,) = units(self.drive, length)
-        elimination.unknown(self.push, size)
-        terms = [*self.terms, *((name, -1) for name in self.motion)]
-        for name in self.motion:
-            elimination.unknown(name, 1.0)
-            (k,), (preload,) = self.drive.stiffness, self.drive.preload
-            elimination.add(name, name, k)
-            pull = k * values[name] - preload
-            elimination.add_right(name, -pull)
-        for name, factor in terms:
-            elimination.add(self.push, name, factor)
-            elimination.add_right(name, values[self.push] * factor)
-            elimination.add_right(self.push, -(values[name] * factor))
+    def row(self, values: Any) -> np.ndarray:
+        """Values as those of one leg (1, ...)."""
+        if not np.ndim(values):
+            return np.array([values, None], dtype=object)[:1]
+        return np.array([values], dtype=object)
+
+    def joint(self, freedom: PlacedFreedom, leg: str) -> FiniteJoint:
+        """A joint, whose drive does not push."""
+        del leg
+        k = freedom.stiffness
+        values = freedom.advance(1), 0 if k is None else k, 0, 0
+        slide, stiffness, push, inertia = map(self.row, values)
+        point, axis = self.row(freedom.point), self.row(freedom.axis)
+        names, laws = (freedom.name,), (None,)
+        return FiniteJoint(names, point, axis, freedom.turns, slide, stiffness, push, laws, inertia)
+
+    def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
+        """An elastic part as one spring, or a beam as elements."""
+        like = self.like[leg, spring.name]
+        values = spring.rotation, spring.elasticity.compliance, spring.elasticity.freedoms
+        rotation, C, free = (np.array(own, dtype=object) for own in values)
+        beam = 2 * C[1, 5] / C[5, 5] if np.any(like[0].axial) else None
+        inner, parts = bool(np.any(like[0].bending.b)), len(like)
+        own = elastic_element(
+            self.space, rotation, (C, free), beam, parts, self._modes_of, inner=inner
+        )
+        return in_series(own, spring, 0 if beam is None else beam, parts)
+
+    def _modes_of(self, C: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        modes = _modes(C)
+        V, stiffness = [], []
+        for i, column in enumerate([*modes, *free.T]):
+            shifts = np.arange(len(column)) < self.space.translations
+            units = np.where(shifts, self.length, 1.0).tolist()
+            sizes = [usual_size(x) / unit for x, unit in zip(column, units, strict=True)]
+            size = max(*sizes, 1e-300)
+            V.append(column * (1 / size))
+            stiffness.append(1 / size**2 if i < len(modes) else 0)
+        columns = np.array(V, dtype=object).T.reshape(len(C), len(V))
+        return columns, np.array([*stiffness, None], dtype=object)[:-1]
 
 
-@dataclass(frozen=True)
-class RecordedChain(FiniteChain):
-    """A chain on entries (N = 1), whose unknowns begin with a name."""
+def units(element: Element, length: float) -> list[float]:
+    """A unit of motion of each coordinate: a radian, or the length of the robot [m].
 
-    name: str = ""
+    Coordinates of elastic parts on entries are of about this size themselves.
+    """
+    return [length if element.kind == "slide" else 1.0] * element.size
 
-    @property
-    def coordinates(self) -> list[str]:
-        """Names of its coordinates."""
-        return [f"{self.name}.x{i}" for i in range(self.size)]
 
-    @property
-    def springs(self) -> list[Any]:
-        """Stiffness of each coordinate; 0 where it is free."""
-        return [k for e in self.elements for k in e.stiffness.flat]
-
-    @property
-    def axial(self) -> list[str | None]:
-        """Names of the axial forces of its elastic parts; None of those that are no beams."""
-        springs = (e for e in self.elements if isinstance(e, FiniteSpring))
-        return [None if is_zero(e.axial[0]) else f"{self.name}.N{i}" for i, e in enumerate(springs)]
-
-    def wrench(self, size: int) -> list[str]:
-        """Names of the components of its wrench."""
-        return [f"{self.name}.W{i}" for i in range(size)]
+def _modes(C: np.ndarray) -> list[np.ndarray]:
+    """Twists F in columns with ``sum F F^T = C``; rotations come first, as in bending."""
+    left, found = C.copy(), []
+    for i in reversed(range(len(C))):
+        pivot = left[i, i]
+        if usual_size(pivot) <= _LOST**0.5 * usual_size(C[i, i]):
+            continue
+        column = left[:, i] * reciprocal(square_root(pivot))
+        found.append(column)
+        for a in range(i + 1):
+            for b in range(i + 1):
+                if is_zero(column[a]) or is_zero(column[b]):
+                    continue
+                rest = left[a, b] - column[a] * column[b]
+                lost = usual_size(rest) ** 2 <= _LOST * usual_size(C[a, a]) * usual_size(C[b, b])
+                left[a, b] = 0 if lost else rest
+    return found
 
 
 @dataclass(frozen=True)
@@ -120,7 +148,7 @@ class MovedBody:
         """Where it is unloaded."""
         return dict(zip(self.coordinates, (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), strict=True))
 
-    def moved(self, values: Mapping[str, Any]) -> Body:
+    def moved(self, values: Mapping[str, Any]) -> MovingBody:
         """The body at the values of its coordinates; its quaternion may have any length."""
         x, y, z, a, b, c, d = (values[name] for name in self.coordinates)
         bb, cc, dd = b * b, c * c, d * d
@@ -136,7 +164,7 @@ class MovedBody:
             ],
             dtype=object,
         )
-        return Body(R, self.origin, self.origin + np.array([x, y, z], dtype=object))
+        return MovingBody(R[None], self.origin + np.array([[x, y, z]], dtype=object))
 
     def stepped(self, values: Mapping[str, Any], twist: np.ndarray) -> dict[str, Any]:
         """Its coordinates after a twist (6,): a Cayley turn, alike to second order."""
@@ -153,98 +181,149 @@ class MovedBody:
 
 
 @dataclass(frozen=True)
-class RecordedLoadedLeg:
-    """A leg whose coordinates and wrenches are unknowns, or several that springs hold together."""
+class RecordedCoupling:
+    """A sum ``s = sum(a q)`` of coordinates that is the motion of a spring, or 0 where it is rigid.
 
-    chains: tuple[RecordedChain, ...]
-    bodies: tuple[MovedBody, ...]
-    space: Space
+    What it pushes with is an unknown of its own; see `FiniteCoupling`.
+    """
+
+    name: str  # its unknowns begin with it
+    terms: Sequence[tuple[str, Any]]  # of (str, entry or number): coordinates, and a
+    own: FiniteCoupling
+
+    @property
+    def push(self) -> str:
+        """Name of what it pushes with [N or N m]."""
+        return f"{self.name}.f"
+
+    @property
+    def motion(self) -> list[str]:
+        """Name of the motion of its spring; none of a rigid one."""
+        return [] if self.own.is_rigid else [f"{self.name}.s"]
+
+    def add_to(
+        self, elimination: SymmetricElimination, values: Mapping[str, Any], length: float
+    ) -> None:
+        """Add ``sum(a q) - s = 0`` and what pushes."""
+        (size,) = units(self.own.drive, length)
+        elimination.unknown(self.push, size)
+        terms = [*self.terms, *((name, -1) for name in self.motion)]
+        for name in self.motion:
+            elimination.unknown(name, 1.0)
+            (k,), (preload,) = self.own.drive.stiffness, self.own.drive.preload
+            elimination.add(name, name, k)
+            pull = k * values[name] - preload
+            elimination.add_right(name, -pull)
+        for name, factor in terms:
+            elimination.add(self.push, name, factor)
+            elimination.add_right(name, values[self.push] * factor)
+            elimination.add_right(self.push, -(values[name] * factor))
+
+
+@dataclass(frozen=True)
+class RecordedGroup:
+    """Legs that are held together (N = 1), whose coordinates and wrenches are unknowns."""
+
+    name: str  # its unknowns begin with it
+    group: LegGroup
     length: float  # of the robot [m]
-    springs: tuple[RecordedBodySpring, ...] = ()  # that its bodies hold
-    couplings: tuple[RecordedCoupling, ...] = ()
 
-    @staticmethod
-    def joined(legs: Mapping[int, RecordedLoadedLeg]) -> RecordedLoadedLeg:
-        """Legs as one, by their numbers; springs between them are with the first."""
-        chains: list[RecordedChain] = []
-        bodies: list[MovedBody] = []
-        offsets: dict[int | None, int] = {None: 0}
+    @cached_property
+    def coordinates(self) -> list[list[str]]:
+        """Names of the coordinates of every chain."""
+        chains = enumerate(self.group.chains)
+        return [[f"{self.name}.{c}.x{i}" for i in range(chain.size)] for c, chain in chains]
 
-        def shifted(body: int | None) -> int | None:
-            return None if body is None else body + len(bodies)
-
-        for number, leg in legs.items():
-            offsets[number] = len(chains)
-            for own in leg.chains:
-                chains.append(replace(own, start=shifted(own.start), end=shifted(own.end)))
-            bodies += leg.bodies
-        first = next(iter(legs.values()))
-        springs = []
-        anchors: list[list[BodyLoad]] = [[] for _ in chains]
-        for own in {id(own): own for leg in legs.values() for own in leg.springs}.values():
-            ends = []
-            for end in own.ends:
-                if end.chain is None:
-                    ends.append(end)
-                    continue
-                c = end.chain + offsets[end.leg]
-                place = len(chains[c].loads) + len(anchors[c])
-                anchors[c].append(BodyLoad(end.after, end.point[None], _STILL[None]))
-                ends.append(replace(end, chain=c, place=place))
-            springs.append(replace(own, ends=(ends[0], ends[1])))
-        chains = [
-            replace(chain, anchors=tuple(own)) for chain, own in zip(chains, anchors, strict=True)
+    @cached_property
+    def wrenches(self) -> list[list[str]]:
+        """Names of the components of the wrenches of every chain."""
+        size = range(len(self.group.rows))
+        return [
+            [] if chain.owners[0] == NOBODY else [f"{self.name}.{c}.W{i}" for i in size]
+            for c, chain in enumerate(self.group.chains)
         ]
-        couplings = tuple(own for leg in legs.values() for own in leg.couplings)
-        return replace(
-            first,
-            chains=tuple(chains),
-            bodies=tuple(bodies),
-            springs=tuple(springs),
-            couplings=couplings,
-        )
+
+    @cached_property
+    def bodies(self) -> dict[int, MovedBody]:
+        """The bodies between its chains; what holds springs at the platform is the platform."""
+        held = [chain.start for chain in self.group.chains if chain.owners[0] == NOBODY]
+        points = enumerate(self.group.points)
+        return {b: MovedBody(f"{self.name}.b{b}", p[0]) for b, p in points if b not in held}
+
+    @cached_property
+    def motions(self) -> list[list[str]]:
+        """Names of the components of their twists."""
+        names = [
+            f"{self.bodies[b].name}." if b in self.bodies else ""
+            for b in range(len(self.group.points))
+        ]
+        return [[f"{name}t{row}" for row in self.group.rows] for name in names]
+
+    @cached_property
+    def free(self) -> list[str]:
+        """Names of coordinates and of components of twists, in the order of the group."""
+        return [name for own in (*self.coordinates, *self.motions) for name in own]
+
+    @cached_property
+    def axial(self) -> list[str]:
+        """Names of the axial forces of its beams."""
+        return [f"{self.name}.N{i}" for i in range(len(self.group.beams))]
+
+    @cached_property
+    def couplings(self) -> list[RecordedCoupling]:
+        """Its couplings."""
+        found = []
+        for i, own in enumerate(self.group.couplings):
+            names = [
+                self.coordinates[c][self.group.chains[c].places[k].start] for c, k in own.terms
+            ]
+            terms = list(zip(names, own.factors[0], strict=True))
+            found.append(RecordedCoupling(f"{self.name}.c{i}", terms, own))
+        return found
+
+    @cached_property
+    def sizes(self) -> dict[str, float]:
+        """A unit of each coordinate: a radian, or the length of the robot [m]."""
+        return {
+            name: size
+            for chain, names in zip(self.group.chains, self.coordinates, strict=True)
+            for name, size in zip(
+                names, (s for e in chain.elements for s in units(e, self.length)), strict=True
+            )
+        }
 
     @property
     def start(self) -> dict[str, float]:
         """Its unknowns at the unloaded posture."""
         found: dict[str, float] = {}
-        for chain in self.chains:
-            names = *chain.coordinates, *filter(None, chain.axial), *chain.wrench(self.space.size)
+        for names in (*self.coordinates, self.axial, *self.wrenches):
             found |= dict.fromkeys(names, 0.0)
-        for body in self.bodies:
+        for body in self.bodies.values():
             found |= body.start
         for own in self.couplings:
             found |= dict.fromkeys([own.push, *own.motion], 0.0)
         return found
 
-    @property
-    def at_rest(self) -> RecordedLoadedLeg:
-        """The same, its springs relaxed and nothing acting on its bodies."""
-        chains = tuple(replace(chain, loads=()) for chain in self.chains)
-        return replace(self, chains=chains, springs=tuple(own.at_rest for own in self.springs))
-
     def samples(
         self, shares: np.ndarray, force: float, random: np.random.Generator
     ) -> dict[str, Any]:
         """Values of its unknowns somewhat off the unloaded posture, by shares of a load."""
-        found: dict[str, Any] = {}
-        count = len(shares)
+        count, L = len(shares), self.length
 
         def small() -> np.ndarray:
             return 1e-3 * shares * random.uniform(-1, 1, count)
 
-        for chain in self.chains:
-            sizes = [s for e in chain.elements for s in units(e, self.length)]
-            found |= {n: s * small() for n, s in zip(chain.coordinates, sizes, strict=True)}
-            found |= {name: 1e3 * force * small() for name in chain.axial if name}
-            for name, row in zip(chain.wrench(self.space.size), self.space.rows, strict=True):
-                found[name] = 1e3 * force * (1.0 if row < 3 else self.length) * small()
-        for body in self.bodies:
-            x = [*(self.length * small() for _ in range(3)), np.ones(count)]
+        found: dict[str, Any] = {name: size * small() for name, size in self.sizes.items()}
+        found |= {name: 1e3 * force * small() for name in self.axial}
+        for names in filter(None, self.wrenches):
+            for name, row in zip(names, self.group.rows, strict=True):
+                found[name] = 1e3 * force * (1.0 if row < 3 else L) * small()
+        for body in self.bodies.values():
+            x = [*(L * small() for _ in range(3)), np.ones(count)]
             found |= dict(zip(body.coordinates, [*x, *(small() for _ in range(3))], strict=True))
         for own in self.couplings:
-            (size,) = units(own.drive, self.length)
-            found[own.push] = 1e3 * force * (self.length / size) * small()
+            (size,) = units(own.own.drive, L)
+            found[own.push] = 1e3 * force * (L / size) * small()
             found |= {name: size * small() for name in own.motion}
         return found
 
@@ -252,119 +331,137 @@ class RecordedLoadedLeg:
         self,
         elimination: SymmetricElimination,
         values: Mapping[str, Any],
-        platform: Body,
+        platform: MovingBody,
         twist: Sequence[str],
         force: float,
+        share: int,
     ) -> tuple[np.ndarray, list[Any]]:
         """Add its equations to those of the platform, and eliminate its unknowns.
 
-        Returns the moment that it takes from the platform (3,), and squares of turns of its parts.
+        Loads and preloads act, or, at the share 0, do not. Returns the moment that it takes from
+        the platform (3,), and squares of turns of its parts.
         """
-        rows, L = list(self.space.rows), self.length
-        bodies = [body.moved(values) for body in self.bodies]
-        motions = [[f"{body.name}.t{row}" for row in rows] for body in self.bodies]
-        for names in motions:
-            for name, row in zip(names, rows, strict=True):
-                elimination.unknown(name, L if row < 3 else 1.0)
+        group, rows = self.group, list(self.group.rows)
+        for b in self.bodies:
+            for name, row in zip(self.motions[b], rows, strict=True):
+                elimination.unknown(name, self.length if row < 3 else 1.0)
+        for name in self.sizes:
+            elimination.unknown(name, 1.0)
+        none = np.zeros((1, len(rows)), dtype=int).astype(object)
+        state = LegState(
+            tuple(_row(values, names) for names in self.coordinates),
+            tuple(_row(values, names) if names else none for names in self.wrenches),
+            tuple(
+                self.bodies[b].moved(values) if b in self.bodies else platform
+                for b in range(len(self.motions))
+            ),
+            np.zeros((1, 0)),
+            _row(values, self.axial),
+        )
+        pulls = group.spring_arrays.at(group, state, share) if group.springs else None
+        if pulls is not None:
+            self._add_springs(elimination, pulls)
+        terms = group.family.terms([state], [pulls], share)
+        moment = np.zeros(6, dtype=int).astype(object)
         elastic, free, multipliers, carried = [], [], [], []
-        left = set(range(len(bodies)))
-        turns: list[Any] = []
-        moving, postures, names = [], [], []
-        for chain in self.chains:
-            begin, at_start = _BASE, []
-            if chain.start is not None:
-                begin, at_start = bodies[chain.start], motions[chain.start]
-            end = platform if chain.end is None else bodies[chain.end]
-            ends = begin.origin[None], end.origin[None]
-            moving.append(MovingChains.of_one(chain, ends, rows if at_start else ()))
-            x = np.array([[values[name] for name in chain.coordinates]], dtype=object)
-            postures.append((x, begin.R, begin.at))
-            names.append([*at_start, *chain.coordinates])
-            for name in chain.coordinates:
-                elimination.unknown(name, 1.0)
-        held = [own.loaded(*at) for own, at in zip(moving, postures, strict=True)]
-        ends_on = SpringEnds(platform, twist, rows, held, names)
-        pulls, moments = ends_on.add(self.springs, elimination)
-        for c, chain in enumerate(self.chains):
-            W = np.zeros(6, dtype=int).astype(object)
-            W[rows] = [values[name] for name in chain.wrench(len(rows))]
-            end = platform if chain.end is None else bodies[chain.end]
-            axial = [0 if name is None else values[name] for name in chain.axial]
-            axial = np.array([[*axial, None]], dtype=object)[:, :-1]
-            terms = moving[c].terms(*postures[c], W[None], axial, 1.0, pulls[c])
-            turns += terms.turns.flat
-            wrench = chain.wrench(len(rows))
-            ends = twist if chain.end is None else motions[chain.end]
-            self._add_chain(elimination, chain, (names[c], ends), terms, _gap(terms, end), W)
-            held = zip(chain.coordinates, chain.springs, strict=True)
-            for name, k in held:
+        left = set(self.bodies)
+        for c, chain in enumerate(group.chains):
+            end, ends = platform, twist
+            if chain.end is not None:
+                end, ends = state.bodies[chain.end], self.motions[chain.end]
+            self._add_chain(elimination, c, terms)
+            if chain.owners[0] == NOBODY:  # what holds springs is the platform itself
+                moment[rows] = moment[rows] + terms.gradient[c, group.family.columns[c]]
+                continue
+            self._close(elimination, c, ends, terms, end, state.W[c][0])
+            stiffness = [k for e in chain.elements for k in e.stiffness.flat]
+            for name, k in zip(self.coordinates[c], stiffness, strict=True):
                 (free if is_zero(k) else elastic).append(name)
-            multipliers += wrench
+            multipliers += self.wrenches[c]
             if chain.end in left:
                 left.remove(chain.end)
-                carried += zip(ends, wrench, strict=True)
+                carried += zip(ends, self.wrenches[c], strict=True)
             if chain.end is None:
-                moments = moments + W[3:]
+                moment[rows] = moment[rows] + state.W[c][0]
+        self._add_beams(elimination, terms)
         for own in self.couplings:
-            own.add_to(elimination, values, L)
+            own.add_to(elimination, values, self.length)
             elastic += own.motion
             multipliers.append(own.push)
-        elimination.eliminate(elastic, free, multipliers, carried, force * L)
-        return moments, turns
+        elimination.eliminate(elastic, free, multipliers, carried, force * self.length)
+        return moment[3:], [*terms.turns.flat]
 
-    def _add_chain(
+    def _add_springs(self, elimination: SymmetricElimination, pulls: Pulls) -> None:
+        """Add the stiffness of springs between bodies."""
+        K = pulls.stiffness
+        for i, name in enumerate(self.free):
+            for j in range(i, len(self.free)):
+                elimination.add(name, self.free[j], K[i, j])
+        for spring, length in zip(self.group.springs, pulls.length, strict=True):
+            if spring.constant and isinstance(length, Entry):
+                elimination.pivots.append(length * (1 / usual_size(length)))
+
+    def _add_chain(self, elimination: SymmetricElimination, c: int, terms: ChainTerms) -> None:
+        """Add the energy of a chain, by the unknowns that move it."""
+        columns = self.group.family.columns[c]
+        names = [self.free[k] for k in self.group.moving_places(c)]
+        for b, (name, column) in enumerate(zip(names, columns, strict=True)):
+            elimination.add_right(name, -terms.gradient[c, column])
+            for a in range(b + 1):
+                elimination.add(names[a], name, terms.tangent[c, columns[a], column])
+
+    def _close(
         self,
         elimination: SymmetricElimination,
-        chain: RecordedChain,
-        unknowns: tuple[Sequence[str], Sequence[str]],
+        c: int,
+        ends: Sequence[str],
         terms: ChainTerms,
-        gap: np.ndarray,
+        end: MovingBody,
         W: np.ndarray,
     ) -> None:
-        """Add the equations of a chain, by the unknowns that move it and those of its end."""
-        (names, ends), rows = unknowns, self.space.rows
-        springs = [k for k, e in enumerate(chain.elements) if isinstance(e, FiniteSpring)]
-        for i, (k, name) in enumerate(zip(springs, chain.axial, strict=True)):
-            if name is not None:
-                rates = zip(
-                    chain.coordinates[chain.places[k]], terms.beams.rate[0, i], strict=False
-                )
-                elimination.follows(name, terms.beams.missing[0, i], dict(rates))
+        """Add the closure of a chain, whose end moves by some unknowns."""
+        group, rows = self.group, self.group.rows
+        names = [self.free[k] for k in group.moving_places(c)]
+        to, R = end.R[0], terms.R[c]
+        D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
+        turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
+        gap = [*(terms.P[c] - end.p[0]), *turn]
+        for i, (name, row) in enumerate(zip(self.wrenches[c], rows, strict=True)):
+            elimination.unknown(name, 1.0 if row >= 3 else self.length)
+            for own, column in zip(names, terms.J[c, row, group.family.columns[c]], strict=True):
+                elimination.add(name, own, column)
+            elimination.add(name, ends[i], -1)
+            elimination.add_right(name, -gap[row])
+            elimination.add_right(ends[i], -W[i])
+
+    def _add_beams(self, elimination: SymmetricElimination, terms: ChainTerms) -> None:
+        """Let axial forces of beams follow the coordinates."""
+        known = self.group.family.places[0]
+        missing, rate = (
+            by_leg(own, 1)[0, known.beams] for own in (terms.beams.missing, terms.beams.rate)
+        )
+        for i, (name, (_, _, beam)) in enumerate(zip(self.axial, self.group.beams, strict=True)):
+            names = [self.free[k] for k in known.beam_columns[i, : beam.size]]
+            elimination.follows(name, missing[i], dict(zip(names, rate[i], strict=False)))
         pivots = terms.beams.pivots.flat
         elimination.pivots += [own for own in pivots if isinstance(own, Entry)]
-        for name, row, end in zip(chain.wrench(len(rows)), rows, ends, strict=True):
-            elimination.unknown(name, 1.0 if row >= 3 else self.length)
-            for own, column in zip(names, terms.J[0, row], strict=True):
-                elimination.add(name, own, column)
-            elimination.add(name, end, -1)
-            elimination.add_right(name, -gap[row])
-            elimination.add_right(end, -W[row])
-        for b, own in enumerate(names):
-            elimination.add_right(own, -terms.gradient[0, b])
-            for a in range(b + 1):
-                elimination.add(names[a], own, terms.tangent[0, a, b])
 
     def stepped(
         self, values: Mapping[str, Any], found: Mapping[str, Any], platform_twist: np.ndarray
     ) -> tuple[dict[str, Any], list[Any]]:
         """Its unknowns after a step; and steps of its coordinates, in radians and lengths."""
-        rows = list(self.space.rows)
+        rows = list(self.group.rows)
         after: dict[str, Any] = {}
-        moved: list[Any] = []
-        twists = []
-        for body in self.bodies:
-            twist = np.zeros(6, dtype=int).astype(object)
-            twist[rows] = [found[f"{body.name}.t{row}"] for row in rows]
-            twists.append(twist)
+        twists = {}
+        for b, body in self.bodies.items():
+            twists[b] = twist = np.zeros(6, dtype=int).astype(object)
+            twist[rows] = [found[name] for name in self.motions[b]]
             after |= body.stepped(values, twist)
-        for chain in self.chains:
-            sizes = [s for e in chain.elements for s in units(e, self.length)]
-            for name, size in zip(chain.coordinates, sizes, strict=True):
-                after[name] = values[name] + found[name]
-                moved.append(found[name] * (1 / size))
-            after |= {name: values[name] + found[name] for name in chain.axial if name}
+        after |= {name: values[name] + found[name] for name in (*self.sizes, *self.axial)}
+        for chain, names in zip(self.group.chains, self.wrenches, strict=True):
+            if not names:
+                continue
             turn = (platform_twist if chain.end is None else twists[chain.end])[3:]
-            names = chain.wrench(len(rows))
             m = np.zeros(6, dtype=int).astype(object)
             m[rows] = [values[name] for name in names]
             # the multiplier's step is that of the wrench in axes that turn half as far
@@ -375,72 +472,9 @@ class RecordedLoadedLeg:
             after[own.push] = values[own.push] - found[own.push]
             for name in own.motion:
                 after[name] = values[name] + found[name]
-        return after, moved
+        return after, [found[name] * (1 / size) for name, size in self.sizes.items()]
 
 
-_STILL = np.zeros(3, dtype=int).astype(object)
-_BASE = Body(identity(), _STILL, _STILL)
-
-
-def recorded_leg(
-    walk: LegWalk,
-    placed: PlacedLeg,
-    own: RecordedLeg,
-    loads: Mapping[int, Sequence[BodyLoad]],
-    preload: Mapping[str, float],
-    robot: RecordedRobot,
-    springs: Sequence[RecordedBodySpring],
-) -> RecordedLoadedLeg | RecordedStrut:
-    """A leg on entries, of the same elements as in numbers.
-
-    `walk` has it in numbers at one posture, `placed` on entries, `own` its stiffness without load.
-    Forces act on its bodies by chain, preloads in ``leg/part``.
-    """
-    space, length = robot.space, robot.length
-    alone = (p.alone if isinstance(p, CoupledFreedom) else p for p in placed.parts)
-    parts = {part.name: part for part in alone}
-    chains, origins = [], {}
-    coordinates: dict[str, str] = {}
-    for c, (start, end, like) in enumerate(walk.chains):
-        elements: list[Element] = []
-        names = [element.names[0] for element in like]
-        for k, (name, element) in enumerate(zip(names, like, strict=True)):
-            part = parts[name]
-            if isinstance(part, PlacedFreedom):
-                coordinates[name] = f"{placed.name}.{c}.x{sum(e.size for e in elements)}"
-                elements.append(recorded_joint(part, preload.get(walk.prefix + name, 0)))
-            elif isinstance(element, FiniteSpring) and name not in names[:k]:
-                count = names.count(name)
-                elements += recorded_springs(part, element, count, space, length)
-        forces = tuple(loads.get(c, ()))
-        name = f"{placed.name}.{c}"
-        chains.append(RecordedChain(start, end, tuple(elements), forces, name=name))
-        if end is not None and elements:
-            origins.setdefault(end, elements[-1].point[0])
-    couplings = tuple(
-        RecordedCoupling(
-            f"{placed.name}.{own.name}",
-            tuple((coordinates[joint], a) for joint, a in own.sum if joint in coordinates),
-            recorded_joint(own, preload.get(walk.prefix + own.name, 0)),
-            own.stiffness is None,
-        )
-        for own in placed.parts
-        if isinstance(own, CoupledFreedom) and len(own.sum) > 1
-    )
-    joints = (e for own in chains for e in own.elements if isinstance(e, FiniteJoint))
-    pushed = any(not is_zero(joint.preload[0]) for joint in joints)
-    alone = len(chains) == 1 and not (chains[0].loads or pushed or springs or couplings)
-    if alone and space is Space.SPATIAL:
-        strut = recorded_strut(chains[0].elements, own, length)
-        if strut is not None:
-            return strut
-    bodies = tuple(MovedBody(f"{placed.name}.b{b}", origins[b]) for b in range(len(walk.points)))
-    return RecordedLoadedLeg(tuple(chains), bodies, space, length, tuple(springs), couplings)
-
-
-def _gap(terms: ChainTerms, end: Body) -> np.ndarray:
-    """By how much the end of a chain is beyond the body there (6,)."""
-    R, to = terms.R[0], end.R
-    D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
-    turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
-    return np.array([*(terms.P[0] - end.at), *turn], dtype=object)
+def _row(values: Mapping[str, Any], names: Sequence[str]) -> np.ndarray:
+    """Values of some unknowns (1, n)."""
+    return np.array([*(values[name] for name in names), None], dtype=object)[None, :-1]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from dataclasses import dataclass
+from functools import cached_property, partial, reduce
 from operator import add
 from typing import Any
 
@@ -13,39 +13,37 @@ import numpy as np
 from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.model import Robot
+from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.record import Entry, Program, is_zero, least, reciprocal, usual_size
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space, cross
-from robostiff.statics.chains.body_springs import joined_legs
 from robostiff.statics.chains.finite_turn import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
 from robostiff.statics.kernels.forces_on_bodies import (
-    RecordedBodySpring,
-    SpringEnds,
     StandingLoads,
-    framed,
-    loads_on_legs,
-    loads_on_platform,
-    recorded_body_springs,
-    with_anchors,
-    with_recorded_masses,
-    without_anchors,
+    frame_of,
+    marked,
+    marked_bodies,
+    masses_of_platform,
+    placed_springs,
+    unmarked,
 )
-from robostiff.statics.kernels.leg import MovedBody, RecordedLoadedLeg, recorded_leg
-from robostiff.statics.kernels.motion import identity
+from robostiff.statics.kernels.leg import MovedBody, RecordedElements, RecordedGroup
 from robostiff.statics.kernels.strut import (
     Buckling,
     RecordedStrut,
     StrutTerms,
     buckling_of,
+    recorded_strut,
     strut_terms,
     turning_forces,
 )
-from robostiff.statics.loading.from_snapshot import walks_of
-from robostiff.statics.loading.given_loads import acting_gravity
+from robostiff.statics.loading.assembly import of_legs
+from robostiff.statics.loading.given_loads import acting_gravity, given_forces
+from robostiff.statics.loading.groups import loaded_groups
 from robostiff.statics.loading.loaded_posture import LoadedPosture
 
 #: Least ratio of stiffness under load to that without it at which an answer is given.
@@ -97,7 +95,7 @@ class LoadedRobot:
     """A robot on entries, placed at its unloaded posture."""
 
     unloaded: RecordedRobot  # its stiffness without load, and the checks of the posture
-    legs: list[RecordedLoadedLeg]
+    legs: list[RecordedGroup]
     struts: dict[int, RecordedStrut]  # of the other legs, by their numbers
     buckling: dict[int, Buckling]  # of the struts
     platform: MovedBody
@@ -107,7 +105,6 @@ class LoadedRobot:
     wrench: list[Any]  # entries
     # arms from the point of the platform at the unloaded posture [m], and forces [N]
     dead: list[tuple[np.ndarray, np.ndarray]]
-    springs: list[RecordedBodySpring]  # between bodies
     stands: bool  # whether anything acts beside the wrench
 
     @property
@@ -119,9 +116,12 @@ class LoadedRobot:
         return found
 
     def equations(
-        self, values: Mapping[str, Any], forces: Sequence[Any] | None = None
+        self, values: Mapping[str, Any], forces: Sequence[Any] | None = None, share: int = 1
     ) -> _Equations:
-        """At a state; `forces` are those of struts that turn with them, see `strut_terms`."""
+        """At a state; `forces` are those of struts that turn with them, see `strut_terms`.
+
+        Dead forces and preloads act, or, at the share 0, do not: springs are relaxed.
+        """
         rows = list(self.space.rows)
         twist = [f"t{row}" for row in rows]
         elimination = SymmetricElimination()
@@ -132,10 +132,8 @@ class LoadedRobot:
         body = self.platform.moved(values)
         moment = np.zeros(3, dtype=int).astype(object)
         turns, buckling = [], []
-        alone = [own for own in self.springs if not own.legs]
-        moment = moment + SpringEnds(body, twist, rows).add(alone, elimination)[1]
         for leg in self.legs:
-            taken, turned = leg.add_to(elimination, values, body, twist, self.force)
+            taken, turned = leg.add_to(elimination, values, body, twist, self.force, share)
             moment, turns = moment + taken, turns + turned
         terms = None
         if self.struts:
@@ -148,8 +146,8 @@ class LoadedRobot:
             for number, t, length in zip(self.struts, terms.t, terms.lengths, strict=True):
                 buckling += self.buckling[number].checks(t, length, SAFE)
         arms = np.zeros((3, 3), dtype=int).astype(object)
-        for arm, force in self.dead:
-            b = body.R @ arm
+        for arm, force in self.dead if share else ():
+            b = body.R[0] @ arm
             arms = arms + b[:, None] * force[None, :]
             acting = np.concatenate([force, cross(b, force)])
             moment = moment - acting[3:]
@@ -161,7 +159,7 @@ class LoadedRobot:
         }
         turning = np.zeros((6, 6), dtype=int).astype(object)
         trace = arms[0, 0] + arms[1, 1] + arms[2, 2]
-        turning[3:, 3:] = (arms + arms.T) * 0.5 - identity() * trace
+        turning[3:, 3:] = (arms + arms.T) * 0.5 - np.eye(3, dtype=int) * trace
         K_total = {(i, j): own - turning[rows[i], rows[j]] for (i, j), own in K.items()}
         right = [elimination.right[name] for name in twist]
         A = _antisymmetric(moment)[np.ix_(rows, rows)]
@@ -260,11 +258,8 @@ class LoadedRobot:
         without load: where that is positive, the energy of this step is at least that of the other.
         """
         unloaded = self.unloaded.K
-        if self.springs:
-            # springs between bodies relaxed, and nothing acting on bodies
-            legs, springs = ([x.at_rest for x in own] for own in (self.legs, self.springs))
-            at_rest = replace(self, legs=legs, springs=springs, dead=[])
-            unloaded = at_rest.equations({**values, **self.start}).K
+        if any(leg.group.springs for leg in self.legs):
+            unloaded = self.equations({**values, **self.start}, share=0).K
         rest = {place: own - unloaded[place] * SAFE for place, own in at.K_total.items()}
         safe_part = Factored.of(rest)
         twist = safe_part.solved(at.right)
@@ -336,17 +331,10 @@ def record_loading(
     """
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
-    here = RobotOnEntries.of(
-        robot,
-        finder,
-        by_pose=by_pose,
-        changed=lambda leg: with_anchors(
-            framed(leg) if np.any(gravity) else leg, springs, standing.loads
-        ),
-    )
-    here, frames = without_anchors(here)
-    if np.any(gravity):
-        here = with_recorded_masses(here)
+    bodies, weigh = marked_bodies(springs, standing.loads), bool(np.any(gravity))
+    mark = partial(marked, bodies=bodies, weigh=weigh)
+    here = RobotOnEntries.of(robot, finder, by_pose=by_pose, changed=mark)
+    here, frames = unmarked(here, mark, weigh=weigh)
     record, unloaded = here.record, here.recorded
     random, count = np.random.default_rng(7), record.count
     # Some samples are without load: what vanishes there is no pivot.
@@ -359,34 +347,57 @@ def record_loading(
     sizes = {name: force * (1.0 if row < 3 else finder.length) for name, row in rows}
     wrench = [record.add_input(name, small(size)) for name, size in sizes.items()]
     inputs = record.inputs
-    dead, forces = loads_on_platform(here, standing, gravity, frames)
+    L, reference = finder.length, here.reference
+    frames = {PLATFORM: (here.pose.R, here.pose.p), BASE: (np.eye(3), np.zeros(3)), **frames}
+    forces = given_forces(standing.loads, gravity, robot.space, partial(frame_of, frames))
+    acting = [*forces.pop(PLATFORM, ())]
     snapshot = loaded_postures[0].snapshot
-    walks = [] if snapshot is None else walks_of(snapshot, standing.beams)
-    on_legs = [own.leg for own in here.placed]
-    loads = loads_on_legs(walks, on_legs, forces, gravity)
-    placed = () if snapshot is None else snapshot.springs
-    held = recorded_body_springs(springs, placed, here, frames, walks)
-    each = zip(walks, on_legs, unloaded.legs, loads, strict=True)
-    legs = [
-        recorded_leg(*own, standing.preload or {}, unloaded, [s for s in held if k in s.legs])
-        for k, own in enumerate(each)
+    assembly = of_legs(
+        [own.leg for own in here.placed],
+        None,
+        masses_of_platform(here) if weigh else (),
+        () if snapshot is None else placed_springs(springs, snapshot.springs, frames),
+    )
+    elements = RecordedElements.of(loaded_postures[0].problem.groups, robot.space, L)
+    found = loaded_groups(
+        assembly,
+        elements,
+        np.array(reference, dtype=object),
+        robot.space.rows,
+        forces,
+        standing.preload or {},
+        gravity,
+        {},
+        {},
+    )
+    acting += found.on_platform
+    dead = [
+        (
+            np.array(reference if own.point is None else own.point, dtype=object) - reference,
+            np.array(own.force, dtype=object),
+        )
+        for own in acting
     ]
-    struts = {k: leg for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)}
-    others = {k: leg for k, leg in enumerate(legs) if isinstance(leg, RecordedLoadedLeg)}
-    groups = joined_legs([*({k} for k in others), *(own.legs for own in held if own.legs)])
+    struts: dict[int, RecordedStrut] = {}
+    legs: list[RecordedGroup] = []
+    for i, group in enumerate(found.groups):
+        strut = recorded_strut(group, unloaded.legs[max(group.first[0].leg, 0)], L)
+        if strut is None:
+            legs.append(RecordedGroup(f"g{i}", group, L))
+        else:
+            struts[group.first[0].leg] = strut
     loaded = LoadedRobot(
         unloaded,
-        [RecordedLoadedLeg.joined({k: others[k] for k in own}) for own in groups],
+        legs,
         struts,
         buckling_of([own.problem for own in loaded_postures], [*struts], force),
-        MovedBody("platform", here.reference),
+        MovedBody("platform", reference),
         robot.space,
-        finder.length,
+        L,
         force,
         wrench,
         dead,
-        held,
-        stands=bool(dead or held or standing.loads or standing.preload or np.any(gravity)),
+        stands=bool(dead or springs or standing.loads or standing.preload or np.any(gravity)),
     )
     start = loaded.start
     lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)

@@ -19,11 +19,12 @@ from robostiff.statics.chains.chain import (
     FiniteJoint,
     FiniteSpring,
     LegState,
+    MovingBody,
     Share,
 )
+from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.stability import margins_of
-from robostiff.statics.kernels.motion import Body
 
 _SAME = 1e-9  # of the length, or of a compliance: rounding at the samples
 _DEGREE = 3
@@ -40,6 +41,7 @@ class RecordedStrut:
     # (3,) of entries and numbers: at the unloaded posture [m]
     A: np.ndarray
     B: np.ndarray
+    reference: np.ndarray  # point of the platform
     stiffness: Any  # entry or number: along the line [N/m]
     unloaded: RecordedLeg  # the same as a leg without load
 
@@ -79,7 +81,7 @@ class StrutTerms:
 
 
 def strut_terms(
-    struts: Sequence[RecordedStrut], body: Body, forces: Sequence[Any] | None = None
+    struts: Sequence[RecordedStrut], body: MovingBody, forces: Sequence[Any] | None = None
 ) -> StrutTerms:
     """Struts between the base and a body that has moved.
 
@@ -91,18 +93,19 @@ def strut_terms(
     that a long step before it led to, as those of a wrench that is an unknown, comes closer: what
     stretches a strut to second order is no force that holds.
     """
+    R, at = body.R[0], body.p[0]
     rates, tensions, lengths, turning = [], [], [], []
     W: list[Any] = [0] * 6
     K: dict[tuple[int, int], Any] = {(i, j): 0 for i in range(6) for j in range(i, 6)}
     for number, own in enumerate(struts):
-        c = body.R @ (own.B - body.origin)
-        d = c + (body.at - own.A)
+        c = R @ (own.B - own.reference)
+        d = c + (at - own.A)
         square = d @ d
         by = reciprocal(square_root(square))
         unloaded = own.length
         soft = own.stiffness * unloaded * by
         s = own.stiffness - soft
-        g = np.concatenate([d, cross(c, body.at - own.A)])
+        g = np.concatenate([d, cross(c, at - own.A)])
         turning.append(s if forces is None else forces[number] * by)
         scaled = g * ((soft if forces is None else own.stiffness - turning[-1]) * (by * by))
         for i in range(6):
@@ -121,7 +124,7 @@ def strut_terms(
 
 
 def turning_forces(
-    struts: Sequence[RecordedStrut], body: Body, s: Sequence[Any]
+    struts: Sequence[RecordedStrut], body: MovingBody, s: Sequence[Any]
 ) -> tuple[dict[tuple[int, int], Any], np.ndarray]:
     """Stiffness of forces ``s d`` that turn with struts, and their moment (3,).
 
@@ -129,17 +132,18 @@ def turning_forces(
     the symmetric part of ``(d - c) c^T``; the other part of that is the moment. ``d - c`` is from A
     to the point of the body, which is the same for all, so that s is summed first.
     """
+    R, at = body.R[0], body.p[0]
     total, first = 0, struts[0].A
     turning, apart = (
         np.zeros(3, dtype=int).astype(object),
         np.zeros((3, 3), dtype=int).astype(object),
     )
     for own, part in zip(struts, s, strict=True):
-        scaled = (body.R @ (own.B - body.origin)) * part
+        scaled = (R @ (own.B - own.reference)) * part
         total = total + part
         turning = turning + scaled
         apart = apart + scaled[:, None] * (own.A - first)[None, :]
-    G = turning[:, None] * (body.at - first)[None, :] - apart
+    G = turning[:, None] * (at - first)[None, :] - apart
     K: dict[tuple[int, int], Any] = {}
     x, y, z = turning
     for i, j, k in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
@@ -149,22 +153,25 @@ def turning_forces(
     return K, np.array([G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]], dtype=object)
 
 
-def recorded_strut(
-    elements: Sequence[Element], unloaded: RecordedLeg, length: float
-) -> RecordedStrut | None:
-    """A chain that carries a force along one line alone, as a spring; None for any other.
+def recorded_strut(group: LegGroup, unloaded: RecordedLeg, length: float) -> RecordedStrut | None:
+    """A leg that carries a force along one line alone, as a spring; None for any other.
 
     It turns freely about two points, about one of them in all directions. What lies between is
     straight, and a force along it bends nothing; springs at the points are equally soft in all
     directions. Whether it stays straight is another question, of its buckling. Without load it
     transmits what `unloaded` does: a strut has its stiffness. `length` is that of the robot [m].
     """
+    chain, *others = group.chains
+    elements = chain.elements
+    pushed = any(not _nothing(e.preload[0]) for e in elements if isinstance(e, FiniteJoint))
+    is_acted_on = bool(others or group.springs or group.couplings or chain.loads or pushed)
     turns = [
         (k, e)
         for k, e in enumerate(elements)
         if isinstance(e, FiniteJoint) and e.turns and _nothing(e.stiffness[0])
     ]
-    if len(turns) < 5 or not all(_nothing(e.slide[0]) for _, e in turns):
+    are_turns = len(turns) >= 5 and all(_nothing(e.slide[0]) for _, e in turns)
+    if is_acted_on or len(group.rows) != 6 or not are_turns or len(unloaded.wrenches) != 1:
         return None
     places = _clusters([e.point[0] for _, e in turns], [e.axis[0] for _, e in turns], length)
     if places is None:
@@ -186,14 +193,12 @@ def recorded_strut(
             compliances.append(_between(own, along, A, length) if inside else None)
     if counts not in ([2, 3], [3, 3]) or not compliances or None in compliances:
         return None
-    if len(unloaded.wrenches) != 1:
-        return None
     (wrench,), (mu,) = unloaded.wrenches, unloaded.mu
     along_line = mu * reciprocal(_square_of_force(wrench))
     same = (reduce(add, compliances) - along_line) * (1 / usual_size(along_line))
     if not _zero(np.array([same])):
         return None
-    return RecordedStrut(A, B, reciprocal(along_line), unloaded)
+    return RecordedStrut(A, B, group.platform_point, reciprocal(along_line), unloaded)
 
 
 def _square_of_force(wrench: Sequence[Any]) -> Any:
@@ -309,7 +314,8 @@ def buckling_of(
     seen: dict[int, list[tuple[float, float, float]]] = {k: [] for k in struts}
     for problem in problems:
         for group in problem.groups:
-            if not set(group.indices) & set(struts):
+            legs = [own.leg for own in group.first]
+            if not set(legs) & set(struts):
                 continue
             start = group.unloaded()
             # about which the struts turn
@@ -336,7 +342,7 @@ def buckling_of(
                 # nothing is lost where the platform holds all, or something spins
                 lost = [1.0 - own.value if own and own.value else 0.0 for own in found]
                 rates.append([max(0.0, own) / force for own in lost])
-            for i, index in enumerate(group.indices):
+            for i, index in enumerate(legs):
                 if index in seen:
                     seen[index].append((lengths[i], rates[0][i], rates[1][i]))
     return {index: _bounds(np.array(rows)) for index, rows in seen.items()}

@@ -16,12 +16,19 @@ from robostiff.kinematics import Near, Pose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model.cable import CableRobot
 from robostiff.statics.chains.beam_bowing import Beams
-from robostiff.statics.chains.body_springs import Anchor, FiniteBodySpring
-from robostiff.statics.chains.carried_masses import CarriedMasses
+from robostiff.statics.chains.body_springs import (
+    TO_PLATFORM,
+    Anchor,
+    FiniteBodySpring,
+    held_on_platform,
+)
+from robostiff.statics.chains.chain import NOBODY, FiniteChain
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem, Steady
+from robostiff.statics.equations.vibration import CarriedMasses
 from robostiff.statics.loading.given_loads import (
     Gravity,
+    Laws,
     Loads,
     Masses,
     given_forces,
@@ -83,6 +90,7 @@ class CablePostures:
         gravity: Gravity = None,
         *,
         masses: Masses | None = None,
+        laws: Laws | None = None,
     ) -> LoadedPosture:
         """The robot at pose i with its loads and masses, which are on the platform.
 
@@ -93,7 +101,8 @@ class CablePostures:
             given.
         """
         del beams  # there are none
-        for name, is_given in (("preload", bool(preload)), ("gravity", gravity is not None)):
+        others = {"preload": preload, "laws": laws, "gravity": gravity is not None}
+        for name, is_given in others.items():
             if is_given:
                 raise InputError(
                     f"{name} of {self.robot.name!r}",
@@ -115,7 +124,7 @@ class CablePostures:
         problem = cables_loaded(before, point, on_platform(acting, point))
         status = before.status & _LASTING
         masses_of = CarriedMasses((), on_it)
-        return LoadedPosture(before.name, problem, space, frame, status, self.robot, {}, masses_of)
+        return LoadedPosture(before.name, problem, space, frame, status, self.robot, masses_of)
 
 
 def cables_loaded(
@@ -130,10 +139,10 @@ def cables_loaded(
     springs = tuple(
         FiniteBodySpring(
             name,
-            (Anchor(placed.exit_points[i]), Anchor(placed.attachments[i], on_platform=True)),
+            (Anchor(placed.exit_points[i]), Anchor(placed.attachments[i], TO_PLATFORM)),
             float(before.axial[i]),
             float(placed.lengths[i]),
-            float(before.tensions[i]),
+            float(before.tensions[i] - before.axial[i] * placed.lengths[i]),
             is_cable=True,
         )
         for i, name in enumerate(before.cable_names)
@@ -148,6 +157,8 @@ def cables_loaded(
         ),
         np.where(np.arange(6) < 3, 0.0, left)[list(rows)],
     )
-    group = LegGroup((), (), (), (), point, rows, springs=springs)
+    held, anchors = held_on_platform(springs, 0)
+    chain = FiniteChain(0, None, (), (), anchors, (NOBODY,))
+    group = LegGroup((chain,), (point[None],), point, rows, tuple(held))
     size = float(placed.characteristic_length)
     return EquilibriumProblem((group,), rows, point, size, loads, steady)

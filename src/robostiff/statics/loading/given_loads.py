@@ -15,8 +15,7 @@ from robostiff.model import ForceLaw, Mass, PlacedMass, Robot, Snapshot, gravity
 from robostiff.model.cable import CableRobot, Weight
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
-from robostiff.statics.chains.chain import FiniteJoint, unknown_name
-from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.chain import unknown_name
 from robostiff.statics.equations.problem import DeadForces
 
 Loads = Mapping[str, Any]
@@ -48,8 +47,8 @@ class DeadForce:
     True
     """
 
-    force: object
-    point: object = None
+    force: Any
+    point: Any = None
 
 
 def acting_gravity(
@@ -155,18 +154,10 @@ def given_forces(
     return found
 
 
-def weights_of(masses: Sequence[PlacedMass], gravity: np.ndarray) -> list[DeadForce]:
-    """Weights of masses in the world; none without gravity."""
-    return [DeadForce(m.value * gravity, m.centre) for m in masses if np.any(gravity)]
-
-
 def on_platform(forces: Sequence[DeadForce], point: np.ndarray) -> DeadForces:
     """Forces on the platform, about a point of it (3,) [m]."""
-    arms = [
-        np.zeros(3) if own.point is None else load_vector("point", "platform", own.point) - point
-        for own in forces
-    ]
-    given = [load_vector("force", "platform", own.force) for own in forces]
+    arms = [np.zeros(3) if own.point is None else own.point - point for own in forces]
+    given = [own.force for own in forces]
     return DeadForces(np.array(arms).reshape(-1, 3), np.array(given).reshape(-1, 3))
 
 
@@ -174,9 +165,10 @@ def _force(
     name: str, value: DeadForce | Mass | Weight, down: np.ndarray, frame_of: FrameOf
 ) -> DeadForce:
     if isinstance(value, Mass):
-        return DeadForce(value.value * down, _place(name, value, frame_of))
+        return DeadForce(down * value.value, _place(name, value, frame_of))
     if isinstance(value, DeadForce):
-        return value
+        at = None if value.point is None else load_vector("point", name, value.point)
+        return DeadForce(load_vector("force", name, value.force), at)
     if name != "platform":
         raise InputError(
             f"load on {name!r}",
@@ -277,40 +269,3 @@ def check_own_laws(laws: Laws, snapshot: Snapshot) -> None:
                 expected="the stiffness of its drive, " + (f"{k:.8g}" if k else "which is rigid"),
                 hint=f"small loads meet that of the drive: write stiffness: {own:.8g} there",
             )
-
-
-def with_laws(groups: tuple[LegGroup, ...], laws: Laws) -> tuple[LegGroup, ...]:
-    """Legs whose joints follow laws of their own, by ``leg/joint``.
-
-    Raises
-    ------
-    InputError
-        When a name is no passive joint or elastic drive.
-    """
-    left, found, known = dict(laws), [], []
-    for group in groups:
-        chains, couplings = [], []
-        for coupling in group.couplings:
-            legs = [leg for _, _, leg in group.rows_of(coupling.place[0])]
-            names = [f"{leg}/{e}" for leg, e in zip(legs, coupling.drive.names, strict=True)]
-            if not coupling.is_rigid:
-                known += names
-                drive = coupling.drive.under([left.pop(name, None) for name in names])
-                couplings.append(replace(coupling, drive=drive))
-            else:
-                couplings.append(coupling)
-        for c, chain in enumerate(group.chains):
-            legs = [leg for _, _, leg in group.rows_of(c)]
-            elements = []
-            for element in chain.elements:
-                own = element
-                if isinstance(own, FiniteJoint):
-                    names = [f"{leg}/{e}" for leg, e in zip(legs, own.names, strict=True)]
-                    known += names
-                    own = own.under([left.pop(name, None) for name in names])
-                elements.append(own)
-            chains.append(replace(chain, elements=tuple(elements)))
-        found.append(replace(group, chains=tuple(chains), couplings=tuple(couplings)))
-    for name in left:
-        raise unknown_name("laws", name, known, "leg/joint")
-    return tuple(found)

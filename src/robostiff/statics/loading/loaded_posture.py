@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,18 +17,16 @@ from robostiff.kinematics.masses_and_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
-from robostiff.model import PlacedPlatform, Robot, Snapshot
+from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.mass import one_of
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
-from robostiff.statics.chains.beam_bowing import Beams
-from robostiff.statics.chains.carried_masses import CarriedMasses
+from robostiff.statics.chains.beam_bowing import Beams, ElementsOfParts
 from robostiff.statics.chains.chain import wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem
-from robostiff.statics.loading.flexible_platform import node_names, on_platform_nodes
-from robostiff.statics.loading.from_network import group_of
-from robostiff.statics.loading.from_snapshot import legs_of, masses_on_legs
+from robostiff.statics.equations.vibration import CarriedMasses
+from robostiff.statics.loading.assembly import Assembly, assembly_of
 from robostiff.statics.loading.given_loads import (
     DeadForce,
     Frame,
@@ -41,11 +38,9 @@ from robostiff.statics.loading.given_loads import (
     check_own_laws,
     given_forces,
     given_masses,
-    load_vector,
     on_platform,
-    weights_of,
-    with_laws,
 )
+from robostiff.statics.loading.groups import loaded_groups
 
 if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures
@@ -71,8 +66,6 @@ class LoadedPosture:
         What is to be said of the posture.
     posed : Snapshot, Network or CableRobot
         The robot at that posture; of cables the robot itself.
-    laws : Laws
-        That the robot has.
     masses : CarriedMasses
         That vibrate; none unless they were asked for.
     """
@@ -83,7 +76,6 @@ class LoadedPosture:
     frame: tuple[np.ndarray, np.ndarray]
     status: Status
     posed: Snapshot | Network | CableRobot
-    laws: Laws = field(default_factory=dict)
     masses: CarriedMasses = _NO_MASSES
 
     @property
@@ -95,14 +87,6 @@ class LoadedPosture:
     def has_posture(self) -> bool:
         """Whether there is an unloaded posture."""
         return not self.status & _NO_POSTURE
-
-    def under(self, laws: Laws | None) -> LoadedPosture:
-        """The same, joints following the laws of the robot, or given ones in their place."""
-        all_laws = {**self.laws, **(laws or {})}
-        if not all_laws:
-            return self
-        groups = with_laws(self.problem.groups, all_laws)
-        return replace(self, problem=replace(self.problem, groups=groups))
 
 
 def one_loaded_posture(
@@ -116,6 +100,7 @@ def one_loaded_posture(
     near: Near,
     gravity: Gravity = None,
     grows: str = "",
+    laws: Laws | None = None,
 ) -> tuple[LoadedPosture, np.ndarray]:
     """A robot at one posture, and one wrench (r,); not zero where it grows, as an example says."""
     postures = postures_of(robot, pose, near)
@@ -127,7 +112,7 @@ def one_loaded_posture(
             expected="a load that grows",
             hint=f"write {grows}",
         )
-    return postures.loaded(0, at, loads, preload, beams, gravity), given
+    return postures.loaded(0, at, loads, preload, beams, gravity, laws=laws), given
 
 
 def one_wrench(postures: Postures | CablePostures, wrench: ArrayLike | None) -> np.ndarray:
@@ -166,67 +151,59 @@ class Postures:
         gravity: Gravity = None,
         *,
         masses: Masses | None = None,
+        laws: Laws | None = None,
     ) -> LoadedPosture:
-        """The robot at posture i with its loads, and what vibrates where masses are given."""
+        """The robot at posture i with its loads, and what vibrates where masses are given.
+
+        Where there are laws, its joints follow these, or those of the robot.
+        """
         pull = acting_gravity(self.robot, gravity, loads)
         posed, frame, status = self._posed(i, masses is not None or bool(np.any(pull)))
+        assembly = assembly_of(posed)
+        own_laws = getattr(self.robot, "laws", {})
+        if own_laws and isinstance(posed, Snapshot):
+            check_own_laws(own_laws, posed)
         point = point_at(at, posed.reference_point)
-        frame_of = partial(self._frame_of, i if self.batch else 0, posed, frame)
+        frames = {**assembly.frames, "platform": frame}
+
+        def frame_of(name: str) -> Frame | None:
+            return frames.get(name) or self._frame_of(i if self.batch else 0, name)
+
         forces = given_forces(loads, pull, posed.space, frame_of)
-        given = _given_places(forces, point, posed)
+        given = _given_places(forces, point, assembly)
         acting = list(forces.pop("platform", ()))
         pushes = {
             name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
             for name, value in (preload or {}).items()
         }
-        places = {"platform": point, **places_of(posed)} if masses else {}
-        moving = given_masses(masses or {}, places, frame_of)
+        places = {name: at for name, (_, at) in assembly.names.items()} if masses else {}
+        moving = given_masses(masses or {}, {"platform": point, **places}, frame_of)
         on_it = moving.pop("platform", [])
-        if isinstance(posed, Network):
-            tool = places_of(posed)[posed.platform]
-            for own in forces.pop(posed.platform, ()):
-                acting.append(replace(own, point=tool) if own.point is None else own)
-            group, more, carried = group_of(posed, point, beams, forces, pushes, pull, moving)
-            groups = (group,)
-        else:
-            nodes = node_names(posed.platform)
-            at_nodes = {node: forces.pop(name, ()) for name, node in nodes.items()}
-            of_nodes = {node: moving.pop(name, []) for name, node in nodes.items()}
-            groups = legs_of(posed, point, beams, forces, pushes, pull)
-            more, carried = weights_of(posed.masses, pull), CarriedMasses((), posed.masses)
-            if posed.platform is not None:
-                group, on_tool, carried = on_platform_nodes(
-                    groups[0], posed.platform, at_nodes, of_nodes, pull
-                )
-                groups, more = (group,), [*more, *on_tool]
-                carried = replace(carried, on_platform=(*carried.on_platform, *posed.masses))
-            if masses is not None:
-                on_legs = masses_on_legs(posed, beams, moving)
-                carried = replace(carried, on_legs=(*carried.on_legs, *on_legs))
-        carried = replace(carried, on_platform=(*carried.on_platform, *on_it))
+        found = loaded_groups(
+            assembly,
+            ElementsOfParts(posed.space, beams),
+            point,
+            posed.space.rows,
+            forces,
+            pushes,
+            pull,
+            moving,
+            {} if laws is None else {**own_laws, **laws},
+        )
+        carried = replace(found.masses, on_platform=(*found.masses.on_platform, *on_it))
         problem = EquilibriumProblem(
-            groups,
+            found.groups,
             posed.space.rows,
             point,
             float(posed.characteristic_length) or 1.0,
-            on_platform([*acting, *more], point),
+            on_platform([*acting, *found.on_platform], point),
+            nodes=found.nodes,
         )
         _check_all_act(problem, given, posed, pull)
-        laws = self.robot.laws if isinstance(self.robot, Robot) else {}
-        if laws and isinstance(posed, Snapshot):
-            check_own_laws(laws, posed)
-        return LoadedPosture(posed.name, problem, posed.space, frame, status, posed, laws, carried)
+        return LoadedPosture(posed.name, problem, posed.space, frame, status, posed, carried)
 
-    def _frame_of(self, k: int, posed: Snapshot | Network, frame: Frame, name: str) -> Frame | None:
-        """Axes and origin of a body at posture k, by its name; None where they are not known."""
-        if name == "platform":
-            return frame
-        if isinstance(posed, Network):
-            return next(((np.eye(3), n.point) for n in posed.nodes if n.name == name), None)
-        nodes = node_names(posed.platform)
-        if posed.platform is not None and name in nodes:
-            at = posed.platform.platform.point_of(nodes[name])
-            return posed.platform.rotation, posed.platform.in_world(at)
+    def _frame_of(self, k: int, name: str) -> Frame | None:
+        """Axes and origin of a body of a robot at posture k; None where they are not known."""
         if self.posture is None:
             return None
         bodies = bodies_of(self.posture)
@@ -261,19 +238,19 @@ class Postures:
 def _given_places(
     forces: Mapping[str, Sequence[DeadForce]],
     platform_point: np.ndarray,
-    posed: Snapshot | Network,
+    assembly: Assembly,
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Points in the world (3,) and forces (3,) as they are given [m, N]."""
     found = []
     for name, several in forces.items():
         for own in several:
             if own.point is not None:
-                at = load_vector("point", name, own.point)
+                at = own.point
             elif name == "platform":
                 at = platform_point
-            else:
-                at = places_of(posed).get(name, np.zeros(3))  # that there is none is told later
-            found.append((at, load_vector("force", name, own.force)))
+            else:  # that there is none is told later
+                _, at = assembly.names.get(name, (None, np.zeros(3)))
+            found.append((at, own.force))
     return found
 
 
@@ -287,10 +264,9 @@ def _check_all_act(
 
     The forces are as they are given, by their points, and the masses as the robot has them.
     """
-    moving = {name for group in problem.groups for name in (*group.nodes, *group.within)}
     wanted = list(given)
     if np.any(pull):
-        wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(moving)]
+        wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
     dead = problem.dead
     acting = [(problem.point + own, f) for own, f in zip(dead.arms, dead.forces, strict=True)]
     for load in (load for g in problem.groups for c in g.chains for load in c.loads):
@@ -332,27 +308,6 @@ def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
             expected="one pose: snapshot.one(i)",
         )
     return Postures(robot)
-
-
-def places_of(posed: Snapshot | Network | CableRobot) -> dict[str, np.ndarray]:
-    """Where the parts of the legs, or the nodes, are, by name."""
-    if isinstance(posed, Network):
-        return {node.name: np.asarray(node.point, dtype=float) for node in posed.nodes}
-    if isinstance(posed, CableRobot):
-        return {}
-    found = {}
-    for name, node in node_names(posed.platform).items():
-        at = cast("PlacedPlatform", posed.platform)
-        found[name] = at.in_world(at.platform.point_of(node))
-    for leg in posed.legs:
-        for block in leg.all_blocks:
-            found[f"{leg.name}/{block.name}"] = np.asarray(block.branches[0].end, dtype=float)
-        for part in leg.parts:
-            joint = getattr(part, "joint", part.name)  # of a coupling the one that follows
-            for name in (part.name, part.name.partition("[")[0], joint):
-                # a joint of several freedoms stands where its first does
-                found.setdefault(f"{leg.name}/{name}", np.asarray(part.point, dtype=float))
-    return found
 
 
 def point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:
