@@ -29,7 +29,8 @@ from robostiff.model import PlacedLeg, Robot, Snapshot
 
 if TYPE_CHECKING:
     from robostiff.analysis.compiled_answer import CompiledAnswer
-    from robostiff.kinematics import Pose, PoseRequest
+    from robostiff.kinematics import Pose
+    from robostiff.kinematics.pose import PoseRequest
     from robostiff.network import Network
 
 #: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.

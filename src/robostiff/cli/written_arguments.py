@@ -19,11 +19,12 @@ from robostiff.kinematics import (
     ToolPose,
     actuator_names,
 )
-from robostiff.model import Actuated, Coordinate, Robot, Snapshot
+from robostiff.model import Actuated, Coordinate, Robot
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
     from robostiff.linkage import Linkage
+    from robostiff.model import Snapshot
     from robostiff.model.cable import CableRobot
     from robostiff.network import Network
 
@@ -76,7 +77,7 @@ def pose_from(robot: Posed, place: Posing) -> Any:
     return _without_joints(robot, place)
 
 
-def _without_joints(robot: Snapshot | Network | CableRobot, place: Posing) -> Pose:
+def _without_joints(robot: Any, place: Posing) -> Pose:
     if robot.is_frozen:
         if place.pose is not None or place.joints is not None:
             raise InputError(

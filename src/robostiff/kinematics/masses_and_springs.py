@@ -241,7 +241,7 @@ class _BodyWay(Way):
 class _BodyWalk(ChainWalk):
     """The way along a chain, with the frames of the bodies behind its parts."""
 
-    way: _BodyWay
+    way: _BodyWay  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __init__(self, R: np.ndarray, p: np.ndarray, way: _BodyWay, prefix: str = "") -> None:
         super().__init__(R, p, way, prefix)

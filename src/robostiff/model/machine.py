@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
+
+if TYPE_CHECKING:
+    from robostiff.model.robot import Coordinate
 
 
 class Machine:
@@ -13,16 +16,13 @@ class Machine:
     #: Whether it stands still, at the pose that it was made at.
     is_frozen: ClassVar[bool] = False
 
-    @property
-    def numeric(self) -> Self:
-        """The same with all symbols at their nominal values."""
-        return self
-
 
 class FrozenMachine(Machine):
     """A machine at one pose, or at some, that was written down or placed there."""
 
     is_frozen: ClassVar[bool] = True
+    #: It has none that it is moved by.
+    coordinates: ClassVar[tuple[Coordinate, ...]] = ()
     #: A model file names where its values come from; these name that in their description.
     source: ClassVar[str] = ""
     description: str
@@ -31,3 +31,8 @@ class FrozenMachine(Machine):
     def title(self) -> str:
         """What it is."""
         return self.description
+
+    @property
+    def numeric(self) -> Self:
+        """Itself: it has numbers alone."""
+        return self

@@ -88,7 +88,7 @@ def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
         "title": robot.title,
         "source": robot.source,
         "space": robot.space.name.lower(),
-        "coordinates": [] if robot.is_frozen else [one.value for one in robot.coordinates],
+        "coordinates": [one.value for one in robot.coordinates],
         "units": {**units, "stiffness": asdict(STIFFNESS_UNITS)},
         "legs": legs,
         **own,
