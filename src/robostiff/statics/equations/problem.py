@@ -16,7 +16,7 @@ from robostiff.statics.chains.equilibrated import (
     Bordered,
     Closure,
     HeldPlatform,
-    equilibrated,
+    solved,
     unit_free,
 )
 from robostiff.statics.chains.legs import LegGroup
@@ -203,13 +203,12 @@ class EquilibriumProblem:
             wanted = -np.concatenate([eq.r[..., None], eq.A_t, eq.r_factor[..., None]], axis=-1)
             if closures is not None and np.any(closures[g].deficits):
                 lacking[g] = closures[g].solve(eq.A, wanted, refinements)
-                inverse, found = lacking[g].inverse, lacking[g].found
+                regulars, found = lacking[g].regular, lacking[g].found
             else:
                 rows = group.closure_sizes(self.length)
                 first = unit_free(eq.A, self.leg_sizes[g], rows)
-                inverse = equilibrated(eq.A, group.arrow, first)
-                found = inverse.solve(wanted, refinements)
-            regular = regular and bool(np.all(inverse.regular))
+                found, regulars = solved(eq.A, wanted, first, refinements)
+            regular = regular and bool(np.all(regulars))
             ends = [group.wrench_places[i] for i in group.on_platform]
             own_ends = [found[:, place] for place in ends]
             carried = np.sum(own_ends, axis=0)
