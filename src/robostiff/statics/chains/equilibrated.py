@@ -92,7 +92,7 @@ def solved(
         x = np.linalg.solve(scaled, np.concatenate([scale * b, probe], axis=-1))
         near = _norm(scaled) * np.abs(x[..., -1]).max(-1, initial=0.0) < _SURELY
     except np.linalg.LinAlgError:
-        near = regular & False
+        x, near = b, ~regular
     if np.all(near):
         x = scale * x[..., :-1]
     else:

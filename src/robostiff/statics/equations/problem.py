@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.chains.chain import NOBODY, LegEquations, LegState, Owner, Share, Spot
+from robostiff.statics.chains.chain import NOBODY, LegEquations, LegState, Share, Spot
 from robostiff.statics.chains.chain_family import ChainFamily
 from robostiff.statics.chains.equilibrated import (
     Bordered,
@@ -211,7 +211,8 @@ class EquilibriumProblem:
             regular = regular and bool(np.all(regulars))
             ends = [group.wrench_places[i] for i in group.on_platform]
             own_ends = [found[:, place] for place in ends]
-            carried = np.sum(own_ends, axis=0)
+            # what only the base holds has no end on the platform
+            carried = sum(own_ends, np.zeros((group.count, r, r + 2)))
             K += np.sum(carried[..., 1:-1], axis=0)
             on_legs = [eq.state.W[i] for i in group.on_platform]
             missing -= np.sum([*on_legs, carried[..., 0]], axis=(0, 1))
@@ -316,15 +317,12 @@ class EquilibriumProblem:
         moved = np.concatenate([state.p - self.point, vector_of_rotation(state.R)])
         return moved[list(self.rows)]
 
-    @property
+    @cached_property
     def legs(self) -> dict[int, str]:
         """Names of the legs by their numbers."""
-        return {own.leg: own.name for own in self._owners}
-
-    @property
-    def _owners(self) -> list[Owner]:
         chains = (chain for group in self.groups for chain in group.chains)
-        return sorted(own for chain in chains for own in chain.owners if own != NOBODY)
+        owners = {own for chain in chains for own in chain.owners} - {NOBODY}
+        return {own.leg: own.name for own in sorted(owners)}
 
     def by_leg(self, ends: Sequence[Mapping[int, np.ndarray]]) -> tuple[np.ndarray, ...]:
         """Sums by leg (...) of what chains on the platform have (N, ...), by group and chain."""

@@ -152,6 +152,7 @@ class _Leg:
     prefix: str
     number: int
     blocks: list[tuple[str, Place, np.ndarray]] = field(default_factory=list)
+    named: set[str] = field(default_factory=set)
 
     def whole(self, leg: PlacedLeg, end: Body) -> None:
         """Add all of it; blocks are named where nothing else has their names."""
@@ -220,12 +221,13 @@ class _Leg:
             When another part of the leg has the name.
         """
         names, name = self.found.names, self.prefix + element.name
-        if name in names:
+        if name in self.named:
             raise InputError(
                 "parts of a snapshot under load",
                 got=f"{name}, twice",
                 expected="each name once in a leg: loads and masses are known by it",
             )
+        self.named.add(name)
         names[name] = place, np.asarray(element.point)
         if joint is not None:
             self.found.joints[name] = joint
