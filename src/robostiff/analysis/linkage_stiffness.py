@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -19,8 +19,8 @@ from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.pose import six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
 from robostiff.linkage.closure import as_rounded
+from robostiff.linkage.driven import driven_by
 from robostiff.linkage.essential import branches_of_linkage, network_of
-from robostiff.linkage.linkage import driven_by
 from robostiff.model import Joint
 from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
@@ -85,8 +85,11 @@ class ConfigurationsOfLinkage(Question):
     record : KeptRecord or None
     """
 
-    opinions = "the record of a linkage and the wrench basis form"
-    free = 1e-4  # what rounding of a network leaves of zero, with all its wrenches at once
+    driven: DrivenLinkage
+    record: KeptRecord | None
+    numbers: np.ndarray
+    opinions: ClassVar[str] = "the record of a linkage and the wrench basis form"
+    free: ClassVar[float] = 1e-4  # what rounding leaves of zero, with all wrenches at once
 
     def __init__(
         self,

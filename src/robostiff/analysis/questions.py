@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from robostiff.model import PlacedLeg, Robot, Snapshot
 if TYPE_CHECKING:
     from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.kinematics import Pose
+    from robostiff.kinematics.pose import PoseRequest
     from robostiff.network import Network
 
 #: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
@@ -40,8 +41,14 @@ _COMPLAINTS = Status.UNREACHABLE | Status.BEYOND_LIMITS | Status.ILL_CONDITIONED
 class PosesOfRobot(Question):
     """Poses of a robot of legs."""
 
-    opinions = "the record of a robot and the wrench basis form"
-    free = 1e-6
+    finder: PostureFinder
+    form: Form
+    near: Near
+    #: A PoseRequest, or joint coordinates (..., size).
+    request: PoseRequest | np.ndarray
+    numbers: np.ndarray
+    opinions: ClassVar[str] = "the record of a robot and the wrench basis form"
+    free: ClassVar[float] = 1e-6
 
     def __init__(
         self,
@@ -53,7 +60,6 @@ class PosesOfRobot(Question):
     ) -> None:
         self.finder, self.form, self.near = posture_finder(robot), method, near
         self._only: Posture | None = None
-        #: A PoseRequest, or joint coordinates (..., size).
         self.request = request = self.finder.request(pose)
         by_joints = isinstance(request, np.ndarray)
         batch = request.shape[:-1] if by_joints else request.batch
@@ -171,6 +177,8 @@ class PosesOfRobot(Question):
 
 class OwnPose(Question):
     """A snapshot or a network, which has a pose of its own; a snapshot may have many."""
+
+    machine: Snapshot | Network
 
     def __init__(
         self,
