@@ -92,6 +92,8 @@ class Language(ABC):
     matrix_signs: tuple[str, str, str, str]  # start, between cells, between rows, end
     list_signs: tuple[Sequence[str], str, Sequence[str]]  # lines before, names and meaning, after
     dots: str = "…"
+    room: float
+    first: int
 
     def __init__(self, room: float = math.inf, first: int = 1) -> None:
         super().__init__()
@@ -363,7 +365,8 @@ _HALF = sp.Rational(1, 2)
 class Typeset(Language, Printer):
     """A language in which sums, fractions, powers and functions are written by these rules."""
 
-    minus, plus = " - ", " + "
+    minus: str = " - "
+    plus: str = " + "
     functions: ClassVar[dict[str, str]]  # names of functions that are others than in the vocabulary
     constants: ClassVar[dict[str, str]]  # by their names in the vocabulary
     scientific: str  # a mantissa and an exponent
