@@ -221,6 +221,7 @@ class Code(CodePrinter):
     subject, fails = "It", ""  # what relates, and where there is no answer
     size, zero, pi, e = "abs", "0", "pi", "exp(1)"
     entry, zeros = "", ""
+    head, colon = "", ""  # what stands around the arguments where they are defined
     declared = "{}"  # the target of an intermediate
     both = "{} && {}"  # what holds before, and a test
     each, every = "all(isfinite({}))", " && "  # whether arguments, or a matrix, are finite
@@ -251,6 +252,8 @@ class Code(CodePrinter):
         self.words = {x: take(x) for x in ("holds", *self.own)}
         self.words |= {"name": name, "NAME": name.upper(), "K": self.results[0], "n": str(self.n)}
         self.words |= {"nn": str(self.n**2), "results": ", ".join(self.results)}
+        is_alone = len(self.results) == 1
+        self.words["left"] = self.results[0] if is_alone else f"[{self.words['results']}]"
         self.words["answer"] = _NO_ANSWER
 
     def source(self) -> str:
@@ -373,6 +376,16 @@ class Code(CodePrinter):
         """Lines that make arguments numbers."""
         return []
 
+    def signature(self, arguments: Sequence[str] | None = None) -> list[str]:
+        """The line of the definition."""
+        listed = ", ".join(self.arguments if arguments is None else arguments)
+        (start,) = self.filled(self.head)
+        return self.broken(f"{listed}){self.colon}", start)
+
+    def broken(self, text: str, start: str) -> list[str]:
+        """What may take more lines than one."""
+        return wrapped_formula(text, self.width, start)
+
     def margins(self) -> list[str]:
         """What is positive where the formula holds, or not negative, in the order of its tests."""
         margins = [f"{size} - {least}" for size, least in self._guarded()]
@@ -490,6 +503,7 @@ class _Python(Code):
     entry, both, plain = "{}[..., {i}, {j}]", "{} & ({})", staticmethod(_unquoted)
     each, every = "np.isfinite({}).all(axis=(-2, -1))", " & "
     zeros = "    @M@ = np.zeros((*@shape@, @n@, @n@))"
+    head, colon = "def @name@(", ":"
     template = """\
 \"\"\"A stiffness matrix as a function of its symbols.\"\"\"
 
@@ -514,11 +528,6 @@ import numpy as np
 
     def power(self, base: Any, exponent: Any, sign: str = "**") -> str:
         return super().power(base, exponent, sign)
-
-    def signature(self, arguments: Sequence[str] | None = None) -> list[str]:
-        """The line of the definition."""
-        listed = ", ".join(self.arguments if arguments is None else arguments)
-        return wrapped_formula(f"{listed}):", self.width, f"def {self.words['name']}(")
 
     def given(self) -> list[str]:
         return [f"{x} = np.asarray({x}, dtype=float)" for x in self.arguments]
@@ -569,6 +578,7 @@ class _Julia(Code):
     name_of_language, reserved, own, width, indent = "Julia", JULIA_WORDS, ("T",), 92, 0
     entry, functions, each = "{}[{I}, {J}]", {"atan2": "atan"}, "all(isfinite, {})"
     zeros, fails = "    @M@ = zeros(@T@, @n@, @n@)", "A `DomainError` is thrown"
+    head = "function @name@("
     template = """\
 \"\"\"
 <<usage>>
@@ -590,10 +600,6 @@ end"""
     def usage(self) -> list[str]:
         """How it is called."""
         return self._listed(f"    {self.words['name']}(", " " * 8)
-
-    def signature(self) -> list[str]:
-        """The line of the definition."""
-        return self._listed(f"function {self.words['name']}(")
 
     def of_arguments(self) -> list[str]:
         each = (line.partition(":") for line in super().of_arguments())
@@ -632,7 +638,7 @@ class _Matlab(Code):
 
     name_of_language, reserved, longest = "MATLAB", MATLAB_WORDS, 63
     entry, zeros = "{}({I}, {J})", "@M@ = zeros(@n@, @n@);"
-    fails = "It raises the error robostiff:formula"
+    fails, head = "It raises the error robostiff:formula", "function @left@ = @name@("
     template = """\
 <<signature>>
 %<<comment>>
@@ -661,18 +667,11 @@ end
         return super().power(base, exponent, sign)
 
     def assigned(self, target: str, expression: str) -> list[str]:
-        return self._continued(f"{expression};", f"{target} = ")
+        return self.broken(f"{expression};", f"{target} = ")
 
-    def _continued(self, text: str, first: str) -> list[str]:
-        lines = wrapped_formula(text, self.width - 4, first, " " * 4)
+    def broken(self, text: str, start: str) -> list[str]:
+        lines = wrapped_formula(text, self.width - 4, start, " " * 4)
         return [*(f"{line} ..." for line in lines[:-1]), lines[-1]]
-
-    def signature(self) -> list[str]:
-        """The line of the definition."""
-        results = self.words["results"]
-        left = results if len(self.results) == 1 else f"[{results}]"
-        start = f"function {left} = {self.words['name']}("
-        return self._continued(f"{', '.join(self.arguments)})", start)
 
     def comment(self, shape: str = "") -> list[str]:
         first, *others = super().comment(shape)
