@@ -156,6 +156,11 @@ class Way:
 class ChainWalk:
     """The frame reached so far, on the way from base to platform."""
 
+    R: np.ndarray
+    p: np.ndarray
+    way: Way
+    prefix: str
+
     def __init__(self, R: np.ndarray, p: np.ndarray, way: Way, prefix: str = "") -> None:
         self.R, self.p, self.way, self.prefix = R, p, way, prefix
         self.placed: list[PlacedElement] = []

@@ -232,7 +232,12 @@ def branches_of_linkage(
         R, p = frame_of(c.a)
         return R @ c.before.R, p + R @ c.before.p
 
-    q = {c.name: np.array([one.coordinates[c.name] for one in every]) for c in part.connections}
+    q = {
+        c.name: np.array([one.coordinates.get(c.name, ()) for one in every]).reshape(
+            len(every), c.chain.size
+        )
+        for c in part.connections
+    }
     legs, ends, number = [], [], {part.base: 0, part.platform: 1}
     for a, b, path in placed_branches(part, q, start_of):
         elements = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,7 @@ from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Link, Locked, Mass, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
+from robostiff.model.machine import Machine
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ class Connection:
 
 
 @dataclass(frozen=True)
-class Linkage(Symbolic):
+class Linkage(Symbolic, Machine):
     """Bodies connected in any way, one of which is fixed.
 
     Attributes
@@ -124,6 +125,7 @@ class Linkage(Symbolic):
     ('wall', 'door')
     """
 
+    kind: ClassVar[str] = "linkage"
     name: str
     connections: tuple[Connection, ...]
     base: str
