@@ -161,6 +161,11 @@ class Question(ABC):
         Shape of the batch of poses.
     """
 
+    name: str
+    space: Space
+    method: Form | StructuralAnalysis
+    tolerance: Tolerance
+    rows: np.ndarray
     #: Between what a record and the direct form differ.
     opinions: ClassVar[str] = ""
     #: Of the largest size: what rounding leaves of zero.

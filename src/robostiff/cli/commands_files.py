@@ -220,10 +220,9 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
         return robot if form == "snapshot" else network_of_snapshot(robot)
     if isinstance(robot, Network) and form != "snapshot":
         return robot
-    kind = "a network" if isinstance(robot, Network) else "a cable robot"
     raise InputError(
         f"{form} of {source!r}",
-        got=Words(kind),
+        got=Words(f"a {robot.kind}"),
         expected="a robot or a snapshot of legs",
         hint="write --to graph" if isinstance(robot, Network) else None,
     )

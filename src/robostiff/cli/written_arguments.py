@@ -19,11 +19,12 @@ from robostiff.kinematics import (
     ToolPose,
     actuator_names,
 )
-from robostiff.model import Actuated, Coordinate, Robot, Snapshot
+from robostiff.model import Actuated, Coordinate, Robot
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
     from robostiff.linkage import Linkage
+    from robostiff.model import Snapshot
     from robostiff.model.cable import CableRobot
     from robostiff.network import Network
 
@@ -76,16 +77,13 @@ def pose_from(robot: Posed, place: Posing) -> Any:
     return _without_joints(robot, place)
 
 
-def _without_joints(robot: Snapshot | Network | CableRobot, place: Posing) -> Pose:
-    from robostiff.network import Network
-
-    if isinstance(robot, Snapshot | Network):
-        kind = "network" if isinstance(robot, Network) else "snapshot"
+def _without_joints(robot: Any, place: Posing) -> Pose:
+    if robot.is_frozen:
         if place.pose is not None or place.joints is not None:
             raise InputError(
                 "--pose" if place.pose is not None else "--joints",
                 got=place.pose or place.joints,
-                expected=f"none: a {kind} is frozen at its own pose",
+                expected=f"none: a {robot.kind} is frozen at its own pose",
                 hint="describe the robot in a model file to move it",
             )
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from robostiff.elastostatics.chain_problem import (
     WELL_APART,
     ChainProblem,
     Form,
+    Need,
 )
 from robostiff.spatial.shapes import Float
 
@@ -70,7 +72,7 @@ class SaddlePoint(Form):
 
     name = "saddle-point"
     equation = "(7) K = upper-left block of [[C, J_q], [J_q^T, 0]]^-1"
-    needs = (INDEPENDENT, WELL_APART, COMPLIANT)
+    needs: ClassVar[tuple[Need, ...]] = (INDEPENDENT, WELL_APART, COMPLIANT)
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""

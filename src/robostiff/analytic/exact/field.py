@@ -83,7 +83,7 @@ class ExactField:
             *atoms.symbols,
         )
         names = [f"g{i}" for i in range(len(self.generators))]
-        self.ring = flint.fmpq_mpoly_ctx.get(names, flint.Ordering.lex)
+        self.ring: Any = flint.fmpq_mpoly_ctx.get(names, flint.Ordering.lex)
         self._gens = self.ring.gens()
         self._place = {generator: i for i, generator in enumerate(self.generators)}
         self._known: dict[Any, Element] = {}

@@ -54,12 +54,14 @@ class EntryNames:
         matrices += [d.expression for d in derivation.definitions]
         used = {symbol.name for symbol in symbols_of(matrices)}
         # The derivation's own names, such as mu_1, u_1_2 and K_1_12, have the same meaning here.
-        self.given = tuple(sorted(used - {d.symbol.name for d in derivation.definitions}))
+        self.given: tuple[str, ...] = tuple(
+            sorted(used - {d.symbol.name for d in derivation.definitions})
+        )
         self._stages = len(stages)
         words = " ".join(derivation.name.split())
         is_symbol = re.fullmatch(r"K(_?[A-Za-z]\w*)?", words)
         of = "" if is_symbol or not words else "of "
-        self.title = f"Cartesian stiffness matrix {of}{words}".strip()
+        self.title: str = f"Cartesian stiffness matrix {of}{words}".strip()
         result = words if is_symbol else "K_C"
         while any(name == result or name.startswith(f"{result}_") for name in self.given):
             result = f"{result[0]}'{result[1:]}"

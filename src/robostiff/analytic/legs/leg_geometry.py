@@ -139,7 +139,7 @@ class LegInSteps:
     def __init__(self, geometry: LegGeometry) -> None:
         placed = geometry.placed
         self._read = StepReading(placed.record, placed.symbols, geometry.entries)
-        self.definitions = [*placed.springs, *self._read.definitions]
+        self.definitions: list[Definition] = [*placed.springs, *self._read.definitions]
         self._taken = {*placed.symbols, *(d.symbol.name for d in self.definitions)}
 
     def __call__(self, value: Any) -> Any:

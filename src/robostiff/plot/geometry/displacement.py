@@ -113,6 +113,7 @@ def _bodies(
     for element in leg.elements:
         own = element.alone if isinstance(element, CoupledFreedom) else element
         if isinstance(own, PlacedBlock):
+            end = node
             for branch in own.branches:
                 end = yield from _bodies(branch, node, springs, joints)
             node, is_welded = end, False
