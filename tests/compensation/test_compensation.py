@@ -190,7 +190,7 @@ BAD = {
     "fields": ("x [mm],Fz [N]\n1,2,3\n", r"got '3 fields', expected 2"),
     "twice": ("x [mm],x [mm]\n1,2\n", r"each name once"),
     "nothing": ("a,b\n1,2\n", r"some of x, y, z"),
-    "no point": ("x [mm],Fz [N]\n", r"a line of headings, then a line a point"),
+    "no point": ("x [mm],Fz [N]\n", r"a line of names, then a line a point"),
 }
 
 

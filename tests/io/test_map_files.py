@@ -129,7 +129,7 @@ def test_a_file_without_poses(text, tmp_path):
 
 
 def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(InputError, match="a CSV file"):
+    with pytest.raises(InputError, match="a readable file"):
         read_poses(loaded("hexapod"), tmp_path / "poses.csv")
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,32 +13,13 @@ from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.compensation.compensate import Compensation
 from robostiff.elastostatics import Status
 from robostiff.errors import FileError, InputError, Location
-from robostiff.io.units import Dimension, parse_quantity, to_si
-from robostiff.io.whole_file import bounded_bytes, whole_file
+from robostiff.io.csv_table import CsvTable, read_table
+from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.model import Robot
 
-_MOST_BYTES = 500_000_000
-_LARGEST = 1e30
-_HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*\Z")
-_DIMENSIONS = {
-    "m": Dimension.LENGTH,
-    "rad": Dimension.ANGLE,
-    "N": Dimension.FORCE,
-    "N m": Dimension.MOMENT,
-}
 _EULER = re.compile(r"(?:[xyz]{3}|[XYZ]{3})\Z")
-
-
-@dataclass(frozen=True)
-class _Heading:
-    """A column that is read."""
-
-    name: str
-    place: int  # among the columns of the file
-    unit: str
-    factor: float  # SI units in its unit
 
 
 @dataclass(frozen=True)
@@ -49,16 +29,7 @@ class ProgramFile:
     Attributes
     ----------
     robot : Robot
-    lines : tuple of str
-        All lines of the file.
-    header : int
-        Number of the line of headings, from 0.
-    rows : tuple of int
-        Numbers of the lines of points.
-    separator : str
-        A tab, a semicolon, behind which decimals may have commas, or a comma.
-    columns : tuple of _Heading
-        Coordinates, then the wrench.
+    table : CsvTable
     angles : str or None
         Order of the Euler angles rx, ry, rz: ``xyz`` about axes that stay, ``XYZ`` about axes that
         move along; None for a rotation vector.
@@ -68,11 +39,7 @@ class ProgramFile:
     """
 
     robot: Robot
-    lines: tuple[str, ...]
-    header: int
-    rows: tuple[int, ...]
-    separator: str
-    columns: tuple[_Heading, ...]
+    table: CsvTable
     angles: str | None
     poses: np.ndarray | JointCoordinates
     wrenches: np.ndarray
@@ -88,7 +55,7 @@ class ProgramFile:
             commands = {name: found.coordinates[:, k] for k, name in enumerate(self._joint_names)}
         else:
             commands = dict(zip(POSE_UNITS, self._written_rotation(found.commanded).T, strict=True))
-        written = {column.name: column for column in self.columns}
+        written = {column.name: column for column in self.table.columns}
         headings, values = [], []
         for name, own in commands.items():
             column = written.get(name)
@@ -102,13 +69,11 @@ class ProgramFile:
             values.append(found.drives[:, k])
         headings += ["residual [um]", "residual turn [urad]"]
         values += [1e6 * np.linalg.norm(found.left[:, p], axis=1) for p in (slice(3), slice(3, 6))]
-        mark = self.separator
-        comma = mark == ";" and any("," in self.lines[k] for k in self.rows)
-        lines = list(self.lines)
-        lines[self.header] += mark + mark.join([*headings, "status"])
-        table = np.array(values).T.tolist()
-        for k, line in enumerate(self.rows):
-            fields = [f"{value:.12g}" if math.isfinite(value) else "" for value in table[k]]
+        mark, rows, lines = self.table.separator, self.table.rows, list(self.table.lines)
+        comma = mark == ";" and any("," in lines[k] for k in rows)
+        lines[self.table.header] += mark + mark.join([*headings, "status"])
+        for k, (line, row) in enumerate(zip(rows, np.array(values).T.tolist(), strict=True)):
+            fields = [f"{value:.12g}" if math.isfinite(value) else "" for value in row]
             if comma:
                 fields = [field.replace(".", ",") for field in fields]
             lines[line] += mark + mark.join([*fields, str(Status(int(found.status_codes[k])))])
@@ -197,115 +162,16 @@ def read_program(
         raise InputError(
             "order of angles", got=angles, expected="x, y and z in some order, as zyx or ZYX"
         )
-    name = str(path)
-    content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
-    try:
-        lines = tuple(content.decode("utf-8-sig").splitlines())
-    except UnicodeDecodeError as error:
-        raise FileError(Location(name), "text", got="other bytes", expected="UTF-8") from error
-    numbered = [k for k, line in enumerate(lines) if line.strip() and line.lstrip()[0] != "#"]
-    if len(numbered) < 2:
-        raise FileError(
-            Location(name), "points", got="none", expected="a line of headings, then a line a point"
-        )
-    header, rows = numbered[0], tuple(numbered[1:])
-    separator = next((mark for mark in "\t;," if mark in lines[header]), ",")
-    fields = lines[header].split(separator)
-    columns = _columns(robot, name, header + 1, fields, separator)
-    table = np.empty((len(rows), len(columns)))
-    for k, row in enumerate(rows):
-        table[k] = _values(name, row + 1, lines[row], separator, len(fields), columns)
-    si = {c.name: table[:, k] * c.factor for k, c in enumerate(columns)}
-    return ProgramFile(
-        robot=robot,
-        lines=lines,
-        header=header,
-        rows=rows,
-        separator=separator,
-        columns=columns,
-        angles=angles,
-        poses=_poses(robot, si, len(rows), angles, Location(name, header + 1, 1)),
-        wrenches=np.array(
-            [si.get(each, np.zeros(len(rows))) for each in robot.space.wrench_order]
-        ).T,
-    )
-
-
-def _columns(
-    robot: Robot, file: str, line: int, fields: Sequence[str], separator: str
-) -> tuple[_Heading, ...]:
-    """Headings that are read; others are passed over."""
-    known = dict(POSE_UNITS) | coordinate_units(robot)
+    coordinates = POSE_UNITS | coordinate_units(robot)
     forces = dict(zip(robot.space.wrench_order, robot.space.wrench_units, strict=True))
-    units = known | forces
-    found: dict[str, _Heading] = {}
-    start = 0
-    for place, heading in enumerate(fields):
-        at = Location(file, line, start + 1 + len(heading) - len(heading.lstrip()))
-        start += len(heading) + len(separator)
-        match = _HEADING.match(heading)
-        if not match or match["name"] not in units:
-            continue
-        name, unit = match["name"], (match["unit"] or "").strip()
-        if name in found:
-            raise FileError(at, "heading", got=name, expected="each name once")
-        if not unit:
-            raise FileError(
-                at,
-                f"unit of {name}",
-                got="none",
-                expected=f"one in brackets, as {name} [{units[name]}]",
-            )
-        try:
-            factor = to_si(
-                parse_quantity(f"1 {unit}"),
-                _DIMENSIONS[units[name]],
-                subject=f"unit of {name}",
-                got=unit,
-            )
-        except InputError as error:
-            raise FileError.from_input_error(at, error) from None
-        found[name] = _Heading(name, place, unit, factor)
-    if not set(found) & set(known):
-        raise FileError(
-            Location(file, line, 1),
-            "headings",
-            got=", ".join(field.strip() for field in fields),
-            expected=f"some of {', '.join(known)}, with units",
-        )
-    return tuple(found.values())
-
-
-def _values(
-    file: str, line: int, text: str, separator: str, count: int, columns: Sequence[_Heading]
-) -> list[float]:
-    """Numbers of a line in the columns that are read."""
-    fields = text.split(separator)
-    if len(fields) != count:
-        raise FileError(
-            Location(file, line, 1),
-            "point",
-            got=f"{len(fields)} fields",
-            expected=f"{count}, one for each heading",
-        )
-    found = []
-    for column in columns:
-        field = fields[column.place]
-        written = field.strip()
-        try:
-            value = float(written.replace(",", ".") if separator == ";" else written)
-        except ValueError:
-            value = math.nan
-        if not abs(value) <= _LARGEST:
-            before = sum(len(each) + len(separator) for each in fields[: column.place])
-            raise FileError(
-                Location(file, line, before + 1 + len(field) - len(field.lstrip()), column.name),
-                "value",
-                got=written or "nothing",
-                expected="a finite number up to 1e30; units belong in the heading",
-            )
-        found.append(value)
-    return found
+    table = read_table(path, coordinates | forces, "point", passes_others=True)
+    place, count = Location(str(path), table.header + 1, 1), len(table.rows)
+    if not coordinates.keys() & table.si.keys():
+        expected = f"some of {', '.join(coordinates)}, with units"
+        raise FileError(place, "names of columns", got=table.lines[table.header], expected=expected)
+    wrenches = [table.si.get(name, np.zeros(count)) for name in forces]
+    poses = _poses(robot, table.si, count, angles, place)
+    return ProgramFile(robot, table, angles, poses, np.array(wrenches).T)
 
 
 def _poses(

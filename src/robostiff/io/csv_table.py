@@ -1,0 +1,168 @@
+"""Tables of numbers as CSV files: units in headings, and the place of every fault."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from array import array
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.errors import FileError, InputError, Location
+from robostiff.io.units import Dimension, parse_quantity, to_si
+from robostiff.io.whole_file import bounded_bytes
+
+_MOST_BYTES = 2_000_000_000
+_LARGEST = 1e30
+_HEADING = re.compile(r"\s*(?P<name>[^\[\(]+?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?\s*\Z")
+_DIMENSIONS = {
+    dimension.si_unit: dimension
+    for dimension in (Dimension.LENGTH, Dimension.ANGLE, Dimension.FORCE, Dimension.MOMENT)
+}
+_TIMES = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that is read."""
+
+    name: str
+    place: int  # among the columns of the file
+    unit: str
+    factor: float  # SI units in its unit
+    at: Location  # of its heading
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """A table as its file has it.
+
+    Attributes
+    ----------
+    lines : tuple of str
+        All lines of the file.
+    header : int
+        Number of the line of headings, from 0.
+    rows : tuple of int
+        Numbers of the lines of numbers.
+    separator : str
+    columns : tuple of Column
+        Those that are read.
+    si : dict of str to (N,) array
+        Their values in SI units.
+    """
+
+    lines: tuple[str, ...]
+    header: int
+    rows: tuple[int, ...]
+    separator: str
+    columns: tuple[Column, ...]
+    si: dict[str, np.ndarray]
+
+
+def read_table(
+    path: str | os.PathLike[str],
+    units: Mapping[str, str],
+    what: str,
+    *,
+    passes_others: bool = False,
+) -> CsvTable:
+    """Read the columns with these names and SI units; a line is a `what`.
+
+    Tabs, semicolons or commas separate. Empty lines and lines that begin with ``#`` are passed
+    over. With `passes_others` so are columns of other names, units must be given, and decimals
+    behind semicolons may have commas; otherwise a name that is not known is a fault.
+
+    Raises FileError with line and column of what cannot be read.
+    """
+    name = str(path)
+    content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
+    try:
+        lines = tuple(content.decode("utf-8-sig").splitlines())
+    except UnicodeDecodeError:
+        raise FileError(Location(name), "text", got="other bytes", expected="UTF-8") from None
+    numbered = [k for k, line in enumerate(lines) if line.strip() and line.lstrip()[0] != "#"]
+    if len(numbered) < 2:
+        raise FileError(
+            Location(name),
+            f"{what}s",
+            got=f"no {what}",
+            expected=f"a line of names, then a line a {what}",
+        )
+    header, rows = numbered[0], tuple(numbered[1:])
+    separator = next((mark for mark in "\t;," if mark in lines[header]), ",")
+    headings = lines[header].split(separator)
+    columns: list[Column] = []
+    start = 0
+    for place, heading in enumerate(headings):
+        at = Location(name, header + 1, start + 1 + len(heading) - len(heading.lstrip()))
+        start += len(heading) + 1
+        found = _HEADING.match(heading.strip().removeprefix("'"))  # written before = + - @
+        if not found or found["name"] not in units:
+            if passes_others:
+                continue
+            known = ", ".join(units)
+            raise FileError(at, "name of a column", got=heading.strip(), expected=f"one of {known}")
+        own, unit = found["name"], (found["unit"] or "").strip()
+        if own in [column.name for column in columns]:
+            raise FileError(at, "name of a column", got=own, expected="each name once")
+        if passes_others and not unit:
+            example = f"one in brackets, as {own} [{units[own]}]"
+            raise FileError(at, f"unit of {own}", got="none", expected=example)
+        columns.append(Column(own, place, unit, _factor(at, own, unit, units[own]), at))
+    comma = passes_others and separator == ";"
+    values = array("d")
+    for k in rows:
+        fields = lines[k].split(separator)
+        if len(fields) != len(headings):
+            raise FileError(
+                Location(name, k + 1, 1),
+                what,
+                got=f"{len(fields)} fields",
+                expected=f"{len(headings)}, one for each name in line {header + 1}",
+            )
+        row = [_number(fields[column.place], comma) for column in columns]
+        if not all(abs(value) <= _LARGEST for value in row):
+            raise _bad_field(name, k + 1, fields, columns, comma)
+        values.extend(row)
+    table = np.array(values).reshape(len(rows), len(columns))
+    si = {column.name: column.factor * table[:, k] for k, column in enumerate(columns)}
+    return CsvTable(lines, header, rows, separator, tuple(columns), si)
+
+
+def _factor(at: Location, name: str, unit: str, si_unit: str) -> float:
+    """SI units in the unit of a column; without one it has SI units."""
+    if si_unit == "s":
+        if unit not in _TIMES:
+            raise FileError(at, "unit of time", got=unit, expected="s, ms or min")
+        return _TIMES[unit]
+    try:
+        quantity = parse_quantity(f"1 {unit}")
+        return to_si(quantity, _DIMENSIONS[si_unit], subject=f"unit of {name}", got=unit)
+    except InputError as error:
+        raise FileError.from_input_error(at, error) from None
+
+
+def _number(field: str, comma: bool) -> float:
+    try:
+        return float(field.replace(",", ".") if comma else field)
+    except ValueError:
+        return math.nan
+
+
+def _bad_field(
+    file: str, line: int, fields: Sequence[str], columns: Sequence[Column], comma: bool
+) -> FileError:
+    """The fault of the first number that is none."""
+    bad = next(c for c in columns if not abs(_number(fields[c.place], comma)) <= _LARGEST)
+    field = fields[bad.place]
+    before = sum(len(each) + 1 for each in fields[: bad.place])
+    return FileError(
+        Location(file, line, before + 1 + len(field) - len(field.lstrip()), bad.name),
+        "value",
+        got=field.strip() or "nothing",
+        expected="a finite number up to 1e30, with a point; units belong in the heading",
+    )
