@@ -7,7 +7,7 @@ numbers.
 """
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -21,11 +21,10 @@ from robostiff.analytic import AtHome, AtSymbols, Definition, RobotDerivation
 from robostiff.analytic.exact.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.export.robot_outline import is_vectors_alone
 from robostiff.analytic.placement.agreement import closed_places
-from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
+from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.robot_derivation import InNames
-from robostiff.analytic.series_form import stiffness_of
+from robostiff.analytic.vectors.forms import ArmOfSprings
 from robostiff.analytic.vectors.vector_expressions import (
-    ArmOfSprings,
     Coordinates,
     Equation,
     Stacked,
@@ -127,10 +126,10 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     values, K = random_places(robot, pose, sets)
     found = derivation.lambdify()(**{s.name: values[s.name] for s in derivation.symbols})
     error = largest_error(np.broadcast_to(found, K.shape), K)
-    printed = printed_stiffness(derivation, place_robot(robot, POSES[pose]))
-    if printed is not None:
+    printed = derivation.vectors if alone else series
+    if printed is not None:  # not K entry by entry
         each = [{name: float(x[i]) for name, x in values.items()} for i in range(len(K))]
-        error = max(error, largest_error(np.array([printed(at) for at in each]), K))
+        error = max(error, largest_error(np.array([printed.stiffness(at) for at in each]), K))
     defects = [f"differs from rs.stiffness by {error:.1e}"] if error > _DIFFERENT else []
     defects += wasted(named.definitions, values)
     defects += hidden_zeros(named.K, K)
@@ -142,7 +141,7 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
         # Each drive and each beam is a term of C.
         entries = [c for _, _, c in series.drives] + [x for *_, own in series.beams for x in own]
     elif series is not None:
-        form, definitions = "series", series.definitions
+        form, definitions = "series", series.names
         entries = [x for x in (*series.C, *series.axes, *series.arm) if x.free_symbols]
     if alone:
         vectors: Any = derivation.vectors
@@ -167,19 +166,6 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
         defects=tuple(defects),
     )
     return row, derivation
-
-
-def printed_stiffness(
-    derivation: RobotDerivation, placed: PlacedRobot
-) -> Callable[[dict[str, float]], np.ndarray] | None:
-    """K by what is printed at given values, where that is not K entry by entry."""
-    if is_vectors_alone(derivation) and derivation.vectors is not None:
-        return derivation.vectors.stiffness
-    series = derivation.in_series
-    if series is None or isinstance(series, ArmOfSprings):
-        return series and series.stiffness
-    symbols = placed.symbols
-    return lambda at: stiffness_of(series, {symbols[name]: x for name, x in at.items()}, placed)
 
 
 def operations_of_vectors(expression: Any) -> int:

@@ -139,7 +139,7 @@ class FileError(InputError):
         uncounted: int = 0,
     ) -> None:
         self.location = location
-        self.others = tuple(others)
+        self.others: tuple[FileError, ...] = tuple(others)
         self.uncounted = uncounted
         super().__init__(subject, got=got, expected=expected, hint=hint)
 

@@ -31,7 +31,6 @@ from robostiff.analytic.export import (
 )
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import place_robot
-from robostiff.analytic.series_form import stiffness_of
 from robostiff.errors import DisagreementError, InputError
 from tests.analytic.formulas import cubic_platform
 from tests.other_programs import command
@@ -299,8 +298,7 @@ def test_numbers_of_hundreds_of_digits_are_a_sum_of_springs():
     robot = rs.load(DATA / "arm-of-long-decimals.yaml")
     series = rs.derive(robot).in_series
     assert series is not None
-    stiffness = stiffness_of(series, {}, place_robot(robot, rs.AtHome()))
-    np.testing.assert_allclose(stiffness, rs.stiffness(robot).K, rtol=1e-9)
+    np.testing.assert_allclose(series.stiffness({}), rs.stiffness(robot).K, rtol=1e-9)
 
 
 OVERDETERMINED = """

@@ -16,12 +16,11 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.placement.agreement import matrix_distance
+from robostiff.analytic.placement.agreement import check_form, matrix_distance
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, AtSymbols
-from robostiff.analytic.robot_derivation import InSeries
-from robostiff.analytic.series_form import check_series, series_form, stiffness_of
-from robostiff.analytic.vectors.vector_expressions import ArmOfSprings
+from robostiff.analytic.series_form import series_form
+from robostiff.analytic.vectors.forms import ArmOfSprings, InSeries
 from robostiff.errors import DisagreementError
 
 
@@ -47,7 +46,7 @@ def test_its_inverse_is_the_stiffness_of_the_arm(placed, arm):
     random = np.random.default_rng(3)
     for _ in range(3):
         values = {k: v * random.uniform(0.9, 1.1) for k, v in placed.robot.nominal.items()}
-        K = stiffness_of(arm, {placed.symbols[k]: v for k, v in values.items()}, placed)
+        K = arm.stiffness(values)
         wanted = rs.stiffness(placed.robot.substituted(values)).K
         assert matrix_distance(K, wanted, 0.5) < 1e-10
 
@@ -55,8 +54,9 @@ def test_its_inverse_is_the_stiffness_of_the_arm(placed, arm):
 def test_a_wrong_compliance_is_found(placed, arm):
     C = sp.Matrix(arm.C)
     C[5, 5] *= sp.Rational(1001, 1000)
+    wrong = replace(arm, C=sp.ImmutableMatrix(C))
     with pytest.raises(DisagreementError, match="springs in series"):
-        check_series(InSeries(sp.ImmutableMatrix(C), arm.axes, arm.arm, arm.definitions), placed)
+        check_form("the sum of springs in series", wrong.stiffness, placed)
 
 
 def test_exports_begin_with_the_compliance():
@@ -105,8 +105,9 @@ def test_a_wrong_beam_of_an_arm_is_found():
     assert isinstance(arm, ArmOfSprings)
     name, Q, m, (L, *products) = arm.beams[2]
     wrong = (*arm.beams[:2], (name, Q, m, (L * sp.Rational(1001, 1000), *products)), arm.beams[3])
+    wrong = replace(arm, beams=wrong)
     with pytest.raises(DisagreementError, match="springs in series"):
-        check_series(replace(arm, beams=wrong), placed)
+        check_form("the sum of springs in series", wrong.stiffness, placed)
 
 
 def test_exports_of_an_arm_in_vectors():

@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
 from robostiff.analytic import AtHome, AtSymbols, Steps
+from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.export import (
     derivation_html,
     derivation_latex,
@@ -260,9 +261,13 @@ def test_turns_of_one_wrench_are_averaged_in_its_entries(name):
     assert average is not None
     random = np.random.default_rng(2)
     values = {k: v * random.uniform(0.98, 1.02) for k, v in robot.nominal.items()}
-    w, c = next(form.wrenches_at(values))
-    entries = dict(zip(("u_x", "u_y", "u_z", "m_x", "m_y", "m_z"), w[0], strict=True))
-    at = {s: entries.get(s.name, c[0]) for s in average.free_symbols}
+    own = form.components()
+    ((w, c, _),) = next(form.in_each_leg(own))
+    known = {s: values[s.name] for s in form.symbols}
+    numbers = values_of([*w, c], known, own.definitions)
+    names = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z", "c_1")
+    entries = dict(zip(names, numbers, strict=True))
+    at = {s: entries[s.name] for s in average.free_symbols}
     found = np.array(average.xreplace(at), dtype=float)
     wanted = rs.stiffness(robot.substituted(values)).K
     assert matrix_distance(found, wanted, 0.5) < 1e-9

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import get_type_hints
 
@@ -13,15 +14,9 @@ import pytest
 from click import Context, Option
 from click.testing import CliRunner
 
-from robostiff.cli import options_of_answers, options_of_files, options_of_pictures
 from robostiff.cli.main import app
-from robostiff.cli.options import Part, parameters_of
+from robostiff.cli.options import Command
 
-DECLARED = {
-    **options_of_answers.COMMANDS,
-    **options_of_pictures.COMMANDS,
-    **options_of_files.COMMANDS,
-}
 COMMANDS = tuple(app.list_commands(Context(app)))
 ROOT = Path(__file__).resolve().parents[2]
 SPRUNG = """\
@@ -72,26 +67,30 @@ def run(*arguments: str):
     return CliRunner().invoke(app, list(arguments), env={"COLUMNS": "80"})
 
 
+def declared(command: str) -> type[Command]:
+    assert app.get_command(Context(app), command) is not None
+    return Command.named[command]
+
+
 def test_commands_are_those_that_are_declared():
-    assert set(COMMANDS) == set(DECLARED)
+    assert {declared(command) for command in COMMANDS} == set(Command.named.values())
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_gets_what_its_function_takes(command):
-    declared = DECLARED[command]
-    hints = get_type_hints(declared.function)
-    assert hints.pop("return") is int
-    taken = [own.of if isinstance(own, Part) else own for own in declared.takes]
-    assert list(hints.values()) == taken
-    names = [own.name for each in declared.takes for own in parameters_of(each)]
+    module, function = declared(command).run.split(":")
+    taken = get_type_hints(getattr(import_module(f"robostiff.cli.{module}"), function))
+    assert taken.pop("return") is int
+    assert list(taken.values()) == [declared(command)]
+    names = [own.name for own in declared(command).parameters()]
     assert len(names) == len(set(names))
 
 
 def test_an_option_has_the_same_words_in_every_command():
     """But those that say what a load, a file or a picture is for."""
     said: dict[str, set[str]] = {}
-    for declared in DECLARED.values():
-        for own in (own for each in declared.takes for own in parameters_of(each)):
+    for command in COMMANDS:
+        for own in declared(command).parameters():
             if isinstance(own, Option):
                 said.setdefault(max(own.opts, key=len), set()).add(str(own.help))
     several = {name for name, words in said.items() if len(words) > 1}

@@ -13,8 +13,7 @@ import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.errors import InputError
 from robostiff.linkage import Connection, Linkage, close
-from robostiff.linkage.closure import LoopsOfLinkage
-from robostiff.linkage.driven import Bodies
+from robostiff.linkage.closure import LoopsOfLinkage, moved_bodies
 from robostiff.model import (
     Actuated,
     Joint,
@@ -27,6 +26,8 @@ from robostiff.model import (
     spherical,
     universal,
 )
+from robostiff.record import Record
+from robostiff.recorded.leg import at_samples
 from robostiff.spatial import Frame
 
 
@@ -57,18 +58,18 @@ def test_rates_of_the_gaps_are_their_finite_differences(seed):
     linkage = _ring(rng)
     assert len(linkage.tree.cuts) == 3
     q = {c.name: c.home for c in linkage.connections}
-    moving = [c for c in linkage.connections if c.size < 3]  # a rotation vector is no integral
+    moving = [c for c in linkage.connections if c.home.size < 3]  # a rotation vector is no integral
     closing = LoopsOfLinkage.of(linkage, q, moving)
     loops = replace(closing.loops, length=1.0)
     J = loops.rates(loops.start[None])[0]
     column, h = 0, 1e-6
     assert [c.name for c in closing.moving] == [c.name for c in moving]
     for c in moving:
-        for k in range(c.size):
+        for k in range(c.home.size):
             ends = []
             for sign in (1, -1):
-                moved = {**q, c.name: q[c.name] + sign * h * np.eye(c.size)[k]}
-                ends.append(_gap_frames(linkage.tree, moved))
+                moved = {**q, c.name: q[c.name] + sign * h * np.eye(c.home.size)[k]}
+                ends.append(_gap_frames(linkage, moved))
             for i, (plus, minus) in enumerate(zip(*ends, strict=True)):
                 around = {own.name for own, _ in linkage.tree.around(linkage.tree.cuts[i])}
                 # What moves both frames alike closes nothing.
@@ -77,9 +78,27 @@ def test_rates_of_the_gaps_are_their_finite_differences(seed):
             column += 1
 
 
-def _gap_frames(tree, q):
-    bodies = Bodies.of(tree, q)
-    return [(bodies.beyond(cut), bodies.frames[cut.b]) for cut in tree.cuts]
+def _gap_frames(linkage, q):
+    bodies = moved_bodies(linkage)
+    placed = bodies.tree.placed(bodies.row(q)[None])
+    ends = zip(placed.R[0], placed.p[0], placed.R_wanted[0], placed.p_wanted[0], strict=True)
+    return [(Frame(R, p), Frame(R_wanted, p_wanted)) for R, p, R_wanted, p_wanted in ends]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_frames_on_entries_are_those_of_numbers(seed):
+    linkage = _ring(np.random.default_rng(seed))
+    bodies = moved_bodies(linkage)
+    row = bodies.row({c.name: c.home for c in linkage.connections})
+    record = Record({f"q{i}": [x, x + 0.1] for i, x in enumerate(row)})
+    placed = bodies.tree.placed(np.array([record.input(f"q{i}") for i in range(row.size)]))
+    numbers = bodies.tree.placed(np.array([row, row + 0.1]))
+    for name in ("axes", "points", "R", "p", "R_wanted", "p_wanted"):
+        found = at_samples(getattr(placed, name), 2)
+        np.testing.assert_allclose(found, getattr(numbers, name), rtol=0, atol=1e-12)
+    for fixed in bodies.frames.values():
+        for own, expected in zip(placed.at(fixed), numbers.at(fixed), strict=True):
+            np.testing.assert_allclose(at_samples(own, 2), expected, rtol=0, atol=1e-12)
 
 
 def _relative_rate(plus, minus, h):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import linkage_stiffness, robot_record
+from robostiff.analysis import linkage_stiffness
 from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
 from robostiff.elastostatics import Status
 from robostiff.kinematics import ActuatorCoordinates
@@ -44,6 +44,14 @@ def test_at_values_it_is_the_network_at_these(four_bar):
         _alike(every[i], network)
         _alike(rs.stiffness(four_bar, {"crank": angle}), network)
     assert every.joint_coordinates["crank"][:, 0].tolist() == ANGLES
+
+
+@pytest.mark.parametrize("values", [None, {"crank": 0.35}, {"crank": -0.2}])
+def test_the_network_and_its_energy_check_the_direct_form(four_bar, values):
+    checked = rs.verify(four_bar, values)
+    assert checked.agree
+    assert [one.method for one in checked.comparisons] == ["network", "energy"]
+    assert checked.reference.method.name == "wrench-basis"
 
 
 def test_values_come_by_name_in_rows_or_as_coordinates_of_actuators(four_bar):
@@ -103,7 +111,7 @@ def test_deflection_compliance_and_indices_are_those_of_the_networks(four_bar):
 def _with_record():
     """A linkage that records itself at once, and its answer."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(linkage_stiffness, "_COSTS", robot_record.Costs(0, 1, 10**9))
+        patch.setattr(linkage_stiffness, "_COSTS", (0, 1, 10**9))
         linkage = rs.load_linkage(FOUR_BAR)
         return linkage, rs.stiffness(linkage, {"crank": [*ANGLES, 0.7]})
 
@@ -125,7 +133,7 @@ def test_a_record_that_differs_from_the_network_is_an_error():
     linkage, answer = _with_record()
     asked = ConfigurationsOfLinkage.of(linkage, {"crank": [*ANGLES, 0.7]})
     assert answer.recorded is not None
-    asked.recorded = replace(answer.recorded, K=1.01 * answer.recorded.K)
+    asked.recorded = replace(answer.recorded, values={"K": 1.01 * answer.recorded.matrix})
     with pytest.raises(rs.DisagreementError, match="record of a linkage"):
         rs.Stiffness(asked, asked.rows, asked.recorded)[0].details()
 

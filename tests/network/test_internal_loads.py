@@ -12,7 +12,7 @@ from robostiff.kinematics import find_posture
 from robostiff.network import JointElement, Network, Node, SpringElement, network_of_snapshot
 from robostiff.network.equations import equations_of
 from robostiff.network.saddle_point import system_of
-from tests.network.frames import GRAPH_NAMES, ball, graph, nodes, turning
+from tests.network.frames import GRAPH_NAMES, ball, graph, nodes, sliding, turning
 
 LOAD = np.array([100.0, -50, 300, 10, 20, -30])
 SOFT = Elasticity(np.diag([1e-6, 2e-6, 3e-6, 1e-5, 2e-5, 3e-5]))
@@ -76,6 +76,39 @@ def test_a_load_that_drives_a_free_motion():
     assert Status.UNBALANCED in deflection(network, wrench=free).status
     with pytest.raises(InputError, match="frozen at its own pose"):
         deflection(network, np.zeros(6), free)
+
+
+def test_a_door_that_is_rigid_and_free_carries_what_does_not_turn_it():
+    """A rigid panel on one hinge, which a spring along the axis lets sink."""
+    wall, door = nodes(wall=[0, 0, 0], door=[1, 0, 0])
+    hinge = (turning([0, 0, 0], [0, 0, 1]), sliding([0, 0, 0], [0, 0, 1], 2e5))
+    joint = JointElement("hinge", "wall", "door", hinge)
+    network = Network("door", (wall, door), ("wall",), "door", door.point, joints=(joint,))
+    result = stiffness(network)
+    assert result.status == Status.RIGID_DIRECTION | Status.FREE_MOTIONS
+    bent = deflection(network, wrench=[40.0, 0, -10, 0, 0, 0])
+    assert np.allclose(bent.twist, [0, 0, -5e-5, 0, 0, 0], rtol=0, atol=1e-18)
+    assert bent.energy == pytest.approx(0.5 * 10 * 5e-5)
+    (reaction,) = bent.reactions
+    assert np.allclose(reaction.wrench, [40, 0, -10, 0, 10, 0])
+    assert Status.UNBALANCED in deflection(network, wrench=[0, 1.0, 0, 0, 0, 0]).status
+
+
+def test_forces_at_bodies_move_a_free_platform_least():
+    """A force that the platform does not feel bends the post and leaves the swing at rest."""
+    wall, post, swing = nodes(wall=[0, 0, 0], post=[0, 0, 1], swing=[0.5, 0, 1])
+    mount = SpringElement("mount", "wall", "post", post.point, np.eye(3), SOFT)
+    hinge = JointElement("hinge", "post", "swing", (turning([0, 0, 1], [0, 0, 1]),))
+    network = Network(
+        "swing", (wall, post, swing), ("wall",), "swing", swing.point, (), (mount,), (hinge,)
+    )
+    bent = deflection(network, loads={"post": [100.0, 0, 0]})
+    assert bent.status == Status.FREE_MOTIONS
+    assert np.allclose(bent.twist[:3], [1e-4, 0, 0], rtol=0, atol=1e-15)
+    assert abs(bent.twist[5]) < 1e-15
+    assert bent.energy == pytest.approx(0.5 * 100 * 1e-4)
+    at_platform = deflection(network, wrench=[100.0, 0, 0, 0, 0, 0])
+    assert np.allclose(at_platform.twist, bent.twist, rtol=0, atol=1e-15)
 
 
 def test_joints_that_brace_one_another_have_no_reaction_of_their_own():

@@ -30,9 +30,9 @@ from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     Backend,
-    Derivative,
     Kernel,
     Output,
+    Rates,
     StiffnessMatrix,
     kernel_of,
     whole_threads,
@@ -204,8 +204,8 @@ class CompiledStiffness(AtGeneralPoses):
         """Raise where rates with parameters, of a record at joints, would be asked at poses."""
         for output in self.kernel.outputs:
             rate = output
-            while isinstance(rate, Derivative):
-                if rate.by in self.parameters:
+            while isinstance(rate, Rates):
+                if not set(rate.inputs).isdisjoint(self.parameters):
                     raise InputError(
                         f"{output.name} of {self.subject.name!r}",
                         got="poses of the platform",
@@ -235,7 +235,8 @@ def compile_stiffness(
         Symbols that are no parameters take their nominal values.
     outputs : sequence of Output
         ``StiffnessMatrix()``, ``ComplianceMatrix()``, ``DeflectionUnder(wrench)``,
-        ``PrincipalStiffness()``, ``WorstDeflection()``, ``Derivative(output, "x")``.
+        ``PrincipalStiffness()``, ``WorstDeflection()``, ``DisplacementUnder(wrench)``,
+        ``EntryOf(output, place)``, ``Derivative(output, "x")``, ``Gradient(output, names)``.
     parameters : sequence of str
         Names of symbols that remain inputs, to be given with the poses. Working modes are those of
         the nominal values.
@@ -339,7 +340,7 @@ def compile_robot(
         _check_derivatives(robot.name, recorded, outputs)
     joint_kernel = None
     names = {coordinate.value for coordinate in ALL_COORDINATES}
-    by_pose = any(isinstance(output, Derivative) and output.by in names for output in outputs)
+    by_pose = any(isinstance(x, Rates) and not names.isdisjoint(x.inputs) for x in outputs)
     if recorded.closure is not None and robot.is_serial and not by_pose:
         joint_kernel = kernel_of(record_at_joints(robot, finder), outputs, backend)
     kernel = kernel_of(recorded, outputs, backend)
@@ -414,9 +415,9 @@ def _undetermined(driven: DrivenLinkage, names: Sequence[str]) -> InputError:
 def _check_derivatives(name: str, recorded: RecordedRobot, outputs: Sequence[Output]) -> None:
     """Raise for derivatives that recorded Newton steps do not give."""
     for output in outputs:
-        if not isinstance(output, Derivative):
+        if not isinstance(output, Rates):
             continue
-        if recorded.closure is None or isinstance(output.of, Derivative):
+        if recorded.closure is None or isinstance(output.of, Rates):
             raise InputError(
                 f"derivative {output.name}",
                 got=f"{name!r}, which is closed by iteration",

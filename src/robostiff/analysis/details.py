@@ -19,11 +19,11 @@ from robostiff.elastostatics import (
     scaling,
 )
 from robostiff.elastostatics.batched import PoseBatch
-from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import DisagreementError
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.model import Snapshot
     from robostiff.network import Network
 
@@ -32,6 +32,8 @@ _BLOCK = 64
 # Of the size of an entry: by what equal matrices may differ.
 _AGREEMENT = 1e-9
 
+Differences = list[tuple[int, float | str]]
+
 
 @dataclass(frozen=True)
 class StructuralAnalysis:
@@ -39,44 +41,6 @@ class StructuralAnalysis:
 
     name = "network"
     equation = "[[0, A^T], [A, -S]] [x; f] = [F; 0], condensed to the platform"
-
-
-@dataclass(frozen=True)
-class Matrices(StatusOfPoses, PoseBatch):
-    """Stiffness matrices about the robot's own reference point, with rank and status."""
-
-    K: np.ndarray  # (..., n, n): meaningful where the status says that there is one
-    rank: np.ndarray  # (...) of int: -1 where out of reach
-    status_codes: np.ndarray  # (...) of uint16
-
-    def differences(self, direct: Details, free: float) -> list[tuple[int, float | str]]:
-        """Numbers of poses at which a record differs from the direct form, and by how much.
-
-        Differences of the status come first, then of the rank, then of K, the largest first; none
-        within rounding.
-
-        Parameters
-        ----------
-        direct : Details
-            At the same N poses.
-        free : float
-            What rounding leaves of zero, as a part of the largest size.
-        """
-        other, found = direct.matrices, []
-        alike = self.status_codes == other.status_codes
-        for i in np.flatnonzero(~alike).tolist():
-            codes = self.status_codes[i], other.status_codes[i]
-            found.append((i, "on the status, {} and {},".format(*(Status(int(c)) for c in codes))))
-        for i in np.flatnonzero(alike & (self.rank != other.rank)).tolist():
-            found.append((i, f"on the rank, {int(self.rank[i])} and {int(other.rank[i])},"))
-        same = alike & (self.rank == other.rank) & direct.whole.answered
-        rows, whole = np.flatnonzero(same), direct.whole
-        if rows.size:
-            scale = scaling(whole.length[rows], whole.space)
-            apart = distances(self.K[rows], other.K[rows], scale, free)
-            order = [i for i in np.argsort(-apart) if not apart[i] <= _AGREEMENT]
-            found += [(int(rows[i]), float(apart[i])) for i in order]
-        return found
 
 
 def distances(K: np.ndarray, other: np.ndarray, scale: np.ndarray, free: float) -> np.ndarray:
@@ -144,13 +108,43 @@ class Details(PoseBatch):
         """Shape of the batch of poses, () for a single one."""
         return self.whole.batch_shape
 
+    @property
+    def status_codes(self) -> np.ndarray:
+        """Status of every pose (...) as uint16."""
+        return self.whole.status_codes
+
+    @property
+    def rank(self) -> np.ndarray:
+        """Of K (...); -1 where out of reach."""
+        unreachable = (self.status_codes & int(Status.UNREACHABLE)) != 0
+        return np.where(unreachable, -1, self.whole.rank)
+
     @cached_property
-    def matrices(self) -> Matrices:
-        """K, rank and status about the reference point."""
-        whole = self.whole
-        unreachable = (whole.status_codes & int(Status.UNREACHABLE)) != 0
-        K = whole.moved(self.reference_point - self.origin)
-        return Matrices(K, np.where(unreachable, -1, whole.rank), whole.status_codes)
+    def matrix(self) -> np.ndarray:
+        """K about the reference point (..., n, n), meaningful where there is one."""
+        return self.whole.moved(self.reference_point - self.origin)
+
+    def differences(self, other: Details | CompiledAnswer, free: float) -> Differences:
+        """Numbers of N poses at which another answer differs, and by how much.
+
+        Differences of the status come first, then of the rank, then of K, the largest first; none
+        within rounding, which leaves `free` of zero, as a part of the largest size.
+        """
+        found: Differences = []
+        alike = other.status_codes == self.status_codes
+        for i in np.flatnonzero(~alike).tolist():
+            codes = other.status_codes[i], self.status_codes[i]
+            found.append((i, "on the status, {} and {},".format(*(Status(int(c)) for c in codes))))
+        same = alike & (other.rank == self.rank)
+        for i in np.flatnonzero(alike & ~same).tolist():
+            found.append((i, f"on the rank, {int(other.rank[i])} and {int(self.rank[i])},"))
+        rows = np.flatnonzero(same & self.whole.answered)
+        if rows.size:
+            scale = scaling(self.whole.length[rows], self.whole.space)
+            apart = distances(other.matrix[rows], self.matrix[rows], scale, free)
+            order = [i for i in np.argsort(-apart) if not apart[i] <= _AGREEMENT]
+            found += [(int(rows[i]), float(apart[i])) for i in order]
+        return found
 
 
 class Question(ABC):
@@ -167,6 +161,11 @@ class Question(ABC):
         Shape of the batch of poses.
     """
 
+    name: str
+    space: Space
+    method: Form | StructuralAnalysis
+    tolerance: Tolerance
+    rows: np.ndarray
     #: Between what a record and the direct form differ.
     opinions: ClassVar[str] = ""
     #: Of the largest size: what rounding leaves of zero.
@@ -182,7 +181,7 @@ class Question(ABC):
     ) -> None:
         self.name, self.space, self.method, self.tolerance = name, space, method, tolerance
         self.rows = np.arange(int(np.prod(batch, dtype=int))).reshape(batch)
-        self.recorded: Matrices | None = None
+        self.recorded: CompiledAnswer | None = None
         self._whole: Details | None = None
         self._blocks: dict[int, Details] = {}
         self._asked_for_one = False
@@ -212,12 +211,12 @@ class Question(ABC):
         found = self.solved(flat)
         if self.recorded is not None:
             recorded = self.recorded.reshaped((-1,))[flat]
-            for i, distance in recorded.differences(found, self.free):
+            for i, distance in found.differences(recorded, self.free):
                 where = f"{self.name!r} at {self.place(flat[i])}"
                 raise DisagreementError(self.opinions, distance, where)
         return found if rows.ndim == 1 else found.reshaped(rows.shape)
 
-    def from_record(self) -> Matrices | None:
+    def from_record(self) -> CompiledAnswer | None:
         """What the record gives at all poses; None where there is none, or it does not pay yet."""
         return None
 

@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from robostiff.analysis.details import Details, Matrices, Question, StructuralAnalysis
-from robostiff.analysis.robot_record import Costs, KeptRecord
-from robostiff.elastostatics import (
-    DEFAULT_TOLERANCE,
-    CartesianStiffness,
-    ConjugateWrenches,
-    Status,
-    Tolerance,
-)
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.analysis.details import Details, Question
+from robostiff.analysis.robot_record import KeptRecord
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
+from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.pose import six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
 from robostiff.linkage.closure import as_rounded
-from robostiff.linkage.essential import network_of
-from robostiff.linkage.linkage import driven_by
+from robostiff.linkage.driven import driven_by
+from robostiff.linkage.essential import branches_of_linkage, network_of
 from robostiff.model import Joint
 from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
 
 if TYPE_CHECKING:
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.analysis.compiled_stiffness import CompiledStiffness
 
 
@@ -57,15 +53,15 @@ def network_details(network: Network, tolerance: Tolerance) -> Details:
     )
 
 
-# Recording takes as long as some 30 networks (double pantograph: 28), and machine code as long to
-# make as NumPy at some 10^5 poses.
-_COSTS = Costs(a_call=0, pays=40, machine_code_pays=2**17)
+# Recording takes as long as the direct form at some 300 configurations of a batch, or in 50 calls
+# (double pantograph), and machine code as long to make as NumPy at some 10^5 poses.
+_COSTS = 6, 300, 2**17
 
 
 @kept
 def record_of_linkage(linkage: Linkage, joints: tuple[str, ...] | None) -> KeptRecord:
     """The record of a linkage that some joints drive, made once it pays."""
-    return KeptRecord(partial(_compiled, driven_by(linkage, joints)), _COSTS)
+    return KeptRecord(partial(_compiled, driven_by(linkage, joints)), *_COSTS)
 
 
 def _compiled(driven: DrivenLinkage) -> CompiledStiffness | None:
@@ -89,8 +85,11 @@ class ConfigurationsOfLinkage(Question):
     record : KeptRecord or None
     """
 
-    opinions = "the record of a linkage and its network"
-    free = 1e-4  # what rounding of a network leaves of zero, with all its wrenches at once
+    driven: DrivenLinkage
+    record: KeptRecord | None
+    numbers: np.ndarray
+    opinions: ClassVar[str] = "the record of a linkage and the wrench basis form"
+    free: ClassVar[float] = 1e-4  # what rounding leaves of zero, with all wrenches at once
 
     def __init__(
         self,
@@ -100,7 +99,7 @@ class ConfigurationsOfLinkage(Question):
         record: KeptRecord | None = None,
     ) -> None:
         name, batch = driven.part.name, given.shape[:-1]
-        super().__init__(name, Space.SPATIAL, StructuralAnalysis(), tolerance, batch)
+        super().__init__(name, Space.SPATIAL, DEFAULT_METHOD, tolerance, batch)
         self.driven, self.record = driven, record
         # (N, n): one configuration a row
         self.numbers = given.reshape(self.rows.size, given.shape[-1])
@@ -155,7 +154,7 @@ class ConfigurationsOfLinkage(Question):
         (found,) = self._at(row)
         return network_of(self.driven.part, found)
 
-    def from_record(self) -> Matrices | None:
+    def from_record(self) -> CompiledAnswer | None:
         """What the record gives; None where there is none, or it does not pay yet."""
         if self.record is None or not self.numbers.size or self.tolerance != DEFAULT_TOLERANCE:
             return None
@@ -166,55 +165,51 @@ class ConfigurationsOfLinkage(Question):
         return self.driven.at(self.numbers[rows.reshape(-1)])
 
     def solved(self, rows: np.ndarray) -> Details:
-        """As networks at N of the configurations.
+        """What series paths between the bodies give at N of the configurations.
 
         Where the loops do not close, or close in another assembly mode only, the status says that
         the configuration is out of reach.
         """
-        driven, part = self.driven, self.driven.part
-        names: tuple[str, ...] = ()
-        found, reasons = [], []
-        for one in self._at(rows) or [driven.home]:
-            network, lost = network_of(part, one), int(Status.UNREACHABLE)
-            point, frame = network.reference_point, one.frames[part.platform]
-            own = Details(_without_answer(driven.home.length, self.tolerance), point, point, ())
-            if one.is_closed:
-                try:
-                    own = network_details(network, self.tolerance)
-                    lost = self._lost_digits(one, own)
-                except NoAnswerError as error:
-                    lost = int(Status.FORM_DOES_NOT_HOLD | Status.ILL_CONDITIONED)
-                    reasons.append(str(error))
-            names = own.passive_joint_names or names
-            at_one = replace(
-                own,
-                passive_joint_names=(),
-                whole=replace(own.whole, status_codes=own.whole.status_codes | np.uint16(lost)),
-                pose=six_coordinates(frame.R, frame.p),
-                joint_coordinates={
-                    joint.name: np.asarray(one.coordinates[joint.name]) for joint in part.joints
-                },
-            )
-            found.append(at_one.reshaped((1,)))
+        part, every = self.driven.part, self._at(rows) or [self.driven.home]
+        found = self._of_branches(every)
+        closed = np.array([one.is_closed for one in every], dtype=bool)
+        lost = self._lost_digits(every, found) * np.uint16(Status.ILL_CONDITIONED)
+        status = np.where(closed, found.status_codes | lost, np.uint16(Status.UNREACHABLE))
+        frames = [one.frames[part.platform] for one in every]
         whole = replace(
-            Details.joined(found),
-            passive_joint_names=names,
-            reasons=tuple(dict.fromkeys(reasons)),
+            found,
+            whole=replace(found.whole, status_codes=np.asarray(status, dtype=np.uint16)),
+            pose=np.array([six_coordinates(own.R, own.p) for own in frames]),
+            joint_coordinates={
+                joint.name: np.array([one.coordinates[joint.name] for one in every]).reshape(
+                    len(every), joint.size
+                )
+                for joint in part.joints
+            },
         )
         return whole[: rows.size]
 
-    def _lost_digits(self, found: Configuration, own: Details) -> int:
-        """``ILL_CONDITIONED`` where loops near a singular configuration leave K too few digits."""
-        part = self.driven.part
-        near = as_rounded(part, found, frozenset(self.driven.drives))
-        if near is found:
-            return 0
-        other = network_details(network_of(part, near), self.tolerance)
-        K = other.whole.moved(own.reference_point - other.origin)
-        moved = Matrices(K, other.matrices.rank, other.whole.status_codes)
-        full = int(own.whole.rank) == self.space.size  # what is soft is not free
-        differ = moved[None].differences(own[None], 0.0 if full else self.free)
-        return int(Status.ILL_CONDITIONED) if differ else 0
+    def _of_branches(self, every: Sequence[Configuration]) -> Details:
+        """The details at N configurations, by series paths between bodies."""
+        snapshot, ends = branches_of_linkage(self.driven.part, every)
+        found = solve_snapshot(snapshot, DEFAULT_METHOD, self.tolerance, ends)
+        names = tuple(name.partition("/")[2] for name in found.passive_joint_names)
+        return replace(found, legs=(), leg_blocks=(), shares=None, passive_joint_names=names)
+
+    def _lost_digits(self, every: Sequence[Configuration], found: Details) -> np.ndarray:
+        """Where loops near a singular configuration leave K too few digits (N,)."""
+        drives, part = frozenset(self.driven.drives), self.driven.part
+        near = [as_rounded(part, one, drives) if one.is_closed else one for one in every]
+        lost = np.zeros(len(every), dtype=bool)
+        moved = [i for i, (one, own) in enumerate(zip(near, every, strict=True)) if one is not own]
+        if not moved:
+            return lost
+        here, there = found[moved], self._of_branches([near[i] for i in moved])
+        there = replace(there, reference_point=here.reference_point)
+        for k, i in enumerate(moved):  # what is soft is not free
+            free = 0.0 if int(here.whole.rank[k]) == self.space.size else self.free
+            lost[i] = bool(here[[k]].differences(there[[k]], free))
+        return lost
 
 
 def _batch(joint: Joint, value: Any) -> tuple[int, ...]:
@@ -227,19 +222,3 @@ def _batch(joint: Joint, value: Any) -> tuple[int, ...]:
     if joint.size > 1 and numbers.shape[-1:] != (joint.size,):
         raise InputError(f"coordinates of {joint.name!r}", got=value, expected=words)
     return numbers.shape if joint.size == 1 else numbers.shape[:-1]
-
-
-def _without_answer(length: float, tolerance: Tolerance) -> CartesianStiffness:
-    """In place of a configuration that has none."""
-    none = np.zeros((6, 0))
-    return CartesianStiffness(
-        matrix=np.zeros((6, 6)),
-        status_codes=np.array(0, dtype=np.uint16),
-        rank=np.array(0),
-        held=none,
-        redundant=np.zeros(0, dtype=bool),
-        length=np.array(length),
-        rigid=none,
-        tolerance=tolerance,
-        carried=ConjugateWrenches.none(6),
-    )

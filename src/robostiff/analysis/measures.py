@@ -10,6 +10,8 @@ from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     ComplianceMatrix,
     DeflectionUnder,
+    DisplacementUnder,
+    EntryOf,
     Output,
     PrincipalStiffness,
     StiffnessMatrix,
@@ -188,21 +190,28 @@ def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray
 
     Not a number where there are none, which the status explains.
     """
-    unloaded = np.zeros(result.batch_shape, dtype=np.uint16)
+    of_load = np.zeros(result.batch_shape, dtype=np.uint16)
     match output:
         case StiffnessMatrix():
-            return stiffness_where_answered(result), unloaded
+            values = stiffness_where_answered(result)
         case ComplianceMatrix():
-            return compliance_where_answered(result), unloaded
+            values = compliance_where_answered(result)
         case DeflectionUnder():
-            return twists_under(result, np.array(output.wrench))
+            values, of_load = twists_under(result, np.array(output.wrench))
+        case DisplacementUnder():
+            twists, of_load = twists_under(result, np.array(output.wrench))
+            values = np.linalg.norm(twists[:, : result.space.translations], axis=-1)
+        case EntryOf():
+            values, of_load = values_of(output.of, result)
+            values = values[(slice(None), *output.place)]
         case WorstDeflection():
-            worst = worst_deflection(compliance_where_answered(result))["worst_deflection"]
-            return worst, unloaded
+            values = worst_deflection(compliance_where_answered(result))["worst_deflection"]
         case PrincipalStiffness():
             blocks = principal_stiffnesses(stiffness_where_answered(result))
-            return np.concatenate(list(blocks.values()), axis=-1), unloaded
-    raise InputError("output", got=output.name, expected="an output with a batched form")
+            values = np.concatenate(list(blocks.values()), axis=-1)
+        case _:
+            raise InputError("output", got=output.name, expected="an output with a batched form")
+    return values, of_load
 
 
 def twists_under(result: Stiffness, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

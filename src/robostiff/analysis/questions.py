@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from robostiff.analysis.details import Details, Matrices, Question, StructuralAnalysis
+from robostiff.analysis.details import Details, Question, StructuralAnalysis
 from robostiff.analysis.robot_record import record_of
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, Tolerance, scaling
@@ -28,7 +27,9 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedLeg, Robot, Snapshot
 
 if TYPE_CHECKING:
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.kinematics import Pose
+    from robostiff.kinematics.pose import PoseRequest
     from robostiff.network import Network
 
 #: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
@@ -40,8 +41,14 @@ _COMPLAINTS = Status.UNREACHABLE | Status.BEYOND_LIMITS | Status.ILL_CONDITIONED
 class PosesOfRobot(Question):
     """Poses of a robot of legs."""
 
-    opinions = "the record of a robot and the wrench basis form"
-    free = 1e-6
+    finder: PostureFinder
+    form: Form
+    near: Near
+    #: A PoseRequest, or joint coordinates (..., size).
+    request: PoseRequest | np.ndarray
+    numbers: np.ndarray
+    opinions: ClassVar[str] = "the record of a robot and the wrench basis form"
+    free: ClassVar[float] = 1e-6
 
     def __init__(
         self,
@@ -52,7 +59,7 @@ class PosesOfRobot(Question):
         tolerance: Tolerance = DEFAULT_TOLERANCE,
     ) -> None:
         self.finder, self.form, self.near = posture_finder(robot), method, near
-        #: A PoseRequest, or joint coordinates (..., size).
+        self._only: Posture | None = None
         self.request = request = self.finder.request(pose)
         by_joints = isinstance(request, np.ndarray)
         batch = request.shape[:-1] if by_joints else request.batch
@@ -85,7 +92,7 @@ class PosesOfRobot(Question):
         """The robot in the world at one pose."""
         return self._posture(row.reshape(1)).snapshot.one(0)
 
-    def from_record(self) -> Matrices | None:
+    def from_record(self) -> CompiledAnswer | None:
         """What the record gives; None where the direct form is to be used.
 
         That is so for other methods, tolerances and postures than a record has, for robots that
@@ -121,25 +128,19 @@ class PosesOfRobot(Question):
             return None
         return numbers if free == list(range(numbers.shape[1])) else numbers[:, free]
 
-    def _posture(self, rows: slice | np.ndarray) -> Posture:
+    def _posture(self, rows: np.ndarray) -> Posture:
         """The posture at some of the poses; of one pose it is found once."""
-        return self._at(rows) if self.rows.shape else self._only
-
-    @cached_property
-    def _only(self) -> Posture:
-        return self._at(slice(None))
-
-    def _at(self, rows: slice | np.ndarray) -> Posture:
-        asked = self.request
-        wanted = self.numbers[rows] if isinstance(asked, np.ndarray) else asked.part(rows)
-        return self.finder.at(wanted, self.near)
+        if self._only is None or self.rows.shape:
+            asked = self.request
+            wanted = self.numbers[rows] if isinstance(asked, np.ndarray) else asked.part(rows)
+            self._only = self.finder.at(wanted, self.near)
+        return self._only
 
     def solved(self, rows: np.ndarray) -> Details:
         """The chosen form at N of the poses."""
-        starts = range(0, max(rows.size, 1), CHUNK)
-        return Details.joined([self._solved(rows[start : start + CHUNK]) for start in starts])
-
-    def _solved(self, rows: np.ndarray) -> Details:
+        if rows.size > CHUNK:
+            starts = range(0, rows.size, CHUNK)
+            return Details.joined([self.solved(rows[start : start + CHUNK]) for start in starts])
         posture = self._posture(rows)
         found = solve_snapshot(posture.snapshot, self.form, self.tolerance)
         reached, whole = posture.reached, found.whole
@@ -176,6 +177,8 @@ class PosesOfRobot(Question):
 
 class OwnPose(Question):
     """A snapshot or a network, which has a pose of its own; a snapshot may have many."""
+
+    machine: Snapshot | Network
 
     def __init__(
         self,

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.compiled_answer import AtGeneralPoses, attempted, closes
-from robostiff.analysis.details import Matrices
 from robostiff.analysis.kernel_inputs import KernelInputs, LinkageInputs, ParameterValues
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.questions import PosesOfRobot
@@ -65,14 +64,13 @@ def _agrees(
     else:
         return False
     answer = attempted(kernel, rows, general, 1)
-    recorded = Matrices(answer.values[StiffnessMatrix.name], answer.rank, answer.status_codes)
     regular = np.zeros(len(given), dtype=bool)
     trusted = True
     for other, own in values.groups(met):
         question = taken.question(other, pose, given[own])
         direct = Stiffness.of(question)
         decided = ~(answer.guarded[own] | _doubtful(direct))
-        for k, distance in recorded[own].differences(direct.details(), question.free):
+        for k, distance in direct.details().differences(answer[own], question.free):
             if decided[k]:
                 place = f"{subject.name!r} at {question.place(k)}"
                 for name, x in zip(samples, values.rows[:, own[k]].tolist(), strict=True):
@@ -110,6 +108,6 @@ def depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: Postu
         )
         if not (here.answered and there.answered):
             return True
-        if here.details().matrices[None].differences(there.details()[None], PosesOfRobot.free):
+        if there.details()[None].differences(here.details()[None], PosesOfRobot.free):
             return True
     return False

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.details import Details, Matrices, Question, StructuralAnalysis
+from robostiff.analysis.details import Details, Question, StructuralAnalysis
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.elastostatics import (
     Form,
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
     from robostiff.analysis.cable_stiffness import CableStiffness
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.network import Network
 
 
@@ -51,15 +52,12 @@ class Stiffness(StatusOfPoses, InNotebooks):
         The machine, all poses of the batch, and the details at them.
     rows : (...) array of int
         Which of these poses it is about.
-    recorded : Matrices or None
-        What the record has given at them.
     point : (..., 3) array or None
         Point about which K is given, in the world [m]; None for the reference point of the machine.
     """
 
     question: Question
     rows: np.ndarray
-    recorded: Matrices | None = None
     point: np.ndarray | None = None
 
     @classmethod
@@ -71,7 +69,7 @@ class Stiffness(StatusOfPoses, InNotebooks):
         By the record of the machine where there is one and it pays, else by the direct form.
         """
         question.recorded = question.from_record() if by_record else None
-        found = cls(question, question.rows, question.recorded)
+        found = cls(question, question.rows)
         if question.recorded is None:
             found.details()  # bad input is found now
         return found.about(at)
@@ -89,6 +87,14 @@ class Stiffness(StatusOfPoses, InNotebooks):
     @cached_property
     def _details(self) -> Details:
         return self.question.details(self.rows)
+
+    @cached_property
+    def recorded(self) -> CompiledAnswer | None:
+        """What the record has given at these poses; None where it was not asked."""
+        whole = self.question.recorded
+        if whole is None or self.rows is self.question.rows:
+            return whole
+        return whole[np.unravel_index(self.rows, self.question.rows.shape)]
 
     @property
     def name(self) -> str:
@@ -133,8 +139,8 @@ class Stiffness(StatusOfPoses, InNotebooks):
         return self.details().reference_point if point is None else point
 
     @property
-    def _found(self) -> Matrices:
-        return self.details().matrices if self.recorded is None else self.recorded
+    def _found(self) -> Details | CompiledAnswer:
+        return self.details() if self.recorded is None else self.recorded
 
     @property
     def K(self) -> np.ndarray:
@@ -152,11 +158,12 @@ class Stiffness(StatusOfPoses, InNotebooks):
     def matrix(self) -> np.ndarray:
         """K (..., n, n) of all poses, unchecked: meaningful where they have a stiffness matrix."""
         if self.point is None:
-            return self._found.K
+            return self._found.matrix
         if self.recorded is None:
             return self.details().whole.moved(self.offset)
         v = (self.point - self._own_point)[..., : self.space.translations]
-        return move_stiffness(self.recorded.K, v) if np.any(v) else self.recorded.K
+        K = self.recorded.matrix
+        return move_stiffness(K, v) if np.any(v) else K
 
     @property
     def rank(self) -> np.ndarray:
@@ -303,12 +310,8 @@ class Stiffness(StatusOfPoses, InNotebooks):
 
     def __getitem__(self, index: Any) -> Stiffness:
         """The answer at one pose, or at some poses, of a batch."""
-        return Stiffness(
-            self.question,
-            np.asarray(self.rows[index]),
-            None if self.recorded is None else self.recorded[index],
-            None if self.point is None else self.point[index],
-        )
+        point = None if self.point is None else self.point[index]
+        return Stiffness(self.question, np.asarray(self.rows[index]), point)
 
     def __repr__(self) -> str:
         return in_short(self, "Stiffness")

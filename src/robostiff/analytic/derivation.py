@@ -1,9 +1,9 @@
-"""A derivation of K_C: its first matrix, what each passive joint subtracts, and the result."""
+"""What all formulas can do, and the derivation of K_C: first matrix, passive joints, result."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from abc import ABC
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -15,6 +15,7 @@ from robostiff.analytic.substitution import (
     at_values,
     refuse_failing,
     refuse_names_of_steps,
+    refuse_negative,
     refuse_undefined,
     values_of_symbols,
 )
@@ -27,17 +28,31 @@ if TYPE_CHECKING:
 
 
 class Formula(WrittenWhole, ABC):
-    """A formula in given symbols, perhaps by named steps."""
+    """A stiffness, or what follows from one, in given symbols, perhaps by named steps."""
 
     # Of each kind of formula: its named steps, in order, and under which conditions it holds.
     name: Any
     definitions: Any = ()
     conditions: Any = ()
+    meanings: Any
+    #: Symbols that the legs decide, and that are not free to choose.
+    following: Any = ()
+    #: Whether it gives the wrench of a twist; a compliance gives the twist of a wrench.
+    is_stiffness = True
+    #: Whether names stay that were those of numbers, where values are put in.
+    keeps_numbers = False
+    #: Whether a negative stiffness says that the legs do not reach.
+    is_of_legs = False
 
     @property
-    @abstractmethod
-    def _expressions(self) -> Iterable[Any]:
-        """What it consists of beside its steps, and its conditions."""
+    def matrices(self) -> tuple[Any, ...]:
+        """What it gives: K, of which a derivative has two matrices, and a compliance another."""
+        return (self.K,)
+
+    @property
+    def as_printed(self) -> tuple[tuple[Any, ...], tuple[Definition, ...]]:
+        """Its matrices and steps as they are printed and computed: in names, where it has some."""
+        return self.matrices, self.definitions
 
     @property
     def is_closed(self) -> bool:
@@ -45,12 +60,17 @@ class Formula(WrittenWhole, ABC):
         return not self.definitions
 
     @property
+    def _expressions(self) -> Iterator[Any]:
+        """What it consists of: matrices, conditions, steps."""
+        yield from (x for M in self.matrices for x in M)
+        yield from (c.expression for c in self.conditions)
+        yield from (d.expression for d in self.definitions)
+
+    @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
         """The given symbols, those of conditions among them, in alphabetical order."""
-        steps: tuple[Definition, ...] = self.definitions
-        expressions = [*self._expressions, *(d.expression for d in steps)]
-        found = set().union(*(e.free_symbols for e in expressions))
-        return tuple(sorted(found - {d.symbol for d in steps}, key=str))
+        found = set().union(*(e.free_symbols for e in self._expressions))
+        return tuple(sorted(found - {d.symbol for d in self.definitions}, key=str))
 
     @property
     def free_symbols(self) -> set[sp.Symbol]:
@@ -61,11 +81,6 @@ class Formula(WrittenWhole, ABC):
     def _known(self) -> set[sp.Symbol]:
         """Symbols that may have values."""
         return self.free_symbols
-
-    @property
-    def _computed(self) -> Any:
-        """The derivation, or derivative, that has its values."""
-        return self
 
     def subs(self, values: Any, value: Any = None) -> Self:
         """The same with numbers or formulas in place of some of its symbols.
@@ -101,21 +116,71 @@ class Formula(WrittenWhole, ABC):
         chosen = values_of_symbols(sorted(self._known, key=str), given, subject)
         refuse_names_of_steps(chosen, self.definitions)
         found = self._at_values(Substitution(chosen))
-        steps: tuple[Definition, ...] = found.definitions
-        refuse_undefined([*found._expressions, *(d.expression for d in steps)], subject)
+        refuse_undefined(found._expressions, subject)
         return found
 
     def _at_values(self, put_in: Substitution) -> Self:
         """The same with values put in; InputError where a condition fails."""
         put_in.definitions(self.definitions)
         refuse_failing(self.conditions, put_in, f"formula {self.name!r}")
-        found: Any = at_values(self, put_in)
+        keeps = self.keeps_numbers
+        fresh = Substitution(put_in.values) if keeps else put_in
+        found: Any = at_values(self, fresh, with_numbers=keeps)
+        if self.is_of_legs:
+            refuse_negative(found.matrices[0], f"formula {self.name!r}")
         left = tuple(c for c in found.conditions if c.expression.free_symbols)
         return replace(found, conditions=left)
 
     def substituted(self, values: Mapping[Any, Any]) -> Any:
-        """Its matrix, or two of them, at values of its symbols, see `Derivation.substituted`."""
-        return self._computed.substituted(values)
+        """K at given values of its symbols, the definitions computed one after the other.
+
+        Symbols without a value stay: ``substituted({})`` is K with its steps written out.
+
+        Parameters
+        ----------
+        values : mapping of str or Symbol to numbers, quantities or formulas
+            As for `subs`; beside values of all symbols, other names are not used.
+
+        Returns
+        -------
+        Matrix, or a tuple of K and dK of a derivative
+
+        Raises
+        ------
+        InputError
+            When the formula does not hold there, or is too long to be written out.
+
+        Examples
+        --------
+        >>> k = sp.Symbol("k", positive=True)
+        >>> K = sp.ImmutableMatrix(sp.diag(k / 3, sp.sqrt(2) * k, 0))
+        >>> Derivation("K_C", K, (), K).substituted({"k": 2.0}).diagonal()
+        Matrix([[0.666666666666667, 2.82842712474619, 0]])
+        """
+        put_in, where = self._at(values), f"formula {self.name!r}"
+        refuse_failing(self.conditions, put_in, where)
+        found = tuple(put_in.matrix(M) for M in self.matrices)
+        refuse_undefined((x for M in found for x in M), where)
+        if self.is_of_legs:
+            refuse_negative(found[0], where)
+        return found if len(found) > 1 else found[0]
+
+    def _at(self, values: Mapping[Any, Any]) -> Substitution:
+        """All values and steps, for the expressions of the formula."""
+        own = self.symbols
+        names, known = {str(key) for key in values}, {s.name for s in own}
+        if names - known and known - names:
+            raise InputError(
+                "values of symbols",
+                got=", ".join(sorted(names - known)),
+                expected=", ".join(sorted(known)),
+            )
+        own = [s for s in own if s.name in names]
+        given = {str(key): value for key, value in values.items() if str(key) in known}
+        put_in = Substitution(values_of_symbols(own, given, f"formula {self.name!r}"))
+        for definition in self.definitions:
+            put_in.value_of(definition.symbol, definition.expression)
+        return put_in
 
     def lambdify(self, *arguments: Any) -> FormulaFunction:
         """Its matrix as a function of numbers and of arrays that broadcast, in milliseconds.
@@ -139,7 +204,7 @@ class Formula(WrittenWhole, ABC):
         """
         from robostiff.analytic.formula_function import formula_function
 
-        return formula_function(self._computed, arguments, self.symbols)
+        return formula_function(self, arguments)
 
     def latex(self) -> str:
         """The matrix and the names in it in LaTeX with nothing around it, for a paper.
@@ -148,7 +213,7 @@ class Formula(WrittenWhole, ABC):
         """
         from robostiff.analytic.export.latex import latex_snippet
 
-        return latex_snippet(self._computed)
+        return latex_snippet(self)
 
     def _repr_html_(self) -> str:
         from robostiff.analytic.export.html import derivation_html
@@ -255,55 +320,6 @@ class Derivation(Formula):
         # Some of those from which it begins cancel in K.
         found = self.free_symbols.union(*(s.J.free_symbols for s in self.stages))
         return found | self.K0.free_symbols - {d.symbol for d in self.definitions}
-
-    @property
-    def _expressions(self) -> Any:
-        return (*self.K, *(c.expression for c in self.conditions))
-
-    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
-        """K at given values of its symbols, the definitions computed one after the other.
-
-        Symbols without a value stay: ``substituted({})`` is K with its steps written out.
-
-        Parameters
-        ----------
-        values : mapping of str or Symbol to numbers, quantities or formulas
-            As for `subs`; beside values of all symbols, other names are not used.
-
-        Raises
-        ------
-        InputError
-            When the formula does not hold there, or is too long to be written out.
-
-        Examples
-        --------
-        >>> k = sp.Symbol("k", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k / 3, sp.sqrt(2) * k, 0))
-        >>> Derivation("K_C", K, (), K).substituted({"k": 2.0}).diagonal()
-        Matrix([[0.666666666666667, 2.82842712474619, 0]])
-        """
-        put_in, where = self._at(values), f"formula {self.name!r}"
-        refuse_failing(self.conditions, put_in, where)
-        K = put_in.matrix(self.K)
-        refuse_undefined(K.flat(), where)
-        return K
-
-    def _at(self, values: Mapping[Any, Any]) -> Substitution:
-        """All values and steps, for the expressions of the derivation."""
-        own = self.symbols
-        names, known = {str(key) for key in values}, {s.name for s in own}
-        if names - known and known - names:
-            raise InputError(
-                "values of symbols",
-                got=", ".join(sorted(names - known)),
-                expected=", ".join(sorted(known)),
-            )
-        own = [s for s in own if s.name in names]
-        given = {str(key): value for key, value in values.items() if str(key) in known}
-        put_in = Substitution(values_of_symbols(own, given, f"formula {self.name!r}"))
-        for definition in self.definitions:
-            put_in.value_of(definition.symbol, definition.expression)
-        return put_in
 
     def _at_values(self, put_in: Substitution) -> Self:
         return super(Derivation, replace(self, exact=None))._at_values(put_in)

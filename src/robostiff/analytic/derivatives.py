@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation, Formula
+from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.closed import canonical
 from robostiff.analytic.exact.definition import (
     Definition,
@@ -17,7 +17,6 @@ from robostiff.analytic.exact.definition import (
     WrittenField,
     in_given_symbols,
 )
-from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.substitution import Substitution, at_values
 from robostiff.errors import InputError
 
@@ -28,7 +27,7 @@ class FormulaDerivative(Formula):
 
     Attributes
     ----------
-    derivation : Derivation
+    derivation : Formula
         What was differentiated.
     symbol : sympy.Symbol
     dK : sympy.ImmutableMatrix
@@ -38,7 +37,7 @@ class FormulaDerivative(Formula):
         closed form.
     """
 
-    derivation: Derivation
+    derivation: Formula
     symbol: sp.Symbol
     dK: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
@@ -51,11 +50,22 @@ class FormulaDerivative(Formula):
     @property
     def K(self) -> sp.ImmutableMatrix:
         """The matrix that was differentiated (n x n)."""
-        return self.derivation.K
+        return self.derivation.matrices[0]
 
     @property
-    def _expressions(self) -> Any:
-        return (*self.K, *self.dK, *(c.expression for c in self.conditions))
+    def matrices(self) -> tuple[Any, ...]:
+        """K and dK."""
+        return self.K, self.dK
+
+    @property
+    def as_printed(self) -> tuple[tuple[Any, ...], tuple[Definition, ...]]:
+        """Both in the names of a robot."""
+        return self.in_names.matrices, self.in_names.definitions
+
+    @property
+    def is_of_legs(self) -> bool:  # pyright: ignore
+        """Whether a negative stiffness says that the legs do not reach."""
+        return self.derivation.is_of_legs
 
     def _at_values(self, put_in: Substitution) -> Self:
         derivation = self.derivation._at_values(put_in)
@@ -66,10 +76,7 @@ class FormulaDerivative(Formula):
     def in_names(self) -> FormulaDerivative:
         """The same in the names of a robot's formula, by the chain rule; itself without names."""
         named = getattr(self.derivation, "named", None)
-        if named is None:
-            return self
-        K, definitions = named.K, named.definitions
-        return _by_steps(replace(self.derivation, K=K, definitions=definitions), self.symbol)
+        return self if named is None else _by_steps(named, self.symbol)
 
     @property
     def conditions(self) -> tuple[Any, ...]:
@@ -81,25 +88,8 @@ class FormulaDerivative(Formula):
         """Of given symbols, in words."""
         return self.derivation.meanings
 
-    def substituted(
-        self, values: Mapping[Any, Any]
-    ) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
-        """K and dK at given values of all symbols, see `Derivation.substituted`.
 
-        Raises
-        ------
-        InputError
-            When a symbol has no value, or the formula does not hold there.
-        """
-        both = sp.ImmutableMatrix.vstack(self.K, self.dK)
-        found = replace(
-            self.derivation, K=both, definitions=self.definitions, exact=None
-        ).substituted(values)
-        n = self.K.rows
-        return sp.ImmutableMatrix(found[:n, :]), sp.ImmutableMatrix(found[n:, :])
-
-
-def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDerivative:
+def differentiate(derivation: Formula, symbol: sp.Symbol | str) -> FormulaDerivative:
     """Derivative of a stiffness formula with respect to one of its given symbols.
 
     A closed form gives canonical fractions. Named steps are differentiated one by one, in forward
@@ -109,7 +99,8 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDer
 
     Parameters
     ----------
-    derivation : Derivation
+    derivation : Formula
+        A derivation, or one of its levels: `named`, `vectors`, `in_series`.
     symbol : str or sympy.Symbol
         Stands for the given symbol of its name, whatever its assumptions.
 
@@ -135,18 +126,20 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDer
             got=str(symbol),
             expected="one of " + ", ".join(map(str, derivation.symbols)),
         )
-    following = derivation.following if isinstance(derivation, RobotDerivation) else ()
-    if following:
+    if derivation.following:
         raise InputError(
             f"derivative of {derivation.name!r} by {symbol}",
-            got=f"a formula in {', '.join(following)}, which change with it as the legs close",
+            got=f"a formula in {', '.join(derivation.following)}, which change with it as the legs "
+            "close",
             expected="a formula in symbols that can be chosen freely",
             hint="name fewer symbols, such as the stiffnesses alone, so that these are numbers",
         )
     if not derivation.is_closed:
         return _by_steps(derivation, symbol)
     if getattr(derivation, "named", None) is None:
-        return FormulaDerivative(derivation, symbol, derivative_formula(derivation.K, symbol))
+        return FormulaDerivative(
+            derivation, symbol, derivative_formula(derivation.matrices[0], symbol)
+        )
 
     def write() -> Any:
         names = in_given_symbols(found.in_names.definitions)
@@ -173,7 +166,7 @@ def derivative_name(name: str, symbol: sp.Symbol) -> str:
     return f"d{name}_d{symbol.name}"
 
 
-def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
+def _by_steps(derivation: Formula, symbol: sp.Symbol) -> FormulaDerivative:
     """Forward mode: the chain rule, one step after the other."""
     taken = {s.name for s in derivation.symbols} | {d.symbol.name for d in derivation.definitions}
     rates: dict[Any, Any] = {symbol: sp.Integer(1)}
@@ -197,7 +190,7 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
         taken.add(name)
         rates[definition.symbol] = sp.Symbol(name)
         definitions.append(Definition(rates[definition.symbol], change))
-    dK = _rates(derivation.K, rates)
+    dK = _rates(derivation.matrices[0], rates)
     return FormulaDerivative(derivation, symbol, dK, tuple(definitions))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +15,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.spatial.quantities import as_floats, is_pint, si_number
 
 if TYPE_CHECKING:
-    from robostiff.analytic.derivation import Derivation
-    from robostiff.analytic.derivatives import FormulaDerivative
+    from robostiff.analytic.derivation import Formula
 
 _NOT_FINITE = "a denominator vanishes, or a radicand is negative"
 _CANCELLED = "no denominator vanishes up to rounding"
@@ -158,13 +157,10 @@ def _number(name: str, value: Any) -> np.ndarray:
     return as_floats(f"value of {name}", value, "a number, or an array of numbers")
 
 
-def formula_function(
-    derivation: Derivation | FormulaDerivative, arguments: Sequence[Any], also: Sequence[Any] = ()
-) -> FormulaFunction:
-    """A derivation as a function, see `Derivation.lambdify`.
+def formula_function(derivation: Formula, arguments: Sequence[Any]) -> FormulaFunction:
+    """A derivation as a function, see `Formula.lambdify`.
 
-    `arguments`: in the order wanted; in alphabetical order when empty; `also`: further
-    arguments, such as components of a load that have no part in K.
+    `arguments`: in the order wanted; in alphabetical order when empty.
 
     Raises
     ------
@@ -175,7 +171,6 @@ def formula_function(
     from robostiff.analytic.export.program import plain_program
 
     compute = plain_program(derivation)
-    compute = replace(compute, arguments=tuple(sorted({*compute.arguments, *also}, key=str)))
     names = [symbol.name for symbol in compute.arguments]
     order = [x.name if isinstance(x, sp.Symbol) else str(x) for x in arguments] or names
     if sorted(order) != sorted(names):

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
-from robostiff.analytic.derivation import Derivation, Formula
+from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Condition, Definition, used_definitions
 from robostiff.analytic.exact.exact_matrix import echelon
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.questions.rank import closed_matrix, matrix_by_entries
+from robostiff.analytic.vectors.forms import inverse_in_steps
 from robostiff.errors import InputError
 
 
@@ -75,19 +76,12 @@ class ComplianceSteps(Formula):
     conditions: tuple[Condition, ...] = ()
     meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
 
-    @property
-    def derivation(self) -> Derivation:
-        """C as programs are written of it."""
-        own: dict[str, Any] = {"conditions": self.conditions, "meanings": self.meanings}
-        return Derivation(self.name, self.C, (), self.C, self.definitions, **own)
+    is_stiffness = False
 
     @property
-    def _computed(self) -> Derivation:
-        return self.derivation
-
-    @property
-    def _expressions(self) -> Any:
-        return self.C
+    def matrices(self) -> tuple[Any, ...]:
+        """C alone."""
+        return (self.C,)
 
     def deflection(self, wrench: Sequence[Any]) -> sp.ImmutableMatrix:
         """Twist C w of the reference point under a wrench there (n, 1), in the same names.
@@ -110,7 +104,7 @@ class ComplianceSteps(Formula):
         return sp.ImmutableMatrix(self.C * sp.Matrix(entries))
 
 
-def compliance_steps(derivation: Derivation) -> ComplianceSteps:
+def compliance_steps(derivation: Formula) -> ComplianceSteps:
     """Compliance C = K^-1 of any derivation as named steps, which never explode.
 
     Coordinates are released one after the other. Each pivot is the stiffness against one of them,
@@ -119,8 +113,8 @@ def compliance_steps(derivation: Derivation) -> ComplianceSteps:
 
     Parameters
     ----------
-    derivation : Derivation
-        In closed form, of which entries get names, or in steps.
+    derivation : Formula
+        In closed form, of which entries get names, in steps, or in vectors.
 
     Raises
     ------
@@ -138,9 +132,8 @@ def compliance_steps(derivation: Derivation) -> ComplianceSteps:
     [-3/2,  1/2,   0],
     [   0,    0, 1/2]])
     """
-    source = getattr(derivation, "named", None) or derivation
-    K: Any
-    K, definitions = matrix_by_entries(source.K, source.definitions)
+    (K, *_), definitions = derivation.as_printed
+    K, definitions = matrix_by_entries(K, definitions)
     n = K.rows
     rank = getattr(derivation, "general_rank", None)
     if (rank is not None and rank < n) or any(not any(K.row(i)) for i in range(n)):
@@ -168,38 +161,6 @@ def compliance_steps(derivation: Derivation) -> ComplianceSteps:
     used = used_definitions(steps, [C])
     name = f"compliance of {derivation.name}"
     return ComplianceSteps(name, C, used, derivation.conditions, derivation.meanings)
-
-
-def inverse_in_steps(M: Any, named: Callable[[int, int, int, Any], Any]) -> sp.ImmutableMatrix:
-    """The inverse of a symmetric matrix by Gauss and Jordan, one diagonal entry after the other.
-
-    `named`: what stands for an entry (i, j) after step k in the next steps, of (k, i, j, entry).
-
-    Raises
-    ------
-    InputError
-        When a pivot is zero.
-    """
-    n = M.rows
-    A: dict[tuple[int, int], Any] = {(i, j): M[i, j] for i in range(n) for j in range(i, n)}
-    for k in range(n):
-        column = [A[min(i, k), max(i, k)] for i in range(n)]
-        pivot = column[k]
-        if pivot == 0:
-            raise InputError(
-                "compliance in steps",
-                got=f"no stiffness against coordinate {k + 1} where those before it are free",
-                expected="a positive definite stiffness",
-            )
-        both = [(min(i, k), max(i, k)) for i in range(n)]
-        ratio = [sp.S.Zero if i == k else named(k, *both[i], column[i] / pivot) for i in range(n)]
-        for i in range(n):
-            for j in range(i, n):
-                if k not in (i, j) and ratio[i] != 0 and column[j] != 0:
-                    A[i, j] = named(k, i, j, A[i, j] - ratio[i] * column[j])
-        A |= {both[i]: ratio[i] for i in range(n)}
-        A[k, k] = named(k, k, k, -1 / pivot)
-    return sp.ImmutableMatrix(n, n, lambda i, j: -A[min(i, j), max(i, j)])
 
 
 def _inverse(K: Any) -> sp.ImmutableMatrix:

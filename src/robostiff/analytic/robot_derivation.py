@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any, Self
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition, WrittenField, WrittenWhole
-from robostiff.analytic.substitution import Substitution, at_values, refuse_negative
-from robostiff.analytic.vectors.vector_expressions import (
-    ArmOfSprings,
-    VectorForm,
-)
+from robostiff.analytic.derivation import Derivation, Formula
+from robostiff.analytic.exact.definition import Definition, Unwritten, WrittenField, WrittenWhole
+from robostiff.analytic.substitution import Substitution, at_values
+from robostiff.analytic.vectors.forms import ArmOfSprings, InSeries, VectorForm
 
 
 @dataclass(frozen=True)
@@ -54,60 +51,7 @@ class LegDerivation(WrittenWhole):
 
 
 @dataclass(frozen=True)
-class InSeries:
-    """The compliance of a serial arm in axes of its own, a sum over its springs.
-
-    Attributes
-    ----------
-    C : sympy.ImmutableMatrix
-        (n x n), in names; the stiffness in these axes is its inverse.
-    axes : sympy.ImmutableMatrix
-        Columns: its axes in the world (3 x 3).
-    arm : sympy.ImmutableMatrix
-        From the reference point to the origin of these axes (3 x 1) [m], world axes.
-    definitions : tuple of Definition
-        What the names stand for.
-    """
-
-    C: sp.ImmutableMatrix
-    axes: sp.ImmutableMatrix
-    arm: sp.ImmutableMatrix
-    definitions: tuple[Definition, ...]
-
-
-_Form = VectorForm | InSeries | ArmOfSprings
-
-
-class VectorLevel:
-    """A vector form, or springs in series, found when it is first looked at.
-
-    `find`: returns the form; None where there is none.
-    """
-
-    def __init__(self, find: Callable[[], _Form | None] | None) -> None:
-        self._find = find
-        self._form: _Form | None = None
-
-    @classmethod
-    def of(cls, form: _Form | None) -> VectorLevel:
-        """One that is known."""
-        own = cls(None)
-        own._form = form
-        return own
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return VectorLevel.of, (self.form,)
-
-    @property
-    def form(self) -> _Form | None:
-        """The form."""
-        if self._find is not None:
-            self._form, self._find = self._find(), None
-        return self._form
-
-
-@dataclass(frozen=True)
-class InNames:
+class InNames(Formula):
     """A closed form as a person writes it: with names for lengths, beams and compliances.
 
     Attributes
@@ -126,6 +70,13 @@ class InNames:
     legs: tuple[LegDerivation, ...]
     definitions: tuple[Definition, ...]
     before: InNames | None = field(default=None, compare=False, repr=False)
+    _: KW_ONLY
+    name: str = "K_C"
+    conditions: WrittenField = WrittenField(())
+    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    following: tuple[str, ...] = ()
+
+    keeps_numbers = is_of_legs = True
 
     @property
     def in_lengths(self) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
@@ -151,8 +102,8 @@ class RobotDerivation(Derivation):
         Why it is in steps where a closed form was to be expected; empty otherwise.
     named : InNames or None
         The same in names, where every leg holds by unit wrenches that share no energy.
-    at_vector_level : VectorLevel
-        Finds the same at vector level; see `vectors`.
+    at_vector_level : VectorForm, InSeries, ArmOfSprings or None
+        The same at vector level, found when it is first looked at; see `vectors`.
     general_rank : int or None
         Rank of K in numbers, at the random parameters and poses at which the formula was compared
         with them; None after `subs`.
@@ -166,11 +117,16 @@ class RobotDerivation(Derivation):
     following: tuple[str, ...] = ()
     remark: str = ""
     named: InNames | None = field(default=None, compare=False)
-    at_vector_level: VectorLevel = field(
-        default_factory=lambda: VectorLevel(None), compare=False, repr=False
-    )
+    at_vector_level: WrittenField = WrittenField(None)
     general_rank: int | None = field(default=None, compare=False)
     steps_asked: bool = field(default=False, compare=False)
+
+    is_of_legs = True
+
+    @property
+    def as_printed(self) -> tuple[tuple[Any, ...], tuple[Definition, ...]]:
+        """K in names, where it has some, and what these stand for."""
+        return super().as_printed if self.named is None else self.named.as_printed
 
     @property
     def vectors(self) -> VectorForm | None:
@@ -180,7 +136,7 @@ class RobotDerivation(Derivation):
 
         Found when first looked at, and compared with the numerical form.
         """
-        form = self.at_vector_level.form
+        form = self.at_vector_level
         return form if isinstance(form, VectorForm) else None
 
     @property
@@ -190,32 +146,35 @@ class RobotDerivation(Derivation):
         Entry by entry, or in vectors where these would be long. Found when first looked at, and
         compared with the numerical form.
         """
-        form = self.at_vector_level.form
+        form = self.at_vector_level
         return form if isinstance(form, InSeries | ArmOfSprings) else None
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.where, self.coordinates))
 
     def __repr__(self) -> str:
         return f"<RobotDerivation of {self.name!r}, {len(self.legs)} legs>"
 
-    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
-        """K at given values of all its symbols, refused where the legs do not reach."""
-        K = super().substituted(values)
-        refuse_negative(K, f"formula {self.name!r}")
-        return K
-
     def _at_values(self, put_in: Substitution) -> Self:
-        bare = replace(self, named=None, at_vector_level=VectorLevel(None))
+        bare = replace(self, named=None, at_vector_level=None)
         found = super(RobotDerivation, bare)._at_values(put_in)
-        refuse_negative(found.K, f"formula {self.name!r}")
         left = {x.name for x in found.symbols}
+        own: dict[str, Any] = {
+            "conditions": found.conditions,
+            "following": tuple(name for name in self.following if name in left),
+        }
 
         def with_names(form: Any) -> Any:
-            return at_values(form, Substitution(put_in.values), with_numbers=True)
+            if form is None:
+                return None
+            fresh = Substitution(put_in.values)
+            return at_values(replace(form, **own), fresh, with_numbers=True)
 
         return replace(
             found,
             coordinates=tuple(name for name in self.coordinates if name in left),
-            following=tuple(name for name in self.following if name in left),
+            following=own["following"],
             named=with_names(self.named),
-            at_vector_level=VectorLevel(lambda: with_names(self.at_vector_level.form)),
+            at_vector_level=Unwritten(lambda: with_names(self.at_vector_level)),
             general_rank=None,
         )

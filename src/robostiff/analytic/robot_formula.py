@@ -44,14 +44,12 @@ from robostiff.analytic.placement.robot_pose import (
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.robot_derivation import (
     InNames,
-    InSeries,
     LegDerivation,
     RobotDerivation,
-    VectorLevel,
 )
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
-from robostiff.analytic.vectors.vector_expressions import ArmOfSprings, VectorForm
+from robostiff.analytic.vectors.forms import ArmOfSprings, InSeries, VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import Robot
@@ -163,8 +161,13 @@ def derive_robot(
         except (FormulaTooLargeError, OutsideFieldError):
             pass  # too long, or with the size of a length of either sign
     # On a record of its own: this one has steps of the elimination, longer for the same values.
-    level = VectorLevel(lambda: _at_vector_level(place_robot(robot, pose)))
-    return _in_steps(at.placed, at.recorded, level, remark, asked=asked)
+    return _in_steps(
+        at.placed,
+        at.recorded,
+        lambda: _at_vector_level(place_robot(robot, pose)),
+        remark,
+        asked=asked,
+    )
 
 
 @dataclass(frozen=True)
@@ -182,17 +185,16 @@ class _Recording:
 def _readable(at: _Recording, limit: int, *, is_home: bool, closed: bool) -> RobotDerivation:
     """A sum of springs where the robot is one, a closed form otherwise."""
     if is_home and at.placed.robot.platform is None:
-        for in_short_steps in (False,) if closed else (False, True):
-            with suppress(FormulaTooLargeError):
-                derivation = _by_springs(at, in_short_steps=in_short_steps)
-                if derivation is not None:
-                    return derivation
-                break
+        # What is long as a sum of springs is longer as one fraction.
+        with suppress(*[FormulaTooLargeError] * closed):
+            derivation = _by_springs(at)
+            if derivation is not None:
+                return derivation
     of_all = math.inf if closed else _ENTRIES * limit
     return _closed(at.placed, at.recorded, limit, of_all)
 
 
-def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | None:
+def _by_springs(at: _Recording) -> RobotDerivation | None:
     """Unit wrenches, and compliances that stay sums; None where a leg has no such basis.
 
     Also None where the sum holds only to the digits of the model, as with angles in decimals.
@@ -220,7 +222,7 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
             exact = [known[i] for i in sorted(known)]
             redundant, K = [own.redundant for own in exact], total_stiffness(exact)
             turned = with_mirrored(turned, exact, rows, placed.length)
-        found = sum_of_springs(placed, turned, in_short_steps=in_short_steps)
+        found = sum_of_springs(placed, turned)
     if found is None:
         return None
     if not in_series:
@@ -236,11 +238,6 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
     ways = [turned.get(i, (i, None)) for i in range(len(facts))]
     of_legs = [found.leg(first, way) for first, way in ways]
     named = tuple(_leg_of(own, leg) for own, leg in zip(facts, of_legs, strict=True))
-    if in_short_steps:
-        used = [[*(x for w in leg.wrenches for x in w), *leg.compliances] for leg in of_legs]
-        own = shared_out(found.definitions, used)
-        legs = [replace(leg, definitions=x) for leg, x in zip(named, own, strict=True)]
-        return _derivation(placed, found.K, legs, found.definitions)
     of_legs, n = list(map(found.without_names, of_legs)), found.K.rows
     legs = [
         _leg_of(own, leg, Unwritten(lambda leg=leg: _stiffness(leg, n)))
@@ -266,7 +263,12 @@ def _stiffness(leg: SpringLeg, n: int) -> sp.ImmutableMatrix:
 
 
 def _in_steps(
-    placed: PlacedRobot, recorded: RecordedRobot, level: VectorLevel, remark: str, *, asked: bool
+    placed: PlacedRobot,
+    recorded: RecordedRobot,
+    level: Callable[[], Any],
+    remark: str,
+    *,
+    asked: bool,
 ) -> RobotDerivation:
     """The record itself, its steps named."""
     for number, leg in enumerate(recorded.legs, start=1):
@@ -349,7 +351,7 @@ def _derivation(
     written_out: Callable[[Any], Any] | None = None,
     remark: str = "",
     recorded: Callable[[], RecordedRobot] | None = None,
-    level: VectorLevel | None = None,
+    level: Callable[[], Any] | None = None,
     *,
     steps_asked: bool = False,
 ) -> RobotDerivation:
@@ -365,8 +367,23 @@ def _derivation(
             return plain
 
         whole, definitions = Unwritten(cache(write)), ()
+
+    def found_conditions() -> Any:
+        return conditions_of(placed, recorded=recorded and recorded())
+
+    own: dict[str, Any] = {
+        "name": placed.robot.name,
+        "following": placed.following,
+        "conditions": Unwritten(cache(found_conditions)),
+        "meanings": placed.meanings,
+    }
+
+    def in_vectors() -> Any:
+        form = level() if level else _at_vector_level(placed)
+        return form and replace(form, **own)
+
     return RobotDerivation(
-        name=placed.robot.name,
+        **own,
         K0=whole,
         stages=(),
         K=whole,
@@ -374,13 +391,10 @@ def _derivation(
         legs=tuple(legs),
         where=placed.where,
         coordinates=placed.coordinates,
-        following=placed.following,
         remark=remark,
-        conditions=Unwritten(lambda: conditions_of(placed, recorded=recorded and recorded())),
-        named=named,
-        at_vector_level=level or VectorLevel(lambda: _at_vector_level(placed)),
+        named=named and replace(named, **own),
+        at_vector_level=Unwritten(in_vectors),
         general_rank=numbers.rank,
-        meanings=placed.meanings,
         steps_asked=steps_asked,
     )
 

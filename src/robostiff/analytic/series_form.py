@@ -14,18 +14,16 @@ import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
-from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.legs.leg_geometry import LegGeometry, transport
+from robostiff.analytic.legs.leg_geometry import LegGeometry
 from robostiff.analytic.placement.agreement import check_form
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.robot_pose import exact_angle
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.robot_derivation import InSeries
 from robostiff.analytic.springs.contributions import BeamProducts, recognised_beam
+from robostiff.analytic.vectors.forms import ArmOfSprings, InSeries
 from robostiff.analytic.vectors.vector_expressions import (
-    ArmOfSprings,
     Coordinates,
     Cross,
     Equation,
@@ -63,7 +61,7 @@ def series_form(placed: PlacedRobot) -> InSeries | ArmOfSprings | None:
         return None
     found = _in_entries(geometry) or _Walk(placed).form()
     if found is not None:
-        check_series(found, placed)
+        check_form("the sum of springs in series", found.stiffness, placed)
     return found
 
 
@@ -90,7 +88,7 @@ def _in_entries(geometry: LegGeometry) -> InSeries | None:
     definitions = used_definitions(read.definitions, [*C, *axes, *arm])
     if sum(count_of(x) for x in (*{*C.flat()}, *axes, *arm)) > _PRINTED:
         return None
-    return InSeries(C, axes, arm, definitions)
+    return InSeries(definitions, placed.entries.space, C, axes, arm)
 
 
 class _UnusualPartError(Exception):
@@ -149,10 +147,10 @@ class _Walk:
         used = used_definitions(self.read.definitions, of_springs)
         return ArmOfSprings(
             used,
+            placed.entries.space,
             tuple(self.equations),
             tuple(self.drives),
             tuple(self.beams),
-            placed.entries.space,
         )
 
     def along(self, elements: Any, springs: Iterator[PlacedSpring], coordinate: Any) -> None:
@@ -308,33 +306,3 @@ def _turns_of(R: Any) -> tuple[tuple[str, Any], ...]:
         a, c = float(np.arctan2(A[1, 0], A[0, 0])), float(np.arctan2(A[2, 1], A[2, 2]))
     found = (("z", exact_angle(a)), ("y", exact_angle(b)), ("x", exact_angle(c)))
     return tuple((axis, angle) for axis, angle in found if angle != 0)
-
-
-def check_series(found: InSeries | ArmOfSprings, placed: PlacedRobot) -> None:
-    """Compare it with the numerical form at random parameters and poses.
-
-    Raises
-    ------
-    DisagreementError
-    """
-
-    def stiffness(values: dict[str, float]) -> np.ndarray:
-        if isinstance(found, ArmOfSprings):
-            return found.stiffness(values)
-        return stiffness_of(found, {placed.symbols[name]: x for name, x in values.items()}, placed)
-
-    check_form("the sum of springs in series", stiffness, placed)
-
-
-def stiffness_of(found: InSeries, values: dict[Any, float], placed: PlacedRobot) -> np.ndarray:
-    """K (n, n) in numbers, about the reference point in world axes."""
-
-    def numbers(M: sp.ImmutableMatrix) -> np.ndarray:
-        entries = np.array(values_of(M.flat(), values, found.definitions), dtype=float)
-        if not np.all(np.isfinite(entries)):  # exact numbers too long for floats
-            entries = np.array(values_of(M.flat(), values, found.definitions, careful=True))
-        return entries.reshape(M.shape)
-
-    axes, arm, C = map(numbers, (found.axes, found.arm, found.C))
-    T = transport(axes, arm.ravel(), placed.entries.space)
-    return T @ np.linalg.inv(C) @ T.T

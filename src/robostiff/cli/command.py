@@ -8,13 +8,12 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robostiff.cli.options import Answer, Part, arguments_in_words, built, parameters_of
+from robostiff.cli.options import Answer, Command
 from robostiff.cli.output import running, show
 from robostiff.errors import (
     DisagreementError,
@@ -38,61 +37,34 @@ _QUIET = "Print no warnings: results and errors alone."
 _VERBOSE = "Print versions and times on standard error, and of an error where it arose."
 
 
-@dataclass(frozen=True)
-class Command:
-    """A command: the function that answers, the classes of its options, and its words."""
+def as_click(name: str, command: type[Command]) -> click.Command:
+    """As the parser has it; every command gets the options ``--quiet`` and ``--verbose``."""
 
-    # module of this package and its function, which gets one object of each class and returns the
-    # exit status; it is imported when the command runs
-    run: str
-    takes: tuple[type | Part, ...]  # classes of options
-    words: str  # what it does
-    further: str = ""  # a second paragraph
-    examples: tuple[str, ...] = ()
-    status: str = ""  # what its exit status means
+    def answer(quiet: bool, verbose: bool, **given: Any) -> None:
+        running.set(name)
+        started = time.perf_counter()
+        with ended_by_status(quiet, verbose) as ended:
+            module, function = command.run.split(":")
+            run = getattr(import_module(f"robostiff.cli.{module}"), function)
+            ended.status = run(command.built(given))
+        if verbose:
+            _say_how(time.perf_counter() - started)
+        raise click.exceptions.Exit(ended.status)
 
-    @property
-    def function(self) -> Callable[..., int]:
-        """What answers."""
-        module, name = self.run.split(":")
-        return getattr(import_module(f"robostiff.cli.{module}"), name)
-
-    def named(self, name: str) -> click.Command:
-        """As the parser has it; every command gets the options ``--quiet`` and ``--verbose``."""
-
-        def answer(quiet: bool, verbose: bool, **given: Any) -> None:
-            running.set(name)
-            started = time.perf_counter()
-            with ended_by_status(quiet, verbose) as ended:
-                ended.status = self.function(*(built(taken, given) for taken in self.takes))
-            if verbose:
-                _say_how(time.perf_counter() - started)
-            raise click.exceptions.Exit(ended.status)
-
-        further = [
-            click.Option(["--quiet"], is_flag=True, help=_QUIET),
-            click.Option(["--verbose"], is_flag=True, help=_VERBOSE),
-        ]
-        parameters = [own for taken in self.takes for own in parameters_of(taken)]
-        return _Parsed(
-            name,
-            params=[*parameters, *further],
-            callback=answer,
-            help=self._help,
-            short_help=self.words,
-            context_settings={"show_default": True},
-            arguments=[own for taken in self.takes for own in arguments_in_words(taken)],
-        )
-
-    @property
-    def _help(self) -> str:
-        paragraphs = [self.words, self.further]
-        if self.examples:
-            head = "Example" if len(self.examples) == 1 else "Examples"
-            lines = "\n".join(f"  robostiff {example}" for example in self.examples)
-            paragraphs.append(f"\b\n{head}:\n{lines}")
-        paragraphs.append(self.status and f"Exit status: {self.status}")
-        return "\n\n".join(filter(None, paragraphs))
+    further = [
+        click.Option(["--quiet"], is_flag=True, help=_QUIET),
+        click.Option(["--verbose"], is_flag=True, help=_VERBOSE),
+    ]
+    words = command.words()
+    return _Parsed(
+        name,
+        params=[*command.parameters(), *further],
+        callback=answer,
+        help="\n\n".join(words),
+        short_help=" ".join(words[0].split()),
+        context_settings={"show_default": True},
+        arguments=command.arguments_in_words(),
+    )
 
 
 class _Parsed(click.Command):

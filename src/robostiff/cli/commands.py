@@ -5,10 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis.posed_stiffness import stiffness
-from robostiff.analysis.result import Stiffness
 from robostiff.cli.command import BAD_STATUS, answered, slips
-from robostiff.cli.options import Answer, Length, Model, Posing
-from robostiff.cli.options_of_answers import CheckDetails, Method, WrittenLoads, WrittenTensions
+from robostiff.cli.options_of_answers import (
+    Check,
+    PrintCables,
+    PrintDeflection,
+    PrintIndices,
+    PrintStiffness,
+    PrintVerification,
+)
 from robostiff.cli.output import draw, picture_beside
 from robostiff.cli.written_arguments import (
     chosen,
@@ -31,7 +36,7 @@ from robostiff.elastostatics import (
 )
 from robostiff.errors import InputError
 from robostiff.model import Robot, Snapshot
-from robostiff.page.stiffness import deflection_page, stiffness_page
+from robostiff.page.of_result import page_of
 
 if TYPE_CHECKING:
     from robostiff.cables import TensionRule
@@ -42,19 +47,19 @@ METHODS: dict[str, Form] = {
 }
 
 
-def check_robot(model: Model, details: CheckDetails, answer: Answer) -> int:
+def check_robot(asked: Check) -> int:
     """Print the parts of a robot; reading the file checks it."""
     from robostiff.analysis.parts_at_home import mobility_at_home, parts_at_home
     from robostiff.page.facts import facts_of, facts_page
 
-    picture = picture_beside(details.plot, answer)
+    picture = picture_beside(asked.plot, asked.answer)
     doubts: list[str] = []
     with slips(doubts.append):
-        robot = model.load()
+        robot = asked.model.load()
         facts = facts_of(robot)
         if isinstance(robot, Robot) and robot.coordinates:
             facts["mobility"] = mobility_at_home(robot)
-        if details.parts and str(Status.UNREACHABLE) not in facts["home"]["status"]:
+        if asked.parts and str(Status.UNREACHABLE) not in facts["home"]["status"]:
             facts["parts"] = parts_at_home(robot)
     if doubts:
         facts["warnings"] = doubts
@@ -63,24 +68,20 @@ def check_robot(model: Model, details: CheckDetails, answer: Answer) -> int:
 
         draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)
         facts["picture"] = str(picture)
-    return answered(facts_page(facts), answer)
+    return answered(facts_page(facts), asked.answer)
 
 
-def print_stiffness(model: Model, place: Posing, method: Method, answer: Answer) -> int:
+def print_stiffness(asked: PrintStiffness) -> int:
     """Print K at a pose."""
-    form = chosen("--method", method.method, METHODS)
-    robot = loaded(model, place)
-    result = stiffness(robot, method=form, **where_from(robot, place))
-    if not isinstance(result, Stiffness):
-        from robostiff.page.cables import cable_stiffness_page
-
-        return answered(cable_stiffness_page(result), answer)
-    return answered(stiffness_page(result), answer)
+    form = chosen("--method", asked.method, METHODS)
+    robot = loaded(asked.model, asked.place)
+    result = stiffness(robot, method=form, **where_from(robot, asked.place))
+    return answered(page_of(result), asked.answer)
 
 
-def print_deflection(model: Model, written: WrittenLoads, place: Posing, answer: Answer) -> int:
+def print_deflection(asked: PrintDeflection) -> int:
     """Print the deflection under small loads."""
-    robot = loaded(model, place)
+    robot, written = loaded(asked.model, asked.place), asked.loads
     on_bodies = written.gravity is not None or written.weights or written.forces
     if written.wrench is None and not on_bodies:
         raise InputError(
@@ -89,7 +90,7 @@ def print_deflection(model: Model, written: WrittenLoads, place: Posing, answer:
             expected='--wrench, such as "0 0 -500 N 0 0 0", --gravity=-z, --load or --weight',
         )
     F: Any = None if written.wrench is None else wrench_from(written.wrench, robot.space)
-    where = where_from(robot, place)
+    where = where_from(robot, asked.place)
     if on_bodies or (isinstance(robot, Robot | Snapshot) and robot.springs):
         # what legs alone do not decide takes twice as long to import
         from robostiff.cli.commands_loads import body_loads
@@ -101,49 +102,47 @@ def print_deflection(model: Model, written: WrittenLoads, place: Posing, answer:
         from robostiff.analysis import deflection
 
         result = deflection(robot, wrench=F, **where)
-    return answered(deflection_page(result), answer)
+    return answered(page_of(result), asked.answer)
 
 
-def print_indices(model: Model, place: Posing, length: Length, answer: Answer) -> int:
+def print_indices(asked: PrintIndices) -> int:
     """Print the stiffness indices at a pose; 1 for a bad status."""
     from robostiff.analysis.indices import indices
     from robostiff.model.cable import CableRobot
     from robostiff.page.indices import indices_page
 
-    robot = loaded(model, place)
+    robot = loaded(asked.model, asked.place)
     if isinstance(robot, CableRobot):
         raise InputError(
             f"indices of {robot.name!r}",
             got="a cable robot",
             expected="a robot with legs: the stiffness of cables depends on their tensions",
         )
-    result = stiffness(robot, **where_from(robot, place))
-    found = indices(result, length=length_from(length)) if result.answered.all() else None
-    return answered(indices_page(result, found), answer)
+    result = stiffness(robot, **where_from(robot, asked.place))
+    found = indices(result, length=length_from(asked.length)) if result.answered.all() else None
+    return answered(indices_page(result, found), asked.answer)
 
 
-def print_verification(model: Model, place: Posing, answer: Answer) -> int:
+def print_verification(asked: PrintVerification) -> int:
     """Print the distances between the methods at a pose; 1 when they disagree."""
     from robostiff.analysis.verification import verify
-    from robostiff.page.stiffness import verification_page
 
-    robot = model.load()
+    robot, place = asked.model.load(), asked.place
     result = verify(robot, pose_from(robot, place), near=near_from(robot, place))
-    answered(verification_page(result), answer)
+    answered(page_of(result), asked.answer)
     return 0 if result.agree else BAD_STATUS
 
 
 _RULES = ("nearest", "closed-form")
 
 
-def print_cables(model: Model, place: Posing, written: WrittenTensions, answer: Answer) -> int:
+def print_cables(asked: PrintCables) -> int:
     """Print tensions and stiffness at a pose, and the response to a load with locked winches."""
     from robostiff.analysis import cable_stiffness
     from robostiff.model.cable import CableRobot
-    from robostiff.page.cables import cable_response_page, cable_stiffness_page
     from robostiff.statics import cable_response
 
-    robot, source = model.load(), model.source
+    robot, source = asked.model.load(), asked.model.source
     if not isinstance(robot, CableRobot):
         raise InputError(
             "robot of cables",
@@ -151,18 +150,18 @@ def print_cables(model: Model, place: Posing, written: WrittenTensions, answer: 
             expected="a robot with cables, such as cable-8",
             hint=f"write 'robostiff stiffness {source}' for a robot with legs",
         )
-    wrench, balance = written.wrench, written.balance
-    rule = _rule(robot, written.rule, written.level, written.tensions)
-    pose = pose_from(robot, place)
+    wrench, balance = asked.wrench, asked.balance
+    rule = _rule(robot, asked.rule, asked.level, asked.tensions)
+    pose = pose_from(robot, asked.place)
     if wrench is not None:
         if balance is not None:
             raise InputError("--wrench and --balance", expected="one of them")
         load = wrench_from(wrench, robot.space)
         found = cable_response(robot, pose, load, tensions=rule)
-        return answered(cable_response_page(found), answer)
+        return answered(page_of(found), asked.answer)
     held = None if balance is None else wrench_from(balance, robot.space, "--balance")
     result = cable_stiffness(robot, pose, held, tensions=rule)
-    return answered(cable_stiffness_page(result), answer)
+    return answered(page_of(result), asked.answer)
 
 
 def _rule(

@@ -53,8 +53,7 @@ from robostiff.analytic.placement.robot_pose import (
     rotation_by_name,
 )
 from robostiff.cli.command import INTERRUPTED
-from robostiff.cli.options import Answer, Model
-from robostiff.cli.options_of_files import FORMATS, FormulaRequest
+from robostiff.cli.options_of_files import FORMATS, Derive
 from robostiff.cli.output import new_file
 from robostiff.cli.watched import go_on_in_child
 from robostiff.cli.written_arguments import chosen
@@ -122,7 +121,7 @@ def _dimension(robot: Robot, name: str) -> Dimension:
     return Dimension.LENGTH if name in ("x", "y", "z") else Dimension.ANGLE
 
 
-def _answered(asked: FormulaRequest, derivation: RobotDerivation) -> str:
+def _answered(asked: Derive, derivation: RobotDerivation) -> str:
     """The properties as text, one or more lines each."""
     lines = [f"{derivation.name}, {derivation.where}"]
     if asked.rank:
@@ -210,22 +209,18 @@ _AS_OPTIONS = {
 }
 
 
-def print_formula(
-    model: Model,
-    asked: FormulaRequest,
-    answer: Answer,
-) -> int:
+def print_formula(asked: Derive) -> int:
     """Derive the stiffness of a robot and write it, or print its properties."""
-    language, output = _language(asked, answer)
+    language, output = _language(asked)
     form = _form(asked)
     checked_budget(asked.budget)
     _check_questions(asked, language)
     if asked.snippet and (asked.asks or language not in ("text", "latex")):
         got = "a question" if asked.asks else f"--format {language}"
         raise InputError("--snippet", got=got, expected="the formula alone, in LaTeX")
-    go_on_in_child(_progress(model.source, asked, form))
+    go_on_in_child(_progress(asked, form))
     try:
-        derivation = _derived(model, asked, form)
+        derivation = _derived(asked, form)
         if isinstance(derivation, RobotDerivation) and derivation.remark:
             click.echo(f"robostiff: {derivation.remark} K is in named steps.", err=True)
         found: _Found = derivation
@@ -269,7 +264,7 @@ def print_formula(
     return 0
 
 
-def _check_questions(asked: FormulaRequest, language: str) -> None:
+def _check_questions(asked: Derive, language: str) -> None:
     """Refuse what does not go together."""
     if asked.asks and (asked.derivative is not None or language != "text"):
         raise InputError(
@@ -288,9 +283,7 @@ def _check_questions(asked: FormulaRequest, language: str) -> None:
         raise InputError("--derivative", got=asked.derivative, expected=expected)
 
 
-def _derived(
-    model: Model, asked: FormulaRequest, form: Closed | Steps | None
-) -> RobotDerivation | LegElimination:
+def _derived(asked: Derive, form: Closed | Steps | None) -> RobotDerivation | LegElimination:
     """The formula of the robot, or of one of its legs."""
     names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
     shorter = dict(name.split("=", 1) for name in names if "=" in name)
@@ -298,6 +291,7 @@ def _derived(
         hint = "write --symbols all,cylinder=c: others keep their names"
         raise InputError("--symbols", got=asked.symbols, expected="all, or names", hint=hint)
     every = {"all": ParameterChoice.ALL, "none": ParameterChoice.NONE}
+    model = asked.model
     whole = model.load(symbols=shorter or every.get(asked.symbols.strip(), tuple(names)))
     robot = robot_of_legs(whole, model.source)
     pose = pose_from(asked.pose, robot, asked.angles)
@@ -307,19 +301,17 @@ def _derived(
     return derive_robot(robot, **options)
 
 
-def _progress(
-    source: str, asked: FormulaRequest, form: Closed | Steps | None
-) -> Callable[[float], str]:
+def _progress(asked: Derive, form: Closed | Steps | None) -> Callable[[float], str]:
     steps = form is None and asked.pose.strip() == "home"
     then = f"; named steps after {asked.budget:g} s" if steps else ""
 
     def line(passed: float) -> str:
-        return f"robostiff: deriving {source} for {passed:.0f} s{then}; Ctrl-C ends it"
+        return f"robostiff: deriving {asked.model.source} for {passed:.0f} s{then}; Ctrl-C ends it"
 
     return line
 
 
-def _form(asked: FormulaRequest) -> Closed | Steps | None:
+def _form(asked: Derive) -> Closed | Steps | None:
     if asked.steps and (asked.closed or asked.limit is not None):
         other = "--closed" if asked.closed else "--limit"
         raise InputError(f"--steps and {other}", expected="one of them")
@@ -330,11 +322,11 @@ def _form(asked: FormulaRequest) -> Closed | Steps | None:
     return Closed() if asked.closed else None
 
 
-def _language(asked: FormulaRequest, answer: Answer) -> tuple[str, Path | None]:
+def _language(asked: Derive) -> tuple[str, Path | None]:
     """The format, and the file to write; None for standard output."""
     output = None if asked.output in (None, "-") else Path(asked.output)
     name = asked.format
-    if answer.as_json:
+    if asked.answer.as_json:
         if name not in (None, "json"):
             raise InputError("--json and --format", got=name, expected="one of them")
         if output is not None and _SUFFIXES.get(output.suffix, "json") != "json":
@@ -353,7 +345,7 @@ def _language(asked: FormulaRequest, answer: Answer) -> tuple[str, Path | None]:
     if name == "pdf" and output is None:
         raise InputError("--format", got="pdf", expected="a file", hint="write -o FILE.pdf")
     if output is not None:
-        new_file("--output", output, answer.overwrite)
+        new_file("--output", output, asked.answer.overwrite)
     return name, output
 
 

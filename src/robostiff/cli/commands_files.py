@@ -11,8 +11,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from robostiff.cli.options import Answer, Model, Posing
-from robostiff.cli.options_of_files import Converted, NewFile, WantedSchema
+from robostiff.cli.options import Posing
+from robostiff.cli.options_of_answers import ListRobots
+from robostiff.cli.options_of_files import Convert, PrintSchema, WriteNew
 from robostiff.cli.output import new_file, show, shown
 from robostiff.errors import InputError, NoAnswerError, warn_of_slip
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
@@ -39,10 +40,10 @@ _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
 _WIDTH = 78  # of a terminal, for a table
 
 
-def list_robots(answer: Answer) -> int:
+def list_robots(asked: ListRobots) -> int:
     """Print the shipped robots."""
     listed = {name: describe(name) for name in sorted(shipped_names())}
-    if answer.as_json:
+    if asked.answer.as_json:
         robots = [
             {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()
         ]
@@ -69,20 +70,20 @@ def _print_table(listed: Mapping[str, RobotInfo]) -> None:
     Console().print(table)
 
 
-def print_schema(wanted: WantedSchema, answer: Answer) -> int:
+def print_schema(asked: PrintSchema) -> int:
     """Print or write the JSON schema of a file format."""
     from robostiff.cli.written_arguments import chosen
     from robostiff.io.model_file.schema import model_file_schema
     from robostiff.io.snapshot import network_schema, snapshot_schema
 
-    form = wanted.form
+    form, answer = asked.form, asked.answer
     schemas = {"model": model_file_schema, "snapshot": snapshot_schema, "graph": network_schema}
     schema = chosen("schema", form, schemas)()
     text = json.dumps(schema, indent=2)
-    if wanted.output is None:
+    if asked.output is None:
         show({"form": form, "json_schema": schema} if answer.as_json else text)
         return 0
-    path = new_file("--output", wanted.output, answer.overwrite)
+    path = new_file("--output", asked.output, answer.overwrite)
     with whole_file(path) as begun:
         begun.write_text(text + "\n", encoding="utf-8")
     show({"files": [str(path)], "form": form} if answer.as_json else str(path))
@@ -96,9 +97,9 @@ def templates() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".yaml") for name in names))
 
 
-def write_new(new: NewFile, answer: Answer) -> int:
+def write_new(asked: WriteNew) -> int:
     """Write a model file from a template or a shipped robot; nothing is replaced."""
-    name, template = new.name, new.template
+    name, template = asked.new_name, asked.template
     path = Path(name if Path(name).suffix.lower() in _YAML else f"{name}.yaml")
     text = _text_of(template)
     if path.exists() or path.is_symlink():
@@ -109,7 +110,7 @@ def write_new(new: NewFile, answer: Answer) -> int:
     text = re.sub(r"(?m)^name: .*$", lambda _: line, text, count=1)
     with path.open("x", encoding="utf-8") as file:
         file.write(text)
-    show({"files": [str(path)], "template": template} if answer.as_json else str(path))
+    show({"files": [str(path)], "template": template} if asked.answer.as_json else str(path))
     return 0
 
 
@@ -126,12 +127,12 @@ def _text_of(template: str) -> str:
     raise InputError("--template", got=template, expected=expected, hint=hint)
 
 
-def convert(model: Model, wanted: Converted, place: Posing, answer: Answer) -> int:
+def convert(asked: Convert) -> int:
     """Write a robot at a pose in another form, or its results there as a file for MATLAB."""
     from robostiff.cli.written_arguments import chosen
 
-    form, source = wanted.form, model.source
-    output = None if wanted.output == "-" else wanted.output
+    form, source, answer = asked.form, asked.model.source, asked.answer
+    output = None if asked.output == "-" else asked.output
     suffixes = chosen("--to", form, _SUFFIXES)
     if output is None and (form == "matlab" or answer.as_json):
         option = "--to matlab" if form == "matlab" else "--json"
@@ -145,13 +146,13 @@ def convert(model: Model, wanted: Converted, place: Posing, answer: Answer) -> i
             expected=f"a name that ends in {' or '.join(suffixes)}",
             hint=f"or write {', '.join(others)}",
         )
-    robot = model.load()
+    robot = asked.model.load()
     if form == "matlab" and path is not None:
         from robostiff.page.matlab import write_matlab
 
-        write_matlab(path, _results(source, robot, place))
+        write_matlab(path, _results(source, robot, asked.place))
     else:
-        frozen = _frozen(source, robot, place, form)
+        frozen = _frozen(source, robot, asked.place, form)
         if form == "opensees":
             from robostiff.io.opensees import opensees_script
 
@@ -219,10 +220,9 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
         return robot if form == "snapshot" else network_of_snapshot(robot)
     if isinstance(robot, Network) and form != "snapshot":
         return robot
-    kind = "a network" if isinstance(robot, Network) else "a cable robot"
     raise InputError(
         f"{form} of {source!r}",
-        got=Words(kind),
+        got=Words(f"a {robot.kind}"),
         expected="a robot or a snapshot of legs",
         hint="write --to graph" if isinstance(robot, Network) else None,
     )

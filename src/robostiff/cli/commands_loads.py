@@ -8,8 +8,13 @@ from typing import Any, cast
 import numpy as np
 
 from robostiff.cli.command import answered
-from robostiff.cli.options import Answer, Model, Posing, named_once, named_values
-from robostiff.cli.options_of_answers import Vibration, Wanted, WrittenLoads, WrittenNetworkLoads
+from robostiff.cli.options import Posing, named_once, named_values
+from robostiff.cli.options_of_answers import (
+    PrintEquilibrium,
+    PrintModes,
+    PrintResponse,
+    WrittenLoads,
+)
 from robostiff.cli.output import draw, picture_beside
 from robostiff.cli.written_arguments import (
     gravity_from,
@@ -34,25 +39,19 @@ _FORCE = ("fx", "fy", "fz")
 _FOR_NETWORKS = "NAME=NUMBERS, such as tip=0 0 -80 N"
 
 
-def print_equilibrium(
-    model: Model,
-    place: Posing,
-    written: WrittenLoads,
-    wanted: Wanted,
-    answer: Answer,
-) -> int:
+def print_equilibrium(asked: PrintEquilibrium) -> int:
     """Print where a robot comes to rest under loads; 1 for a bad status."""
-    robot = loaded(model, place)
+    robot, written = loaded(asked.model, asked.place), asked.loads
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
-    for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
-        if F is None and asked:
+    for option, own in (("--critical", asked.critical), ("--factors", asked.factors)):
+        if F is None and own:
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
-    picture = picture_beside(wanted.plot, answer, is_scene=wanted.factors is None)
-    options = _options(robot, place, written)
-    factors = None if wanted.factors is None else _factors(wanted.factors)
+    picture = picture_beside(asked.plot, asked.answer, is_scene=asked.factors is None)
+    options = _options(robot, asked.place, written)
+    factors = None if asked.factors is None else _factors(asked.factors)
     result = cast("Equilibrium", equilibrium(robot, wrench=F, **options))  # of one pose
     critical = curve = None
-    if wanted.critical:
+    if asked.critical:
         critical = critical_load(robot, wrench=F or (), **options)
     if factors is not None:
         curve = load_path(robot, wrench=F or (), factors=factors, **options)
@@ -60,34 +59,28 @@ def print_equilibrium(
         from robostiff.plot.loaded_robot import equilibrium_picture, load_curve_picture
 
         draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
-    return answered(equilibrium_page(result, critical, curve), answer)
+    return answered(equilibrium_page(result, critical, curve), asked.answer)
 
 
-def print_modes(
-    model: Model,
-    place: Posing,
-    shown: Vibration,
-    written: WrittenLoads,
-    answer: Answer,
-) -> int:
+def print_modes(asked: PrintModes) -> int:
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
     from robostiff.page.facts import masses_at_home, masses_in_words
 
-    picture = picture_beside(shown.plot, answer)
-    robot = loaded(model, place)
+    picture = picture_beside(asked.plot, asked.answer)
+    robot, written = loaded(asked.model, asked.place), asked.loads
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
-    for name, mass in _named("--mass", shown.masses, _kilograms):
+    for name, mass in _named("--mass", asked.masses, _kilograms):
         moving.setdefault(name, []).append(mass)
-    found = modes(robot, masses=moving, wrench=F, **_options(robot, place, written))
+    found = modes(robot, masses=moving, wrench=F, **_options(robot, asked.place, written))
     if picture is not None:
         from robostiff.plot.loaded_robot import mode_picture
 
-        number = shown.number
+        number = asked.number
         draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
     masses = masses_at_home(robot)
     words = masses_in_words(masses, "masses of the model")
-    return answered(modes_page(found, masses.get("masses"), tuple(words)), answer)
+    return answered(modes_page(found, masses.get("masses"), tuple(words)), asked.answer)
 
 
 def _options(robot: Any, place: Posing, written: WrittenLoads) -> dict[str, Any]:
@@ -181,13 +174,13 @@ def _factors(text: str) -> np.ndarray:
     return np.linspace(start, stop, int(count))
 
 
-def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
+def print_response(asked: PrintResponse) -> int:
     """Print how a network answers its loads."""
     from robostiff.network import network_response
     from robostiff.page.loads import response_page
     from robostiff.robots import load
 
-    source, network = written.source, load(written.source)
+    source, network = asked.source, load(asked.source)
     if not isinstance(network, Network):
         raise InputError(
             f"response of {source!r}",
@@ -197,8 +190,8 @@ def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
             if isinstance(network, CableRobot)
             else f"write one: robostiff convert {source} --to graph -o network.json",
         )
-    loads = _network_loads(written, network.space)
-    moved = named_once("--settle", written.settlements, _FOR_NETWORKS)
+    loads = _network_loads(asked, network.space)
+    moved = named_once("--settle", asked.settlements, _FOR_NETWORKS)
     lengths = [Dimension.LENGTH if u == "m" else Dimension.ANGLE for u in network.space.twist_units]
     twist = dict(zip(network.space.twist_order, lengths, strict=True))
     settlements = {name: _row("--settle", values, twist) for name, values in moved.items()}
@@ -207,13 +200,13 @@ def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
             f"loads of {source!r}", got="none", expected="--load, --along, --on or --settle"
         )
     result = network_response(network, loads, settlements=settlements)
-    return answered(response_page(network, result), answer)
+    return answered(response_page(network, result), asked.answer)
 
 
 Row = dict[str, Dimension]
 
 
-def _network_loads(written: WrittenNetworkLoads, space: Space) -> dict[str, Any]:
+def _network_loads(written: PrintResponse, space: Space) -> dict[str, Any]:
     at_nodes = named_once("--load", written.at_nodes, _FOR_NETWORKS)
     loads: dict[str, Any] = {n: _force_or_wrench(own, space) for n, own in at_nodes.items()}
     on_beams: dict[str, list[DistributedForce | ForceOnBeam]] = {}

@@ -36,8 +36,7 @@ from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, PoseSource, coordinate_units
 from robostiff.analysis.maps.store import already_there
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
-from robostiff.cli.options import Answer, Length, Model, Posing
-from robostiff.cli.options_of_pictures import Run, WrittenMap
+from robostiff.cli.options_of_pictures import MakeMap
 from robostiff.cli.output import draw, new_file, picture_beside, show
 from robostiff.cli.written_arguments import (
     chosen,
@@ -66,7 +65,7 @@ if TYPE_CHECKING:
     from robostiff.statics.loaded_map import UnderLoad
 
 
-def read_asked_poses(robot: Mapped, asked: WrittenMap) -> PoseSource:
+def read_asked_poses(robot: Mapped, asked: MakeMap) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
         if asked.axes or asked.joints or asked.random is not None or asked.factors:
@@ -168,7 +167,7 @@ _SUFFIXES = ", ".join(_WRITERS)
 _QUANTITIES = {quantity.value: quantity for quantity in Quantity}
 
 
-def _under_load(asked: WrittenMap) -> UnderLoad | None:
+def _under_load(asked: MakeMap) -> UnderLoad | None:
     if asked.under_load:
         from robostiff.statics.loaded_map import UnderLoad
 
@@ -179,28 +178,21 @@ def _under_load(asked: WrittenMap) -> UnderLoad | None:
     return None
 
 
-def make_map(
-    model: Model,
-    asked: WrittenMap,
-    length: Length,
-    place: Posing,
-    run: Run,
-    answer: Answer,
-) -> int:
+def make_map(asked: MakeMap) -> int:
     """Compute a map, write it, and print a summary."""
-    output = _checked_output(run, answer)
-    picture = picture_beside(run.plot, answer, is_scene=False)
-    robot, source = loaded(model, by_joints=bool(asked.joints)), model.source
+    output = _checked_output(asked)
+    picture = picture_beside(asked.plot, asked.answer, is_scene=False)
+    robot = loaded(asked.model, by_joints=bool(asked.joints))
     if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"
         expected = "a model or a linkage, which has a pose for every point of a map"
-        raise InputError("robot of a map", got=source, expected=expected, hint=hint)
+        raise InputError("robot of a map", got=asked.model.source, expected=expected, hint=hint)
     poses = read_asked_poses(robot, asked)
     in_store = output is not None and output.suffix == ".zarr"
     method: Any = _under_load(asked)
-    if run.batched:
+    if asked.batched:
         method = Batched() if method is None else replace(method, by=Batched())
-    scheduler = Threads(run.threads) if run.threads is not None else run.scheduler
+    scheduler = Threads(asked.threads) if asked.threads is not None else asked.scheduler
     started = time.monotonic()
     bar = MapBar()
     try:
@@ -211,12 +203,12 @@ def make_map(
                 [chosen("--quantity", name, _QUANTITIES) for name in asked.quantities]
                 or [Quantity.PRINCIPAL_STIFFNESS],
                 wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
-                characteristic_length=length_from(length),
-                near=near_from(robot, place),
+                characteristic_length=length_from(asked.length),
+                near=near_from(robot, asked.place),
                 method=method,
                 store=output if in_store else None,
-                resume=run.resume,
-                workers=run.workers,
+                resume=asked.resume,
+                workers=asked.workers,
                 scheduler=scheduler,
                 progress=bar.show,
             )
@@ -238,14 +230,14 @@ def make_map(
     facts = _facts(found, output, bar, time.monotonic() - started)
     if output is None:
         return 0 if facts["poses_reachable"] else BAD_STATUS
-    show(facts if answer.as_json else _facts_text(facts))
-    if bar.rate and not answer.as_json:
+    show(facts if asked.answer.as_json else _facts_text(facts))
+    if bar.rate and not asked.answer.as_json:
         # Not on standard output, which is the same every time.
         click.echo(f"{facts['seconds']:.3g} s, {bar.rate:.3g} poses/s", err=True)
     return 0 if facts["poses_reachable"] else BAD_STATUS
 
 
-def _checked_output(run: Run, answer: Answer) -> Path | None:
+def _checked_output(run: MakeMap) -> Path | None:
     """Where to write; None for standard output."""
     with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
@@ -253,7 +245,7 @@ def _checked_output(run: Run, answer: Answer) -> Path | None:
     if run.threads is not None and (run.scheduler is not None or run.workers is not None):
         raise InputError("--threads, --workers and --scheduler", expected="one of them")
     if run.output == "-" and not run.resume:
-        if answer.as_json:
+        if run.answer.as_json:
             expected = "a file: standard output has the map as CSV, or the summary"
             raise InputError("--output beside --json", got="-", expected=expected)
         return None
@@ -273,7 +265,7 @@ def _checked_output(run: Run, answer: Answer) -> Path | None:
             expected="an output that ends in .zarr: no other can be resumed",
         )
     if output.suffix == ".zarr":
-        if answer.overwrite:
+        if run.answer.overwrite:
             raise InputError(
                 "--overwrite",
                 got=run.output,
@@ -285,7 +277,7 @@ def _checked_output(run: Run, answer: Answer) -> Path | None:
         if output.exists() and not run.resume:
             raise already_there(output)
     else:
-        new_file("--output", output, answer.overwrite)
+        new_file("--output", output, run.answer.overwrite)
     return output
 
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from robostiff.analysis import cable_stiffness, stiffness
 from robostiff.cli.command import BAD_STATUS
-from robostiff.cli.options import Answer, Model, Posing, named_once
-from robostiff.cli.options_of_pictures import WHAT, BrowserPage, Pages, PictureFile, Subject
+from robostiff.cli.options import Model, named_once
+from robostiff.cli.options_of_pictures import WHAT, Plot, Report, View
 from robostiff.cli.output import draw, new_file, picture_file, show
 from robostiff.cli.written_arguments import (
     chosen,
@@ -47,21 +47,22 @@ _CHARTS = ("energy", "matrix", "map")
 _QUALITIES = {quality.name.lower().replace("_", "-"): quality for quality in Quality}
 
 
-def make_plot(model: Subject, asked: PictureFile, place: Posing, answer: Answer) -> int:
+def make_plot(asked: Plot) -> int:
     """Draw into a file and print its path; 0."""
-    what = _what(model.source, asked)
+    source, answer = asked.model.source, asked.answer
+    what = _what(source, asked)
     is_scene = what not in _CHARTS
     path = picture_file("--output", asked.output, answer.overwrite, is_scene=is_scene)
     if what == "map":
-        pictures = (_of_map(model.source, asked),)
+        pictures = (_of_map(source, asked),)
     else:
-        pictures = _of_robot(what, loaded(model, place), place, asked)
+        pictures = _of_robot(what, loaded(asked.model, asked.place), asked)
     draw(pictures[0], path, *pictures[1:])
     show({"file": str(path), "what": what} if answer.as_json else str(path))
     return 0
 
 
-def _what(subject: str, asked: PictureFile) -> str:
+def _what(subject: str, asked: Plot) -> str:
     """What is drawn: as written, or what the subject and the load suggest."""
     is_map = Path(subject).suffix in _MAPS
     what = asked.what
@@ -86,14 +87,14 @@ def _what(subject: str, asked: PictureFile) -> str:
     return what
 
 
-def _of_robot(what: str, robot: Any, place: Posing, asked: PictureFile) -> tuple[Picture, ...]:
+def _of_robot(what: str, robot: Any, asked: Plot) -> tuple[Picture, ...]:
     """The picture, and of a mode the other end of the vibration."""
-    pose, near = pose_from(robot, place), near_from(robot, place)
+    pose, near = pose_from(robot, asked.place), near_from(robot, asked.place)
     if what == "robot":
         return (picture_of_robot(robot, pose, colouring=Colouring.NAMES, near=near),)
     if isinstance(robot, CableRobot):
-        return (_of_cables(what, robot, pose, place, asked),)
-    options: dict[str, Any] = {"at": point_from(place), "near": near}
+        return (_of_cables(what, robot, pose, asked),)
+    options: dict[str, Any] = {"at": point_from(asked.place), "near": near}
     if what in _OF_LOADS:
         bent = deflection(robot, pose, wrench_from(asked.wrench or "", robot.space), **options)
         if what == "energy":
@@ -105,19 +106,17 @@ def _of_robot(what: str, robot: Any, place: Posing, asked: PictureFile) -> tuple
     return (_of_stiffness(what, robot, stiffness(robot, pose, **options), asked),)
 
 
-def _of_cables(
-    what: str, robot: CableRobot, pose: Any, place: Posing, asked: PictureFile
-) -> Picture:
+def _of_cables(what: str, robot: CableRobot, pose: Any, asked: Plot) -> Picture:
     if what in {"energy", "modes"}:
         raise InputError(f"--what {what}", got=robot, expected="a robot with legs")
     if what == "deflection":
         bent = cable_response(robot, pose, wrench_from(asked.wrench or "", robot.space))
         return picture_of_robot(robot, pose, bent)
-    result, at = cable_stiffness(robot, pose), point_from(place)
+    result, at = cable_stiffness(robot, pose), point_from(asked.place)
     return _of_stiffness(what, robot, result.about(at), asked)
 
 
-def _of_stiffness(what: str, robot: Any, result: Any, asked: PictureFile) -> Picture:
+def _of_stiffness(what: str, robot: Any, result: Any, asked: Plot) -> Picture:
     if what == "matrix":
         return matrix_picture(result)
     around = surroundings(robot, result)
@@ -126,7 +125,7 @@ def _of_stiffness(what: str, robot: Any, result: Any, asked: PictureFile) -> Pic
     return ellipsoid_picture(result, chosen("--quality", asked.quality, _QUALITIES), around)
 
 
-def _of_map(path: str, asked: PictureFile) -> Picture:
+def _of_map(path: str, asked: Plot) -> Picture:
     from robostiff.io.map_files import read_map
 
     at: dict[str, Any] = {}
@@ -138,38 +137,39 @@ def _of_map(path: str, asked: PictureFile) -> Picture:
     return overview_picture(read_map(path), quantity, at)
 
 
-def make_report(model: Model, pages: Pages, place: Posing, answer: Answer) -> int:
+def make_report(asked: Report) -> int:
     """Write a report and print its path; 1 when the pose has a bad status."""
     from robostiff.io.map_files import read_map
     from robostiff.report import TitleBlock, described_by, report_contents, report_path, save_report
     from robostiff.robots import load
 
-    paths = [report_path(pages.output)]
-    if pages.pdf and paths[0].suffix.lower() != ".pdf":
+    model, place = asked.model, asked.place
+    paths = [report_path(asked.output)]
+    if asked.pdf and paths[0].suffix.lower() != ".pdf":
         paths.append(report_path(paths[0].with_suffix(".pdf")))
     for path in paths:
-        new_file("--output", path, answer.overwrite)
+        new_file("--output", path, asked.answer.overwrite)
     robot, source = loaded(model), model.source
-    date = day.today().isoformat() if pages.date == "today" else pages.date
+    date = day.today().isoformat() if asked.date == "today" else asked.date
     contents = report_contents(
         robot,
         pose_from(robot, place),
-        wrench=None if pages.wrench is None else wrench_from(pages.wrench, robot.space),
+        wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
         at=point_from(place),
         near=near_from(robot, place),
-        found=None if pages.map_file is None else read_map(pages.map_file),
+        found=None if asked.map_file is None else read_map(asked.map_file),
         symbolic=_with_symbols(model),
-        finite=pages.finite,
-        title_block=TitleBlock(pages.project, pages.author, date, pages.revision),
+        finite=asked.finite,
+        title_block=TitleBlock(asked.project, asked.author, date, asked.revision),
         described_by=None
         if source == "-"
         else described_by(source, model.parameters, side=model.side, allow_xacro=model.allow_xacro),
-        other=None if pages.compare is None else load(pages.compare),
+        other=None if asked.compare is None else load(asked.compare),
     )
     save_report(contents, *paths)
     show(
         {"files": [str(path) for path in paths], "status": str(contents.status)}
-        if answer.as_json
+        if asked.answer.as_json
         else "\n".join(map(str, paths))
     )
     return BAD_STATUS if contents.status.is_bad else 0
@@ -187,23 +187,24 @@ def _with_symbols(model: Model) -> Robot | None:
     return None
 
 
-def show_view(model: Model, place: Posing, page: BrowserPage, answer: Answer) -> int:
+def show_view(asked: View) -> int:
     """Serve a view until it is interrupted; 0 then."""
     from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
 
+    model = asked.model
     source, given = model.source, model.parameters
 
     def built(moved: Mapping[str, str]) -> Any:
         return loaded(model, moved=moved)
 
     robot = built({})
-    machine = machine_of(robot, pose_from(robot, place))
-    wrench = None if page.wrench is None else wrench_from(page.wrench, machine.space)
+    machine = machine_of(robot, pose_from(robot, asked.place))
+    wrench = None if asked.wrench is None else wrench_from(asked.wrench, machine.space)
     written = {**parameters_written(source, model.side), **given} if source != "-" else {}
-    live = LivePage(machine, parameter_sliders(written), built, wrench, page.port)
+    live = LivePage(machine, parameter_sliders(written), built, wrench, asked.port)
     with closing(live), suppress(KeyboardInterrupt):
-        show({"url": live.url} if answer.as_json else f"{live.url}\nCtrl-C ends the view.")
-        if not page.no_browser:
+        show({"url": live.url} if asked.answer.as_json else f"{live.url}\nCtrl-C ends the view.")
+        if not asked.no_browser:
             webbrowser.open(live.url)
         live.wait()
     return 0

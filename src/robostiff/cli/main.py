@@ -10,7 +10,8 @@ from typing import Any
 
 import click
 
-from robostiff.cli.command import ended_by_status, ready_streams
+from robostiff.cli.command import as_click, ended_by_status, ready_streams
+from robostiff.cli.options import Command
 from robostiff.cli.output import show
 from robostiff.errors import InputError
 from robostiff.version import __version__
@@ -21,7 +22,7 @@ _HOMES = {
         *("response", "indices", "verify", "cables"),
     ),
     "options_of_pictures": ("plot", "report", "map", "view"),
-    "options_of_files": ("derive", "schema", "new", "convert"),
+    "options_of_files": ("derive", "compensate", "schema", "new", "convert"),
 }
 
 
@@ -36,8 +37,8 @@ class _Commands(click.Group):
         """A command by its name."""
         for home, names in _HOMES.items():
             if cmd_name in names:
-                commands = import_module(f"robostiff.cli.{home}").COMMANDS
-                return commands[cmd_name].named(cmd_name)
+                import_module(f"robostiff.cli.{home}")
+                return as_click(cmd_name, Command.named[cmd_name])
         return None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:

@@ -1,14 +1,15 @@
-"""Options of commands, declared once with their words: classes of which commands take any.
+"""Commands and their options, declared once with their words.
 
-A command takes some of these classes and gets one object of each; the fields of a class are its
-options. Nothing here computes, so that help is fast.
+A command is a class whose fields are its options; those that several commands have are groups.
+Nothing here computes, so that help is fast.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import inspect
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, dataclass_transform
 
 import click
 
@@ -17,6 +18,7 @@ from robostiff.errors import InputError
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
+_STATUS = "Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input."
 _POSE = '"x y z rx ry rz"'
 _WRENCH = '"fx fy fz mx my mz"'
 _JOINTS = '"q1 q2 ..."'
@@ -48,51 +50,92 @@ def argument(metavar: str, text: str, default: Any = ..., **words: Any) -> Any:
     return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
 
 
-class Part:
-    """Some of the options of a class, where a command has no use for the others."""
-
-    of: type
-    names: tuple[str, ...]
-
-    def __init__(self, of: type, *names: str) -> None:
-        self.of, self.names = of, names
-
-    def __call__(self, **given: Any) -> Any:
-        """An object of the class."""
-        return self.of(**given)
+def group(of: type, *names: str) -> Any:
+    """A field that is an object of a class of options, or of some of them by their names."""
+    return field(metadata={"group": of, "names_of_group": names or None})
 
 
-def _fields(taken: type | Part) -> Iterator[Field[Any]]:
-    of, names = (taken.of, taken.names) if isinstance(taken, Part) else (taken, None)
-    return (own for own in fields(of) if names is None or own.name in names)
+def _fields(of: type, names: Sequence[str] | None = None) -> Iterator[Field[Any]]:
+    """The options of a class, those of its groups in their places."""
+    for own in fields(of):
+        if "group" in own.metadata:
+            yield from _fields(own.metadata["group"], own.metadata["names_of_group"])
+        elif names is None or own.name in names:
+            yield own
 
 
-def parameters_of(taken: type | Part) -> list[click.Parameter]:
-    """The fields of a class, as the parser has them."""
-    found: list[click.Parameter] = []
-    for own in _fields(taken):
-        words = dict(own.metadata["words"])
-        if own.default is not MISSING and not words.get("multiple"):
-            words["default"] = own.default
-        if "names" in own.metadata:
-            found.append(click.Option([*own.metadata["names"], own.name], **words))
-        else:
-            found.append(click.Argument([own.name], required=own.default is MISSING, **words))
-    return found
-
-
-def arguments_in_words(taken: type | Part) -> list[tuple[str, str]]:
-    """What is given without a name, for help."""
-    return [
-        (own.metadata["words"]["metavar"], own.metadata["text"])
-        for own in _fields(taken)
-        if "text" in own.metadata
-    ]
-
-
-def built(taken: type | Part, given: Mapping[str, Any]) -> Any:
+def _built(of: type, given: Mapping[str, Any], names: Sequence[str] | None = None) -> Any:
     """The object of a class, of what the command line has for its fields."""
-    return taken(**{own.name: given[own.name] for own in _fields(taken)})
+    found = {}
+    for own in fields(of):
+        if "group" in own.metadata:
+            inner = own.metadata["group"], given, own.metadata["names_of_group"]
+            found[own.name] = _built(*inner)
+        elif names is None or own.name in names:
+            found[own.name] = given[own.name]
+    return of(**found)
+
+
+@dataclass_transform(
+    frozen_default=True,
+    kw_only_default=True,
+    field_specifiers=(option, repeatable, argument, group),
+)
+class Command:
+    """A command: its options are its fields, and its docstring is its help.
+
+    Lines there that begin with ``$`` are examples. The function in a module of this package, `run`,
+    gets an object of the class and returns the exit status; it is imported when the command runs.
+    """
+
+    run: ClassVar[str]
+    named: ClassVar[dict[str, type[Command]]] = {}
+
+    def __init_subclass__(cls, name: str, run: str) -> None:
+        cls.run = run
+        Command.named[name] = dataclass(frozen=True, kw_only=True)(cls)
+
+    @classmethod
+    def words(cls) -> tuple[str, ...]:
+        """Paragraphs of its help: what it does, examples, and what its exit status means."""
+        paragraphs = inspect.cleandoc(cls.__doc__ or "").split("\n\n")
+        for i, text in enumerate(paragraphs):
+            lines = [own.strip() for own in text.replace("\n  ", " ").split("\n")]
+            if lines[0].startswith("$ "):
+                head = "Example:" if len(lines) == 1 else "Examples:"
+                shown = (f"  robostiff {own.removeprefix('$ ')}" for own in lines)
+                paragraphs[i] = "\n".join(["\b", head, *shown])
+        if "Exit status" not in paragraphs[-1]:
+            paragraphs.append(_STATUS)
+        return tuple(paragraphs)
+
+    @classmethod
+    def parameters(cls) -> list[click.Parameter]:
+        """Its fields, as the parser has them."""
+        found: list[click.Parameter] = []
+        for own in _fields(cls):
+            words = dict(own.metadata["words"])
+            if own.default is not MISSING and not words.get("multiple"):
+                words["default"] = own.default
+            if "names" in own.metadata:
+                found.append(click.Option([*own.metadata["names"], own.name], **words))
+            else:
+                found.append(click.Argument([own.name], required=own.default is MISSING, **words))
+        return found
+
+    @classmethod
+    def arguments_in_words(cls) -> list[tuple[str, str]]:
+        """What is given without a name, for help."""
+        return [
+            (own.metadata["words"]["metavar"], own.metadata["text"])
+            for own in _fields(cls)
+            if "text" in own.metadata
+        ]
+
+    @classmethod
+    def built(cls, given: Mapping[str, Any]) -> Command:
+        """What is asked for, of what the command line has."""
+        return _built(cls, given)
 
 
 def _files(*_: Any) -> list[CompletionItem]:
@@ -219,15 +262,9 @@ class Answer:
     as_json: bool = option("--json", help="Print one JSON object.")
 
 
-PRINTED = Part(Answer, "as_json")
-"""Of an answer that replaces no file."""
-
-
-@dataclass(frozen=True)
-class Length:
+def length_option() -> Any:
     """The length of the indices that need one."""
-
-    length: str | None = option(
+    return option(
         "--length",
         metavar="LENGTH",
         help="Characteristic length of the indices that need one [m]; by default that of the robot "

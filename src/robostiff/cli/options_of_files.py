@@ -1,31 +1,43 @@
-"""Commands that write formulas, model files and other formats: their options and words."""
+"""Commands that write formulas, model files and other formats."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import click
 
-from robostiff.cli.command import Command
 from robostiff.cli.options import (
-    PRINTED,
     Answer,
+    Command,
     Model,
-    Part,
     Posing,
     argument,
+    group,
     option,
     output_option,
+    plot_option,
 )
 
 FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
 _OUTPUT = "The file to write; standard output when left out."
 
 
-@dataclass(frozen=True)
-class FormulaRequest:
-    """The formula to derive, its properties, its format and its file, as they are written."""
+class Derive(Command, name="derive", run="commands_derive:print_formula"):
+    """Write the stiffness matrix of a robot as a formula.
 
+    It is text, LaTeX, PDF, Markdown, HTML, JSON, Python, C, Julia or MATLAB.
+
+    $ derive gough-stewart-b
+    $ derive gough-stewart-a --rank --free-motions --eigenvalues
+    $ derive 3-rpr --pose symbolic --steps -o stiffness.pdf
+    $ derive hexapod --pose symbolic --angles ZXZ
+    $ derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py
+    $ derive gough-stewart-b-beams --leg leg1
+    $ derive delta --snippet
+
+    Exit status: 0 for a formula, 2 for bad input or a formula beyond the limit, 130 when
+    interrupted.
+    """
+
+    model: Model = group(Model, "source", "settings")
     pose: str = option(
         "--pose",
         metavar="POSE",
@@ -88,6 +100,7 @@ class FormulaRequest:
     snippet: bool = option(
         "--snippet", help="LaTeX of the matrix, or of one leg, with nothing around it: for a paper."
     )
+    answer: Answer = group(Answer)
 
     @property
     def asks(self) -> bool:
@@ -95,19 +108,72 @@ class FormulaRequest:
         return self.rank or self.free_motions or self.eigenvalues
 
 
-@dataclass(frozen=True)
-class WantedSchema:
-    """The schema of a file format, and its file."""
+class Compensate(Command, name="compensate", run="commands_compensate:write_commands"):
+    """Write the commands by which a loaded robot follows a path.
+
+    The path is a CSV file with units in its headings: pose coordinates or joints, and the process
+    force, such as x [mm], y [mm], z [mm], Fz [N]. Everything in it stays, commands come behind.
+
+    $ compensate hexapod path.csv -o corrected.csv
+    $ compensate six-joint-arm path.csv --gravity=-z --axes tool -o corrected.csv --plot path.svg
+
+    Exit status: 0 for commands, 1 where a point has a bad status, 2 for bad input.
+    """
+
+    model: Model = group(Model)
+    path: str = argument("FILE.csv", "The path: a line of headings with units, a line a point.")
+    method: str = option(
+        "--method",
+        metavar="NAME",
+        default="exact",
+        help="exact, until nothing is missing; or mirror, the deviation of the target taken off.",
+    )
+    axes: str = option(
+        "--axes",
+        metavar="NAME",
+        default="world",
+        help="Axes of the process force: world; tool, those of the platform; or path, x along the "
+        "direction of travel.",
+    )
+    angles: str | None = option(
+        "--angles",
+        metavar="ORDER",
+        help="Order of Euler angles in the columns rx, ry, rz: zyx about axes that stay, ZYX about "
+        "axes that move along. By default they are a rotation vector.",
+    )
+    gravity: str | None = option(
+        "--gravity",
+        metavar="AXIS",
+        help="Acceleration of free fall: -z, or three numbers with units; by default the model's.",
+    )
+    output: str | None = output_option("The path with commands, a new file.", None)
+    plot: str | None = plot_option("Draw how far the path is off", ".png, .svg or .pdf")
+    answer: Answer = group(Answer)
+
+
+class PrintSchema(Command, name="schema", run="commands_files:print_schema"):
+    """Print the JSON schema of a file format, by which editors complete and explain keys.
+
+    $ schema model -o robostiff.schema.json
+
+    Exit status: 0 for a schema, 2 for bad input.
+    """
 
     form: str = argument("[model|snapshot|graph]", "The file format.", "model")
     output: str | None = output_option(_OUTPUT, None)
+    answer: Answer = group(Answer)
 
 
-@dataclass(frozen=True)
-class NewFile:
-    """A model file to begin with."""
+class WriteNew(Command, name="new", run="commands_files:write_new"):
+    """Write a model file to begin with, which can be used as it is. Nothing is replaced.
 
-    name: str = argument("NAME", "Of the robot, and of NAME.yaml.")
+    $ new my-arm --template arm
+    $ new my-delta --template delta
+
+    Exit status: 0 for a new file, 2 for bad input.
+    """
+
+    new_name: str = argument("NAME", "Of the robot, and of NAME.yaml.")
     template: str = option(
         "--template",
         metavar="NAME",
@@ -115,12 +181,20 @@ class NewFile:
         help="arm (by a table of Denavit and Hartenberg), beams (an arm element by element), "
         "parallel, planar, cables, or a shipped robot to copy.",
     )
+    answer: Answer = group(Answer, "as_json")
 
 
-@dataclass(frozen=True)
-class Converted:
-    """The form and the file of a conversion."""
+class Convert(Command, name="convert", run="commands_files:convert"):
+    """Write a robot at a pose as a file: a snapshot, a finite element model, results for MATLAB.
 
+    $ convert hexapod --pose "0 0 0.85 0 0 0" --to graph -o hexapod.json
+    $ convert hexapod --pose "0 0 0.85 0 0 0" --to matlab -o hexapod.mat
+    $ convert hexapod --pose "0 0 0.85 0 0 0" --to opensees -o hexapod.tcl
+
+    Exit status: 0 for a file, 1 when the pose is out of reach, 2 for bad input.
+    """
+
+    model: Model = group(Model)
     form: str = option(
         "--to",
         metavar="snapshot|graph|matlab|opensees|calculix",
@@ -129,50 +203,5 @@ class Converted:
         "MATLAB (.mat); or a model of OpenSees (.tcl or .py) or CalculiX (.inp).",
     )
     output: str | None = output_option(_OUTPUT, None)
-
-
-COMMANDS = {
-    "derive": Command(
-        "commands_derive:print_formula",
-        (Part(Model, "source", "settings"), FormulaRequest, Answer),
-        "Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia or "
-        "MATLAB.",
-        examples=(
-            "derive gough-stewart-b",
-            "derive gough-stewart-a --rank --free-motions --eigenvalues",
-            "derive 3-rpr --pose symbolic --steps -o stiffness.pdf",
-            "derive hexapod --pose symbolic --angles ZXZ",
-            'derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py',
-            "derive gough-stewart-b-beams --leg leg1",
-            "derive delta --snippet",
-        ),
-        status="0 for a formula, 2 for bad input or a formula beyond the limit, 130 when "
-        "interrupted.",
-    ),
-    "schema": Command(
-        "commands_files:print_schema",
-        (WantedSchema, Answer),
-        "Print the JSON schema of a file format, by which editors complete and explain keys.",
-        examples=("schema model -o robostiff.schema.json",),
-        status="0 for a schema, 2 for bad input.",
-    ),
-    "new": Command(
-        "commands_files:write_new",
-        (NewFile, PRINTED),
-        "Write a model file to begin with, which can be used as it is. Nothing is replaced.",
-        examples=("new my-arm --template arm", "new my-delta --template delta"),
-        status="0 for a new file, 2 for bad input.",
-    ),
-    "convert": Command(
-        "commands_files:convert",
-        (Model, Converted, Part(Posing, "pose", "joints", "near"), Answer),
-        "Write a robot at a pose as a file: a snapshot, a finite element model, results for "
-        "MATLAB.",
-        examples=(
-            'convert hexapod --pose "0 0 0.85 0 0 0" --to graph -o hexapod.json',
-            'convert hexapod --pose "0 0 0.85 0 0 0" --to matlab -o hexapod.mat',
-            'convert hexapod --pose "0 0 0.85 0 0 0" --to opensees -o hexapod.tcl',
-        ),
-        status="0 for a file, 1 when the pose is out of reach, 2 for bad input.",
-    ),
-}
+    place: Posing = group(Posing, "pose", "joints", "near")
+    answer: Answer = group(Answer)

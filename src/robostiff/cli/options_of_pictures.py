@@ -1,4 +1,4 @@
-"""Commands that write maps, pictures and pages: their options, words and examples."""
+"""Commands that write maps, pictures and pages."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from typing import Any
 
 import click
 
-from robostiff.cli.command import Command
 from robostiff.cli.options import (
-    PRINTED,
     Answer,
-    Length,
+    Command,
     Model,
-    Part,
     Posing,
     gravity_option,
+    group,
+    length_option,
     option,
     output_option,
     plot_option,
@@ -24,15 +23,120 @@ from robostiff.cli.options import (
     wrench_option,
 )
 
+WHAT = ("robot", "deflection", "energy", "ellipsoids", "free-motions", "matrix", "modes", "map")
+"""What can be drawn."""
+
+
+@dataclass(frozen=True)
+class Subject(Model):
+    """What is drawn: a robot, or a map."""
+
+    source: str = robot_argument("ROBOT|MAP", ", a map (FILE.zarr or FILE.nc)")
+
+
+class Plot(Command, name="plot", run="commands_pictures:make_plot"):
+    """Draw a robot, a snapshot, a network, a linkage, a cable robot, or a map.
+
+    $ plot hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.png
+    $ plot cable-8 --what ellipsoids -o cables.html
+    $ plot map.nc --quantity status --cut z=0.3 -o map.pdf
+
+    Exit status: 0 for a picture, 1 where there is nothing to draw, 2 for bad input.
+    """
+
+    model: Subject = group(Subject)
+    output: str = output_option("FILE.png, .svg or .pdf, or of a robot .html to be turned.")
+    what: str | None = option(
+        "--what",
+        metavar="|".join(WHAT),
+        help="What is drawn: the robot with its parts and joints named, when left out; under "
+        "--wrench its deflection.",
+    )
+    wrench: str | None = wrench_option("A load on the platform, for deflection and energy")
+    quality: str = option(
+        "--quality",
+        metavar="NAME",
+        default="compliance",
+        help="Of ellipsoids: compliance, stiffness, rotational-compliance or rotational-stiffness.",
+    )
+    mode: int = option(
+        "--mode", metavar="NUMBER", type=int, default=1, help="Of modes: which, 1 for the slowest."
+    )
+    quantity: str | None = option(
+        "--quantity",
+        metavar="NAME",
+        help="Of a map: worst_deflection, rank, status or any other variable of it.",
+    )
+    cuts: tuple[str, ...] = repeatable(
+        "--cut",
+        "NAME=VALUE",
+        "Of a map: where a coordinate is cut, or which component is shown, such as z=0.3 or "
+        "displacement_axis=dz",
+    )
+    place: Posing = group(Posing)
+    answer: Answer = group(Answer)
+
+
+def _line(name: str, more: str = "") -> Any:
+    words = f"Line of the title block{more}."
+    return option(name, metavar="TEXT", default="", show_default=False, help=words)
+
+
+class Report(Command, name="report", run="commands_pictures:make_report"):
+    """Write all results about a robot as one self-contained HTML page, or as a PDF.
+
+    $ report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html
+    """
+
+    model: Model = group(Model)
+    output: str = output_option("What to write: FILE.html, or FILE.pdf.")
+    wrench: str | None = wrench_option(
+        "A load on the platform: adds the deflection and the elastic energy of parts"
+    )
+    map_file: str | None = option(
+        "--map",
+        metavar="FILE",
+        help="A map of the robot, .zarr or .nc: adds slices of the workspace.",
+    )
+    finite: bool = option(
+        "--finite-load",
+        help="With --wrench: where the robot comes to rest under it, its stiffness there, the "
+        "critical load, and the force-deflection curve.",
+    )
+    pdf: bool = option("--pdf", help="Write FILE.pdf besides FILE.html.")
+    compare: str | None = option(
+        "--compare",
+        metavar="ROBOT",
+        help="Another design beside it, at the same pose and under the same load.",
+    )
+    project: str = _line("--project")
+    author: str = _line("--author")
+    date: str = _line("--date", ", such as 2026-11-22, or 'today'")
+    revision: str = _line("--revision")
+    place: Posing = group(Posing)
+    answer: Answer = group(Answer)
+
 
 def _axis(name: str, unit: str) -> Any:
     return option(f"--{name}", metavar='"START STOP COUNT"', help=f"Values of {name} [{unit}].")
 
 
-@dataclass(frozen=True)
-class WrittenMap:
-    """Poses, quantities and load of a map, as they are written."""
+class MakeMap(Command, name="map", run="commands_map:make_map"):
+    """Compute stiffness at many poses: over a grid, along a trajectory, or at random.
 
+    Coordinates left out stay at home.
+
+    $ map hexapod --x "-100 mm 100 mm 41" --rz "0 20 deg 5" -o map.nc
+    $ map hexapod --poses path.csv --quantity deflection --wrench "0 0 -500 N 0 0 0"
+      -o deflections.csv
+    $ map hexapod --x "-0.1 0.1 5" --wrench "0 0 -1 MN 0 0 0" --under-load --factor "0 5 6"
+      -o loaded.nc
+    $ map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume
+
+    Exit status: 0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.
+    """
+
+    model: Model = group(Model)
     x: str | None = _axis("x", "m")
     y: str | None = _axis("y", "m")
     z: str | None = _axis("z", "m")
@@ -79,18 +183,8 @@ class WrittenMap:
         help="Multiples of the wrench, as one more axis of a map --under-load.",
     )
     gravity: str | None = gravity_option()
-
-    @property
-    def axes(self) -> dict[str, str]:
-        """Ranges of coordinates of the platform, by their names."""
-        names = ("x", "y", "z", "rx", "ry", "rz")
-        return {name: text for name in names if (text := getattr(self, name)) is not None}
-
-
-@dataclass(frozen=True)
-class Run:
-    """Where a map goes, and by which processors."""
-
+    length: str | None = length_option()
+    place: Posing = group(Posing, "near")
     output: str = output_option(
         "FILE.zarr (of any size, can be resumed), FILE.nc (NetCDF), FILE.csv, or - for CSV on "
         "standard output."
@@ -117,92 +211,28 @@ class Run:
         help="Compute every pose as 'stiffness' does, without a kernel; large maps have one "
         "otherwise.",
     )
+    answer: Answer = group(Answer)
+
+    @property
+    def axes(self) -> dict[str, str]:
+        """Ranges of coordinates of the platform, by their names."""
+        names = ("x", "y", "z", "rx", "ry", "rz")
+        return {name: text for name in names if (text := getattr(self, name)) is not None}
 
 
-WHAT = ("robot", "deflection", "energy", "ellipsoids", "free-motions", "matrix", "modes", "map")
-"""What can be drawn."""
+class View(Command, name="view", run="commands_pictures:show_view"):
+    """Show a robot in the browser, with sliders for its pose, its parameters and a load.
 
+    Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. Only
+    this computer can open the page. Ctrl-C ends it.
 
-@dataclass(frozen=True)
-class Subject(Model):
-    """What is drawn: a robot, or a map."""
+    $ view hexapod --wrench "500 N 0 0 0 0 0"
 
-    source: str = robot_argument("ROBOT|MAP", ", a map (FILE.zarr or FILE.nc)")
+    Exit status: 0 when it is ended, 2 for bad input.
+    """
 
-
-@dataclass(frozen=True)
-class PictureFile:
-    """A picture, as it is written."""
-
-    output: str = output_option("FILE.png, .svg or .pdf, or of a robot .html to be turned.")
-    what: str | None = option(
-        "--what",
-        metavar="|".join(WHAT),
-        help="What is drawn: the robot with its parts and joints named, when left out; under "
-        "--wrench its deflection.",
-    )
-    wrench: str | None = wrench_option("A load on the platform, for deflection and energy")
-    quality: str = option(
-        "--quality",
-        metavar="NAME",
-        default="compliance",
-        help="Of ellipsoids: compliance, stiffness, rotational-compliance or rotational-stiffness.",
-    )
-    mode: int = option(
-        "--mode", metavar="NUMBER", type=int, default=1, help="Of modes: which, 1 for the slowest."
-    )
-    quantity: str | None = option(
-        "--quantity",
-        metavar="NAME",
-        help="Of a map: worst_deflection, rank, status or any other variable of it.",
-    )
-    cuts: tuple[str, ...] = repeatable(
-        "--cut",
-        "NAME=VALUE",
-        "Of a map: where a coordinate is cut, or which component is shown, such as z=0.3 or "
-        "displacement_axis=dz",
-    )
-
-
-def _line(name: str, more: str = "") -> Any:
-    words = f"Line of the title block{more}."
-    return option(name, metavar="TEXT", default="", show_default=False, help=words)
-
-
-@dataclass(frozen=True)
-class Pages:
-    """Contents of a report besides the pose, its files, and its title block."""
-
-    output: str = output_option("What to write: FILE.html, or FILE.pdf.")
-    wrench: str | None = wrench_option(
-        "A load on the platform: adds the deflection and the elastic energy of parts"
-    )
-    map_file: str | None = option(
-        "--map",
-        metavar="FILE",
-        help="A map of the robot, .zarr or .nc: adds slices of the workspace.",
-    )
-    finite: bool = option(
-        "--finite-load",
-        help="With --wrench: where the robot comes to rest under it, its stiffness there, the "
-        "critical load, and the force-deflection curve.",
-    )
-    pdf: bool = option("--pdf", help="Write FILE.pdf besides FILE.html.")
-    compare: str | None = option(
-        "--compare",
-        metavar="ROBOT",
-        help="Another design beside it, at the same pose and under the same load.",
-    )
-    project: str = _line("--project")
-    author: str = _line("--author")
-    date: str = _line("--date", ", such as 2026-11-22, or 'today'")
-    revision: str = _line("--revision")
-
-
-@dataclass(frozen=True)
-class BrowserPage:
-    """Load at the beginning, port, and whether a browser is opened."""
-
+    model: Model = group(Model)
+    place: Posing = group(Posing, "pose", "joints")
     wrench: str | None = wrench_option("Load on the platform at the beginning")
     port: int = option(
         "--port",
@@ -213,49 +243,4 @@ class BrowserPage:
         "it is in use.",
     )
     no_browser: bool = option("--no-browser", help="Print the address, and open no browser.")
-
-
-COMMANDS = {
-    "plot": Command(
-        "commands_pictures:make_plot",
-        (Subject, PictureFile, Posing, Answer),
-        "Draw a robot, a snapshot, a network, a linkage, a cable robot, or a map.",
-        examples=(
-            'plot hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.png',
-            "plot cable-8 --what ellipsoids -o cables.html",
-            "plot map.nc --quantity status --cut z=0.3 -o map.pdf",
-        ),
-        status="0 for a picture, 1 where there is nothing to draw, 2 for bad input.",
-    ),
-    "report": Command(
-        "commands_pictures:make_report",
-        (Model, Pages, Posing, Answer),
-        "Write all results about a robot as one self-contained HTML page, or as a PDF.",
-        examples=('report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html',),
-        status="0 for an answer, 1 for an answer with a bad status, 2 for bad input.",
-    ),
-    "map": Command(
-        "commands_map:make_map",
-        (Model, WrittenMap, Length, Part(Posing, "near"), Run, Answer),
-        "Compute stiffness at many poses: over a grid, along a trajectory, or at random.",
-        "Coordinates left out stay at home.",
-        examples=(
-            'map hexapod --x "-100 mm 100 mm 41" --rz "0 20 deg 5" -o map.nc',
-            'map hexapod --poses path.csv --quantity deflection --wrench "0 0 -500 N 0 0 0" '
-            "-o deflections.csv",
-            'map hexapod --x "-0.1 0.1 5" --wrench "0 0 -1 MN 0 0 0" --under-load --factor "0 5 6" '
-            "-o loaded.nc",
-            'map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume',
-        ),
-        status="0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.",
-    ),
-    "view": Command(
-        "commands_pictures:show_view",
-        (Model, Part(Posing, "pose", "joints"), BrowserPage, PRINTED),
-        "Show a robot in the browser, with sliders for its pose, its parameters and a load.",
-        "Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. "
-        "Only this computer can open the page. Ctrl-C ends it.",
-        examples=('view hexapod --wrench "500 N 0 0 0 0 0"',),
-        status="0 when it is ended, 2 for bad input.",
-    ),
-}
+    answer: Answer = group(Answer, "as_json")

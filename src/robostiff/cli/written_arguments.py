@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from robostiff.cli.options import Length, Model, Posing
+from robostiff.cli.options import Model, Posing
 from robostiff.errors import InputError
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
@@ -19,11 +19,12 @@ from robostiff.kinematics import (
     ToolPose,
     actuator_names,
 )
-from robostiff.model import Actuated, Coordinate, Robot, Snapshot
+from robostiff.model import Actuated, Coordinate, Robot
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
     from robostiff.linkage import Linkage
+    from robostiff.model import Snapshot
     from robostiff.model.cable import CableRobot
     from robostiff.network import Network
 
@@ -76,16 +77,13 @@ def pose_from(robot: Posed, place: Posing) -> Any:
     return _without_joints(robot, place)
 
 
-def _without_joints(robot: Snapshot | Network | CableRobot, place: Posing) -> Pose:
-    from robostiff.network import Network
-
-    if isinstance(robot, Snapshot | Network):
-        kind = "network" if isinstance(robot, Network) else "snapshot"
+def _without_joints(robot: Any, place: Posing) -> Pose:
+    if robot.is_frozen:
         if place.pose is not None or place.joints is not None:
             raise InputError(
                 "--pose" if place.pose is not None else "--joints",
                 got=place.pose or place.joints,
-                expected=f"none: a {kind} is frozen at its own pose",
+                expected=f"none: a {robot.kind} is frozen at its own pose",
                 hint="describe the robot in a model file to move it",
             )
         return None
@@ -251,11 +249,11 @@ def load_dimensions(space: Space) -> list[Dimension]:
     return [Dimension.FORCE if u == "N" else Dimension.MOMENT for u in space.wrench_units]
 
 
-def length_from(written: Length) -> float | None:
+def length_from(text: str | None) -> float | None:
     """A characteristic length, or None for that of the robot."""
-    if written.length is None:
+    if text is None:
         return None
-    return parse_quantities(written.length, [Dimension.LENGTH], ["length"], "--length")[0]
+    return parse_quantities(text, [Dimension.LENGTH], ["length"], "--length")[0]
 
 
 def where_from(robot: Posed, place: Posing) -> dict[str, Any]:

@@ -13,15 +13,18 @@ from robostiff.compiled.machine_code import machine_code_is_available
 from robostiff.compiled.outputs import (
     ComplianceMatrix,
     DeflectionUnder,
-    Derivative,
+    DisplacementUnder,
+    EntryOf,
     Output,
     PrincipalStiffness,
     StiffnessMatrix,
+    TotalMass,
     WorstDeflection,
     rows_of,
     unpack,
     upper_triangle,
 )
+from robostiff.compiled.rates import Derivative, Gradient, Rates
 
 __all__ = [
     "ArrayCode",
@@ -30,12 +33,17 @@ __all__ = [
     "ComplianceMatrix",
     "DeflectionUnder",
     "Derivative",
+    "DisplacementUnder",
+    "EntryOf",
+    "Gradient",
     "Kernel",
     "MachineCode",
     "NoMachineCodeWarning",
     "Output",
     "PrincipalStiffness",
+    "Rates",
     "StiffnessMatrix",
+    "TotalMass",
     "WorstDeflection",
     "kernel_of",
     "machine_code_is_available",

@@ -13,7 +13,8 @@ import numpy as np
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import ArrayCode, MachineCode
 from robostiff.compiled.machine_code import machine_code_is_available
-from robostiff.compiled.outputs import Derivative, Output
+from robostiff.compiled.outputs import Output
+from robostiff.compiled.rates import Rates
 from robostiff.errors import InputError
 from robostiff.record import Entry, Program, least
 from robostiff.recorded import RecordedRobot
@@ -172,7 +173,7 @@ def kernel_of(
     """
     entries = [entry for output in outputs for entry in output.recorded(recorded)]
     checked = {name: x for name, x in recorded.checks.items() if checks.cover(name)}
-    gaps = [gap for x in outputs if isinstance(x, Derivative) for gap in x.gaps(recorded)]
+    gaps = [gap for x in outputs if isinstance(x, Rates) for gap in x.gaps(recorded)]
     gaps = [gap for gap in gaps if isinstance(gap, Entry)]
     if gaps:
         checked["gap"] = reduce(least, gaps)

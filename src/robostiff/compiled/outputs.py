@@ -12,11 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.record import Entry, derivatives_along, is_zero
+from robostiff.record import is_zero, plain_root
 from robostiff.recorded import RecordedRobot, eigenvalues, inverse_entries
 from robostiff.spatial import Space, as_floats
-
-_MEET = 1e-9  # a gap at which eigenvalues are the same
 
 
 @runtime_checkable
@@ -198,54 +196,105 @@ class PrincipalStiffness:
 
 
 @dataclass(frozen=True)
-class Derivative:
-    """Derivative of another output with respect to a pose coordinate or a parameter.
+class EntryOf:
+    """One entry of another output, such as ``EntryOf(StiffnessMatrix(), (2, 2))``.
 
     Attributes
     ----------
     of : Output
-    by : str
-        Name of the input: a coordinate such as ``x``, or a parameter kept as an input.
+    place : tuple of int
+        From 0; of a matrix row and column.
     """
 
     of: Output
-    by: str
+    place: tuple[int, ...]
 
     @property
     def name(self) -> str:
-        """Such as ``dK/dx``."""
-        return f"d{self.of.name}/d{self.by}"
+        """Such as ``K[2, 2]``."""
+        return f"{self.of.name}[{', '.join(map(str, self.place))}]"
 
     def shape(self, space: Space) -> tuple[int, ...]:
-        """As that of the output."""
-        return self.of.shape(space)
+        """().
+
+        Raises InputError when the output has no such entry.
+        """
+        shape = self.of.shape(space)
+        inside = len(shape) == len(self.place) and all(
+            0 <= i < n for i, n in zip(self.place, shape, strict=True)
+        )
+        if not inside:
+            raise InputError(
+                f"entry of {self.of.name}", got=self.place, expected=f"places in an array {shape}"
+            )
+        return ()
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """Rates of the entries.
-
-        Raises
-        ------
-        InputError
-            When there is no such input.
-        NoAnswerError
-            When eigenvalues meet at every pose: they have no derivatives there.
-        """
-        for gap in self.gaps(robot):
-            size = gap.sample if isinstance(gap, Entry) else float(gap)
-            if np.all(np.abs(size) < _MEET):
-                raise NoAnswerError(
-                    f"no {self.name} of {robot.name!r}: eigenvalues meet at every pose"
-                )
-        entries = self.of.recorded(robot)
-        direction: Any = {self.by: 1}
-        if robot.closure is not None:
-            direction = robot.closure.direction(robot.record, self.by)
-        return derivatives_along(robot.record, entries, direction)
+        """The entry."""
+        self.shape(robot.space)
+        shape = self.of.shape(robot.space)
+        if len(shape) == 2:
+            places = list(upper_triangle(shape[0]))
+            i, j = self.place
+            row = places.index((min(i, j), max(i, j)))
+        else:
+            row = self.place[0] if self.place else 0
+        return [self.of.recorded(robot)[row]]
 
     def gaps(self, robot: RecordedRobot) -> list[Any]:
         """Relative distances between eigenvalues."""
-        own = getattr(self.of, "gaps", None)
-        return [] if own is None else own(robot)
+        return gaps_of(self.of, robot)
+
+
+@dataclass(frozen=True)
+class DisplacementUnder:
+    """Size of the displacement of the reference point under a wrench about it [m].
+
+    Attributes
+    ----------
+    wrench : tuple of float
+        As of `DeflectionUnder`.
+    """
+
+    wrench: tuple[float, ...]
+    name = "displacement"
+
+    def __init__(self, wrench: ArrayLike) -> None:
+        object.__setattr__(self, "wrench", DeflectionUnder(wrench).wrench)
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """()."""
+        DeflectionUnder(self.wrench).shape(space)
+        return ()
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """Root of the sum of squares of the first entries of the twist."""
+        moved = DeflectionUnder(self.wrench).recorded(robot)[: robot.space.translations]
+        return [plain_root(sum(x * x for x in moved))]
+
+
+@dataclass(frozen=True)
+class TotalMass:
+    """Mass of all parts of the robot, as far as it is known [kg].
+
+    Beams have the mass of their density and size; telescopes are as long as they are at the pose.
+    """
+
+    name = "mass"
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """()."""
+        return ()
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """The sum."""
+        return [robot.mass]
+
+
+def gaps_of(output: Output, robot: RecordedRobot) -> list[Any]:
+    """Relative distances between eigenvalues of which an output is made."""
+    own = getattr(output, "gaps", None)
+    return [] if own is None else own(robot)
 
 
 def rows_of(shape: tuple[int, ...]) -> int:

@@ -58,8 +58,8 @@ class Elasticity:
     (6, 0)
     """
 
-    compliance: NDArray
-    freedoms: NDArray = field(default_factory=lambda: np.zeros((6, 0)))
+    compliance: np.ndarray
+    freedoms: np.ndarray = field(default_factory=lambda: np.zeros((6, 0)))
     bounds: tuple[Bounds, ...] = ()
     beam: SlenderBeam | None = None
 

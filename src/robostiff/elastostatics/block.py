@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from robostiff.elastostatics.chain_problem import (
     WELL_APART,
     ChainProblem,
     Form,
+    Need,
 )
 from robostiff.spatial.shapes import Float
 
@@ -56,7 +58,7 @@ class Block(Form):
 
     name = "block"
     equation = "(9) K = K0 - K0 J_q (J_q^T K0 J_q)^-1 J_q^T K0"
-    needs = (REGULAR, INDEPENDENT, WELL_APART)
+    needs: ClassVar[tuple[Need, ...]] = (REGULAR, INDEPENDENT, WELL_APART)
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""

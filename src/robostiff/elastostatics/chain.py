@@ -109,9 +109,7 @@ def solve_chain(
     allowed = problem.without(refused)
     K = np.zeros(C.shape) if np.all(refused) else form.stiffness(allowed)
     transmitted = np.count_nonzero(np.any(W != 0, axis=-2), axis=-1)
-    doubtful = np.zeros(length.shape, dtype=bool)
-    if form.loses_digits is not None:
-        doubtful = form.loses_digits(allowed, K) & ~refused
+    doubtful = form.loses_digits(allowed, K) & ~refused
     K = 0.5 * (K + np.swapaxes(K, -1, -2)) * scale
     # Directions that joints free entirely keep no rounding.
     K = np.where((transmitted > 0)[..., None, None], K, 0.0)

@@ -131,14 +131,14 @@ class Form(ABC):
     equation: ClassVar[str]
     #: What it needs of a chain.
     needs: ClassVar[tuple[Need, ...]] = ()
-    #: Where K, by the nature of the form, has fewer digits than asked for (...); None for nowhere.
-    loses_digits: ClassVar[Callable[[ChainProblem, np.ndarray], np.ndarray] | None] = staticmethod(
-        ChainProblem.costs_digits_to_invert
-    )
 
     @abstractmethod
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain that has all that the form needs (..., n, n)."""
+
+    def loses_digits(self, problem: ChainProblem, K: np.ndarray) -> np.ndarray:
+        """Where K, by the nature of the form, has fewer digits than asked for (...)."""
+        return problem.costs_digits_to_invert(K)
 
 
 @dataclass(frozen=True)

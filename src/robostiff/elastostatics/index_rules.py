@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -98,7 +99,11 @@ class IndexRules(Form):
 
     name = "index-rules"
     equation = "(19) K_jk <- K_jk - K_jp K_pk / K_pp"
-    needs = (REGULAR, Need(_has_oblique_joints, NOT_ALONG_AXES), WELL_APART)
+    needs: ClassVar[tuple[Need, ...]] = (
+        REGULAR,
+        Need(_has_oblique_joints, NOT_ALONG_AXES),
+        WELL_APART,
+    )
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import chain
+from typing import ClassVar
 
 import numpy as np
 
-from robostiff.elastostatics.chain_problem import REGULAR, WELL_APART, ChainProblem, Form
+from robostiff.elastostatics.chain_problem import REGULAR, WELL_APART, ChainProblem, Form, Need
 from robostiff.errors import InputError
 from robostiff.spatial.shapes import Float
 
@@ -54,7 +55,7 @@ class Recursive(Form):
 
     name = "recursive"
     equation = "(15) K <- K - u u^T / mu, u = K J, mu = J^T u"
-    needs = (REGULAR, WELL_APART)
+    needs: ClassVar[tuple[Need, ...]] = (REGULAR, WELL_APART)
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""

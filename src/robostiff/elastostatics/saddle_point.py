@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from robostiff.elastostatics.chain_problem import (
     WELL_APART,
     ChainProblem,
     Form,
+    Need,
 )
 from robostiff.spatial.shapes import Float
 
@@ -70,8 +72,7 @@ class SaddlePoint(Form):
 
     name = "saddle-point"
     equation = "(7) K = upper-left block of [[C, J_q], [J_q^T, 0]]^-1"
-    needs = (INDEPENDENT, WELL_APART, COMPLIANT)
-    loses_digits = staticmethod(ChainProblem.costs_digits)
+    needs: ClassVar[tuple[Need, ...]] = (INDEPENDENT, WELL_APART, COMPLIANT)
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""
@@ -79,3 +80,7 @@ class SaddlePoint(Form):
         trace = np.trace(problem.C, axis1=-2, axis2=-1)[..., None, None]
         size = np.where(trace > 0, trace, 1.0)
         return saddle_point_stiffness(problem.C / size, problem.J_q) / size
+
+    def loses_digits(self, problem: ChainProblem, K: np.ndarray) -> np.ndarray:
+        """Where K has fewer digits than asked for (...)."""
+        return np.asarray(problem.costs_digits(K))

@@ -60,8 +60,11 @@ class WrenchBasis(Form):
 
     name = "wrench-basis"
     equation = "K = W (W^T C W)^-1 W^T, W a basis of null(J_q^T)"
-    loses_digits = None
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""
         return wrench_basis_stiffness(problem.C, problem.W)
+
+    def loses_digits(self, problem: ChainProblem, K: np.ndarray) -> np.ndarray:
+        """Nowhere (...)."""
+        return np.zeros(K.shape[:-2], dtype=bool)

@@ -73,9 +73,9 @@ class PostureFinder:
     """
 
     def __init__(self, robot: Robot) -> None:
-        self.robot = robot.in_floats
-        self.home_pose = home_coordinates(self.robot)
-        self.length = reach(self.robot, self.home_pose)
+        self.robot: Robot = robot.in_floats
+        self.home_pose: np.ndarray = home_coordinates(self.robot)
+        self.length: float = reach(self.robot, self.home_pose)
         self._closing: dict[int, LegSolver] = {}
 
     def closing(self, i: int) -> LegSolver:

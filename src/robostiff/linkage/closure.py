@@ -203,7 +203,7 @@ def _nearest(
 
 
 @dataclass(frozen=True)
-class _MovedBodies:
+class MovedBodies:
     """The bodies of a linkage as moving frames; a posture x has the coordinates of its tree."""
 
     tree: MotionTree
@@ -213,16 +213,17 @@ class _MovedBodies:
     places: Mapping[str, tuple[list[int], float]]
 
     def row(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Postures (N, size) at coordinates of connections (size,) or (N, size)."""
-        own = {name: sign * np.atleast_2d(q[name]) for name, (_, sign) in self.places.items()}
-        x = np.empty((max(map(len, own.values()), default=1), self.tree.size))
-        for name, (places, _) in self.places.items():
-            x[:, places] = own[name]
-        return x
+        """Postures (..., size) at coordinates (..., size) of each connection."""
+        own = {name: np.asarray(q[name]) for name in self.places}
+        batch = np.broadcast_shapes(*(x.shape[:-1] for x in own.values()))
+        row = np.empty((*batch, self.tree.size), np.result_type(float, *own.values()))
+        for name, (places, sign) in self.places.items():
+            row[..., places] = sign * own[name]
+        return row
 
 
 @kept
-def _moved_bodies(linkage: Linkage) -> _MovedBodies:
+def moved_bodies(linkage: Linkage) -> MovedBodies:
     """Frames of the bodies along the spanning tree, and of the connections that close loops."""
     tree, frames = MotionTree(), {linkage.base: AT_REST}
     led: dict[str, tuple[int, ...]] = {linkage.base: ()}
@@ -247,7 +248,7 @@ def _moved_bodies(linkage: Linkage) -> _MovedBodies:
         end, moving = beyond(cut)
         own, leading = (tuple(i for i in x if i not in y) for x, y in _both(moving, led[cut.b]))
         tree.ends.append(LoopEnd(end, frames[cut.b], own, leading))
-    return _MovedBodies(tree, frames, tuple(joints), places)
+    return MovedBodies(tree, frames, tuple(joints), places)
 
 
 def _both(a: Sequence[int], b: Sequence[int]) -> tuple[tuple[Sequence[int], Sequence[int]], ...]:
@@ -268,16 +269,16 @@ class LoopsOfLinkage:
         cls, linkage: Linkage, start: Mapping[str, np.ndarray], moving: Sequence[Connection]
     ) -> LoopsOfLinkage:
         """The loops that some joints may close."""
-        bodies, in_loops = _moved_bodies(linkage), linkage.tree.in_loops
+        bodies, in_loops = moved_bodies(linkage), linkage.tree.in_loops
         own, tree = [c for c in moving if c.name in in_loops], bodies.tree
         unknowns = np.array([i for c in own for i in bodies.places[c.name][0]], dtype=int)
         x = bodies.row(start)
-        placed = tree.placed(x)
+        placed = tree.placed(x[None])
         points = (placed.at(one)[1] for one in (*bodies.frames.values(), *bodies.joints))
         equations = np.arange(6 * len(tree.ends))
         loops = Loops(
             tree=tree,
-            start=x[0],
+            start=x,
             unknowns=unknowns,
             given=np.setdiff1d(np.arange(tree.size), unknowns),
             parts=(ClosurePart(np.arange(0), equations, np.arange(unknowns.size)),),
@@ -288,7 +289,7 @@ class LoopsOfLinkage:
     def followed(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
         """Configurations at values (N, size) of joints, on paths from where all loops close."""
         loops = self.loops
-        given = _moved_bodies(self.linkage).row({**self.start, **values})[:, loops.given]
+        given = moved_bodies(self.linkage).row({**self.start, **values})[..., loops.given]
         if any(c.is_screw for c in self.moving):
             return [self._turn_by_turn(row) for row in given]
         return self._arrived(follow(loops, loops.start, given))
@@ -321,7 +322,7 @@ class LoopsOfLinkage:
 
     def configurations(self, x: np.ndarray) -> list[Configuration]:
         """The linkage at postures (N, size)."""
-        bodies, cuts = _moved_bodies(self.linkage), self.linkage.tree.cuts
+        bodies, cuts = moved_bodies(self.linkage), self.linkage.tree.cuts
         placed = bodies.tree.placed(x)
         frames = {name: placed.at(fixed) for name, fixed in bodies.frames.items()}
         ends = placed.R, placed.p, placed.R_wanted, placed.p_wanted

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
-from robostiff.kinematics.formula import FormulaPose
-from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
-from robostiff.kinematics.spanning_tree import SpanningTree, independent_parts
-from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, PathsFromHome, close
+from robostiff.kinematics.frames import Loop
+from robostiff.kinematics.spanning_tree import independent_parts
+from robostiff.linkage.closure import (
+    PART_OF_A_TURN,
+    Configuration,
+    PathsFromHome,
+    close,
+    moved_bodies,
+)
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 from robostiff.model import Actuated, Joint
@@ -24,7 +29,6 @@ from robostiff.recorded.guess import with_nominal
 from robostiff.recorded.newton_step import (
     Opening,
     closing_twists,
-    joint_steps,
     step_of_groups,
 )
 from robostiff.recorded.parameters import COUNT
@@ -241,6 +245,12 @@ class DrivenLinkage:
         return tuple(own)
 
 
+@kept
+def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
+    """As `DrivenLinkage.moved_by`, found once for each choice of joints."""
+    return DrivenLinkage.moved_by(linkage, joints)
+
+
 def _actuated(part: Linkage) -> tuple[str, ...]:
     return tuple(joint.name for joint in part.joints if isinstance(joint.role, Actuated))
 
@@ -269,58 +279,6 @@ def _tidied(part: Linkage) -> Linkage:
     return replace(part, connections=tuple(own))
 
 
-@dataclass(frozen=True)
-class Bodies:
-    """The bodies of a linkage in the world at coordinates, numbers or entries."""
-
-    tree: SpanningTree[Connection]
-    q: Mapping[str, np.ndarray]  # coordinates of every connection (size,) [m, rad]
-    frames: Mapping[str, FormulaPose]  # of every body, along the tree
-    _elements: dict[str, PlacedChain] = field(default_factory=dict, repr=False)
-
-    @classmethod
-    def of(cls, tree: SpanningTree[Connection], q: Mapping[str, np.ndarray]) -> Bodies:
-        """From the base outwards."""
-        frames: dict[str, FormulaPose] = {}
-        bodies = cls(tree, q, frames)
-        for body, way in tree.ways.items():
-            if not way:
-                frames[body] = FormulaPose(np.eye(3), np.zeros(3))
-                continue
-            c, direction = way[-1]
-            if direction > 0:
-                frames[body] = bodies.beyond(c)
-            elif c.rigid is not None:
-                frames[body] = frames[c.b].at(c.rigid.inverse)
-            else:  # the frame from which the connection leads to body b
-                end = place_chain(c.chain, q[c.name], c.before.R, c.before.p)
-                across = FormulaPose(end.R, end.p).at(c.after)
-                R = frames[c.b].R @ across.R.T
-                frames[body] = FormulaPose(R, frames[c.b].p - R @ across.p)
-        return bodies
-
-    def beyond(self, connection: Connection) -> FormulaPose:
-        """Where body b of a connection is, seen from body a."""
-        if connection.rigid is not None:
-            return self.frames[connection.a].at(connection.rigid)
-        placed = self.placed(connection)
-        return FormulaPose(placed.R, placed.p).at(connection.after)
-
-    def placed(self, connection: Connection) -> PlacedChain:
-        """The element of a connection in the world."""
-        if connection.name not in self._elements:
-            start = self.frames[connection.a].at(connection.before)
-            q = self.q[connection.name]
-            placed = place_chain(connection.chain, q, start.R, start.p)
-            self._elements[connection.name] = placed
-        return self._elements[connection.name]
-
-    def gap(self, cut: Connection) -> Loop:
-        """By how much a connection that closes a loop misses its body."""
-        meant, there = self.beyond(cut), self.frames[cut.b]
-        return Loop(cut.name, meant.R, meant.p, there.R, there.p, (), ())
-
-
 def record_linkage_closure(
     driven: DrivenLinkage, samples: Sequence[Configuration]
 ) -> tuple[RecordedClosure | None, tuple[str, ...]]:
@@ -335,38 +293,47 @@ def record_linkage_closure(
     given = sampled(driven.driving, closed) | with_nominal(part)
     state = sampled(following, closed)
     record = Record({**given, **state})
-    bodies = Bodies.of(part.tree, coordinates(driven, record, (*driven.driving, *following)))
+    bodies = moved_bodies(part)
+    q = coordinates(driven, record, (*driven.driving, *following))
+    placed, tree = bodies.tree.placed(bodies.row(q)), bodies.tree
+    names = {
+        i: name
+        for c in following
+        for i, name in zip(bodies.places[c.name][0], coordinate_names(c), strict=True)
+    }
+    around = [
+        [(i, sign) for sign, own in ((1, end.moving), (-1, end.leading)) for i in own if i in names]
+        for end in tree.ends
+    ]
     groups = []
-    for loops, moving in _groups(bodies, following):
-        openings, names = [], {c.name for c in moving}
-        for cut, gap in loops:
-            around = [
-                (name, freedom, int(sign))
-                for c, sign in bodies.tree.around(cut)
-                if c.name in names
-                for name, freedom in zip(
-                    coordinate_names(c), bodies.placed(c).freedoms, strict=True
-                )
+    for unknowns, loops in independent_parts(list(names), [[i for i, _ in own] for own in around]):
+        openings = []
+        for k in loops:
+            ends = placed.R[k], placed.p[k], placed.R_wanted[k], placed.p_wanted[k]
+            moving = [
+                (names[i], Screw(placed.axes[i], placed.points[i], tree.screws[i].pitch), sign)
+                for i, sign in around[k]
             ]
-            openings.append(Opening.of(gap, closing_twists(around, gap.p, length), length))
-        groups.append((openings, [name for c in moving for name in coordinate_names(c)]))
+            rates = closing_twists(moving, placed.p[k], length)
+            openings.append(Opening.of(Loop("", *ends, (), ()), rates, length))
+        groups.append((openings, [names[i] for i in unknowns]))
 
-    def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
-        steps: dict[str, Any] = {}
-        for c in following:
-            if isinstance(c.element, Joint):
-                names, own = coordinate_names(c), bodies.q[c.name]
-                steps |= joint_steps(c.element, names, own, c.element.freedoms, found, length)
-        return steps
-
-    step = step_of_groups(groups, [], in_coordinates, length)
+    joints = [
+        (c.element, coordinate_names(c), q[c.name] * bodies.places[c.name][1], c.freedoms)
+        for c in following
+        if isinstance(c.element, Joint)
+    ]
+    step = step_of_groups(groups, {}, joints, length)
+    # A spherical joint that is passed backwards turns the other way.
+    signs = {name: bodies.places[c.name][1] for c in following for name in coordinate_names(c)}
+    step = replace(step, steps={name: x * signs[name] for name, x in step.steps.items()})
     undetermined = tuple(step.undetermined)
     passive = {name for c in following if c.is_passive for name in coordinate_names(c)}
     if not passive.issuperset(undetermined):
         return None, undetermined
-    q = {name: record.input(name) for name in (*given, *state)}
+    inputs = {name: record.input(name) for name in (*given, *state)}
     start = named(following, driven.home.coordinates)
-    return steps_from_home(record, tuple(given), start, step, q), undetermined
+    return steps_from_home(record, tuple(given), start, step, inputs), undetermined
 
 
 def coordinates(
@@ -385,14 +352,3 @@ def sampled(
     """Coordinates of connections in some configurations (samples,), by their own names."""
     rows = [named(connections, one.coordinates) for one in closed]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-def _groups(
-    bodies: Bodies, following: Sequence[Connection]
-) -> Iterator[tuple[list[tuple[Connection, Loop]], list[Connection]]]:
-    """Loops that share joints that follow, and these joints."""
-    cuts, by_name = bodies.tree.cuts, {c.name: c for c in following}
-    around = [[c.name for c, _ in bodies.tree.around(cut) if c.name in by_name] for cut in cuts]
-    for names, loops in independent_parts(list(by_name), around):
-        gaps = [(cuts[i], bodies.gap(cuts[i])) for i in loops]
-        yield gaps, [by_name[name] for name in names]

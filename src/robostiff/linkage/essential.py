@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics import place_chain
+from robostiff.kinematics import PlacedChain, place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
-from robostiff.kinematics.spanning_tree import branches, connected_parts
+from robostiff.kinematics.spanning_tree import branches, connected_parts, spanning_tree
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.linkage import Connection, Linkage, turned_round
 from robostiff.model import (
@@ -22,9 +22,11 @@ from robostiff.model import (
     Leg,
     Link,
     Mass,
+    PlacedLeg,
     Rigid,
     Robot,
     Role,
+    Snapshot,
 )
 from robostiff.network import JointElement, Network, Node, SpringElement
 from robostiff.spatial import Frame
@@ -82,31 +84,27 @@ def welded_places(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
     InputError
         When welds contradict each other.
     """
-    welds: dict[str, list[tuple[str, Frame, str]]] = {body: [] for body in linkage.bodies}
-    for c in linkage.connections:
-        if c.element is None:
-            b_in_a = c.before @ c.after
-            welds[c.a].append((c.b, b_in_a, c.name))
-            welds[c.b].append((c.a, b_in_a.inverse, c.name))
+    welds = [c for c in linkage.connections if c.element is None]
     places: dict[str, tuple[str, Frame]] = {}
     for whole in (linkage.base, linkage.platform, *linkage.bodies):
         if whole in places:
             continue
-        places[whole] = whole, Frame.identity()
-        waiting = [whole]
-        while waiting:
-            body = waiting.pop()
-            for other, seen, name in welds[body]:
-                frame = places[body][1] @ seen
-                if other not in places:
-                    places[other] = whole, frame
-                    waiting.append(other)
-                elif not _alike(frame, places[other][1]):
-                    raise InputError(
-                        f"weld {name!r} between {body!r} and {other!r}",
-                        got="bodies that are fixed to each other elsewhere, in another place",
-                        expected="a weld that fits",
-                    )
+        tree = spanning_tree(whole, welds)
+        for body, way in tree.ways.items():
+            frame = Frame.identity()
+            if way:
+                weld, sign = way[-1]
+                across = weld.before @ weld.after
+                start = places[weld.a if sign > 0 else weld.b][1]
+                frame = start @ (across if sign > 0 else across.inverse)
+            places[body] = whole, frame
+        for weld in tree.cuts:
+            if not _alike(places[weld.a][1] @ weld.before @ weld.after, places[weld.b][1]):
+                raise InputError(
+                    f"weld {weld.name!r} between {weld.a!r} and {weld.b!r}",
+                    got="bodies that are fixed to each other elsewhere, in another place",
+                    expected="a weld that fits",
+                )
     return places
 
 
@@ -192,6 +190,55 @@ def _with(
     held = linkage.held & {c.name for c in kept}
     own = {body: tuple(several) for body, several in masses.items() if several}
     return replace(linkage, connections=kept, held=held, masses=own)
+
+
+def placed_branches(
+    part: Linkage,
+    q: Mapping[str, np.ndarray],
+    start_of: Callable[[Connection], tuple[np.ndarray, np.ndarray]],
+) -> Iterator[tuple[str, str, list[tuple[Connection, PlacedChain]]]]:
+    """Series paths between bodies at which connections branch: the bodies, and what is between.
+
+    Connections are placed where they begin in the world, at coordinates of numbers or of entries.
+    """
+    for a, b, path in branches([(c.a, c.b) for c in part.connections], (part.base, part.platform)):
+        own = (part.connections[i] for i, _ in path)
+        yield a, b, [(c, place_chain(c.chain, q[c.name], *start_of(c))) for c in own]
+
+
+def branches_of_linkage(
+    part: Linkage, every: Sequence[Configuration]
+) -> tuple[Snapshot, list[tuple[int, int]]]:
+    """Series paths between the bodies of an essential linkage, placed at N configurations.
+
+    With them come the bodies between which each leads: 0 the base, 1 the platform.
+    """
+
+    def frame_of(body: str) -> tuple[np.ndarray, np.ndarray]:
+        frames = [one.frames[body] for one in every]
+        return np.array([own.R for own in frames]), np.array([own.p for own in frames])
+
+    def start_of(c: Connection) -> tuple[np.ndarray, np.ndarray]:
+        R, p = frame_of(c.a)
+        return R @ c.before.R, p + R @ c.before.p
+
+    q = {
+        c.name: np.array([one.coordinates.get(c.name, ()) for one in every]).reshape(
+            len(every), c.chain.size
+        )
+        for c in part.connections
+    }
+    legs, ends, number = [], [], {part.base: 0, part.platform: 1}
+    for a, b, path in placed_branches(part, q, start_of):
+        elements = [
+            replace(own, name=f"{c.name}/{own.name}")
+            for c, placed in path
+            for own in placed.elements
+        ]
+        legs.append(PlacedLeg(f"branch {len(legs)}", tuple(elements), path[-1][1].p))
+        ends.append((number.setdefault(a, len(number)), number.setdefault(b, len(number))))
+    R, p = frame_of(part.platform)
+    return Snapshot(part.name, tuple(legs), p + R @ part.reference_point), ends
 
 
 def network_of(part: Linkage, found: Configuration) -> Network:

@@ -5,23 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.elasticity import moved
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Link, Locked, Mass, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
+from robostiff.model.machine import Machine
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
 if TYPE_CHECKING:
     from robostiff.linkage.closure import Configuration
-    from robostiff.linkage.driven import DrivenLinkage
     from robostiff.network import Network
 
 JointValues = Mapping[str, float | Sequence[float]]
@@ -62,19 +61,6 @@ class Connection:
         """Its element alone; nothing for a weld."""
         return Chain(() if self.element is None else (self.element,))
 
-    @cached_property
-    def rigid(self) -> Frame | None:
-        """Frame of body b in that of body a where no joint is between them."""
-        if isinstance(self.element, Joint):
-            return None
-        to = np.zeros(3) if self.element is None else self.element.to
-        return self.before @ Frame(np.eye(3), to) @ self.after
-
-    @property
-    def size(self) -> int:
-        """Number of its coordinates."""
-        return self.element.size if isinstance(self.element, Joint) else 0
-
     @property
     def freedoms(self) -> tuple[Screw, ...]:
         """Those of a joint."""
@@ -102,7 +88,7 @@ class Connection:
 
 
 @dataclass(frozen=True)
-class Linkage(Symbolic):
+class Linkage(Symbolic, Machine):
     """Bodies connected in any way, one of which is fixed.
 
     Attributes
@@ -139,6 +125,7 @@ class Linkage(Symbolic):
     ('wall', 'door')
     """
 
+    kind: ClassVar[str] = "linkage"
     name: str
     connections: tuple[Connection, ...]
     base: str
@@ -258,6 +245,8 @@ class Linkage(Symbolic):
 
         Every path begins at the same home, which is closed once.
         """
+        from robostiff.linkage.driven import driven_by
+
         given = self.checked(values or {})
         driven = driven_by(self, tuple(given))
         row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
@@ -269,52 +258,26 @@ class Linkage(Symbolic):
         return driven.part, found
 
 
-@kept
-def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
-    """The part between base and platform, closed at home and driven by some joints, or by all.
-
-    As `DrivenLinkage.moved_by`; found once for each choice of joints.
-    """
-    from robostiff.linkage.driven import DrivenLinkage
-
-    return DrivenLinkage.moved_by(linkage, joints)
-
-
 def turned_round(connection: Connection) -> Connection:
     """The same connection from body b to body a; home coordinates give the same configuration.
 
     A joint keeps its coordinates, in reverse order, for its axes are reversed.
     """
-    element = connection.element
-    if isinstance(element, Joint):
-        element = _joint(element)
-    elif isinstance(element, Link):
-        element = _link(element)
-    return Connection(
-        connection.name,
-        connection.b,
-        connection.a,
-        connection.after.inverse,
-        element,
-        connection.before.inverse,
-    )
+    c, element = connection, connection.element
+    if isinstance(element, Link):  # by energy: the wrench is the same, taken about the other end
+        to = np.asarray(element.to)
+        elasticity = moved(element.elasticity, element.axes, -to)
+        masses = tuple(_from_other_end(mass, to) for mass in element.masses)
+        element = Link(-to, elasticity, np.eye(3), element.name, masses)
+    elif element is not None and element.kind is JointKind.SPHERICAL:
+        element = replace(element, home=tuple(-x for x in element.home))  # a rotation vector
+    elif element is not None:
+        freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(element.freedoms))
+        element = replace(element, freedoms=freedoms, home=element.home[::-1])
+    return Connection(c.name, c.b, c.a, c.after.inverse, element, c.before.inverse)
 
 
-def _joint(joint: Joint) -> Joint:
-    if joint.kind is JointKind.SPHERICAL:  # whose coordinates are a rotation vector
-        return replace(joint, home=tuple(-x for x in joint.home))
-    freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(joint.freedoms))
-    return replace(joint, freedoms=freedoms, home=joint.home[::-1])
-
-
-def _link(link: Link) -> Link:
-    # By energy: the wrench is the same at both ends, taken about the other one.
-    to = np.asarray(link.to)
-    elasticity = moved(link.elasticity, link.axes, -to)
-    return Link(-to, elasticity, np.eye(3), link.name, tuple(_mass(m, to) for m in link.masses))
-
-
-def _mass(mass: Mass, to: np.ndarray) -> Mass:
+def _from_other_end(mass: Mass, to: np.ndarray) -> Mass:
     """The same mass seen from the other end of its link."""
     if mass.centre is not None:
         return replace(mass, centre=mass.centre - to)

@@ -13,18 +13,16 @@ from typing import Any
 import numpy as np
 
 from robostiff.elastostatics import scaling
-from robostiff.kinematics.spanning_tree import branches
-from robostiff.linkage.closure import Configuration
+from robostiff.linkage.closure import Configuration, moved_bodies
 from robostiff.linkage.driven import (
-    Bodies,
     DrivenLinkage,
     coordinates,
     record_linkage_closure,
     sampled,
 )
-from robostiff.linkage.essential import network_of
+from robostiff.linkage.essential import network_of, placed_branches
 from robostiff.linkage.linkage import Connection
-from robostiff.model import PlacedFreedom, PlacedLeg
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, usual_size
 from robostiff.recorded.circulation import BodyChain, circulating
 from robostiff.recorded.factor import factors_of
@@ -32,7 +30,7 @@ from robostiff.recorded.leg import LegRecorder, at_samples, stiffness_entries
 from robostiff.recorded.parameters import parameter_samples, with_inputs
 from robostiff.recorded.robot import RecordedRobot
 from robostiff.recorded.working_frame import WorkingFrame
-from robostiff.spatial import Frame, Space
+from robostiff.spatial import Space
 
 # A smallest stiffness below this part of the largest is watched the more closely, so that a loss of
 # 1e4 stays above the ratio of 1e-10 at which `Tolerance` doubts.
@@ -65,18 +63,23 @@ def record_linkage(
     part = with_inputs(driven.part, record)
     moved = {c.name for c in movers}
     moving = [c for c in part.connections if c.name in moved]
-    bodies = Bodies.of(part.tree, coordinates(driven, record, moving))
-    reference = bodies.frames[part.platform].at(Frame(np.eye(3), part.reference_point)).p
+    bodies, q = moved_bodies(part), coordinates(driven, record, moving)
+    placed = bodies.tree.placed(bodies.row(q))
+    R, p = placed.at(bodies.frames[part.platform])
+    reference = p + R @ part.reference_point
     reference = np.array([record.simplified(x, driven.home.length) for x in reference])
     length = (
         network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
     )
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
-    each = branches([(c.a, c.b) for c in part.connections], (part.base, part.platform))
-    legs = [
-        (a, b, _placed([part.connections[i] for i, _ in path], bodies, recorder))
-        for a, b, path in each
-    ]
+
+    def start_of(c: Connection) -> tuple[np.ndarray, np.ndarray]:
+        return placed.at(bodies.frames[c.a].to(c.before.R, c.before.p))
+
+    legs = []
+    for a, b, path in placed_branches(part, q, start_of):
+        every = [e for _, own in path for e in own.parts]
+        legs.append((a, b, PlacedLeg(path[0][0].name, _simple(every, recorder), reference)))
     legs.sort(key=lambda leg: sum(f.is_passive for f in leg[2].freedoms))
     chains = [BodyChain(leg.name, a, b, leg) for a, b, leg in legs]
     world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)
@@ -118,19 +121,19 @@ def _near_softness(K: dict[tuple[int, int], Any], length: float, count: int) -> 
     return [_SOFT / ratio * usual_size(d) / d for d in factors.d if isinstance(d, Entry)]
 
 
-def _placed(chain: Sequence[Connection], bodies: Bodies, recorder: LegRecorder) -> PlacedLeg:
-    """A chain in the world, its entries as simple as they are at the samples."""
+def _simple(
+    elements: Sequence[PlacedFreedom | PlacedSpring], recorder: LegRecorder
+) -> tuple[PlacedFreedom | PlacedSpring, ...]:
+    """Elements in the world, their entries as simple as they are at the samples."""
     record, length = recorder.record, recorder.length
 
     def plain(x: np.ndarray, size: float = 1.0) -> np.ndarray:
         flat = [record.simplified(one, size) for one in x.ravel()]
         return np.array(flat, dtype=object).reshape(x.shape)
 
-    simple = tuple(
+    return tuple(
         replace(e, axis=plain(e.axis), point=plain(e.point, length))
         if isinstance(e, PlacedFreedom)
         else replace(e, rotation=plain(e.rotation), point=plain(e.point, length))
-        for c in chain
-        for e in bodies.placed(c).parts
+        for e in elements
     )
-    return PlacedLeg(chain[0].name, simple, recorder.reference)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model.checks import check_distinct, vector3
+from robostiff.model.machine import Machine
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, pose_coordinates
 from robostiff.spatial import Frame, Space, refuse_quantities
 
@@ -116,7 +117,7 @@ class Weight:
 
 
 @dataclass(frozen=True)
-class CableRobot:
+class CableRobot(Machine):
     """A rigid platform suspended in cables, or tensioned by them.
 
     Attributes
@@ -144,6 +145,7 @@ class CableRobot:
         plane.
     """
 
+    kind: ClassVar[str] = "cable robot"
     name: str
     cables: tuple[Cable, ...]
     home: Frame
@@ -185,6 +187,11 @@ class CableRobot:
     def __repr__(self) -> str:
         free = " ".join(coordinate.value for coordinate in self.coordinates)
         return f"<CableRobot {self.name!r}, {len(self.cables)} cables, free in {free}>"
+
+    @property
+    def numeric(self) -> CableRobot:
+        """Itself: it has numbers alone."""
+        return self
 
     @property
     def cable_names(self) -> list[str]:

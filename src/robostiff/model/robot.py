@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.entries import Symbolic, are_equal
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.joint import Passive
+from robostiff.model.machine import Machine
 from robostiff.model.mass import Mass, gravity_vector, masses_of
 from robostiff.model.stiffness_law import ForceLaw, StiffnessLaw
 from robostiff.spatial import Frame, Space
@@ -102,7 +103,7 @@ class Leg:
 
 
 @dataclass(frozen=True, repr=False)
-class Robot(InNotebooks, Symbolic):
+class Robot(InNotebooks, Symbolic, Machine):
     """A serial or parallel robot.
 
     Its dimensions, elastic constants and home coordinates are numbers or SymPy formulas.
@@ -141,6 +142,7 @@ class Robot(InNotebooks, Symbolic):
         stiffness is that of the law without motion.
     """
 
+    kind: ClassVar[str] = "robot"
     name: str
     legs: tuple[Leg, ...]
     home: Frame | None = None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from robostiff.elasticity import Elasticity
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
+from robostiff.model.machine import FrozenMachine
 from robostiff.model.mass import PlacedMass, one_of
 from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import Screw, Space
@@ -257,7 +258,7 @@ class PlacedLeg:
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class Snapshot(FrozenMachine):
     """A robot at one pose, or at a batch of poses.
 
     Attributes
@@ -278,6 +279,7 @@ class Snapshot:
         Acceleration of free fall, as the robot has it [m/s^2].
     """
 
+    kind: ClassVar[str] = "snapshot"
     name: str
     legs: tuple[PlacedLeg, ...]
     reference_point: np.ndarray

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.model.checks import check_distinct
+from robostiff.model.machine import FrozenMachine
 from robostiff.network.elements import (
     BeamElement,
     CouplingElement,
@@ -37,7 +38,7 @@ _ROUNDING = 1e-12  # of a coordinate: closer points are one
 
 
 @dataclass(frozen=True)
-class Network:
+class Network(FrozenMachine):
     """Rigid bodies and elements between them, at one pose in world coordinates.
 
     Attributes
@@ -76,6 +77,7 @@ class Network:
     ('tip',)
     """
 
+    kind: ClassVar[str] = "network"
     name: str
     nodes: tuple[Node, ...]
     fixed: tuple[str, ...]

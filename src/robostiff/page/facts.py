@@ -63,7 +63,6 @@ def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
 
     Springs between bodies are listed; the stiffness is that of the legs.
     """
-    is_frozen = isinstance(robot, Snapshot | Network)
     legs: list[dict[str, Any]] = []
     own: dict[str, Any] = {}
     if isinstance(robot, CableRobot):
@@ -86,10 +85,10 @@ def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
     return {
         "name": robot.name,
         "kind": kind,
-        "title": robot.description if is_frozen else robot.title,
-        "source": "" if is_frozen else robot.source,
+        "title": robot.title,
+        "source": robot.source,
         "space": robot.space.name.lower(),
-        "coordinates": [] if is_frozen else [one.value for one in robot.coordinates],
+        "coordinates": [one.value for one in robot.coordinates],
         "units": {**units, "stiffness": asdict(STIFFNESS_UNITS)},
         "legs": legs,
         **own,

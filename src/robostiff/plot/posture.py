@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from robostiff.analysis import CableStiffness, stiffness
 from robostiff.elastostatics import Status
@@ -41,7 +41,7 @@ def placed(machine: Machine, pose: Any = None, near: Near = None) -> Posed:
             expected="a Robot, Snapshot, Network, Linkage or CableRobot",
             hint='write rs.load("hexapod")',
         )
-    result: Any = stiffness(machine, pose, near=near)
+    result: Any = stiffness(cast("Robot", machine), pose, near=near)
     if result.batch_shape:
         raise InputError(
             "pose of a plot", got=f"poses of shape {result.batch_shape}", expected="a single pose"

@@ -7,7 +7,7 @@ import operator
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,7 +34,8 @@ class Operation(Enum):
     LEAST = "min"
     GREATER = "greater"  # 1 where the first is greater than the second, else 0
 
-    __hash__ = object.__hash__  # that of enumerations takes as long as an operation
+    if not TYPE_CHECKING:  # an annotation would hide that it has one
+        __hash__ = object.__hash__  # that of enumerations takes as long as an operation
 
 
 _DIGITS = 2**36
@@ -100,6 +101,9 @@ class Record:
     >>> record.size
     4
     """
+
+    inputs: tuple[str, ...]
+    most: int | None
 
     def __init__(self, inputs: Mapping[str, ArrayLike], most: int | None = None) -> None:
         samples = {name: np.array(values, dtype=float) for name, values in inputs.items()}
@@ -310,6 +314,9 @@ class Entry:
     """
 
     __slots__ = ("record", "step")
+
+    record: Record
+    step: int
 
     # SymPy's numbers leave the operation to entries, and do not try to convert them.
     _op_priority = 20.0

@@ -13,6 +13,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.assembly import middle_of_turn
+from robostiff.kinematics.formula import FormulaPose
 from robostiff.model import Actuated, Passive, Robot
 from robostiff.record import (
     ENTRY_FUNCTIONS,
@@ -23,8 +24,18 @@ from robostiff.record import (
     least,
     with_turn,
 )
-from robostiff.recorded.guess import RobotAtGuess, Same, nominal, turn_names
-from robostiff.recorded.newton_step import NewtonStep, newton_step
+from robostiff.recorded.guess import (
+    NAMES,
+    GuessedLeg,
+    Same,
+    is_still,
+    nominal,
+    pose_on_entries,
+    turn_names,
+    with_nominal,
+)
+from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
+from robostiff.recorded.parameters import closed_samples, turns_at_home, with_inputs
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
 _HALF, _SMALL_STEP = 0.5**2, 1e-9**2
@@ -252,38 +263,57 @@ def record_closure(
     >>> closure.inputs, len(closure.start)
     (('z', 'rx', 'ry'), 11)
     """
-    guess = RobotAtGuess.of(robot, finder, joints, most)
-    if guess is None:
+    poses, each_leg = closed_samples(robot, finder)
+    chosen = robot.coordinate_places
+    decided = () if finder.open_stay_at_home else robot.space.rows
+    open_ = {k: NAMES[k] for k in decided if k not in chosen}
+    # The last sample is home: a pivot that vanishes there is none.
+    six = np.concatenate([poses, finder.home_pose[None]])
+    moving = {NAMES[k]: six[:, k] for k in (*chosen, *open_) if not is_still(six[:, k])}
+    inputs = {NAMES[k]: six[:, k] for k in chosen} | with_nominal(robot)
+    state = {name: moving[name] for name in open_.values() if name in moving}
+    guesses, waiting = [], iter(joints)
+    for leg, solver, q in zip(finder.robot.legs, finder.solvers, each_leg, strict=True):
+        names = [next(waiting) for _ in range(leg.chain.size)]
+        every = np.concatenate([q, solver.home[None]])
+        guesses.append(GuessedLeg.of(leg, names, every, moving))
+        state |= guesses[-1].state
+    record = Record({**inputs, **state}, most)
+    entries = with_inputs(robot, record)
+    if turns_at_home(entries):  # only closed forms take that
         return None
-    # Each of the coordinates is an unknown of its own.
-    unbound = [replace(leg, same={}) for leg in guess.legs]
-    step = newton_step(unbound, guess.pose, guess.r, guess.open, finder.length)
+    pose_at_guess = pose_on_entries(entries, finder, record, (*inputs, *state))
+    pose, r = FormulaPose.of_coordinates(pose_at_guess), pose_at_guess[3:]
+    pairs = zip(guesses, entries.legs, strict=True)
+    legs = [guess.on_entries(leg, record, inputs, pose) for guess, leg in pairs]
+    start = {name: float(values[-1]) for name, values in state.items()}
+    # Coordinates that are no unknowns, as in a parallelogram: they equal another one or a pose
+    # coordinate but for its sign, or a number, wherever the legs close. At first each is unknown.
+    same = {name: one for guess in guesses for name, one in guess.same.items()}
+    step = newton_step([replace(leg, same={}) for leg in legs], pose, r, open_, finder.length)
     roles = [role for leg in robot.legs for role in leg.chain.roles]
     passive = {name for name, role in zip(joints, roles, strict=True) if isinstance(role, Passive)}
     if not passive.issuperset(step.undetermined):
         return None
-    held = tuple(step.undetermined)
-    known = {*guess.same, *guess.open.values()} - {*held, *step.following, *guess.start}
-    elsewhere = ()
-    if known:
+    held, elsewhere = tuple(step.undetermined), ()
+    if {*same, *open_.values()} - {*held, *step.following, *start}:
         # Not the whole step is needed, but its determinants: what is known of all closed postures
         # holds on as well where assembly modes meet, and beyond.
-        elsewhere, open_ = step.determinants, guess.open.items()
-        open_ = {k: name for k, name in open_ if name in guess.start}
-        step = newton_step(guess.legs, guess.pose, guess.r, open_, finder.length)
-    q = {name: x for own in guess.legs for name, x in zip(own.names, own.q, strict=True)}
-    q |= step.following
+        elsewhere = step.determinants
+        unknown = {k: name for k, name in open_.items() if name in start}
+        step = newton_step(legs, pose, r, unknown, finder.length)
+    q = {name: x for own in legs for name, x in zip(own.names, own.q, strict=True)}
     closure = steps_from_home(
-        guess.record,
-        guess.inputs,
-        guess.start,
+        record,
+        tuple(inputs),
+        start,
         step,
-        q,
-        turns=_turns(guess),
-        angles=guess.angles,
+        q | step.following,
+        turns=_turns(legs),
+        angles=[name for guess in guesses for name in guess.angles],
         determinants=elsewhere,
     )
-    return closure and replace(closure, held=held, same=guess.same)
+    return closure and replace(closure, held=held, same=same)
 
 
 def steps_from_home(
@@ -347,9 +377,9 @@ def _mode(determinants: Sequence[Entry]) -> Any:
     return reduce(least, parts) - _WATCHED if parts else 1.0
 
 
-def _turns(guess: RobotAtGuess) -> Iterator[Any]:
+def _turns(legs: Sequence[LegAtGuess]) -> Iterator[Any]:
     """Positive where a limited turn is the one that the careful closure reports."""
-    for own in guess.legs:
+    for own in legs:
         freedoms, roles = own.leg.chain.freedoms, own.leg.chain.roles
         for i, (freedom, role) in enumerate(zip(freedoms, roles, strict=True)):
             limits = role.limits if isinstance(role, Actuated) else None

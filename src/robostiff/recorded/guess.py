@@ -1,4 +1,4 @@
-"""A robot at a guess of its posture, on the entries of a new record."""
+"""Legs of a robot at a guess of its posture, on the entries of a new record."""
 
 from __future__ import annotations
 
@@ -25,14 +25,12 @@ from robostiff.model.entries import Symbolic
 from robostiff.record import Entry, Operation, Record, angle_of
 from robostiff.recorded.newton_step import LegAtGuess
 from robostiff.recorded.parameters import (
-    closed_samples,
     coordinates_at_home,
     parameter_samples,
-    turns_at_home,
-    with_inputs,
 )
 
-_NAMES = [coordinate.value for coordinate in ALL_COORDINATES]
+#: Of the pose coordinates.
+NAMES = [coordinate.value for coordinate in ALL_COORDINATES]
 # Coordinates that differ by less at all closed postures are the same: legs close as exactly.
 _SAME = 1e-12
 #: A coordinate that is a factor times another one or a pose coordinate; or a number.
@@ -40,66 +38,7 @@ Same = tuple[str | None, float]
 
 
 @dataclass(frozen=True)
-class RobotAtGuess:
-    """A robot at a guess of its posture."""
-
-    record: Record  # its inputs are free pose coordinates, parameters, then the unknowns
-    inputs: tuple[str, ...]  # those that are no unknowns
-    start: dict[str, float]  # the unknowns at home: a turn is there by its cosine and sine
-    angles: tuple[str, ...]  # coordinates that are unknown by their cosine and sine
-    legs: tuple[LegAtGuess, ...]
-    pose: FormulaPose  # of the platform
-    r: np.ndarray  # (3,): its rotation vector [rad]
-    open: dict[int, str]  # pose coordinates that the legs decide
-    # Coordinates of the legs that are no unknowns, as in a parallelogram: they equal another one or
-    # a pose coordinate but for its sign, or a number, wherever the legs close
-    same: dict[str, Same]
-
-    @classmethod
-    def of(
-        cls, robot: Robot, finder: PostureFinder, joints: Sequence[str], most: int | None
-    ) -> RobotAtGuess | None:
-        """None where a parameter turns the platform at home: only closed forms take that."""
-        poses, each_leg = closed_samples(robot, finder)
-        chosen = robot.coordinate_places
-        decided = () if finder.open_stay_at_home else robot.space.rows
-        open_ = {k: _NAMES[k] for k in decided if k not in chosen}
-        # The last sample is home: a pivot that vanishes there is none.
-        six = np.concatenate([poses, finder.home_pose[None]])
-        moving = {_NAMES[k]: six[:, k] for k in (*chosen, *open_) if not _is_still(six[:, k])}
-        inputs = {_NAMES[k]: six[:, k] for k in chosen} | with_nominal(robot)
-        state = {name: moving[name] for name in open_.values() if name in moving}
-        guessed = []
-        waiting = iter(joints)
-        for leg, solver, q in zip(finder.robot.legs, finder.solvers, each_leg, strict=True):
-            names = [next(waiting) for _ in range(leg.chain.size)]
-            every = np.concatenate([q, solver.home[None]])
-            guessed.append(_GuessedLeg.of(leg, names, every, moving))
-            state |= guessed[-1].state
-        record = Record({**inputs, **state}, most)
-        own = with_inputs(robot, record)
-        if turns_at_home(own):
-            return None
-        six = pose_on_entries(own, finder, record, (*inputs, *state))
-        pose = FormulaPose.of_coordinates(six)
-        return cls(
-            record=record,
-            inputs=tuple(inputs),
-            start={name: float(values[-1]) for name, values in state.items()},
-            angles=tuple(name for guess in guessed for name in guess.angles),
-            legs=tuple(
-                guess.on_entries(leg, record, inputs, pose)
-                for guess, leg in zip(guessed, own.legs, strict=True)
-            ),
-            pose=pose,
-            r=six[3:],
-            open=open_,
-            same={name: one for guess in guessed for name, one in guess.same.items()},
-        )
-
-
-@dataclass(frozen=True)
-class _GuessedLeg:
+class GuessedLeg:
     """A leg in numbers, and its coordinates at closed postures (samples, size), home the last."""
 
     names: list[str]
@@ -112,7 +51,7 @@ class _GuessedLeg:
     @classmethod
     def of(
         cls, leg: Leg, names: list[str], q: np.ndarray, pose: dict[str, np.ndarray]
-    ) -> _GuessedLeg:
+    ) -> GuessedLeg:
         """Coordinates are compared with moving pose coordinates, and with those before them."""
         chain = leg.chain
         if chain.is_coupled:
@@ -120,8 +59,8 @@ class _GuessedLeg:
         closing = tuple(i for ball in following_balls(leg) for i in range(ball, ball + 3))
         same: dict[str, Same] = {}
         # What turns is no multiple of what slides, and a ball joint turns as a whole.
-        turns = {name: pose[name] for name in _NAMES[3:] if name in pose}
-        slides = {name: pose[name] for name in _NAMES[:3] if name in pose}
+        turns = {name: pose[name] for name in NAMES[3:] if name in pose}
+        slides = {name: pose[name] for name in NAMES[:3] if name in pose}
         balls: list[dict[str, np.ndarray]] = []
         angles = []
         for element, place in chain.moving:
@@ -206,13 +145,14 @@ def _numbers(R: np.ndarray, given: Collection[str]) -> np.ndarray:
     return np.array([number(x) for x in R.flat], dtype=object).reshape(3, 3)
 
 
-def _is_still(x: np.ndarray) -> bool:
+def is_still(x: np.ndarray) -> bool:
+    """Whether a coordinate is the same at all closed postures."""
     return bool(np.max(np.abs(x - x[-1])) <= _SAME)
 
 
 def _same(x: np.ndarray, known: Mapping[str, np.ndarray]) -> Same | None:
     """What a coordinate is at all samples, if that is known without it."""
-    if _is_still(x):
+    if is_still(x):
         return None, float(x[-1]) if abs(x[-1]) > _SAME else 0.0
     for name, other in known.items():
         for sign in (1.0, -1.0):
@@ -225,7 +165,7 @@ def _same_turn(
     own: Mapping[str, np.ndarray], balls: Sequence[Mapping[str, np.ndarray]]
 ) -> dict[str, Same]:
     """The same of the coordinates of a ball joint, if one of others turns as it does; or {}."""
-    if all(map(_is_still, own.values())):
+    if all(map(is_still, own.values())):
         return {name: (None, float(x[-1])) for name, x in own.items()}
     for ball in balls:
         pairs = list(zip(own.items(), ball.items(), strict=True))
@@ -244,7 +184,7 @@ def pose_on_entries(
 ) -> np.ndarray:
     """Pose coordinates (6,) of a robot on entries: those named, inputs of a record, or home's."""
     six: list[Any] = coordinates_at_home(robot, finder)
-    for k, name in enumerate(_NAMES):
+    for k, name in enumerate(NAMES):
         if name in names:
             six[k] = record.input(name)
     return tidied(np.array(six, dtype=object))

@@ -37,25 +37,21 @@ def lower_bound(record: Record, step: int) -> float:
     """
     bounds: dict[int, float] = {}
     for own in record.needed([step]):  # each step once: many share their arguments
-        bounds[own] = _bound(record.operations[own], bounds)
+        operation, a, b = record.operations[own]
+        match operation:
+            case Operation.NUMBER:
+                bounds[own] = float(a)
+            case Operation.SQUARE_ROOT:
+                bounds[own] = 0.0
+            case Operation.ADD:
+                bounds[own] = bounds[a] + bounds[b]
+            case Operation.MULTIPLY if a == b:
+                bounds[own] = 0.0
+            case Operation.MULTIPLY if min(bounds[a], bounds[b]) >= 0:
+                bounds[own] = bounds[a] * bounds[b]
+            case _:
+                bounds[own] = -math.inf
     return bounds[step]
-
-
-def _bound(written: tuple[Operation, Any, Any], bounds: dict[int, float]) -> float:
-    operation, a, b = written
-    match operation:
-        case Operation.NUMBER:
-            return float(a)
-        case Operation.SQUARE_ROOT:
-            return 0.0
-        case Operation.ADD:
-            return bounds[a] + bounds[b]
-        case Operation.MULTIPLY if a == b:
-            return 0.0
-        case Operation.MULTIPLY if min(bounds[a], bounds[b]) >= 0:
-            return bounds[a] * bounds[b]
-        case _:
-            return -math.inf
 
 
 # Working frames that are tried in full: those from which the leg looks simplest.

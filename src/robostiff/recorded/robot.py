@@ -19,7 +19,7 @@ from robostiff.kinematics.formula import (
     place_leg,
     place_leg_at_joints,
 )
-from robostiff.model import ALL_COORDINATES, Actuated, Leg, Robot
+from robostiff.model import ALL_COORDINATES, Actuated, Leg, ParallelBlock, Robot
 from robostiff.record import Entry, Operation, Record, least, usual_size
 from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
@@ -69,6 +69,8 @@ class RecordedRobot:
         Inputs that are coordinates of the legs; none where pose coordinates are the inputs.
     closure : RecordedClosure or None
         From pose coordinates to the coordinates of the legs.
+    mass : entry or number
+        Of all parts, as far as it is known [kg].
     """
 
     name: str
@@ -82,6 +84,7 @@ class RecordedRobot:
     limits: tuple[Any, ...]
     joints: tuple[str, ...] = ()
     closure: RecordedClosure | None = None
+    mass: Any = 0.0
 
     @cached_property
     def factors(self) -> Factors:
@@ -276,7 +279,32 @@ def assembled(
         reach=(*lengths, *gaps, *_radicands(record, K)),
         closure_losses=(*_choices(record, K), *(loss for own in placed for loss in own.losses)),
         limits=tuple(_limits(robot, placed)),
+        mass=_mass(robot, placed),
     )
+
+
+def _mass(robot: Robot, placed: Sequence[PlacedFormula]) -> Any:
+    """Mass of all parts [kg], that of telescopes as long as they are."""
+    values: list[Any] = [mass.value for mass in robot.platform_masses]
+
+    def add_all(elements: Sequence[Any], own: PlacedFormula, coordinate: int) -> int:
+        """Add the masses of elements from a coordinate of the leg on, and count it on."""
+        for element in elements:
+            if isinstance(element, ParallelBlock):
+                for branch in element.branches:
+                    coordinate = add_all(branch.chain.elements, own, coordinate)
+                continue
+            values.extend(mass.value for mass in getattr(element, "masses", ()))
+            for beam in getattr(element, "beams", ()):
+                length = beam.fixed + beam.share * own.coordinate(coordinate)
+                values.append(beam.mass_at(np.asarray(length, dtype=object)))
+            coordinate += getattr(element, "size", 0)
+        return coordinate
+
+    for leg, own in zip(robot.legs, placed, strict=True):
+        add_all(leg.chain.elements, own, 0)
+    known = (np.asarray(value, dtype=object).item() for value in values if value is not None)
+    return sum(known, 0)
 
 
 def _limits(robot: Robot, placed: Sequence[PlacedFormula]) -> list[Any]:

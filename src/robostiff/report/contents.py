@@ -143,8 +143,7 @@ def report_contents(
     """
     own: dict[str, Any] = {"title_block": title_block, "described_by": described_by}
     place: Any = pose
-    if isinstance(robot, Robot | Linkage | CableRobot):
-        own["source"] = robot.source
+    own["source"] = getattr(robot, "source", "")
     if isinstance(robot, Linkage):
         part, closed = robot.closed_at(place)
         own |= {"joints": _coordinates(part, closed), "given": joints_in_words(robot, place)}
@@ -163,7 +162,7 @@ def report_contents(
     if isinstance(robot, CableRobot):
         given = {"near": near, "finite": finite, "other": other}
         return _of_cables(robot, place, wrench, at, given, found, own)
-    numeric = robot.numeric if isinstance(robot, Robot) else robot
+    numeric = robot.numeric
     result = stiffness(numeric, place, at=at, near=near)
     hint = "make a map of many poses, and give it to the report"
     require_one_pose("a report", result.batch_shape, hint)
@@ -255,8 +254,7 @@ def _other_design(
             got=getattr(other, "name", other),
             expected=f"a robot or a snapshot with {result.space.size} freedoms",
         )
-    own = other.numeric if isinstance(other, Robot) else other
-    place = pose if isinstance(own, Robot) else None
+    own, place = other.numeric, None if other.is_frozen else pose
     found = stiffness(own, place, at=at)
     bent = None if wrench is None else deflection(own, place, wrench, at=at)
     return OtherDesign(own.name, found, bent)
@@ -308,7 +306,7 @@ def _derivation(robot: Robot | Snapshot | Network) -> tuple[RobotDerivation | No
     from robostiff.analytic import derive_robot
 
     if not isinstance(robot, Robot):
-        return None, "a snapshot has no symbols" if isinstance(robot, Snapshot) else ""
+        return None, f"a {robot.kind} has no symbols"
     if not robot.symbols:
         # without symbols a formula adds nothing to the matrix, and exact roots can take hours
         return None, "all dimensions are numbers; rs.load(..., symbols=...) keeps them as symbols"

@@ -56,12 +56,10 @@ _PAGES, _PAPER = (".html", ".htm"), ".pdf"
 def report_page(contents: ReportContents) -> Page:
     """A report as a page: where and with which status, all advice, and its sections."""
     robot, result, bent = contents.robot, contents.stiffness, contents.deflection
-    words = getattr(robot, "title", "") or getattr(robot, "description", "")
-    kind = "network" if isinstance(robot, Network) else "snapshot"
     place = (
         f"At {', '.join(contents.given) or 'home'}"
         if contents.joints
-        else f"At the pose of the {kind}"
+        else f"At the pose of the {robot.kind}"
         if result.pose is None
         else f"At the pose [{row(result.pose)}] (m, rad)"
     )
@@ -69,7 +67,7 @@ def report_page(contents: ReportContents) -> Page:
     reached = is_placed and int(result.rank) >= 0
     of_load = () if bent is None else (own for own in bent.advice if own not in result.advice)
     return Page(
-        f"{robot.name}: {words}" if words else robot.name,
+        f"{robot.name}: {robot.title}" if robot.title else robot.name,
         place,
         contents.status,
         report_sections(contents),

@@ -79,7 +79,7 @@ class Machine:
     def like(self, robot: Any) -> Machine:
         """The same with a robot of other dimensions: its sliders and scales stay."""
         found = copy(self)
-        found.robot = robot.numeric if isinstance(robot, Robot) else robot
+        found.robot = robot.numeric
         return found
 
     def sliders_from(self, pose: Any) -> tuple[Slider, ...]:
@@ -128,6 +128,7 @@ class Machine:
         words = [f"displacements × {short(sketch.scale, 6)}"] if sketch.scale else []
         if sketch.scale:
             drawn["shape without load"] = sketch.ghost
+        layers: dict[str, Sequence[Item]]
         layers = {name: items() for name, items in drawn.items() if name in look.seen}
         words += [f"free: {motion}" for motion in result.free_motions]
         for name, quality in _QUALITIES.items():
@@ -160,7 +161,7 @@ def machine_of(robot: Any, pose: Any = None) -> Machine:
         (Snapshot | Network, Machine),
     ):
         if isinstance(robot, kind):
-            return machine(robot.numeric if isinstance(robot, Robot) else robot, pose)
+            return machine(robot.numeric, pose)
     raise InputError(
         "robot of a view",
         got=robot,

@@ -123,16 +123,20 @@ def test_differences_are_found_pose_by_pose_also_without_any_stiffness():
     home = rs.find_posture(robot).pose
     careful = direct_stiffness(robot, np.tile(home, (3, 1)))
     direct = careful.details()
-    right, K = direct.matrices, careful.matrix
-    assert right.differences(direct, free=1e-6) == []
+    K, none = careful.matrix, np.zeros(3, dtype=bool)
+
+    def answer(K: np.ndarray, rank: np.ndarray = careful.rank) -> rs.CompiledAnswer:
+        return rs.CompiledAnswer({"K": K}, careful.status_codes, rank, none)
+
+    assert direct.differences(answer(K), free=1e-6) == []
     wrong = K.copy()
     wrong[0, 0, 0] *= 1 + 1e-8
     wrong[2, 4, 4] *= 1 + 1e-6
-    found = replace(right, K=wrong, rank=right.rank - [0, 1, 0]).differences(direct, free=1e-6)
+    found = direct.differences(answer(wrong, careful.rank - [0, 1, 0]), free=1e-6)
     assert [pose for pose, _ in found] == [1, 2, 0]
     assert found[0][1] == "on the rank, 5 and 6,"
     assert [found[1][1], found[2][1]] == pytest.approx([1e-6, 1e-8], rel=1e-6)
     nothing = replace(direct, whole=replace(direct.whole, matrix=0 * K))
-    assert replace(right, K=0 * K).differences(nothing, free=1e-6) == []
-    found = replace(right, K=wrong).differences(nothing, free=1e-6)
+    assert nothing.differences(answer(0 * K), free=1e-6) == []
+    found = nothing.differences(answer(wrong), free=1e-6)
     assert [pose for pose, _ in found] == [0, 1, 2]

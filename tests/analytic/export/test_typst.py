@@ -58,9 +58,19 @@ def test_prose_is_escaped():
     assert typst_text("#import [x] $y$ // *z*") == r"\#import \[x\] \$y\$ \/\/ \*z\*"
 
 
-def test_planar_upright_and_spatial_on_its_side():
-    assert "flipped: false" in derivation_typst(ALL["equation_4"])
-    assert "flipped: true" in derivation_typst(ALL["gough_stewart_b"])
+def test_only_matrices_that_are_wide_lie_on_their_side():
+    for name in ("equation_4", "gough_stewart_b"):
+        assert "flipped: false" in derivation_typst(ALL[name])
+    names = "a{0} b{0} c{0} d{0} e{0}"
+    wide = sp.ImmutableMatrix(6, 6, lambda i, j: sum(sp.symbols(names.format(i * j + i + j))))
+    source = derivation_typst(Derivation("K_C", wide, (), wide))
+    assert "flipped: true" in source
+    assert "#columns(2)" in source
+
+
+def test_fractions_in_matrices_and_tables_are_large():
+    K = sp.ImmutableMatrix(sp.diag(sp.Symbol("a") / 3, sp.Symbol("b"), 0))
+    assert "display(frac(a, 3))" in derivation_typst(Derivation("K_C", K, (), K))
 
 
 def test_long_entries_are_broken_out():

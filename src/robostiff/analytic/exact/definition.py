@@ -135,4 +135,8 @@ class WrittenWhole:
 
     def __reduce__(self) -> tuple[Any, ...]:
         own: Any = self
-        return type(self), tuple(getattr(own, x.name) for x in fields(own))
+        return _made, (type(self), {x.name: getattr(own, x.name) for x in fields(own)})
+
+
+def _made(kind: Any, values: dict[str, Any]) -> Any:
+    return kind(**values)

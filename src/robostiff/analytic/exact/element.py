@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, cmp_to_key
 from itertools import combinations
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import sympy as sp
 from sympy.core.cache import cacheit
@@ -97,7 +97,7 @@ class Element:
             return NotImplemented
         return (self - self._coerced(other)).is_zero
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__: ClassVar[None]  # type: ignore[assignment]  # as any class with __eq__
 
     def _coerced(self, other: Element | int) -> Element:
         if isinstance(other, Element):

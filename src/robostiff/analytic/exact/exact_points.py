@@ -62,7 +62,7 @@ class ExactPoints:
 
     def __init__(self, record: Record) -> None:
         self.record = record
-        self.count = min(_POINTS, record.count)
+        self.count: int = min(_POINTS, record.count)
         self._known: dict[int, tuple[Any, ...]] = {}
         self._numbers: dict[Any, Any] = {}
 

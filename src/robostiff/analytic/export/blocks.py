@@ -182,13 +182,13 @@ def stiffness_equation(name: str, K: Any) -> MatrixEquation:
     return MatrixEquation(name, readable_matrix(K), *factored_matrix(K))
 
 
-def unless_long(expressions: Any, name: str, blocks: Sequence[Block]) -> Sequence[Block]:
-    """Blocks that write a matrix out, or a sentence where that is long."""
-    count = operations(expressions)
-    if count <= LONGEST:
-        return blocks
-    words = f"{{}} takes {count} operations and is not written out."
-    return [Sentences(words, (Vector(name),))]
+def unless_long(name: str, K: Any, column: Any = None) -> list[Block]:
+    """``name = K``, or ``name = column``, or a sentence where that is long."""
+    count = operations(K)
+    if count > LONGEST:
+        words = f"{{}} takes {count} operations and is not written out."
+        return [Sentences(words, (Vector(name),))]
+    return [stiffness_equation(name, K) if column is None else column_equation(name, column)]
 
 
 def meanings_of_given(given: Iterable[str], meanings: Mapping[str, str]) -> list[Meaning]:
@@ -205,8 +205,22 @@ def share(wrench: str, compliance: str) -> Any:
     return Over(outer, sp.Symbol(compliance))
 
 
-def transport(after: str, before: str, axes: Vector, arm: Vector) -> EquationRows:
-    """``after = T before T^T``: from axes with an arm to the reference point, eq. (11)-(13)."""
+#: Axes of a leg, or of an arm, and their origin.
+OWN_AXES = (Vector("R_0"), Vector("v_0"))
+
+
+def own_axes(found: Any) -> list[Block]:
+    """The axes of a leg in the world, and their origin."""
+    axes, arm = OWN_AXES
+    return [
+        MatrixEquation(axes.name, readable_matrix(found.axes)),
+        column_equation(arm.name, found.arm),
+    ]
+
+
+def transport(after: str, before: str) -> EquationRows:
+    """``after = T before T^T``: from own axes to the reference point, eq. (11)-(13)."""
+    axes, arm = OWN_AXES
     T: Any = Rows(((axes, None), (Lever(arm, axes), axes)))
     moved: Any = Outer(Vector("T"), Vector(before))
     return EquationRows((Equation(after, moved), Equation("T", T)))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.factors import bound_of_terms, factored
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.operation_count import count_of
@@ -39,26 +39,29 @@ class EntryNames:
 
     Examples
     --------
-    >>> import sympy as sp
+    >>> from robostiff.analytic import Derivation
     >>> K = sp.ImmutableMatrix(sp.diag(sp.Symbol("K_0"), 1, 1))
     >>> names = EntryNames(Derivation("rod", K, (), K))
     >>> names.of("K", 0), names.title
     ("K'_0", 'Cartesian stiffness matrix of rod')
     """
 
-    def __init__(self, derivation: Derivation) -> None:
-        matrices: list[Any] = [derivation.K0, derivation.K]
-        for stage in derivation.stages:
+    def __init__(self, derivation: Formula) -> None:
+        stages = getattr(derivation, "stages", ())
+        matrices: list[Any] = [*derivation.matrices, getattr(derivation, "K0", sp.S.Zero)]
+        for stage in stages:
             matrices += [stage.J, stage.u, stage.K, stage.mu]
         matrices += [d.expression for d in derivation.definitions]
         used = {symbol.name for symbol in symbols_of(matrices)}
         # The derivation's own names, such as mu_1, u_1_2 and K_1_12, have the same meaning here.
-        self.given = tuple(sorted(used - {d.symbol.name for d in derivation.definitions}))
-        self._stages = len(derivation.stages)
+        self.given: tuple[str, ...] = tuple(
+            sorted(used - {d.symbol.name for d in derivation.definitions})
+        )
+        self._stages = len(stages)
         words = " ".join(derivation.name.split())
         is_symbol = re.fullmatch(r"K(_?[A-Za-z]\w*)?", words)
         of = "" if is_symbol or not words else "of "
-        self.title = f"Cartesian stiffness matrix {of}{words}".strip()
+        self.title: str = f"Cartesian stiffness matrix {of}{words}".strip()
         result = words if is_symbol else "K_C"
         while any(name == result or name.startswith(f"{result}_") for name in self.given):
             result = f"{result[0]}'{result[1:]}"

@@ -50,12 +50,7 @@ def latex_words(text: str) -> str:
 def derivation_latex(derivation: Any) -> str:
     r"""A derivation as a fragment of LaTeX, to be put into a document that loads amsmath.
 
-    Matrices are bmatrix environments, named intermediates stand in align*. Entries for which a
-    matrix has no room get a name; long sums are broken over several lines.
-
-    Parameters
-    ----------
-    derivation : Derivation, FormulaDerivative or ComplianceSteps
+    Entries for which a matrix has no room get a name; long sums are broken over several lines.
 
     Examples
     --------
@@ -80,10 +75,6 @@ def derivation_latex(derivation: Any) -> str:
 
 def derivation_markdown(derivation: Any) -> str:
     r"""A derivation as Markdown, its formulas in ``$...$`` and ``$$...$$``.
-
-    Parameters
-    ----------
-    derivation : Derivation, FormulaDerivative or ComplianceSteps
 
     Examples
     --------

@@ -7,9 +7,10 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Condition
 from robostiff.analytic.export.blocks import (
+    OWN_AXES,
     Block,
     EquationRows,
     Meaning,
@@ -22,15 +23,14 @@ from robostiff.analytic.export.blocks import (
 )
 from robostiff.analytic.export.entries import EntryNames
 from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.vectors.forms import ArmOfSprings, FormulaInVectors, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
-    ArmOfSprings,
     Coordinates,
     Cross,
     Dot,
     Equation,
     Norm,
     Vector,
-    VectorForm,
 )
 from robostiff.spatial import Space
 
@@ -149,9 +149,9 @@ _ABOUT_A_CENTRE = {
 }
 
 
-def meaning_of_result(derivation: Derivation) -> str:
+def meaning_of_result(formula: Formula) -> str:
     """A sentence about the stiffness matrix: point, order and units."""
-    space = Space.of_size(derivation.K.rows)
+    space = Space.of_size(formula.matrices[0].rows)
     wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
     return (
         f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
@@ -159,38 +159,53 @@ def meaning_of_result(derivation: Derivation) -> str:
     )
 
 
-def nomenclature_of_robot(
-    derivation: RobotDerivation, names: EntryNames, *, alone: bool
+def nomenclature_of(
+    formula: Formula, names: EntryNames, rows: Sequence[Meaning], first: Sequence[str] = ()
 ) -> Nomenclature:
-    """Of K, of its wrenches and compliances, of vectors, and of what is given.
+    """K, further names, and what is given, the `first` of these before the others."""
+    result: Meaning = (Vector(names.result),), meaning_of_result(formula)
+    given = dict.fromkeys((*(name for name in first if name in names.given), *names.given))
+    return Nomenclature((result, *rows, *meanings_of_given(given, formula.meanings)))
+
+
+def meanings_of_robot(
+    derivation: RobotDerivation, names: EntryNames, *, alone: bool
+) -> list[Meaning]:
+    """Of wrenches and compliances, and of vectors.
 
     `alone`: whether one leg, the table and the sum are all.
     """
-    wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
-    rows: list[Meaning] = [((Vector(names.result),), meaning_of_result(derivation))]
-    series, form = derivation.in_series, derivation.vectors
-    if isinstance(series, ArmOfSprings):
-        rows += _meanings_of_arm(series)
-    elif series is not None:
-        R, v = Vector("R_0"), Vector("v_0")
-        rows += [
-            ((Vector("C"),), "compliance in axes of the arm"),
-            ((Vector("K_0"),), "stiffness there"),
-            ((R, v), "axes of the arm in the world, and their origin"),
-            ((Vector("T"),), OF_T),
-        ]
-    else:
-        rows += [
-            ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
-            ((names.generic("c"),), "compliance of the leg under this wrench"),
-        ]
-    if not alone:
-        defined = {d.symbol.name.partition("_")[0] for d in derivation.definitions}
-        rows += [((x,), meaning) for x, meaning in _OF_NAMES.items() if x in defined]
-    rows += [] if form is None else _meanings_of_vectors(form)
-    pose = [name for name in derivation.coordinates if name in names.given]
-    given = dict.fromkeys((*pose, *names.given))
-    return Nomenclature((*rows, *meanings_of_given(given, derivation.meanings)))
+    form, steps = derivation.at_vector_level, () if alone else derivation.definitions
+    defined = {d.symbol.name.partition("_")[0] for d in steps}
+    own: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
+    if form is None:
+        return [*_meanings_of_wrenches(derivation, names), *own]
+    return meanings_in_vectors(form, names, own)
+
+
+def _meanings_of_wrenches(formula: Formula, names: EntryNames) -> list[Meaning]:
+    wrench = ", ".join(Space.of_size(formula.matrices[0].rows).wrench_order)
+    return [
+        ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
+        ((names.generic("c"),), "compliance of the leg under this wrench"),
+    ]
+
+
+def meanings_in_vectors(
+    form: FormulaInVectors, names: EntryNames, own: Sequence[Meaning] = ()
+) -> list[Meaning]:
+    """Of wrenches or of compliances, some of its `own`, and of vectors."""
+    if isinstance(form, ArmOfSprings):
+        return [*_meanings_of_arm(form), *own]
+    if isinstance(form, VectorForm):
+        return [*_meanings_of_wrenches(form, names), *own, *_meanings_of_vectors(form)]
+    return [
+        ((Vector("C"),), "compliance in axes of the arm"),
+        ((Vector("K_0"),), "stiffness there"),
+        (OWN_AXES, "axes of the arm in the world, and their origin"),
+        ((Vector("T"),), OF_T),
+        *own,
+    ]
 
 
 def _meanings_of_vectors(found: VectorForm) -> list[Meaning]:
@@ -263,15 +278,18 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
     equations = [b for b in others if isinstance(b, EquationRows)]
     named = {d.symbol.name: d for b in equations for d in b.springs}
     rows = [*last.rows, *_recurring(equations, last.rows)]
-    for name in sorted(named, key=_place_in_list):
+    # Moduli first, then the stiffnesses of one beam after the other.
+    parts = {name: _letter_and_number(name) for name in named}
+    for name in sorted(named, key=lambda x: (len(parts[x][0]) > 1, *parts[x][::-1])):
         d = named[name]
-        words, unit = _OF_SPRINGS[_letter_and_number(name)[0]]
+        words, unit = _OF_SPRINGS[parts[name][0]]
         size = 1e9 if unit == "GPa" else 1.0
         value = f", {float(d.expression) / size:.12g} {unit or d.unit}" if is_value(d) else ""
         rows.append(((d.symbol.name,), f"{words} of {', '.join(d.parts)}{value}"))
     shown = [b for b in others if not isinstance(b, EquationRows) or b.rows]
-    after = [*shown[1:], last]
-    kept = [b for b, then in zip(shown, after, strict=True) if not _is_bare(b, then)]
+    after = [x.level if isinstance(x, Title) else 9 for x in (*shown[1:], last)]
+    each = zip(shown, after, strict=True)  # a heading with nothing below it goes
+    kept = [b for b, level in each if not (isinstance(b, Title) and b.level >= level)]
     return (*kept, Nomenclature(tuple(rows)))
 
 
@@ -292,21 +310,7 @@ def _letter_and_number(name: str) -> tuple[str, int]:
     return (letter.replace("'", ""), int(number)) if letter else (name, 0)
 
 
-def _place_in_list(name: str) -> tuple[bool, int, str]:
-    """Moduli first, then the stiffnesses of one beam after the other."""
-    letter, number = _letter_and_number(name)
-    return len(letter) > 1, number, letter
-
-
-def _is_bare(block: Block, after: Block) -> bool:
-    """Whether a heading has nothing below it."""
-    if not (isinstance(block, Title) and isinstance(after, Title)):
-        return False
-    return block.level >= after.level
-
-
 _LONG = 20  # operations: such a condition is in words, and only programs have it in full
-_LETTER = "Delta"
 _LEGS = "{legs}"
 
 
@@ -319,10 +323,10 @@ def with_conditions(blocks: Sequence[Block], derivation: Any) -> tuple[Block, ..
     if not beside or not isinstance(last, Nomenclature):
         return tuple(blocks)
     taken = {str(name) for names, _ in last.rows for name in names}
-    letter = _LETTER
+    letter = "Delta"
     while any(name.startswith(letter) for name in taken):
         letter += "'"
-    short = [c for c in beside if _operations(c.expression) <= _LONG]
+    short = [c for c in beside if c.expression.count_ops() <= _LONG]
     # What is short for some legs alone is in words for all of them.
     of_legs = {(_of_any_leg(c), c.leg) for c in short}
     in_words = {_of_any_leg(c) for c in beside if (_of_any_leg(c), c.leg) not in of_legs}
@@ -359,7 +363,7 @@ def in_programs(derivation: Any) -> list[tuple[str, Any]]:
 def _legs_of(derivation: Any) -> list[str]:
     """Names of all legs of a robot; none of other formulas."""
     whole = getattr(derivation, "derivation", derivation)
-    return [leg.name for leg in getattr(whole, "legs", ())]
+    return [getattr(leg, "name", leg) for leg in getattr(whole, "legs", ())]
 
 
 def _words(conditions: Sequence[Condition], legs: Sequence[str]) -> str:
@@ -383,8 +387,4 @@ def _of_any_leg(condition: Condition) -> str:
 
 def _multiplied_out(expression: Any) -> Any:
     """What is the same of conditions alike, where that is found at once."""
-    return sp.expand(expression) if _operations(expression) <= _LONG else expression
-
-
-def _operations(expression: Any) -> int:
-    return int(expression.count_ops())
+    return sp.expand(expression) if expression.count_ops() <= _LONG else expression

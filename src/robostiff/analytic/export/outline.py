@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
-from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.export.blocks import (
+    OWN_AXES,
     Block,
     EquationRows,
     Inverse,
@@ -23,6 +23,7 @@ from robostiff.analytic.export.blocks import (
     equation,
     equations,
     meanings_of_given,
+    own_axes,
     scalar,
     scalar_unless_name,
     share,
@@ -33,17 +34,17 @@ from robostiff.analytic.export.blocks import (
 from robostiff.analytic.export.entries import EntryNames, readable_matrix
 from robostiff.analytic.export.nomenclature import (
     OF_T,
-    meaning_of_result,
+    nomenclature_of,
     with_conditions,
     with_springs,
 )
-from robostiff.analytic.export.robot_outline import robot_outline
+from robostiff.analytic.export.robot_outline import outline_in_vectors, robot_outline
 from robostiff.analytic.inverse import ComplianceSteps
 from robostiff.analytic.legs.leg_elimination import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.vectors.forms import FormulaInVectors
 from robostiff.analytic.vectors.vector_expressions import Sum, Vector
-from robostiff.errors import InputError
 from robostiff.spatial import Space
 
 
@@ -58,69 +59,47 @@ def outline_of(derivation: Any) -> tuple[Block, ...]:
     >>> [block.text for block in blocks if isinstance(block, Title)]
     ['Cartesian stiffness matrix K_C', 'Result']
     """
-    outlines: dict[type, Callable[[Any], list[Block]]] = {
-        FormulaDerivative: _derivative,
-        RobotDerivation: robot_outline,
-        LegElimination: _leg,
-        ComplianceSteps: _compliance,
-        Derivation: _chain,
-    }
-    blocks = outlines[type(derivation)](derivation)
-    return with_conditions(with_springs(blocks), derivation)
-
-
-def refuse_derivative(derivation: Any) -> None:
-    """For languages in which derivatives are not written.
-
-    Raises
-    ------
-    InputError
-        When it is a derivative.
-    """
-    if isinstance(derivation, FormulaDerivative):
-        raise InputError(
-            "derivation",
-            got=f"the derivative {derivation.name}",
-            expected="a derivation",
-            hint="python_function and the printed forms write derivatives",
-        )
+    outline: Any = _chain
+    for kind, own in (
+        (FormulaDerivative, _derivative),
+        (RobotDerivation, robot_outline),
+        (LegElimination, _leg),
+        (ComplianceSteps, _compliance),
+        (FormulaInVectors, outline_in_vectors),
+    ):
+        outline = own if isinstance(derivation, kind) else outline
+    return with_conditions(with_springs(outline(derivation)), derivation)
 
 
 def _chain(derivation: Derivation) -> list[Block]:
-    """The start, each passive joint, and the result."""
-    names, stages = EntryNames(derivation), derivation.stages
-    summary = "Stiffness as a formula."
+    """The start, each passive joint, and the result; of all formulas that are but a matrix."""
+    names, stages = EntryNames(derivation), getattr(derivation, "stages", ())
+    blocks: list[Block] = [Title(names.title, level=1)]
+    rows: list[Meaning] = []
+    staged = {d.symbol for stage in stages for d in stage.definitions}
+    definitions = [d for d in derivation.definitions if d.symbol not in staged]
     if stages:
         joints = "one passive joint" if len(stages) == 1 else f"{len(stages)} passive joints"
         form = "in closed form" if derivation.is_closed else "in named steps"
-        summary = f"Elimination of {joints}, eq. (15), {form}."
-    first, last = _outside_stages(derivation)
-    blocks: list[Block] = [Title(names.title, level=1), Sentences(summary)]
-    blocks += [Title("Definitions"), equations(first)]
-    if stages:
-        start = "Start: stiffness without passive joints"
-        blocks += [Title(start), *_stiffness(names.of("K", 0), derivation.K0)]
-    blocks += _joints(derivation, names)
-    K, definitions = derivation.K, last
+        start = names.of("K", 0)
+        blocks += [
+            Sentences(f"Elimination of {joints}, eq. (15), {form}."),
+            *(Title("Definitions"), equations(definitions)),
+            Title("Start: stiffness without passive joints"),
+            *unless_long(start, derivation.K0),
+            *_joints(derivation, names),
+        ]
+        rows += [((Vector(start),), "stiffness without passive joints")]
+        rows += _meanings_of_joints(derivation, names, without_reactions=False)
+        definitions = []
+    else:
+        blocks.append(Sentences("Stiffness as a formula."))
+    K = derivation.K
     if derivation.is_closed:
         named = name_combinations(K, names.given)
-        K, definitions = named.matrix, [*last, *named.definitions]
+        K, definitions = named.matrix, named.definitions
     blocks += [Title("Result"), equations(definitions), stiffness_equation(names.result, K)]
-    rows: list[Meaning] = [((Vector(names.result),), meaning_of_result(derivation))]
-    if stages:
-        rows += [((Vector(names.of("K", 0)),), "stiffness without passive joints")]
-        rows += _meanings_of_joints(derivation, names, without_reactions=False)
-    given = meanings_of_given(names.given, derivation.meanings)
-    return [*blocks, Nomenclature((*rows, *given))]
-
-
-def _outside_stages(derivation: Derivation) -> tuple[list[Definition], list[Definition]]:
-    """Definitions that no stage lists: those before the stages, and those after."""
-    staged = {d.symbol for stage in derivation.stages for d in stage.definitions}
-    places = [i for i, d in enumerate(derivation.definitions) if d.symbol in staged]
-    first = places[0] if places else len(derivation.definitions) * bool(derivation.stages)
-    outside = [(i, d) for i, d in enumerate(derivation.definitions) if d.symbol not in staged]
-    return [d for i, d in outside if i < first], [d for i, d in outside if i >= first]
+    return [*blocks, nomenclature_of(derivation, names, rows)]
 
 
 def _joints(derivation: Derivation, names: EntryNames) -> list[Block]:
@@ -153,7 +132,7 @@ def _joints(derivation: Derivation, names: EntryNames) -> list[Block]:
         if number == len(derivation.stages) and not of_leg and stage.K == derivation.K:
             blocks.append(equation(after, Vector(names.result)))
         elif not stage.is_redundant:
-            blocks += _stiffness(after, stage.K)
+            blocks += unless_long(after, stage.K)
         before = stage.K
     return blocks
 
@@ -194,16 +173,10 @@ def _meanings_of_joints(
     return [*rows, (listed("K"), "stiffness after the joint")]
 
 
-def _stiffness(name: str, K: Any) -> list[Block]:
-    found = unless_long(K, name, ())
-    return [*found] or [stiffness_equation(name, K)]
-
-
 def _leg(derivation: LegElimination) -> list[Block]:
     """Compliance, K^0, each joint, transport to the reference point."""
     names, count = EntryNames(derivation), len(derivation.stages)
-    first, last = names.of("K", 0), names.of("K", count)
-    C, axes, arm = map(Vector, ("C", "R_0", "v_0"))
+    first, C = names.of("K", 0), Vector("C")
     joints = "no passive joint" if not count else "one passive joint"
     order = ""
     if count > 1:
@@ -227,25 +200,24 @@ def _leg(derivation: LegElimination) -> list[Block]:
         Sentences(
             "All matrices are in axes of the leg, in which its joints are simplest: columns of "
             "{}, in world axes. Their origin lies at {} from the reference point.",
-            (axes, arm),
+            OWN_AXES,
         ),
-        MatrixEquation(axes.name, readable_matrix(derivation.axes)),
-        column_equation(arm.name, derivation.arm),
+        *own_axes(derivation),
         Title("Compliance without passive joints"),
         Sentences(f"Springs: {', '.join(derivation.elastic)}; all joints are held."),
         MatrixEquation(C.name, readable_matrix(derivation.C)),
         equation(first, Inverse(C)),
-        *_stiffness(first, derivation.K0),
+        *unless_long(first, derivation.K0),
         *_joints(derivation, names),
         Title("About the reference point, world axes"),
         Sentences("The leg's part of the sum over the legs, eq. (11) to (13):"),
-        transport(names.result, last, axes, arm),
+        transport(names.result, names.of("K", count)),
     ]
     wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
     rows: list[Meaning] = [
         ((C,), f"compliance of the elastic parts: twist for wrench ({wrench})"),
         ((Vector(first),), "stiffness without passive joints"),
-        ((axes, arm), "axes of the leg in the world, and their origin"),
+        (OWN_AXES, "axes of the leg in the world, and their origin"),
         ((Vector("T"),), OF_T),
     ]
     if count:
@@ -258,18 +230,17 @@ def _leg(derivation: LegElimination) -> list[Block]:
 
 def _compliance(found: ComplianceSteps) -> list[Block]:
     """Its steps, and the matrix in their names."""
-    names = EntryNames(found.derivation)
+    names = EntryNames(found)
     C = names.free("C")
     space = Space.of_size(found.C.rows)
     wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
     meaning = f"compliance about the reference point: twist ({twist}) for wrench ({wrench})"
-    given = meanings_of_given(names.given, found.meanings)
     return [
         Title(f"Cartesian {found.name}", level=1),
         Sentences("The inverse of the stiffness matrix, in named steps."),
         equations(found.definitions),
         MatrixEquation(C, readable_matrix(found.C)),
-        Nomenclature((((Vector(C),), meaning), *given)),
+        Nomenclature((((Vector(C),), meaning), *meanings_of_given(names.given, found.meanings))),
     ]
 
 
@@ -277,17 +248,15 @@ def _derivative(derivative: FormulaDerivative) -> list[Block]:
     """Definitions, the derivative of the stiffness matrix, and its nomenclature."""
     names, symbol = EntryNames(derivative.derivation), derivative.symbol
     result = derivative_name(names.result, symbol)
-    in_names = derivative.in_names
-    definitions, dK = in_names.definitions, in_names.dK
-    if in_names.is_closed:
+    (_, dK), definitions = derivative.as_printed
+    if not definitions:
         named = name_combinations(dK, names.given)
         definitions, dK = named.definitions, named.matrix
     form = "in closed form" if derivative.is_closed else "in named steps, each with its derivative"
-    title = f"Derivative of the stiffness matrix {names.result} by {symbol.name}"
     meaning = f"derivative of {names.result} by {symbol.name}, all other given symbols held"
-    given = meanings_of_given(names.given, derivative.derivation.meanings)
+    given = meanings_of_given(names.given, derivative.meanings)
     return [
-        Title(title, level=1),
+        Title(f"Derivative of the stiffness matrix {names.result} by {symbol.name}", level=1),
         Sentences(f"Derivative {form}."),
         Title("Result"),
         equations(used_definitions(definitions, dK.flat())),

@@ -9,9 +9,9 @@ from typing import Any
 import sympy as sp
 from sympy.simplify.cse_main import tree_cse
 
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import FormulaDerivative
+from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.export.nomenclature import in_programs
 from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.analytic.reading.combinations import name_combinations
@@ -169,14 +169,22 @@ class FormulaProgram:
         return self.results[0]
 
     @property
+    def operations(self) -> int:
+        """How many it takes."""
+        entries = dict.fromkeys(entry for matrix in self.results for entry in matrix.flat())
+        return sum(map(count_of, (*(a.expression for a in self.assignments), *entries)))
+
+    @property
     def guards(self) -> tuple[Guard, ...]:
         """The sums by which the program divides, and that can cancel."""
         found = [entry for matrix in self.results for entry in matrix.flat()]
         return guards_of(found, {a.symbol: a.expression for a in self.assignments})
 
 
-def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
+def program(derivation: Formula) -> FormulaProgram:
     """Put a derivation, or its derivative with it, in the order of computation.
+
+    A robot in named steps is computed by its vectors, where these take fewer operations.
 
     Raises
     ------
@@ -187,35 +195,34 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     --------
     >>> a, b = sp.symbols("a b")
     >>> K = sp.ImmutableMatrix(sp.diag(sp.sin(a) ** 2, b * sp.sin(a), 0))
+    >>> from robostiff.analytic import Derivation
     >>> compute = program(Derivation("K_C", K, (), K))
     >>> compute.assignments
     (Definition(symbol=t1, expression=sin(a)),)
     >>> compute.entries[0, 0]
     t1**2
     """
-    matrix, definitions = _in_names(derivation)
+    matrices, definitions = derivation.as_printed
+    matrix = sp.ImmutableMatrix.vstack(*matrices)
     if not definitions:
         named = name_combinations(matrix, (symbol.name for symbol in derivation.symbols))
         matrix, definitions = named.matrix, named.definitions
-    return _in_order(derivation, matrix, definitions, sp.cse)
+    found = _in_order(derivation, matrix, definitions, sp.cse)
+    form = None if derivation.is_closed else getattr(derivation, "at_vector_level", None)
+    if form is None or getattr(derivation, "steps_asked", False):
+        return found
+    in_vectors = _in_order(derivation, form.K, form.definitions, sp.cse)
+    return min(found, in_vectors, key=lambda own: own.operations)
 
 
-def plain_program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
+def plain_program(derivation: Formula) -> FormulaProgram:
     """The same without looking for more than equal subexpressions: quick, and less readable."""
-    return _in_order(derivation, *_in_names(derivation), tree_cse)
-
-
-def _in_names(derivation: Derivation | FormulaDerivative) -> tuple[Any, tuple[Definition, ...]]:
-    """K, and dK below it; in the names of a robot, which have no other poles than the robot."""
-    if isinstance(derivation, FormulaDerivative):
-        own = derivation.in_names
-        return sp.ImmutableMatrix.vstack(own.K, own.dK), own.definitions
-    own = getattr(derivation, "named", None) or derivation
-    return own.K, own.definitions
+    matrices, definitions = derivation.as_printed
+    return _in_order(derivation, sp.ImmutableMatrix.vstack(*matrices), definitions, tree_cse)
 
 
 def _in_order(
-    derivation: Derivation | FormulaDerivative,
+    derivation: Formula,
     matrix: Any,
     definitions: tuple[Definition, ...],
     share: Callable[..., Any],

@@ -11,6 +11,7 @@ import sympy as sp
 
 from robostiff.analytic.exact.definition import Definition, used_definitions
 from robostiff.analytic.export.blocks import (
+    OWN_AXES,
     Block,
     EquationRows,
     FormulaTable,
@@ -22,9 +23,9 @@ from robostiff.analytic.export.blocks import (
     Sentences,
     Title,
     Total,
-    column_equation,
     equation,
     equations,
+    own_axes,
     scalar,
     scalar_unless_name,
     share,
@@ -32,18 +33,28 @@ from robostiff.analytic.export.blocks import (
     transport,
     unless_long,
 )
-from robostiff.analytic.export.entries import EntryNames, in_decimals, readable_matrix
-from robostiff.analytic.export.nomenclature import OF_STRUTS, nomenclature_of_robot
+from robostiff.analytic.export.entries import EntryNames, in_decimals
+from robostiff.analytic.export.nomenclature import (
+    OF_STRUTS,
+    meanings_in_vectors,
+    meanings_of_robot,
+    nomenclature_of,
+)
+from robostiff.analytic.placement.legs_at_points import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
-from robostiff.analytic.robot_derivation import InNames, InSeries, LegDerivation, RobotDerivation
-from robostiff.analytic.vectors.vector_expressions import (
+from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
+from robostiff.analytic.vectors.forms import (
     ArmOfSprings,
+    FormulaInVectors,
+    VectorForm,
+    beam_compliances,
+)
+from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Equation,
     Sum,
     Times,
     Vector,
-    VectorForm,
     with_formulas_changed,
 )
 
@@ -71,11 +82,7 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
         blocks += _legs_in_words(derivation, kinds=True)
     elif series is not None:
         # K as the inverse of C is the whole formula: wrenches of an arm say no more.
-        blocks += (
-            _entries_in_series(series, names.result)
-            if isinstance(series, InSeries)
-            else (_arm(series, names.result, taken))
-        )
+        blocks += _series(series, names.result, taken)
         blocks.append(Sentences(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
     else:
         closing = tuple(scalar("0", x) for c in derivation.conditions for x in c.equations)
@@ -89,7 +96,19 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
             blocks += [Title("Names for recurring expressions"), equations(definitions)]
             blocks += _leg_by_leg(derivation, named.legs, names)
         blocks.append(stiffness_equation(names.result, named.K))
-    return [*blocks, nomenclature_of_robot(derivation, names, alone=alone)]
+    rows = meanings_of_robot(derivation, names, alone=alone)
+    return [*blocks, nomenclature_of(derivation, names, rows, derivation.coordinates)]
+
+
+def outline_in_vectors(form: FormulaInVectors) -> list[Block]:
+    """The blocks of a vector level alone."""
+    names = EntryNames(form)
+    if isinstance(form, VectorForm):
+        blocks, _ = _vector_level(form, names.result, (), set(names.given))
+    else:
+        blocks = _series(form, names.result, set(names.given))
+    rows = meanings_in_vectors(form, names)
+    return [Title(names.title, level=1), *blocks, nomenclature_of(form, names, rows)]
 
 
 def is_vectors_alone(derivation: RobotDerivation) -> bool:
@@ -187,7 +206,10 @@ def _leg_by_leg(
     """Wrenches and compliances of each leg, and the beginning of their sum."""
     blocks = _legs_in_words(derivation)
     alike = len(derivation.legs) > 1 and len({*map(_in_words, derivation.legs)}) == 1
+    of_others = _turned_legs(derivation, in_names)
     for number, leg in enumerate(in_names, start=1):
+        if any(number in own for own in of_others.values()):
+            continue
         blocks.append(Title(f"Leg {number}: {' '.join(leg.name.split())}"))
         if not alike:
             blocks.append(Sentences(f"Springs: {_in_words(derivation.legs[number - 1])}"))
@@ -196,12 +218,39 @@ def _leg_by_leg(
             blocks.append(Sentences("It transmits no wrench."))
         for k, (w, c) in enumerate(zip(leg.wrenches, leg.compliances, strict=True), start=1):
             own = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
-            written = [column_equation(f"w_{own}", w), *scalar_unless_name(f"c_{own}", c)]
-            blocks += unless_long(sp.ImmutableMatrix([*w, c]), f"w_{own}", written)
+            blocks += unless_long(f"w_{own}", sp.ImmutableMatrix([*w, c]), w)
+            if not isinstance(blocks[-1], Sentences):
+                blocks += scalar_unless_name(f"c_{own}", c)
+        turned = (
+            f"{turn} it is leg {other}, {' '.join(in_names[other - 1].name.split())}"
+            for other, turn in of_others.get(number, {}).items()
+        )
+        if number in of_others:
+            blocks.append(Sentences(f"Turned {'; '.join(turned)}."))
     of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
     rest = [d for d in derivation.definitions if d.symbol not in of_legs]
     total = equation(names.result, Total("", share(*map(names.generic, "wc"))))
     return [*blocks, Title("Sum of the legs"), total, equations(rest)]
+
+
+def _turned_legs(
+    derivation: RobotDerivation, legs: Sequence[LegDerivation]
+) -> dict[int, dict[int, str]]:
+    """By the number of a leg: those that are turns of it, and the turns in words."""
+    found: dict[int, dict[int, str]] = {}
+    words = [*map(_in_words, derivation.legs)]
+    for j, leg in enumerate(legs):
+        if leg.definitions:
+            continue
+        for i in (i for i in range(j) if not any(i + 1 in own for own in found.values())):
+            first = legs[i]
+            if words[i] != words[j] or [*leg.compliances] != [*first.compliances]:
+                continue
+            turn = turn_in_words(leg.wrenches, first.wrenches)
+            if turn is not None:
+                found.setdefault(i + 1, {})[j + 1] = turn
+                break
+    return found
 
 
 def _vector_level(
@@ -311,23 +360,23 @@ def _kind_of_leg(
 _IN_SERIES = "Compliance: a sum over the springs"
 
 
-def _entries_in_series(found: InSeries, result: str) -> list[Block]:
-    """The compliance of a serial arm by its entries, its inverse, and where that is moved to."""
-    C, axes, arm = map(Vector, ("C", "R_0", "v_0"))
+def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
+    """The compliance of a serial arm, in vectors or by its entries, and its inverse."""
+    if isinstance(found, ArmOfSprings):
+        return _arm(found, result, taken)
     return [
         Title(_IN_SERIES),
         Sentences(
             "Springs in series add their compliances. These are in axes of the arm, in which they "
             "are simplest: columns of {}, in world axes, with their origin at {} from the "
             "reference point.",
-            (axes, arm),
+            OWN_AXES,
         ),
-        equations(found.definitions),
-        MatrixEquation(axes.name, readable_matrix(found.axes)),
-        column_equation(arm.name, found.arm),
-        MatrixEquation(C.name, found.C.applyfunc(in_decimals)),
-        equation("K_0", Inverse(C)),
-        transport(result, "K_0", axes, arm),
+        equations(found.names),
+        *own_axes(found),
+        MatrixEquation("C", found.C.applyfunc(in_decimals)),
+        equation("K_0", Inverse(Vector("C"))),
+        transport(result, "K_0"),
     ]
 
 
@@ -355,8 +404,7 @@ def _arm(found: ArmOfSprings, result: str, taken: set[str]) -> list[Block]:
         terms.append((1, Total("", Times(sp.Symbol("c"), twist))))
         blocks.append(FormulaTable((t, "c"), drives, "joint"))
     if beams:
-        L, EA, EI_y, EI_z, GJ = map(sp.Symbol, letters)
-        own = [L / EA, L**3 / (12 * EI_z), L**3 / (12 * EI_y), L / GJ, L / EI_y, L / EI_z]
+        own = beam_compliances(*map(sp.Symbol, letters))
         moved: Any = Rows(((Q, Lever(m, Q)), (None, Q)))
         terms.append((1, Total("", Outer(T, D))))
         rows.append(Equation("T", moved))

@@ -5,28 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-import sympy as sp
-
-from robostiff.analytic.export.blocks import Title
-from robostiff.analytic.export.language import Language, Row, Typeset
+from robostiff.analytic.export.blocks import MatrixEquation, Title
+from robostiff.analytic.export.broken_lines import math_width
+from robostiff.analytic.export.language import Language, Row, Typeset, fitted, room_beside
 from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.export.products import is_greek
-from robostiff.analytic.export.vocabulary import constant_name, function_name
+from robostiff.analytic.export.vocabulary import function_name
 from robostiff.errors import needs_extra
 from robostiff.markup import typst_text
 
-_FUNCTIONS = {
-    "acos": "arccos",
-    "asin": "arcsin",
-    "atan": "arctan",
-    "atan2": 'op("atan2")',
-    "log": "ln",
-}
-
 # Letters of 10 pt side by side in the text of A4 upright (planar) and on its side (spatial).
-_ROOM_UPRIGHT = 72.0
+_ROOM_UPRIGHT = 84.0
 _ROOM_ON_ITS_SIDE = 112.0
 _BETWEEN_COLUMNS = 3.0
 
@@ -62,10 +53,6 @@ TYPST_DERIVATIONS = """\
 def derivation_typst(derivation: Any) -> str:
     r"""A derivation as the source of a Typst document.
 
-    Parameters
-    ----------
-    derivation : Derivation, FormulaDerivative or ComplianceSteps
-
     Examples
     --------
     >>> import sympy as sp
@@ -88,8 +75,9 @@ def derivation_typst(derivation: Any) -> str:
 
 
 def wants_wide_page(derivation: Any) -> bool:
-    """Whether its matrices need a landscape page: 6 x 6 matrices do, planar ones do not."""
-    return derivation.K.rows > 3
+    """Whether a matrix needs a landscape page, so that fewer of its entries have names."""
+    blocks = (b for b in outline_of(derivation) if isinstance(b, MatrixEquation))
+    return any(fitted(b, math_width, room_beside(b, _ROOM_UPRIGHT))[2].rows for b in blocks)
 
 
 def derivation_in_typst(derivation: Any, *, first_heading: int = 1) -> str:
@@ -107,7 +95,7 @@ def derivation_pdf(derivation: Any, path: str | Path) -> None:
 
     Parameters
     ----------
-    derivation : Derivation, FormulaDerivative or ComplianceSteps
+    derivation : Formula
     path : str or Path
         The file to write.
 
@@ -138,6 +126,11 @@ def typst_pdf(source: str) -> bytes:
     return typst.compile(source.encode(), ignore_system_fonts=True, timestamp=0)
 
 
+def _large(cell: str) -> str:
+    """A cell with its fractions as large as those of an equation."""
+    return f"display({cell})" if "frac(" in cell else cell
+
+
 def _quoted(text: str) -> str:
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
@@ -147,6 +140,15 @@ class _Typst(Typeset):
     """Expressions of the vocabulary, and other functions by their name."""
 
     printmethod = "_typst"
+    functions: ClassVar[dict[str, str]] = {
+        "acos": "arccos",
+        "asin": "arcsin",
+        "atan": "arctan",
+        "atan2": 'op("atan2")',
+        "log": "ln",
+    }
+    constants: ClassVar[dict[str, str]] = {"pi": "pi", "e": "upright(e)"}
+    scientific = "{} dot 10^({})"
     opening, closing, slash, power = r"\(", r"\)", r"\/", "^({})"
     fraction, root, in_a_line, raised = "frac({}, {})", "sqrt({})", r"{}\/{}", "{}^({})"
     partial, norm, cross, dot, apart = "partial ", "abs({})", "times", "dot", " thin "
@@ -154,6 +156,10 @@ class _Typst(Typeset):
     _shape = "columns: (16%, 1fr), stroke: none, inset: (x: 0pt, y: 3pt), column-gutter: 1em,"
     list_signs = ([f"#table({_shape}"], "  [{}], [{}],", [")"])
     transposed, inverse, total, total_over = "^sans(upright(T))", "^(-1)", "sum", "sum_{}"
+
+    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
+        found = super().listed(rows)
+        return f"#columns(2)[\n{found}\n]" if self.room == _ROOM_ON_ITS_SIDE else found
 
     def word(self, word: str) -> str:
         is_bare = is_greek(word) or word.isdigit() or (len(word) == 1 and word.isalpha())
@@ -165,11 +171,15 @@ class _Typst(Typeset):
     def words(self, text: str) -> str:
         return typst_text(text)
 
+    def matrix(self, rows: list[list[str]]) -> str:
+        return super().matrix([[_large(x) for x in row] for row in rows])
+
     def heading(self, text: str, level: int) -> str:
         return f"{'=' * (self.first + level - 1)} {text}"
 
     def table(self, rows: list[list[str]]) -> str:
-        cells = [f"  {' '.join(f'[{cell}],' for cell in row)}" for row in rows]
+        each = [[f"${_large(x[1:-1])}$" if x[:1] == "$" else x for x in row] for row in rows]
+        cells = [f"  {' '.join(f'[{cell}],' for cell in row)}" for row in each]
         cells.insert(1, "  table.hline(stroke: 0.5pt),")
         shape = f"columns: {len(rows[0])}, stroke: none, column-gutter: 1em,"
         return "\n".join([f"#pad(left: 1.5em, table({shape}", *cells, "))"])
@@ -190,23 +200,10 @@ class _Typst(Typeset):
                 found += [f"#fit({x})" for x in written]
         return found
 
-    def emptyPrinter(self, expr: Any) -> str:
-        return self.applied(expr) if expr.args else _quoted(str(expr))
-
-    def _print_Integer(self, expr: Any) -> str:
-        return str(expr)
-
-    def _print_Float(self, expr: Any) -> str:
-        mantissa, _, exponent = sp.sstr(expr, full_prec=False).partition("e")
-        return f"{mantissa} dot 10^({exponent})" if exponent else mantissa
-
-    def _print_NumberSymbol(self, expr: Any) -> str:
-        return {"pi": "pi", "e": "upright(e)"}.get(constant_name(expr) or "", _quoted(str(expr)))
-
     def applied(self, function: Any, power: str = "") -> str:
         arguments = ", ".join(self._print(argument) for argument in function.args)
         name = function_name(function)
-        written = _FUNCTIONS.get(name, name) if name else f"op({_quoted(str(function.func))})"
+        written = self.functions.get(name, name) if name else f"op({_quoted(str(function.func))})"
         if power:
             return f"{written}^{power} ({arguments})"
         return f"{written}{' ' if written.startswith('op(') else ''}({arguments})"

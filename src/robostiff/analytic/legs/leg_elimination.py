@@ -22,13 +22,12 @@ from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Definition, Unwritten, used_definitions
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.inverse import compliance_formula, inverse_in_steps
+from robostiff.analytic.inverse import compliance_formula
 from robostiff.analytic.legs.leg_geometry import (
     LegGeometry,
     LegInSteps,
     elastic_parts,
     passive_freedoms,
-    transport,
 )
 from robostiff.analytic.placement.agreement import AGREED, closed_places, matrix_distance
 from robostiff.analytic.placement.conditions import conditions_of
@@ -36,6 +35,7 @@ from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robo
 from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
 from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.reading.named_reading import NamedReading
+from robostiff.analytic.vectors.forms import inverse_in_steps, transport
 from robostiff.elastostatics.recursive import eliminate_joint
 from robostiff.errors import DisagreementError, InputError
 from robostiff.model import Robot
@@ -210,8 +210,7 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
         (*before, *inverted),
         [sp.sympify(x) for part in (C, K0, axes, arm, *joints.values()) for x in part],
     )
-    R, v = (np.array(x.flat(), dtype=object) for x in (axes, arm))
-    T = sp.Matrix(transport(R.reshape(3, 3), v, placed.entries.space))
+    T = transport(axes, arm, placed.entries.space)
     return LegElimination(
         name="K_C",
         K0=chain.K0,
@@ -228,11 +227,6 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
         conditions=Unwritten(lambda: conditions_of(placed, own.name)),
         meanings=placed.meanings,
     )
-
-
-def _transport_formula(axes: Any, arm: Any, space: Space) -> Any:
-    R = np.array(list(axes), dtype=object).reshape(3, 3)
-    return sp.Matrix(transport(R, np.array(list(arm), dtype=object), space))
 
 
 def _inverse(C: Any) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:

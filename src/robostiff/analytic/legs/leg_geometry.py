@@ -33,7 +33,7 @@ from robostiff.recorded.working_frame import (
     local_leg,
     working_frames,
 )
-from robostiff.spatial import Space, skew
+from robostiff.spatial import Space
 
 _NOTHING = 1e-12
 _RANK = 1e-9  # of the largest compliance, rotations at the characteristic length
@@ -139,7 +139,7 @@ class LegInSteps:
     def __init__(self, geometry: LegGeometry) -> None:
         placed = geometry.placed
         self._read = StepReading(placed.record, placed.symbols, geometry.entries)
-        self.definitions = [*placed.springs, *self._read.definitions]
+        self.definitions: list[Definition] = [*placed.springs, *self._read.definitions]
         self._taken = {*placed.symbols, *(d.symbol.name for d in self.definitions)}
 
     def __call__(self, value: Any) -> Any:
@@ -164,14 +164,6 @@ class LegInSteps:
         if all(d.symbol != symbol for d in self.definitions):
             self.definitions.append(Definition(symbol, expression, (part,) if part else ()))
         return symbol
-
-
-def transport(R: Any, v: Any, space: Space) -> Any:
-    """Wrenches in some axes with an arm v from the reference point, seen from there (n, n)."""
-    whole = np.zeros((6, 6), dtype=int).astype(R.dtype)
-    whole[:3, :3] = whole[3:, 3:] = R
-    whole[3:, :3] = skew(v) @ R
-    return whole[np.ix_(list(space.rows), list(space.rows))]
 
 
 def _simplest(own: PlacedLeg, placed: PlacedRobot) -> tuple[WorkingFrame, LocalLeg]:

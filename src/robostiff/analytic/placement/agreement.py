@@ -22,8 +22,8 @@ from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, PostureFinder
-from robostiff.kinematics.closure.leg_forms import Rod
 from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.closure.rods import Rod
 from robostiff.model import Robot
 
 #: Largest relative difference of two ways: rounding of either is far below it.

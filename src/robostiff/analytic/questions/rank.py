@@ -10,15 +10,16 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from scipy.optimize import minimize
 
 from robostiff.analytic.budget import BUDGET, FormulaTooLargeError, OutOfTimeError, within
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.exact.exact_matrix import determinant, echelon
+from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import without_sign
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.questions.loci import Locus, MatrixInNames, rank_locus
 from robostiff.errors import InputError
 
@@ -57,6 +58,7 @@ class RankFormula:
     @classmethod
     def of(cls, K: Any, rank: int, powers: Mapping[Any, int], remark: str = "") -> RankFormula:
         """Of a matrix or derivation; `powers`: the factors with their exponents in the minors."""
+        powers = dict(_short_zero(x, n) for x, n in powers.items())
         kept = independent_zeros(sorted(powers, key=sp.default_sort_key))
         long = [x for x in kept if count_of(x) > _LONGEST]
         kept = tuple(x for x in kept if x not in long)
@@ -80,6 +82,17 @@ class RankFormula:
         possible = (x for x in self.exceptions if not x.is_nonzero)
         conditions = () if self.of_formula is None else self.of_formula.conditions
         return tuple(x for x in possible if x.is_Symbol or may_vanish(x, conditions))
+
+
+def _short_zero(factor: Any, power: int) -> tuple[Any, int]:
+    """A factor and its exponent; cos(x/2) with twice of it for 1 + cos(x), as a person writes."""
+    rest = sp.factor_terms(shortest_trigonometry(factor)).as_coeff_Mul()[1]
+    for turn in rest.atoms(sp.cos, sp.sin):
+        x = turn.args[0] - (sp.pi / 2 if isinstance(turn, sp.sin) else 0)
+        for sign, half in ((1, sp.cos(x / 2)), (-1, sp.sin(x / 2))):
+            if rest in (sign * turn + 1, -sign * turn - 1):
+                return half, 2 * power
+    return factor, power
 
 
 def closed_matrix(formula: Any, question: str) -> sp.Matrix:
@@ -269,6 +282,10 @@ def _rank(K: Any) -> tuple[int, dict[Any, int]]:
 _SAMPLES = 4000
 _FEWEST = 100  # samples at which the conditions hold, for an answer by signs
 _STARTS = 4
+_STEPS = 100
+_BESIDE = 1e-4  # from a point, to see a slope
+# Of Newton's step: a zero without a change of sign is double.
+_SHARES = 2.0 ** np.arange(1, -9, -1)
 _ROUNDING = 1e-13  # of the sum of the sizes of its terms
 _ZERO = 1e-10
 _ALIKE = 1e-2  # the same of another factor at such a zero, of high order
@@ -309,14 +326,18 @@ class Samples:
 
     def relative(self, factor: Any) -> Callable[[np.ndarray], np.ndarray]:
         """Values of a sum by the sizes of its terms, as a function of values (..., symbols)."""
-        terms = sp.Add.make_args(factor)
-        plain = {s: sp.Symbol(s.name) for s in self.symbols}
-        size = self._function(sp.Add(*(sp.Abs(x.xreplace(plain)) for x in terms)))
-        value = self._function(factor)
+        polynomial = sp.Poly(factor)
+        powers, numbers = zip(*polynomial.terms(), strict=True)
+        coefficients = np.array(numbers, dtype=float)
+        each = [np.array(own) for own in zip(*powers, strict=True)]
 
         def ratio(at: np.ndarray) -> np.ndarray:
-            with np.errstate(all="ignore"):
-                return np.nan_to_num(value(*at.T) / size(*at.T))
+            known = dict(zip(self.symbols, np.moveaxis(at, -1, 0), strict=True))
+            total: Any = coefficients
+            for x, own in zip(values_of(polynomial.gens, known), each, strict=True):
+                total = total * (np.asarray(x)[..., None] ** np.arange(max(own) + 1))[..., own]
+            sizes = np.sum(np.abs(total), axis=-1)
+            return np.sum(total, axis=-1) / np.where(sizes > 0, sizes, 1)
 
         return ratio
 
@@ -329,16 +350,26 @@ class Samples:
         values = relative(self.values)
         if len(values) < _FEWEST or max(values) > _ROUNDING < -min(values):
             return None
-        found = []
-        for start in self.values[np.argsort(np.abs(values))[:_STARTS]]:
-            exact = {"xatol": 1e-12, "fatol": 1e-18, "maxfev": 400 * len(start)}
-            end = minimize(lambda x: abs(relative(x)), start, method="Nelder-Mead", options=exact)
-            inside = not self.signed or all(
-                x > 0 for s, x in zip(self.symbols, end.x, strict=True) if s.is_positive
+        at = self.values[np.argsort(np.abs(values))[:_STARTS]]
+        size, n = np.abs(relative(at)), len(self.symbols)
+        for _ in range(_STEPS):
+            beside = at[:, None] + _BESIDE * np.stack([np.eye(n), -np.eye(n)])[:, None]
+            up, down = np.abs(relative(beside))
+            slope = (up - down) / (2 * _BESIDE)
+            with np.errstate(all="ignore"):
+                full = np.nan_to_num(slope * (size / np.sum(slope**2, axis=1))[:, None])
+            ways = at - _SHARES[:, None, None] * full
+            each = np.abs(relative(ways))
+            best = np.argmin(each, axis=0), np.arange(len(at))
+            is_less = each[best] < size
+            if not np.any(is_less):
+                break
+            at, size = (
+                np.where(is_less[:, None], ways[best], at),
+                np.where(is_less, each[best], size),
             )
-            if end.fun < _ZERO and inside:
-                found.append(end.x)
-        return np.reshape(found, (-1, len(self.symbols)))
+        positive = [i for i, s in enumerate(self.symbols) if self.signed and s.is_positive]
+        return at[(size < _ZERO) & np.all(at[:, positive] > 0, axis=1)]
 
     def are_zeros(self, factors: Sequence[Any], at: np.ndarray) -> bool:
         """Whether one of the factors is nearly zero at a point."""

@@ -157,7 +157,9 @@ class StepReading:
                 if number != 1:
                     multiples.setdefault(rest, (number, symbol))
             self._written[step] = expression
-        self.definitions = used_definitions(definitions, [self._of_step(step) for step in wanted])
+        self.definitions: tuple[Definition, ...] = used_definitions(
+            definitions, [self._of_step(step) for step in wanted]
+        )
 
     def __call__(self, value: Any) -> sp.Expr:
         """The expression of a number, or of an entry among the results or made from them."""

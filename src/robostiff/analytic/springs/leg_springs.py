@@ -87,7 +87,7 @@ class LegReader:
 
     def __post_init__(self) -> None:
         search = self.search
-        self.contributions = self.kind(
+        self.contributions: ContributionReader = self.kind(
             search.record, search.length, self.read, BeamProducts(self.read), self.block
         )
 

@@ -16,12 +16,14 @@ import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
+from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.agreement import check_form
 from robostiff.analytic.placement.legs_at_points import COMPONENTS, averages, orbits_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
+from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
 from robostiff.analytic.vectors.spherical_legs import axes_of, spherical_bar, spherical_leg
 from robostiff.analytic.vectors.vector_expressions import (
@@ -36,7 +38,6 @@ from robostiff.analytic.vectors.vector_expressions import (
     Times,
     Turns,
     Vector,
-    VectorForm,
 )
 from robostiff.analytic.vectors.vector_rods import (
     Bar,
@@ -88,17 +89,17 @@ def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | 
     is_one = len(found.wrenches) == 1 and not (found.others or found.rods)
     if not is_one or placed.coordinates or found.space is not Space.SPATIAL:
         return None
-    names = placed.symbols
-    values = [
-        {name: float(placed.record.input(name).sample[i]) for name in names}
-        for i in range(placed.record.count)
-    ]
-    each = [list(found.wrenches_at(at)) for at in values]
-    c = np.array([[float(own[1][0]) for own in legs] for legs in each])
-    if np.max(np.abs(c - c[:, :1]) / c) > _SAME:
+    own = found.components()
+    legs = [leg for (leg,) in found.in_each_leg(own)]
+    at: dict[Any, Any] = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
+    each = [[*w, c] for w, c, _ in legs]
+    numbers = values_of([x for leg in each for x in leg], at, own.definitions)
+    numbers = np.array(np.broadcast_arrays(*numbers)).reshape(len(legs), 7, -1)
+    c = numbers[:, 6]
+    if np.max(np.abs(c - c[:1]) / c) > _SAME:
         return None
     scale = np.array([1.0] * 3 + [placed.length] * 3)
-    W = np.array([[own[0][0] for own in legs] for legs in each]) / scale
+    W = numbers[:, :6].transpose(2, 0, 1) / scale
     orbits = orbits_of(W)
     if orbits is None or len(orbits) > 1:
         return None

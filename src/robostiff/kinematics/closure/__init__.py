@@ -12,10 +12,15 @@ from robostiff.kinematics.closure.assembly_mode import (
     follow,
     nearest,
 )
-from robostiff.kinematics.closure.leg_equations import attachment_frame, gaps, loops_of_legs
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.legs_alike import leg_solvers, legs_alike
-from robostiff.kinematics.closure.loops import ClosurePart, Loops
+from robostiff.kinematics.closure.loops import (
+    ClosurePart,
+    Loops,
+    attachment_frame,
+    gaps,
+    loops_of_legs,
+)
 
 __all__ = [
     "AssemblyMode",

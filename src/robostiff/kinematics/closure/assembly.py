@@ -65,7 +65,7 @@ def nearest(
     Parameters
     ----------
     chain : Chain
-        Without parallel blocks.
+        Its main path alone counts.
     q : (m, N, size) array
         Coordinates of each posture.
     closed : (m, N) array of bool
@@ -73,12 +73,13 @@ def nearest(
     near : (size,) array
         Wanted coordinates [m, rad].
     given : (size,) array of bool
-        Which of them were chosen, and not left out.
+        Which of those of the main path were chosen, and not left out.
     leading : int
-        Place of the drive's coordinate.
+        Place of the drive's coordinate on the main path.
     length : float
         Against which slides are measured [m].
     """
+    chain, q, near = chain.main_path, q[..., chain.main_places], near[chain.main_places]
     apart = _distances(chain, q, near, length)
     outside = np.zeros(closed.shape, dtype=bool)
     role = chain.roles[leading]

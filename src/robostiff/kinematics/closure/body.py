@@ -15,7 +15,16 @@ import numpy as np
 
 from robostiff.kinematics.turn import Turn
 from robostiff.model import TelescopicBeam
-from robostiff.record import Entry, arc_tangent, is_zero, least, most_size, shortened, square_root
+from robostiff.record import (
+    Entry,
+    arc_tangent,
+    is_one,
+    is_zero,
+    least,
+    most_size,
+    shortened,
+    square_root,
+)
 from robostiff.record.record import is_exact
 from robostiff.spatial import cross as cross_of_entries
 
@@ -24,47 +33,31 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 def dot(a: np.ndarray, b: np.ndarray) -> Any:
     """Scalar product of two vectors, an entry or (N,)."""
-    if a.ndim == 1 and b.ndim == 1:
-        return a @ b
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Vector product of two vectors, both of entries or both at poses."""
-    if a.ndim == 1:
-        return cross_of_entries(a, b)
+    """Vector product of two vectors."""
     return a[_NEXT] * b[_LAST] - a[_LAST] * b[_NEXT]
 
 
 def frame(*columns: np.ndarray) -> np.ndarray:
     """Three vectors as the columns of a matrix."""
-    if columns[0].ndim == 1:
-        return np.stack(columns, axis=-1)
-    R = np.empty((3, *np.broadcast_shapes(*(column.shape for column in columns))))
-    for i, column in enumerate(columns):
-        R[:, i] = column
-    return R
+    return np.stack(np.broadcast_arrays(*columns), axis=1)
 
 
 def times(R: np.ndarray, local: np.ndarray) -> np.ndarray:
-    """R v for a constant vector v (3,), zeros of which cost nothing."""
-    if R.ndim == 2:
-        return R @ local
-    found: Any = None
-    for i, x in enumerate(local.tolist()):
-        if x:
-            part = R[:, i] if x == 1 else R[:, i] * x
-            found = part if found is None else found + part
-    return R[:, 0] * 0.0 if found is None else found
+    """R v for a vector v (3,), zeros of which cost nothing."""
+    parts = [R[:, i] if is_one(x) else R[:, i] * x for i, x in enumerate(local) if not is_zero(x)]
+    return sum(parts[1:], parts[0]) if parts else R[:, 0] * 0
 
 
 def spun(R: np.ndarray, axis: np.ndarray, angle: Any) -> np.ndarray:
     """R after a turn about a unit vector."""
-    if R.ndim == 2:
-        return Turn.by(angle).about(axis) @ R
-    c, s = np.cos(angle), np.sin(angle)
+    turn = Turn.by(angle)
+    c, s = turn.cosine, turn.sine
     columns = (R[:, i] for i in range(3))
-    return frame(*(c * v + s * cross(axis, v) + (1.0 - c) * dot(axis, v) * axis for v in columns))
+    return frame(*(v * c + cross(axis, v) * s + axis * (dot(axis, v) * (1 - c)) for v in columns))
 
 
 def quotient(a: Any, b: Any) -> Any:

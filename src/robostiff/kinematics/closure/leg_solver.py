@@ -21,9 +21,9 @@ from robostiff.kinematics.closure.assembly import (
 )
 from robostiff.kinematics.closure.assembly_mode import closed_near, follow
 from robostiff.kinematics.closure.assembly_mode import nearest as nearest_closed
-from robostiff.kinematics.closure.leg_equations import attachment_frame, gaps, loops_of_legs
-from robostiff.kinematics.closure.leg_forms import Post, Rod, Strut
-from robostiff.kinematics.closure.loops import Loops
+from robostiff.kinematics.closure.leg_forms import Post
+from robostiff.kinematics.closure.loops import Loops, attachment_frame, gaps, loops_of_legs
+from robostiff.kinematics.closure.rods import Rod, Strut
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.pose import pose_of_end
 from robostiff.kinematics.turn import turn_by_vector
@@ -154,7 +154,7 @@ class LegSolver:
         if len(modes) > 1:
             closed = self.closing(every[:, None], pose, R)[:, 0]
         given = np.ones(self.chain.main_path.size, dtype=bool)
-        chosen = self.nearest(form, every, closed, near, given)
+        chosen = nearest(self.chain, every, closed, near, given, form.leading, self.length)
         q = on_turn_of_home(self.chain, every[chosen, rows], near)
         if isinstance(form, Arm) and (open_ := np.flatnonzero(form.meeting(q)[1])).size:
             there, met = self._nearest_open(pose[open_], near)
@@ -274,19 +274,6 @@ class LegSolver:
         kept = [not isinstance(self.closed_form, Strut) or mode.root == root for mode in modes]
         return q[np.array(kept, dtype=bool) & ~beyond_limits(chain, q)]
 
-    def nearest(
-        self,
-        form: ClosedForm,
-        every: np.ndarray,
-        closed: np.ndarray,
-        near: np.ndarray,
-        given: np.ndarray,
-    ) -> np.ndarray:
-        """Which of some postures (m, N, size) is nearest to given coordinates (N,)."""
-        path, places = self.chain.main_path, self.chain.main_places
-        q, near = every[..., places], near[places]
-        return nearest(path, q, closed, near, given, form.leading, self.length)
-
     def _leaves_loops_open(
         self, q: np.ndarray, R: np.ndarray, p: np.ndarray
     ) -> tuple[PlacedChain, np.ndarray]:
@@ -317,13 +304,9 @@ class LegSolver:
 
     def gap_at_home(self) -> tuple[Loop, float]:
         """The gap of a leg that is open most at home, and its size."""
-        R, p = turn_by_vector(self.home_pose[3:]), self.home_pose[:3]
-        found = gaps(
-            self.leg,
-            place_chain(self.chain, self.home, self.leg.base.R, self.leg.base.p),
-            *attachment_frame(self.leg, R, p),
-        )
-        return max(((gap, float(_size(gap, self.length))) for gap in found), key=lambda x: x[1])
+        pose = self.home_pose[None]
+        _, found = self._placed(self.homes, turn_by_vector(pose[:, 3:]), pose[:, :3])
+        return max(((gap, float(_size(gap, self.length)[0])) for gap in found), key=lambda x: x[1])
 
     def leaves_drive_open(
         self, pose: np.ndarray, R: np.ndarray, q: np.ndarray, *, chosen: bool = False

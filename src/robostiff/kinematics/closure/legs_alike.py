@@ -10,15 +10,15 @@ import numpy as np
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.arm import Arm, recognise_arm
-from robostiff.kinematics.closure.assembly import on_turn_of_home
-from robostiff.kinematics.closure.leg_forms import (
+from robostiff.kinematics.closure.assembly import nearest, on_turn_of_home
+from robostiff.kinematics.closure.leg_forms import recognise_post
+from robostiff.kinematics.closure.leg_solver import CLOSED, ClosedForm, LegSolver
+from robostiff.kinematics.closure.rods import (
     Rod,
-    recognise_post,
     recognise_rod,
     recognise_sliding_rod,
     recognise_strut,
 )
-from robostiff.kinematics.closure.leg_solver import CLOSED, ClosedForm, LegSolver
 from robostiff.kinematics.closure.skeleton import copied_places, skeleton_of
 from robostiff.kinematics.legs_together import in_groups
 from robostiff.kinematics.turn import turn_by_vector
@@ -68,7 +68,8 @@ def _in_modes_of_home(group: LegSolver) -> list[LegSolver]:
     every = group.in_modes(form, group.modes, pose, R)
     closes = group.closing(every, pose, R)[..., 0]
     given = chain.home_given[chain.main_places]
-    chosen = group.nearest(form, every[:, :, 0], closes, chain.home, given)
+    postures = every[:, :, 0]
+    chosen = nearest(chain, postures, closes, chain.home, given, form.leading, group.length)
     homes = on_turn_of_home(chain, every[chosen, range(number), 0], chain.home)
     if isinstance(form, Arm):  # where drives can move alone, home says how they stand
         own = np.tile(chain.home, (1, number, 1, 1))
@@ -87,7 +88,7 @@ def _checked(solver: LegSolver) -> LegSolver:
     """The solver of a leg that closes at home; an `OpenAtHomeError` says where it does not."""
     gap, size = solver.gap_at_home()
     if size > CLOSED:
-        (shift, turn), where = gap.missed, gap.name
+        (shift, turn), where = (float(x[0]) for x in gap.missed), gap.name
         place = f"at the end of branch {where!r}" if where else "at the platform"
         raise OpenAtHomeError(
             f"home configuration of leg {solver.leg.name!r}",

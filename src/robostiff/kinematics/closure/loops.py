@@ -1,20 +1,30 @@
 """Loops of moving frames as equations: gaps, rates at which coordinates close them, and steps.
 
+A leg that closes on its platform is such a loop, and so are the branches inside it.
+
 Screws that make many turns take steps in which another joint about the same axis turns them back.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree, advanced
+from robostiff.kinematics.closure.motion_tree import (
+    AT_REST,
+    LoopEnd,
+    MotionTree,
+    PlacedTree,
+    advanced,
+)
+from robostiff.kinematics.frames import Loop, PlacedChain
 from robostiff.kinematics.turn import rotvec_rate
-from robostiff.spatial.batch import transposed
+from robostiff.model import Chain, Leg, Passive, prismatic, spherical
+from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.rotation import vector_of_rotation
 
 _COAXIAL = 1e-9  # sine, and part of the length
@@ -34,24 +44,11 @@ class Spin:
     # Angle that advances by the characteristic length, or one radian if that is more [rad]
     unit: float
 
-    def add_to(self, rates: np.ndarray, axes: np.ndarray) -> None:
-        """In rates (N, ends, 6, size), the screw's become those of an advance without a turn.
+    def shares(self, axes: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+        """What each joint that turns back turns where the screw turns by one (N,), by its place.
 
         With the axes (N, size, 3) of all coordinates.
         """
-        own = rates[..., self.place]
-        for place, share in self._shares(axes):
-            own = own + share[:, None, None] * rates[..., place]
-        rates[..., self.place] = self.unit * own
-
-    def take_from(self, step: np.ndarray, back: np.ndarray, axes: np.ndarray) -> None:
-        """From steps (N, size) so scaled, those of the coordinates, and what is taken back."""
-        step[..., self.place] *= self.unit
-        for place, share in self._shares(axes):
-            back[..., place] += share * step[..., self.place]
-
-    def _shares(self, axes: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-        """What each joint that turns back turns where the screw turns by one (N,), by its place."""
         for i in self.back:
             yield i, -np.einsum("...i,...i->...", axes[:, self.place], axes[:, i])
 
@@ -151,8 +148,9 @@ class Loops:
             return e[:1], J[:1]
         placed = self.tree.placed(x)
         J = self.tree.closing_twists(placed)
-        for spin in self.spins:
-            spin.add_to(J, placed.axes)
+        for spin in self.spins:  # an advance without a turn
+            back = [s[:, None, None] * J[..., i] for i, s in spin.shares(placed.axes)]
+            J[..., spin.place] = spin.unit * sum(back, J[..., spin.place])
         if self.summed is not None and np.any(J[..., self.summed]):
             J[..., self.summed] = J[..., self.summed] @ rotvec_rate(x[:, self.summed])[:, None]
         J = np.take(J, self.unknowns, axis=-1)
@@ -173,7 +171,9 @@ class Loops:
             return advanced(x, delta, self._turned)
         axes, back = self.tree.placed(x).axes, np.zeros_like(delta)
         for spin in self.spins:
-            spin.take_from(delta, back, axes)
+            delta[:, spin.place] *= spin.unit
+            for i, share in spin.shares(axes):
+                back[:, i] += share * delta[:, spin.place]
         # Last, so that what is turned back is turned about the very axis of the screw.
         return advanced(advanced(x, delta, self._turned), back, self._turned)
 
@@ -192,3 +192,82 @@ class Loops:
     def _unit_steps(self) -> np.ndarray:
         """Unit of each unknown: the length for a shift, a radian for a turn."""
         return np.where(self.tree.turns[self.unknowns], 1.0, self.length)
+
+
+#: A body that nothing holds; its coordinates are those of a pose.
+_FREE_BODY = Chain(
+    (
+        *(prismatic(e, Passive(), name=name) for name, e in zip("xyz", np.eye(3), strict=True)),
+        spherical(Passive(), name="turn"),
+    )
+)
+
+
+def loops_of_legs(
+    legs: Sequence[Leg],
+    open_: Sequence[int],
+    length: float,
+    drives: Sequence[np.ndarray] = (),
+) -> Loops:
+    """Legs to close together with a platform, and the platform coordinates that they determine.
+
+    A posture x is the pose coordinates, then the coordinates of all legs.
+
+    Parameters
+    ----------
+    legs : sequence of Leg
+    open_ : sequence of int
+        Pose coordinates (x, y, z, rx, ry, rz by number) that the legs decide.
+    length : float
+        Characteristic length [m].
+    drives : sequence of (d,) arrays, optional
+        Of each leg the places of coordinates that are held, and prescribed as well.
+    """
+    tree, parts, row, column = MotionTree(), [], 0, 0
+    platform, pose = tree.along(_FREE_BODY, AT_REST)
+    ends = np.cumsum([6, *(leg.chain.size for leg in legs)])
+    free = [leg.chain.free.copy() for leg in legs]
+    for own, held in zip(free, drives, strict=bool(drives)):
+        own[held] = False
+    for leg, own in zip(legs, free, strict=True):
+        end, moving = tree.along(leg.chain, AT_REST.to(leg.base.R, leg.base.p))
+        wanted = platform.to(leg.attachment.R, leg.attachment.p)
+        tree.ends.insert(row, LoopEnd(end, wanted, moving, pose if open_ else ()))
+        unknowns = column + np.arange(int(np.count_nonzero(own)))
+        column += len(unknowns)
+        loops = np.arange(6 * row + 6, 6 * len(tree.ends))
+        parts.append(ClosurePart(loops, np.arange(6 * row, 6 * row + 6), unknowns))
+        row = len(tree.ends)
+    if len(parts) > 1 or open_:  # every leg, then all together
+        inner = np.concatenate([own.loops for own in parts])
+        outer = np.concatenate([own.ends for own in parts])
+        parts.append(ClosurePart(inner, outer, np.arange(column + len(open_))))
+    given = [np.array([k for k in range(6) if k not in open_], dtype=int)]
+    given += [start + held for start, held in zip(ends, drives, strict=False)]
+    return Loops(
+        tree=tree,
+        start=np.concatenate([np.zeros(6), *(leg.chain.home for leg in legs)]),
+        unknowns=np.array([*(6 + np.flatnonzero(np.concatenate(free))), *open_], dtype=int),
+        given=np.concatenate(given),
+        parts=tuple(parts),
+        length=length,
+        summed=slice(3, 6),
+        ends=tuple(ends.tolist()),
+    )
+
+
+def gaps(
+    leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
+) -> list[Loop]:
+    """Gaps of a leg: at its frame of the platform, then of the loops inside the leg."""
+    main = tuple(leg.chain.main_places.tolist())
+    at_platform = Loop("", placed.R, placed.p, R_platform, p_platform, own=main, leading=())
+    return [at_platform, *placed.loops]
+
+
+def attachment_frame(
+    leg: Leg, R_platform: np.ndarray, p_platform: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frame on the platform at which the chain of a leg ends, in the world."""
+    p = p_platform + np.einsum("...ij,j->...i", R_platform, leg.attachment.p)
+    return product(R_platform, leg.attachment.R), p

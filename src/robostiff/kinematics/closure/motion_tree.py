@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.turn import turn_by_vector
+from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import (
     Chain,
     Joint,
@@ -58,8 +58,11 @@ class LoopEnd:
 
 @dataclass(frozen=True)
 class PlacedTree:
-    """All frames, axes and ends of loops at N postures."""
+    """All frames, axes and ends of loops at N postures, or at one of recorded entries without N."""
 
+    # (N, frames, 3, 3) and (N, frames, 3, 1), and the place of each frame among them
+    frames: tuple[np.ndarray, np.ndarray]
+    number: np.ndarray
     # (N, size, 3): unit vector of each coordinate, and a point of its line [m]
     axes: np.ndarray
     points: np.ndarray
@@ -69,13 +72,10 @@ class PlacedTree:
     p: np.ndarray
     R_wanted: np.ndarray
     p_wanted: np.ndarray
-    # (N, frames, 3, 3) and (N, frames, 3, 1), level by level, and the place of each frame
-    frames: tuple[np.ndarray, np.ndarray]
-    number: np.ndarray
 
     def at(self, fixed: Fixed) -> tuple[np.ndarray, np.ndarray]:
         """Axes (N, 3, 3) and origin (N, 3) of a frame at rest in one of the moving frames."""
-        R, p = (own[:, self.number[fixed.frame]] for own in self.frames)
+        R, p = (own[..., self.number[fixed.frame], :, :] for own in self.frames)
         return R @ fixed.R, p[..., 0] + R @ fixed.p
 
 
@@ -95,6 +95,11 @@ class _Sorted:
     AE: np.ndarray
     AEE: np.ndarray
     levels: list[slice]
+    frames: np.ndarray  # (size,) of int: those that coordinates move
+    axes: np.ndarray  # (size, 3, 1): theirs, in the frames before
+    balls: np.ndarray  # (b,) of int: frames of spherical joints
+    # Of the ends, and of where they should be: moving frames, axes and origins in them
+    ends: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 class MotionTree:
@@ -232,26 +237,18 @@ class MotionTree:
             AE=A @ E,
             AEE=A @ E @ E,
             levels=[slice(a, b) for a, b in pairwise(starts.tolist())],
+            frames=number[np.array(self._frames, dtype=int)],
+            axes=np.array(self._axes, dtype=float).reshape(-1, 3, 1),
+            balls=number[np.array([frame for frame, _ in self._balls], dtype=int)],
+            ends=[
+                (
+                    number[np.array([one.frame for one in fixed], dtype=int)],
+                    np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3),
+                    np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1),
+                )
+                for fixed in ([end.own for end in self.ends], [end.wanted for end in self.ends])
+            ],
         )
-
-    @cached_property
-    def _of_coordinates(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Frames that coordinates move, their axes in the frames before, and frames of balls."""
-        number = self._sorted.number
-        frames = number[np.array(self._frames, dtype=int)]
-        balls = number[np.array([frame for frame, _ in self._balls], dtype=int)]
-        return frames, np.array(self._axes, dtype=float).reshape(-1, 3, 1), balls
-
-    @cached_property
-    def _ends(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Moving frames, axes and origins in them: of the ends, and of where they should be."""
-        found = []
-        for fixed in ([end.own for end in self.ends], [end.wanted for end in self.ends]):
-            frames = self._sorted.number[np.array([one.frame for one in fixed], dtype=int)]
-            R = np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3)
-            p = np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1)
-            found.append((frames, R, p))
-        return found
 
     @cached_property
     def _pairs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -266,10 +263,12 @@ class MotionTree:
         return ends, places, leads.astype(bool)
 
     def placed(self, q: np.ndarray) -> PlacedTree:
-        """The tree at coordinates (N, size) [m, rad]."""
+        """The tree at coordinates (N, size) [m, rad], or at entries (size,)."""
+        if q.dtype == object:
+            return self._on_entries(q)
         own = self._sorted
         q = q if self._transmission is None else q @ self._transmission.T
-        frames, axes, balls = self._of_coordinates
+        frames, balls = own.frames, own.balls
         x = q[:, own.places]
         sine, versine = np.sin(x), 2.0 * np.sin(0.5 * x) ** 2
         M = own.A + sine[..., None, None] * own.AE + versine[..., None, None] * own.AEE
@@ -284,13 +283,33 @@ class MotionTree:
             R_before = R[:, own.parents[here]]
             R[:, level] = R_before @ M[:, here]
             p[:, level] = p[:, own.parents[here]] + R_before @ d[:, here]
-        along = (R[:, own.parents[frames - 1]] @ axes)[..., 0]
+        along = (R[:, own.parents[frames - 1]] @ own.axes)[..., 0]
         (R_end, p_end), wanted = (
             (R[:, at] @ R_own, (p[:, at] + R[:, at] @ p_own)[..., 0])
-            for at, R_own, p_own in self._ends
+            for at, R_own, p_own in own.ends
         )
         points = p[:, frames][..., 0]
-        return PlacedTree(along, points, R_end, p_end, *wanted, (R, p), own.number)
+        return PlacedTree((R, p), own.number, along, points, R_end, p_end, *wanted)
+
+    def _on_entries(self, q: np.ndarray) -> PlacedTree:
+        q = q if self._transmission is None else self._transmission @ q
+        count, balls = 1 + len(self._before), dict(self._balls)
+        R, p = np.empty((count, 3, 3), dtype=object), np.empty((count, 3, 1), dtype=object)
+        R[_WORLD], p[_WORLD] = np.eye(3, dtype=int), 0
+        none = np.zeros((0, 3, 3))
+        placed = PlacedTree((R, p), np.arange(count), none, none, none, none, none, none)
+        for k, (before, i) in enumerate(zip(self._before, self._coordinates, strict=True), start=1):
+            R[k], p[k, :, 0] = placed.at(before)
+            if k in balls:
+                R[k] = R[k] @ turn_by_vector(q[i : i + 3])
+            elif self.screws[i].turns:
+                R[k] = R[k] @ turn_about(self.screws[i].axis, q[i : i + 1].reshape(()))
+            p[k, :, 0] = p[k, :, 0] + (R[before.frame] @ self._slides[k - 1]) * q[i]
+        parents = [self._before[frame - 1].frame for frame in self._frames]
+        axes = [R[k] @ axis for k, axis in zip(parents, self._axes, strict=True)]
+        ends = [(*placed.at(one.own), *placed.at(one.wanted)) for one in self.ends]
+        four = [np.array(x) for x in zip(*ends, strict=True)] or [none] * 4
+        return PlacedTree((R, p), placed.number, np.array(axes), p[self._frames, :, 0], *four)
 
     def closing_twists(self, placed: PlacedTree) -> np.ndarray:
         """Twists (17) by which each coordinate closes each end (N, ends, 6, size)."""

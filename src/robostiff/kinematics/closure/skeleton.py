@@ -123,7 +123,7 @@ def _meeting(a: Cluster, b: Cluster, loosely: bool) -> Cluster | None:
     return a if np.linalg.norm(np.cross(two, apart)) <= size else None
 
 
-_SAME = 1e-9
+_SAME, _SEED = 1e-9, 2
 
 
 def copied_places(chain: Chain) -> np.ndarray | None:
@@ -144,7 +144,7 @@ def copied_places(chain: Chain) -> np.ndarray | None:
             first = element.branches[0]
             for branch in element.branches:
                 own = copied_places(branch.chain)
-                if own is None or not _is_copy(first, branch):
+                if own is None or not (branch is first or _is_copy(first, branch)):
                     return None
                 places += [main + int(place) for place in own]
             main += first.chain.main_places.size
@@ -152,42 +152,21 @@ def copied_places(chain: Chain) -> np.ndarray | None:
 
 
 def _is_copy(first: Branch, other: Branch) -> bool:
-    if other is first:
-        return True
+    """Whether branches end alike at any equal coordinates, as far apart as they begin."""
     a, b = first.chain.main_path, other.chain.main_path
-    if _kinds(a) != _kinds(b) or a.size != b.size:
+    if a.size != b.size or np.any(a.free != b.free):
         return False
-    held = ~a.free
-    if np.any(held != ~b.free) or np.any(np.abs(a.home - b.home)[held] > _SAME):
+    if np.any(np.abs(a.home - b.home)[~a.free] > _SAME):
         return False
-    pairs = ((first.start, a), (other.start, b))
-    one, two = (place_chain(path, path.zero, start.R, start.p) for start, path in pairs)
-    shift = other.start.p - first.start.p
-    size = _SAME * (np.linalg.norm(shift) + np.linalg.norm(one.p - first.start.p) + 1e-300)
-    turned = (
-        np.abs(other.start.R - first.start.R).max(),
-        np.abs(other.end.R - first.end.R).max(),
-        np.abs(two.R - one.R).max(),
+    q = np.where(a.free, np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, a.size)), a.home)
+    one, two = (
+        place_chain(path, q, branch.start.R, branch.start.p)
+        for path, branch in ((a, first), (b, other))
     )
-    shifted = [two.p - one.p - shift]
-    for f, g in zip(one.freedoms, two.freedoms, strict=True):
-        if f.turns is not g.turns or np.abs(f.axis - g.axis).max() > _SAME:
-            return False
-        if f.turns:
-            if abs(f.pitch - g.pitch) > _SAME * abs(f.pitch):
-                return False
-            apart = g.point - f.point - shift
-            shifted.append(apart - f.axis * (f.axis @ apart))
+    shift, ends = other.start.p - first.start.p, other.end.p - first.end.p
+    size = np.linalg.norm(shift) + np.abs(one.p - first.start.p).max() + 1e-300
+    turned = max(np.abs(two.R - one.R).max(), np.abs(other.end.R - first.end.R).max())
     # The body after the block may be turned against the one before.
-    longer = np.linalg.norm(other.end.p - first.end.p) - np.linalg.norm(shift)
-    apart = max(abs(longer), *(np.linalg.norm(gap) for gap in shifted))
-    return bool(max(turned) <= _SAME and apart <= size)
-
-
-def _kinds(chain: Chain) -> list[object]:
-    """Kinds of the coordinates, independent of their roles."""
-    return [
-        element.kind if isinstance(element, Joint) else type(element)
-        for element, _ in chain.moving
-        if not isinstance(element.role, Locked)
-    ]
+    longer = abs(np.linalg.norm(ends) - np.linalg.norm(shift))
+    apart = max(longer, np.abs(two.p - one.p - shift).max())
+    return bool(turned <= _SAME and apart <= _SAME * size)

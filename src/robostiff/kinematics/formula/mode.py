@@ -49,8 +49,7 @@ def other_modes(
 
     def closed(mode: RootSigns) -> _Mode:
         own: Any = site.own_form(replace(form, mode=mode))
-        joints = replace(own.joints, spin_matters=True)  # it turns from home, as over poses
-        own = replace(own, joints=joints, name=None)
+        own = replace(own, spin_matters=True, name=None)  # it turns from home, as over poses
         return _Mode(site, own, own.closed(site.base, site.platform))
 
     own = closed(form.mode)
@@ -121,9 +120,9 @@ class _Mode:
 
         Of the other root the crank is as far on the other side.
         """
-        base, rest = self.site.base, circle_of(self.form.drive, self.form.joints.A.point).rest
+        base, rest = self.site.base, circle_of(self.form.drive, self.form.A.point).rest
         m, n, _ = (base.direction(axis) for axis in rest.R.T)
-        to_B = self.site.platform.point(self.form.joints.B.point) - base.point(rest.p)
+        to_B = self.site.platform.point(self.form.B.point) - base.point(rest.p)
         q = Turn.by(self.site.home[self.form.leading])
         return ((to_B @ m) * q.sine - (to_B @ n) * q.cosine) * self.form.mode.root
 

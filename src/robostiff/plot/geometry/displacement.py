@@ -83,8 +83,8 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
     answer = bent.stiffness
     network = network_of_snapshot(posed) if isinstance(posed, Snapshot) else posed
     v = (network.reference_point - answer.reference_point)[: network.space.translations]
-    tolerance = answer.details().whole.tolerance
-    moved = motions_under(network, move_wrench(bent.wrench, v), bent.forces, tolerance)
+    F, tolerance = move_wrench(bent.wrench, v), answer.details().whole.tolerance
+    moved = motions_under(network, F, bent.forces, tolerance)
     o = answer.origin
     nodes = {n: BodyMotion(BodyMotion(*own).twist_about(o), o) for n, own in moved.items()}
     if not isinstance(posed, Snapshot):
@@ -113,6 +113,7 @@ def _bodies(
     for element in leg.elements:
         own = element.alone if isinstance(element, CoupledFreedom) else element
         if isinstance(own, PlacedBlock):
+            end = node
             for branch in own.branches:
                 end = yield from _bodies(branch, node, springs, joints)
             node, is_welded = end, False

@@ -111,7 +111,7 @@ def inputs_section(contents: ReportContents) -> Section:
     blocks: list[Block] = []
     if known is not None and known.parameters:
         blocks += [Heading("Parameters"), _parameters(known.parameters, known.changed)]
-    numeric = robot.numeric if isinstance(robot, Robot) else robot
+    numeric = robot.numeric
     parts = parts_at_home(numeric)
     whole = len(parts) == 1 and not isinstance(numeric, Robot | Snapshot)
     listed = [

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +52,50 @@ class MovingChains:
         Rows whose body at the start moves.
     """
 
+    count: int
+    size: int
+    slots: int
+    kind: np.dtype[Any]
+    joint_elements: np.ndarray
+    spring_elements: np.ndarray
+    joint_places: np.ndarray
+    spring_places: np.ndarray
+    axis: np.ndarray
+    slide: np.ndarray
+    turning: np.ndarray
+    stiffness: np.ndarray
+    preload: np.ndarray
+    modes: np.ndarray
+    mode_stiffness: np.ndarray
+    axial: np.ndarray
+    bending: Bending
+    axis_skew: np.ndarray
+    axis_skew_squared: np.ndarray
+    #: Which of the c S coordinates there are, and their places in x.
+    full: np.ndarray
+    along: np.ndarray
+    body_rows: list[int]
+    moves: np.ndarray
+    #: Velocity and angular velocity (N, n, 2, 3) by its coordinates, as far as they stay.
+    local: np.ndarray
+    axes: np.ndarray
+    points: np.ndarray
+    #: From each of them to the next, and to the body at the end (N, K + 1, 4, 4), unloaded.
+    frames: np.ndarray
+    load_after: np.ndarray
+    load_point: np.ndarray
+    load_force: np.ndarray
+    load_offset: np.ndarray
+    #: Element that moves by each unknown, counted from the body at the start.
+    order: np.ndarray
+    nearer: np.ndarray
+    same: np.ndarray
+    joint_columns: np.ndarray
+    spring_columns: np.ndarray
+    #: Blocks of the elastic parts, among all pairs of their coordinates.
+    block_pairs: np.ndarray
+    block_places: np.ndarray
+
     def __init__(
         self,
         kinds: Sequence[str],
@@ -80,7 +125,7 @@ class MovingChains:
         self.stiffness, self.preload = self._zeros(2, N, J)
         #: Row, joint, and law of what is no linear spring.
         self.laws: list[tuple[int, int, Law]] = []
-        within = [np.arange(sizes[k]) for k in self.spring_elements.tolist()]
+        within = [np.arange(int(sizes[k])) for k in self.spring_elements.tolist()]
         width = max((len(own) for own in within), default=0)
         self.modes, self.mode_stiffness = self._zeros(N, S, 6, width), self._zeros(N, S, width)
         self.axial, shapes = self._zeros(N, S), [(width,), (), (2,), (2,)]
@@ -94,7 +139,6 @@ class MovingChains:
         self.axis_skew = skews(self.axis)
         self.axis_skew_squared = self.axis_skew @ self.axis_skew
         none = np.zeros(0, dtype=int)
-        #: Which of the c S coordinates there are, and their places in x.
         self.full = np.concatenate([none, *(width * i + own for i, own in enumerate(within))])
         places = zip(starts[self.spring_elements], within, strict=True)
         self.spring_places = np.concatenate([none, *(k + own for k, own in places)])
@@ -105,7 +149,6 @@ class MovingChains:
         self.body_rows = list(body_rows)
         self.moves = moves.astype(int)[:, None, None]
         self._set_order(starts)
-        #: Velocity and angular velocity (N, n, 2, 3) by its coordinates, as far as they stay.
         self.local = self._zeros(N, self.size, 2, 3)
         self.local[:, self.joint_places, 0] = self.axis * self.slide
         self.local[:, self.joint_places, 1] = self.axis * self.turning
@@ -155,7 +198,6 @@ class MovingChains:
         last = np.maximum.accumulate(last, axis=1)
         points[:, :-1] = points[np.arange(N)[:, None], last]
         self.axes, self.points = axes[:, :-1], points[:, :-1]
-        #: From each of them to the next, and to the body at the end (N, K + 1, 4, 4), unloaded.
         self.frames = self._zeros(N, K + 1, 4, 4)
         turned = np.swapaxes(self.axes, -1, -2)
         alike = np.all(self.axes == axes[:, 1:], axis=(-1, -2))[..., None, None]
@@ -175,14 +217,12 @@ class MovingChains:
     def _set_order(self, starts: np.ndarray) -> None:
         body = len(self.body_rows)
         own = np.repeat(np.arange(self.slots), np.diff(starts))
-        #: Element that moves by each unknown, counted from the body at the start.
         self.order = np.concatenate([np.zeros(body, dtype=int), own + bool(body)])
         self.nearer = self.order[:, None] < self.order[None, :]
         self.same = self.order[:, None] == self.order[None, :]
         self.joint_columns = self.joint_places + body
         self.spring_columns = self.spring_places + body
         n = len(self.order)
-        # Blocks of the elastic parts, among all pairs of their coordinates.
         width = max(self.modes.shape[-1], 1)
         a, b = np.nonzero(self.full[:, None] // width == self.full // width)
         self.block_pairs = width * self.full[a] + self.full[b] % width

@@ -1,0 +1,424 @@
+"""A stiffness at vector level: one generic leg and a table, or the springs of an arm in series.
+
+Its equations are those that are printed. Written by components, one leg after the other, they are
+steps of scalars, by which all else is found: numbers, derivatives, programs.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field, fields
+from functools import cached_property, reduce
+from itertools import product
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.derivation import Formula
+from robostiff.analytic.exact.definition import Definition, WrittenField, used_definitions
+from robostiff.analytic.exact.exact_points import matrix_value
+from robostiff.analytic.vectors.vector_expressions import (
+    Coordinates,
+    Cross,
+    Dot,
+    Equation,
+    Norm,
+    Over,
+    Stacked,
+    Sum,
+    Times,
+    Turned,
+    Turns,
+    Vector,
+    with_formulas_changed,
+)
+from robostiff.errors import InputError
+from robostiff.spatial import Space
+
+_TURNS: dict[str, Callable[[Any], sp.Matrix]] = {
+    "x": sp.rot_ccw_axis1,
+    "y": sp.rot_ccw_axis2,
+    "z": sp.rot_ccw_axis3,
+}
+
+
+class Components:
+    """Vectors by their components: steps of scalars, in order.
+
+    `taken`: names that stand for something else; `names`: of products of beams and the like,
+    numbers among which are written where they are used.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y")
+    >>> own = Components(("x", "y"))
+    >>> own.give("d", Coordinates((x + 1, y, 0)))
+    >>> own.give("L", Norm(Vector("d")))
+    >>> [f"{d.symbol} = {d.expression}" for d in own.definitions]
+    ['d_x = x + 1', 'L = sqrt(d_x**2 + y**2)']
+    """
+
+    def __init__(self, taken: Iterable[str], names: Sequence[Definition] = ()) -> None:
+        self.definitions: list[Definition] = []
+        self.known: dict[str, Any] = {}
+        self._taken = set(taken)
+        self.add(names)
+
+    def add(self, names: Sequence[Definition]) -> None:
+        """Further names."""
+        for d in names:
+            value = self.value(d.expression)
+            if value.free_symbols and d.symbol.name not in self.known:
+                self._taken.add(d.symbol.name)
+                self.definitions.append(Definition(d.symbol, value))
+            self.known.setdefault(d.symbol.name, d.symbol if value.free_symbols else value)
+
+    def value(self, expression: Any) -> Any:  # noqa: PLR0911
+        """A scalar, or a matrix of components: (3, 1), (6, 1) of a wrench, (3, 3) of a rotation."""
+        value = self.value
+        match expression:
+            case Vector(name):
+                return self.known[name]
+            case Coordinates(entries):
+                return sp.Matrix([value(x) for x in entries])
+            case Sum(terms):
+                return reduce(lambda a, b: a + b, (sign * value(term) for sign, term in terms))
+            case Turned(rotation, vector):
+                return self.known[rotation] * value(vector)
+            case Over(vector, scalar):
+                return value(vector) / value(scalar)
+            case Times(scalar, vector):
+                return value(scalar) * value(vector)
+            case Cross(left, right):
+                return value(left).cross(value(right))
+            case Dot(left, right):
+                return sp.Add(*(a * b for a, b in zip(value(left), value(right), strict=True)))
+            case Norm(vector):
+                return sp.sqrt(sp.Add(*(x**2 for x in value(vector))))
+            case Stacked(force, moment):
+                none = sp.zeros(3, 1)
+                return sp.Matrix([none if x is None else value(x) for x in (force, moment)])
+            case Turns(turns):
+                return reduce(lambda R, x: R * _TURNS[x[0]](value(x[1])), turns, sp.eye(3))
+        known = {s: self.known.get(s.name) for s in expression.free_symbols}
+        return expression.xreplace({s: x for s, x in known.items() if isinstance(x, sp.Expr)})
+
+    def give(self, name: str, expression: Any, number: str = "") -> None:
+        """Define a name, each of its components with a name of its own.
+
+        `number`: of the leg, in place of the index i, such as ``_1``; ``_1_2`` in place of ij.
+        """
+        value, own = self.value(expression), name
+        if number:
+            own = name.replace("_ij", number).replace("_i", number)
+            own += number * (own == name)
+        if not isinstance(value, sp.MatrixBase):
+            self.known[name] = self.named(own, value)
+            return
+        rows, columns = value.shape
+        marks = "xyz" if value.shape == (3, 1) else range(1, rows + 1)
+        places = marks if columns == 1 else [f"{i}{j}" for i, j in product(marks, repeat=2)]
+        each = [self.named(f"{own}_{m}", x) for m, x in zip(places, value.flat(), strict=True)]
+        self.known[name] = sp.Matrix(rows, columns, each)
+
+    def named(self, name: str, value: Any) -> Any:
+        """A new name for a scalar; symbols and numbers need none."""
+        if not value.free_symbols or value.is_Symbol or (-value).is_Symbol:
+            return value
+        while name in self._taken:
+            name += "'"
+        self._taken.add(name)
+        self.definitions.append(Definition(sp.Symbol(name, real=True), value))
+        return self.definitions[-1].symbol
+
+    def inverse(self, name: str, M: Any, step: str = "a") -> sp.ImmutableMatrix:
+        """The inverse of a symmetric matrix, in steps of a name."""
+        entries = {(i, j): self.named(f"{name}_{i + 1}{j + 1}", M[i, j]) for i, j in _upper(M)}
+        whole = sp.Matrix(M.rows, M.rows, lambda i, j: entries[min(i, j), max(i, j)])
+        return inverse_in_steps(
+            whole, lambda k, i, j, x: self.named(f"{step}{k + 1}_{i + 1}{j + 1}", x)
+        )
+
+
+def _upper(M: Any) -> list[tuple[int, int]]:
+    return [(i, j) for i in range(M.rows) for j in range(i, M.rows)]
+
+
+def inverse_in_steps(M: Any, named: Callable[[int, int, int, Any], Any]) -> sp.ImmutableMatrix:
+    """The inverse of a symmetric matrix by Gauss and Jordan, one diagonal entry after the other.
+
+    `named`: what stands for an entry (i, j) after step k in the next steps, of (k, i, j, entry).
+
+    Raises
+    ------
+    InputError
+        When a pivot is zero.
+    """
+    n = M.rows
+    A: dict[tuple[int, int], Any] = {(i, j): M[i, j] for i, j in _upper(M)}
+    for k in range(n):
+        column = [A[min(i, k), max(i, k)] for i in range(n)]
+        pivot = column[k]
+        if pivot == 0:
+            raise InputError(
+                "compliance in steps",
+                got=f"no stiffness against coordinate {k + 1} where those before it are free",
+                expected="a positive definite stiffness",
+            )
+        both = [(min(i, k), max(i, k)) for i in range(n)]
+        ratio = [sp.S.Zero if i == k else named(k, *both[i], column[i] / pivot) for i in range(n)]
+        for i, j in _upper(M):
+            if k not in (i, j) and ratio[i] != 0 and column[j] != 0:
+                A[i, j] = named(k, i, j, A[i, j] - ratio[i] * column[j])
+        A |= {both[i]: ratio[i] for i in range(n)}
+        A[k, k] = named(k, k, k, -1 / pivot)
+    return sp.ImmutableMatrix(n, n, lambda i, j: -A[min(i, j), max(i, j)])
+
+
+def transport(R: Any, v: Any, space: Space) -> sp.Matrix:
+    """Wrenches in axes R (3, 3) with an arm v (3, 1) from a point, seen from there (n, n)."""
+    T = sp.Matrix([[R, sp.zeros(3)], [_lever(v, R), R]])
+    return T.extract(list(space.rows), list(space.rows))
+
+
+def _lever(v: Any, R: Any) -> sp.Matrix:
+    """The vector product of an arm with each column of a matrix (3, 3)."""
+    return sp.Matrix.hstack(*(v.cross(R.col(j)) for j in range(3)))
+
+
+@dataclass(frozen=True)
+class FormulaInVectors(Formula):
+    """A stiffness at vector level; K and its steps are those of the components.
+
+    Attributes
+    ----------
+    names : tuple of Definition
+        Products of beams and the like.
+    space : Space
+    name : str
+    conditions : tuple of Condition
+    meanings : mapping of str to str
+        Of given symbols.
+    """
+
+    names: tuple[Definition, ...]
+    space: Space
+    _: KW_ONLY
+    name: str = "K_C"
+    conditions: WrittenField = WrittenField(())
+    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    following: tuple[str, ...] = ()
+
+    keeps_numbers = is_of_legs = True
+
+    @abstractmethod
+    def _written(self) -> tuple[Any, list[Definition]]:
+        """K (n, n) and steps by components."""
+
+    @cached_property
+    def _in_components(self) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
+        K, definitions = self._written()
+        K = sp.ImmutableMatrix(K)
+        return K, used_definitions(definitions, [K])
+
+    @property
+    def K(self) -> sp.ImmutableMatrix:
+        """Stiffness about the reference point, world axes (n, n)."""
+        return self._in_components[0]
+
+    @property
+    def definitions(self) -> tuple[Definition, ...]:  # pyright: ignore
+        """Components of all vectors, one leg after the other."""
+        return self._in_components[1]
+
+    def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
+        """K (n, n) at values of the given symbols, by the very equations that are printed."""
+        K, definitions = self._in_components
+        symbols = K.free_symbols.union(*(d.expression.free_symbols for d in definitions))
+        known = {s: values[s.name] for s in symbols - {d.symbol for d in definitions}}
+        found = matrix_value(K, known, definitions)
+        if np.all(np.isfinite(found)):
+            return found
+        return matrix_value(K, known, definitions, careful=True)  # numbers too long for floats
+
+    def components(self) -> Components:
+        """None yet, but for names; no name is that of a given symbol."""
+        given: set[Any] = set()
+
+        def collect(expression: Any) -> Any:
+            given.update(expression.free_symbols)
+            return expression
+
+        own = (f.name for f in fields(self) if f.name not in _WORDS)
+        with_formulas_changed(tuple(getattr(self, x) for x in own), collect)
+        return Components((s.name for s in given), self.names)
+
+
+_WORDS = {"name", "conditions", "meanings", "following", "space"}  # fields without formulas
+
+
+@dataclass(frozen=True)
+class VectorForm(FormulaInVectors):
+    """A generic leg, a table of what differs between the legs, and the sum.
+
+    Attributes
+    ----------
+    pose : tuple of Equation
+        Point and rotation of the platform.
+    leg : tuple of Equation
+        Of one generic leg i, in the order in which they can be computed.
+    wrenches : tuple of (str, str)
+        Names of its wrenches and of their compliances.
+    columns : dict of names to tuples of SymPy expressions
+        What differs between the legs, one row a leg.
+    legs : tuple of str
+        Their names.
+    turned : tuple of tuples of str
+        Legs that are turns of one another about the vertical, where only angles differ.
+    average : sympy.ImmutableMatrix or None
+        K in the components u_x, ..., m_z of the wrench of the first leg, and in c, where the
+        wrenches of all legs are turns of it, or mirror images.
+    rods : tuple of (int, str, tuple of sympy.Expr)
+        Rods in parallel: number of the leg, name, and the vector r_ij from the middle of the rods
+        of that leg to the end of this one, in the platform's axes.
+    of_rod : tuple of Equation
+        The couple v_ij of a rod, and its compliance c_r.
+    others : tuple of VectorForm
+        Of legs of another kind, such as a post.
+    coupled : tuple of tuples of str
+        Where wrenches of a leg share energy: names of the entries of the matrix C_i of what pairs
+        of them meet, empty for zero. The leg's stiffness is W_i C_i^-1 W_i^T.
+    """
+
+    pose: tuple[Equation, ...]
+    leg: tuple[Equation, ...]
+    wrenches: tuple[tuple[str, str], ...]
+    columns: dict[str, tuple[Any, ...]]
+    legs: tuple[str, ...]
+    turned: tuple[tuple[str, ...], ...]
+    average: Any = None
+    rods: tuple[tuple[int, str, tuple[Any, ...]], ...] = ()
+    of_rod: tuple[Equation, ...] = ()
+    others: tuple[VectorForm, ...] = ()
+    coupled: tuple[tuple[str, ...], ...] = ()
+
+    def _written(self) -> tuple[Any, list[Definition]]:
+        own, terms, first = self.components(), [], 1
+        for form in (self, *self.others):
+            own.add(form.names)
+            terms += [x for leg in form.in_each_leg(own, first) for x in leg]
+            first += len(form.legs)
+        rows = list(self.space.rows)
+
+        def entry(i: int, j: int) -> Any:
+            i, j = sorted((rows[i], rows[j]))
+            return sp.Add(*(w[i] * v[j] for w, _, v in terms))
+
+        return sp.Matrix(len(rows), len(rows), entry), own.definitions
+
+    def components(self) -> Components:
+        """Those of the pose."""
+        own = super().components()
+        for e in self.pose:
+            own.give(e.name, e.expression)
+        return own
+
+    def in_each_leg(self, own: Components, first: int = 1) -> Iterator[list[tuple[Any, Any, Any]]]:
+        """For each leg wrenches w, what they meet, and v: the sum of w v^T is its stiffness.
+
+        `own`: what the pose defines; `first`: number of the first leg.
+        """
+        later, pose = self.columns.keys() & {c for _, c in self.wrenches}, dict(own.known)
+        for n in range(len(self.legs)):
+            number = f"_{first + n}"
+            own.known = dict(pose)
+            for name in self.columns.keys() - later:
+                own.known[name] = own.value(self.columns[name][n])
+            for e in self.leg:
+                own.give(e.name, e.expression, number)
+            for name in later:  # which may depend on the length of the leg
+                own.give(name, self.columns[name][n], number)
+            met = [(own.known[w], own.known[c]) for w, c in self.wrenches]
+            for leg, rod, arm in self.rods:
+                if leg == n:
+                    own.known["r_ij"] = own.value(Coordinates(arm))
+                    of_rod = f"{number}_{[x for i, x, _ in self.rods if i == n].index(rod) + 1}"
+                    for e in self.of_rod:
+                        own.give(e.name, e.expression, of_rod)
+                    met.append(tuple(own.known[e.name] for e in self.of_rod))
+            if not self.coupled:
+                yield [(w, c, w / c) for w, c in met]
+                continue
+            W = sp.Matrix.hstack(*(w for w, _ in met))
+            C = sp.Matrix([[own.known[c] if c else 0 for c in row] for row in self.coupled])
+            V = W * own.inverse(f"c{number}", C, f"a{number}_")
+            yield [(W.col(k), C[k, k], V.col(k)) for k in range(W.cols)]
+
+
+@dataclass(frozen=True)
+class ArmOfSprings(FormulaInVectors):
+    """The compliance of a serial arm: a sum over its drives and beams.
+
+    A drive adds ``c t t^T`` by the twist t of its unit motion, a beam ``T D T^T`` by its compliance
+    ``D = diag(L/EA, L^3/(12 EI_z), L^3/(12 EI_y), L/GJ, L/EI_y, L/EI_z)`` about its middle.
+
+    Attributes
+    ----------
+    equations : tuple of Equation
+        Rotations, points, and twists about the reference point, in the order in which they can be
+        computed; translation before rotation.
+    drives : tuple of (str, str, sympy.Expr)
+        Name of the joint, that of its twist, and its compliance.
+    beams : tuple of (str, str, str, tuple of sympy.Expr)
+        Name of the part, that of its axes, that of the vector from the reference point to its
+        middle, and L, EA, EI_y, EI_z and GJ.
+    """
+
+    equations: tuple[Equation, ...]
+    drives: tuple[tuple[str, str, Any], ...]
+    beams: tuple[tuple[str, str, str, tuple[Any, ...]], ...]
+
+    def _written(self) -> tuple[Any, list[Definition]]:
+        own = self.components()
+        for e in self.equations:
+            own.give(e.name, e.expression)
+        C = sp.zeros(6)
+        for _, twist, compliance in self.drives:
+            C += own.value(compliance) * own.known[twist] * own.known[twist].T
+        for _, axes, middle, of_beam in self.beams:
+            Q, D = own.known[axes], sp.diag(*beam_compliances(*map(own.value, of_beam)))
+            T = sp.Matrix([[Q, _lever(own.known[middle], Q)], [sp.zeros(3), Q]])
+            C += T * D * T.T
+        rows = list(self.space.rows)
+        return own.inverse("C", C.extract(rows, rows)), own.definitions
+
+
+def beam_compliances(L: Any, EA: Any, EI_y: Any, EI_z: Any, GJ: Any) -> list[Any]:
+    """Of a beam about its middle, in its own axes, x along it."""
+    return [L / EA, L**3 / (12 * EI_z), L**3 / (12 * EI_y), L / GJ, L / EI_y, L / EI_z]
+
+
+@dataclass(frozen=True)
+class InSeries(FormulaInVectors):
+    """The compliance of a serial arm in axes of its own, entry by entry.
+
+    Attributes
+    ----------
+    C : sympy.ImmutableMatrix
+        (n, n), in names; the stiffness in these axes is its inverse.
+    axes : sympy.ImmutableMatrix
+        Columns: its axes in the world (3 x 3).
+    arm : sympy.ImmutableMatrix
+        From the reference point to the origin of these axes (3 x 1) [m], world axes.
+    """
+
+    C: sp.ImmutableMatrix
+    axes: sp.ImmutableMatrix
+    arm: sp.ImmutableMatrix
+
+    def _written(self) -> tuple[Any, list[Definition]]:
+        own = self.components()
+        T = transport(self.axes.applyfunc(own.value), self.arm.applyfunc(own.value), self.space)
+        return T * own.inverse("C", self.C.applyfunc(own.value)) * T.T, own.definitions

@@ -1,0 +1,1 @@
+"""Design: the best values of parameters, and what their tolerances do."""

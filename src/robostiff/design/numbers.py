@@ -1,0 +1,194 @@
+"""Numbers of a robot as functions of its parameters, with all their rates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
+from robostiff.compiled import (
+    ComplianceMatrix,
+    EntryOf,
+    Gradient,
+    Output,
+    WorstDeflection,
+    upper_triangle,
+)
+from robostiff.errors import InputError
+from robostiff.kinematics import JointCoordinates, find_posture
+from robostiff.model import Robot
+
+#: Poses of a design: coordinates (N, n) or (n,), joint coordinates of an arm, or home.
+Poses = ArrayLike | JointCoordinates | None
+
+
+def parameters_like(robot: Robot, pattern: str) -> tuple[str, ...]:
+    """Names of the parameters of a robot that match a pattern such as ``k*``.
+
+    Raises InputError when there is none.
+    """
+    names = [str(symbol) for symbol in robot.symbols]
+    found = tuple(name for name in names if fnmatchcase(name, pattern))
+    if not found:
+        raise InputError(
+            f"parameter of {robot.name!r}",
+            got=pattern,
+            expected=f"a symbol of it: {', '.join(names) or 'it has none'}",
+            hint='load it with symbols, rs.load(file, symbols=("R", "k"))',
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class NumbersOfDesigns:
+    """Outputs of one number at some poses, and their rates with parameters.
+
+    Attributes
+    ----------
+    compiled : CompiledStiffness
+    outputs : tuple of Output
+    names : tuple of str
+        Parameters that vary.
+    poses : (N, n) array or JointCoordinates
+    """
+
+    compiled: CompiledStiffness
+    outputs: tuple[Output, ...]
+    names: tuple[str, ...]
+    poses: Any
+
+    @staticmethod
+    def of(
+        robot: Robot, outputs: Sequence[Output], names: Sequence[str], poses: Poses
+    ) -> NumbersOfDesigns:
+        """Compile the outputs and their gradients.
+
+        Raises InputError when an output has several numbers, or a name is no parameter.
+        """
+        for name in names:
+            parameters_like(robot, name)
+        parts = {
+            part.name: part
+            for output in outputs
+            for part in _smooth(output, robot.space.translations)
+        }
+        rates = [Gradient(part, names) for part in parts.values()]
+        compiled = compile_stiffness(robot, [*parts.values(), *rates], parameters=tuple(names))
+        return NumbersOfDesigns(compiled, tuple(outputs), tuple(names), _poses(robot, poses))
+
+    def at(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers (outputs, N), their rates (outputs, N, n), and status codes (N,), at values (n,).
+
+        Not a number where the status says that there is no answer. Where largest eigenvalues meet,
+        the rates are those of one of them.
+        """
+        given = dict(zip(self.names, map(float, values), strict=True))
+        answer = self.compiled.evaluate(self.poses, parameters=given)
+        d = self.compiled.kernel.space.translations
+        numbers, rates = [], []
+        for output in self.outputs:
+            found = [
+                (answer.values[part.name], answer.values[f"d{part.name}"])
+                for part in _smooth(output, d)
+            ]
+            values, slopes = map(np.array, zip(*found, strict=True))
+            if isinstance(output, WorstDeflection):
+                values, slopes = _largest_eigenvalue(values, slopes, d)
+            numbers.append(values.reshape(-1, values.shape[-1])[0])
+            rates.append(slopes.reshape(-1, *slopes.shape[-2:])[0])
+        return np.array(numbers), np.array(rates), answer.status_codes
+
+
+def _smooth(output: Output, d: int) -> list[Output]:
+    """What has rates at all poses, and gives the output: of an eigenvalue the entries."""
+    if not isinstance(output, WorstDeflection):
+        return [output]
+    return [EntryOf(ComplianceMatrix(), place) for place in upper_triangle(d)]
+
+
+def _largest_eigenvalue(
+    upper: np.ndarray, slopes: np.ndarray, d: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Largest eigenvalue (N,) of symmetric matrices, and its rates (N, n): v^T dC v.
+
+    Of the upper triangles (entries, N) and their rates (entries, N, n).
+    """
+    places = list(upper_triangle(d))
+    C = np.zeros((upper.shape[1], d, d))
+    for (i, j), row in zip(places, upper, strict=True):
+        C[:, i, j] = C[:, j, i] = row
+    known = np.isfinite(C).all(axis=(1, 2))
+    largest, v = np.full(len(C), np.nan), np.full((len(C), d), np.nan)
+    values, vectors = np.linalg.eigh(C[known])
+    largest[known], v[known] = values[:, -1], vectors[:, :, -1]
+    weights = [v[:, i] * v[:, j] * (1 if i == j else 2) for i, j in places]
+    return largest, np.einsum("kp,kpn->pn", np.array(weights), slopes)
+
+
+def _poses(robot: Robot, poses: Poses) -> Any:
+    """Poses as kernels take them, one a row."""
+    if poses is None:
+        home = find_posture(robot.numeric)
+        if robot.is_posed_by_joints:
+            return JointCoordinates(home.coordinates[0].reshape(1, -1))
+        return home.pose.reshape(-1, 6)[:, robot.coordinate_places]
+    if isinstance(poses, JointCoordinates):
+        return JointCoordinates(np.atleast_2d(np.asarray(poses.values, dtype=float)))
+    return np.atleast_2d(np.asarray(poses, dtype=float))
+
+
+def value_and_gradient(
+    robot: Robot, output: Output, by: Sequence[str], poses: Poses = None
+) -> Callable[[ArrayLike], tuple[np.ndarray, np.ndarray]]:
+    """A number of a robot and its rates with parameters, as a function for any optimiser.
+
+    Parameters
+    ----------
+    robot : Robot
+        With symbols for the parameters.
+    output : Output
+        Of one number: `WorstDeflection`, `DisplacementUnder`, `EntryOf`, `TotalMass`.
+    by : sequence of str
+        Names of the parameters.
+    poses : (N, n) array or JointCoordinates, optional
+        Free pose coordinates [m, rad]; home when left out.
+
+    Returns
+    -------
+    function
+        From values (n,) of the parameters in SI units to the numbers (N,) and rates (N, n); not a
+        number where there is no answer.
+
+    Raises
+    ------
+    InputError
+        When the output has several numbers, or a name is no parameter.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("gough-stewart-b", symbols=("R", "k"))
+    >>> number = rs.value_and_gradient(robot, rs.WorstDeflection(), ["R", "k"])
+    >>> value, rates = number([0.5, 1e7])
+    >>> bool(np.isclose(rates[0, 1] * 1e7, -value[0]))  # deflection is proportional to 1 / k
+    True
+    """
+    numbers = NumbersOfDesigns.of(robot, [output], by, poses)
+
+    def found(values: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        given = np.asarray(values, dtype=float)
+        if given.shape != (len(by),):
+            raise InputError(
+                "values of parameters",
+                got=f"shape {given.shape}",
+                expected=f"{len(by)} numbers: {', '.join(by)}",
+            )
+        value, rates, _ = numbers.at(given)
+        return value[0], rates[0]
+
+    return found

@@ -1,0 +1,343 @@
+"""The best values of the parameters of a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from robostiff.compiled import Output, TotalMass
+from robostiff.design.numbers import NumbersOfDesigns, Poses
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.model import Robot
+from robostiff.record import least
+from robostiff.recorded import RecordedRobot
+from robostiff.spatial import Space
+
+# Of the range of a variable, or of a limit: what counts as reached.
+_REACHED = 1e-6
+# Legs must close with this part of what stands below the roots of their closure, at least.
+_ROOM = 1e-2
+_PRECISION, _MOST_STEPS = 1e-12, 300
+# In place of the objective where there is no answer, so that a step is shortened.
+_FAR = 1e6
+
+
+@dataclass(frozen=True)
+class Within:
+    """A limit of a number at each pose: it is at most or at least so large [SI].
+
+    Attributes
+    ----------
+    output : Output
+    most, least : float or None
+    """
+
+    output: Output
+    most: float | None = None
+    least: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.most is None and self.least is None:
+            raise InputError(
+                f"limits of {self.output.name}", got="none", expected="most=, least= or both"
+            )
+
+
+def mass_below(most: float) -> Within:
+    """The limit of a total mass [kg]."""
+    return Within(TotalMass(), most=most)
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The largest of the numbers at all poses."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """The mean of the numbers at all poses."""
+
+
+@dataclass(frozen=True)
+class PNorm:
+    """``(mean x^p)^(1/p)`` of the numbers at all poses: between their mean and the largest."""
+
+    p: float = 8.0
+
+
+class Ending(Enum):
+    """How the search for an optimum ended."""
+
+    OPTIMUM = "optimum"
+    INFEASIBLE = "infeasible"
+    NOT_CONVERGED = "not-converged"
+
+    @property
+    def advice(self) -> str:
+        """What to do."""
+        return {
+            Ending.OPTIMUM: "a local optimum; other starts may lead to others",
+            Ending.INFEASIBLE: "no values within the ranges were found that keep all limits; "
+            "widen the ranges or the limits, or give another start",
+            Ending.NOT_CONVERGED: "the search stopped before an optimum; begin again from its "
+            "values, start=found.values, or narrow the ranges",
+        }[self]
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """What `optimise` found.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        Of the variables [SI].
+    objective, at_start : float
+        The combined objective there, and at the start.
+    ending : Ending
+    at_limits : tuple of str
+        Variables at an end of their range, and limits that hold with equality.
+    steps : int
+        Iterations.
+    robot : Robot
+        With these values.
+    """
+
+    values: dict[str, float]
+    objective: float
+    at_start: float
+    ending: Ending
+    at_limits: tuple[str, ...]
+    steps: int
+    robot: Robot
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name} = {value:.5g}" for name, value in self.values.items())
+        limits = f"; at limits: {', '.join(self.at_limits)}" if self.at_limits else ""
+        return (
+            f"<{self.ending.value} after {self.steps} steps: {self.objective:.6g}, "
+            f"{self.at_start:.6g} at the start; {values}{limits}>"
+        )
+
+
+@dataclass(frozen=True)
+class _Room:
+    """By how much the legs close and the drives are within their limits, as parts."""
+
+    name = "room"
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        return ()
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        return [reduce(least, [*robot.reach, *robot.limits], 1.0)]
+
+
+def optimise(
+    robot: Robot,
+    objective: Output,
+    variables: Mapping[str, tuple[float, float]],
+    *,
+    poses: Poses = None,
+    constraints: Sequence[Within] = (),
+    combine: Worst | Mean | PNorm = Worst(),
+    start: Mapping[str, float] | None = None,
+) -> Optimum:
+    """Values of parameters that make a number as small as possible.
+
+    Sequential quadratic programming with exact gradients: of all variables by one sweep back
+    through the record. The worst of several poses is one more variable that no pose exceeds.
+    Variables are scaled to their ranges, the objective and limits to their sizes. That the legs
+    close at all poses is a constraint.
+
+    Parameters
+    ----------
+    robot : Robot
+        With symbols for the variables.
+    objective : Output
+        Of one number a pose: `WorstDeflection`, `DisplacementUnder`, `EntryOf`, `TotalMass`.
+    variables : mapping of str to (float, float)
+        The range of each parameter that may change [SI].
+    poses : (N, n) array or JointCoordinates, optional
+        Free pose coordinates [m, rad]; home when left out.
+    constraints : sequence of Within
+        Such as ``[rs.mass_below(60), rs.Within(rs.WorstDeflection(), most=2e-8)]``.
+    combine : Worst, Mean or PNorm
+        What is made of the numbers of several poses.
+    start : mapping of str to float, optional
+        Where the search begins; nominal values when left out, moved into the ranges.
+
+    Raises
+    ------
+    InputError
+        When a variable is no parameter, or a range is empty.
+    NoAnswerError
+        When a pose has no answer at the start.
+
+    References
+    ----------
+    Kraft: A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988.
+
+    Examples
+    --------
+    The worst deflection of a platform at its home, by the radius of its base:
+
+    >>> import robostiff as rs
+    >>> robot = rs.load("gough-stewart-b", symbols=("R",))
+    >>> found = rs.optimise(robot, rs.WorstDeflection(), {"R": (0.3, 2.0)})
+    >>> found.ending.value, found.objective < found.at_start
+    ('optimum', True)
+    """
+    from scipy.optimize import minimize
+
+    names, (low, high) = tuple(variables), _ranges(variables)
+    limits = [*constraints, Within(_Room(), least=_ROOM)]
+    outputs = {output.name: output for output in (objective, *(each.output for each in limits))}
+    rows = {name: k for k, name in enumerate(outputs)}
+    numbers = NumbersOfDesigns.of(robot, [*outputs.values()], names, poses)
+    x = np.array([(start or {}).get(name, robot.nominal.get(name, np.nan)) for name in names])
+    x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
+    first = _at_start(robot, numbers, x)
+    size = float(np.max(np.abs(first[0]))) or 1.0
+    known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers (outputs, N) and rates (outputs, N, n) with scaled variables."""
+        key = z.tobytes()
+        if key not in known:
+            values, rates, _ = numbers.at(low + z * (high - low))
+            known.clear()
+            known[key] = values, rates * (high - low)
+        return known[key]
+
+    n = len(names)
+    is_worst = isinstance(combine, Worst)
+    bounds = [(0.0, 1.0)] * n + [(None, None)] * is_worst
+
+    def objective_at(z: np.ndarray) -> tuple[float, np.ndarray]:
+        if is_worst:
+            return float(z[n]), np.append(np.zeros(n), 1.0)
+        values, rates = (each[0] / size for each in at(z[:n]))
+        value, rate = _combined(combine, values, rates)
+        return (value, rate) if np.isfinite(value) else (_FAR, np.zeros(n))
+
+    def room_below(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What must not be negative (m,), and its rates (m, variables)."""
+        values, rates = at(z[:n])
+        parts = []
+        if is_worst:
+            above = np.column_stack([-rates[0] / size, np.ones(values.shape[1])])
+            parts.append((z[n] - values[0] / size, above))
+        for limit in limits:
+            row = rows[limit.output.name]
+            for bound, sign in ((limit.most, -1.0), (limit.least, 1.0)):
+                if bound is not None:
+                    scale = sign / (abs(bound) or 1.0)
+                    rate = np.pad(scale * rates[row], ((0, 0), (0, int(is_worst))))
+                    parts.append((scale * (values[row] - bound), rate))
+        room, rate = (np.concatenate(each) for each in zip(*parts, strict=True))
+        return np.where(np.isfinite(room), room, -_FAR), np.nan_to_num(rate)
+
+    z = (x - low) / (high - low)
+    begin = np.append(z, np.max(first[0]) / size) if is_worst else z
+    found = minimize(
+        lambda z: objective_at(z)[0],
+        begin,
+        jac=lambda z: objective_at(z)[1],
+        method="SLSQP",
+        bounds=bounds,
+        constraints={
+            "type": "ineq",
+            "fun": lambda z: room_below(z)[0],
+            "jac": lambda z: room_below(z)[1],
+        },
+        options={"ftol": _PRECISION, "maxiter": _MOST_STEPS},
+    )
+    z = np.clip(found.x[:n], 0.0, 1.0)
+    values, _ = at(z)
+    kept = bool(np.min(room_below(np.append(z, np.max(values[0]) / size))[0]) > -_REACHED)
+    ending = Ending.OPTIMUM if found.success else Ending.NOT_CONVERGED
+    best = dict(zip(names, (low + z * (high - low)).tolist(), strict=True))
+    at_ends = [name for name, own in zip(names, z, strict=True) if min(own, 1 - own) < _REACHED]
+    return Optimum(
+        values=best,
+        objective=_of_poses(combine, values[0]),
+        at_start=_of_poses(combine, first[0]),
+        ending=ending if kept else Ending.INFEASIBLE,
+        at_limits=(*at_ends, *_held_limits(constraints, rows, values)),
+        steps=int(found.nit),
+        robot=robot.substituted(best),
+    )
+
+
+def _at_start(robot: Robot, numbers: NumbersOfDesigns, x: np.ndarray) -> np.ndarray:
+    """Numbers (outputs, N) at a start (n,).
+
+    Raises NoAnswerError where one of them has no value, or no rates.
+    """
+    values, rates, codes = numbers.at(x)
+    for pose in np.flatnonzero(~np.isfinite(values).all(axis=0))[:1]:
+        advice = Status(int(codes[pose])).advice or ("an output is no number there",)
+        raise NoAnswerError(
+            f"no optimum of {robot.name!r}: pose {pose + 1} has no answer at the start: {advice[0]}"
+        )
+    for pose in np.flatnonzero(~np.isfinite(rates).all(axis=(0, 2)))[:1]:
+        raise NoAnswerError(
+            f"no optimum of {robot.name!r}: eigenvalues meet at pose {pose + 1}, where the "
+            "objective or a limit has no rates; write WorstDeflection() or "
+            "DisplacementUnder(wrench), or take a pose away from the symmetric one"
+        )
+    return values
+
+
+def _ranges(variables: Mapping[str, tuple[float, float]]) -> np.ndarray:
+    """Lowest and highest values (2, n)."""
+    if not variables:
+        raise InputError(
+            "variables", got="none", expected="names with ranges", hint='write {"R": (0.4, 0.6)}'
+        )
+    ends = np.array([*map(tuple, variables.values())], dtype=float)
+    if ends.shape != (len(variables), 2) or not np.all(ends[:, 0] < ends[:, 1]):
+        raise InputError(
+            "ranges of variables", got=dict(variables), expected="a lower and a higher value each"
+        )
+    return ends.T
+
+
+def _combined(combine: Any, values: np.ndarray, rates: np.ndarray) -> tuple[float, np.ndarray]:
+    """Of numbers (N,) of several poses, with rates (N, n)."""
+    if isinstance(combine, Mean):
+        return float(np.mean(values)), np.mean(rates, axis=0)
+    powers = values**combine.p
+    value = float(np.mean(powers) ** (1 / combine.p))
+    weights = powers / values / np.mean(powers) / len(values)
+    return value, value * weights @ rates
+
+
+def _of_poses(combine: Worst | Mean | PNorm, values: np.ndarray) -> float:
+    if isinstance(combine, Worst):
+        return float(np.max(values))
+    return _combined(combine, values, np.zeros((len(values), 0)))[0]
+
+
+def _held_limits(
+    constraints: Sequence[Within], rows: Mapping[str, int], values: np.ndarray
+) -> list[str]:
+    """Limits that hold with equality at some pose, in words."""
+    words: list[tuple[str, float | None, Callable[[np.ndarray], Any]]] = []
+    for limit in constraints:
+        name = limit.output.name
+        words.append((f"{name} at most", limit.most, np.max))
+        words.append((f"{name} at least", limit.least, np.min))
+    found = []
+    for word, bound, extreme in words:
+        own = values[rows[word.split(" at ")[0]]]
+        if bound is not None and abs(extreme(own) - bound) <= 1e-6 * (abs(bound) or 1.0):
+            found.append(f"{word} {bound:g}")
+    return found

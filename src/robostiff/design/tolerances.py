@@ -1,0 +1,258 @@
+"""What tolerances of the parameters of a robot do to its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis.compiled_stiffness import compile_stiffness
+from robostiff.compiled import Output, WorstDeflection
+from robostiff.design.numbers import NumbersOfDesigns, Poses, parameters_like
+from robostiff.errors import InputError
+from robostiff.io.expression import parse
+from robostiff.kinematics import JointCoordinates
+from robostiff.model import Robot
+
+# Sequences of points that know nothing of one another: their spread is the error of a quantile.
+_SEQUENCES = 8
+_CHUNK = 8192
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Evenly spread up to a half-width on both sides.
+
+    Attributes
+    ----------
+    half_width : float or str
+        A part of the nominal value, or a text with a unit: ``0.2``, ``"0.2 mm"``.
+    """
+
+    half_width: float | str
+
+    def values(self, nominal: float, name: str, u: np.ndarray) -> np.ndarray:
+        """Values at points u of (0, 1)."""
+        return nominal + _size(self.half_width, nominal, name) * (2.0 * u - 1.0)
+
+    def deviation_of(self, nominal: float, name: str) -> float:
+        """Standard deviation."""
+        return _size(self.half_width, nominal, name) / 3**0.5
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normally distributed.
+
+    Attributes
+    ----------
+    deviation : float or str
+        Standard deviation, a part of the nominal value, or a text with a unit.
+    """
+
+    deviation: float | str
+
+    def values(self, nominal: float, name: str, u: np.ndarray) -> np.ndarray:
+        """Values at points u of (0, 1)."""
+        from scipy.special import ndtri
+
+        least = np.finfo(float).eps
+        return nominal + self.deviation_of(nominal, name) * ndtri(np.clip(u, least, 1.0 - least))
+
+    def deviation_of(self, nominal: float, name: str) -> float:
+        """Standard deviation."""
+        return _size(self.deviation, nominal, name)
+
+
+def _size(given: float | str, nominal: float, name: str) -> float:
+    """A spread in SI units."""
+    subject = f"spread of {name!r}"
+    if isinstance(given, str):
+        quantity = parse(given).evaluate({})
+        size = float(getattr(quantity, "to_root_units", lambda: quantity)().magnitude)
+    elif nominal == 0.0:
+        raise InputError(
+            subject, got=given, expected="a text with a unit, as its nominal value is zero"
+        )
+    else:
+        size = abs(nominal) * float(given)
+    if not (np.isfinite(size) and size > 0):
+        raise InputError(subject, got=given, expected="more than zero")
+    return size
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Numbers of a robot whose parameters are spread.
+
+    Attributes
+    ----------
+    samples : dict of str to (samples, N) array
+        Of each output at each pose; not a number for a robot that has no answer at some pose, or
+        for which a parameter changes its sign that its file takes to be positive.
+    deviations : dict of str to float
+        Standard deviation of each parameter [SI].
+    nominal : dict of str to (N,) array
+        Of each output.
+    rates : dict of str to (N, n) array
+        Of each output with each parameter, in the order of `deviations`.
+    answered : float
+        Part of the robots for which this is not so.
+    """
+
+    samples: dict[str, np.ndarray]
+    deviations: dict[str, float]
+    nominal: dict[str, np.ndarray]
+    rates: dict[str, np.ndarray]
+    answered: float
+
+    def quantile(self, name: str, q: float) -> tuple[np.ndarray, np.ndarray]:
+        """A quantile (N,) of an output at each pose, and its standard error (N,).
+
+        Of robots that have an answer.
+
+        Raises InputError when there is no such output, or q is not between 0 and 1.
+        """
+        if name not in self.samples:
+            raise InputError("output", got=name, expected=", ".join(self.samples))
+        if not 0 <= q <= 1:
+            raise InputError("quantile", got=q, expected="a number from 0 to 1")
+        values = self.samples[name]
+        parts = np.array_split(values, _SEQUENCES)
+        of_parts = np.array([np.nanquantile(part, q, axis=0) for part in parts])
+        error = np.std(of_parts, axis=0, ddof=1) / _SEQUENCES**0.5
+        return np.nanquantile(values, q, axis=0), error
+
+    def mean(self, name: str) -> np.ndarray:
+        """Mean (N,) of an output at each pose."""
+        return np.nanmean(self.samples[name], axis=0)
+
+    def deviation(self, name: str) -> np.ndarray:
+        """Standard deviation (N,) of an output at each pose."""
+        return np.nanstd(self.samples[name], axis=0, ddof=1)
+
+    def first_order(self, name: str) -> np.ndarray:
+        """Standard deviation (N,) to first order in the spreads."""
+        return np.sqrt(np.sum(self._parts(name), axis=1))
+
+    def shares(self, name: str, pose: int = 0) -> dict[str, float]:
+        """Share of each parameter in the variance of an output, to first order, largest first."""
+        parts = self._parts(name)[pose]
+        each = zip(self.deviations, (parts / np.sum(parts)).tolist(), strict=True)
+        return dict(sorted(each, key=lambda pair: -pair[1]))
+
+    def _parts(self, name: str) -> np.ndarray:
+        return (self.rates[name] * np.array([*self.deviations.values()])) ** 2
+
+    def __repr__(self) -> str:
+        count = len(next(iter(self.samples.values())))
+        parts = [
+            f"{name} {self.nominal[name][0]:.4g}, 99 % below {self.quantile(name, 0.99)[0][0]:.4g}"
+            for name in self.samples
+        ]
+        lost = f"; {1 - self.answered:.2%} without an answer" if self.answered < 1 else ""
+        return f"<Tolerances of {count} robots: {'; '.join(parts)}{lost}>"
+
+
+def tolerances(
+    robot: Robot,
+    spreads: Mapping[str, Uniform | Normal],
+    outputs: Sequence[Output] = (WorstDeflection(),),
+    poses: Poses = None,
+    *,
+    samples: int = 2**14,
+    seed: int = 0,
+    threads: int = 1,
+) -> Tolerances:
+    """Numbers of many robots whose parameters are spread about their nominal values.
+
+    Parameters are independent. Their values are eight scrambled Sobol sequences, whose spread gives
+    the errors of quantiles. Shares in the variance are to first order, by the gradient at nominal
+    values.
+
+    Parameters
+    ----------
+    robot : Robot
+        With symbols for the parameters.
+    spreads : mapping of str to Uniform or Normal
+        By name, or by a pattern for several: ``{"k*": rs.Uniform(0.2), "R": rs.Normal("0.2 mm")}``.
+    outputs : sequence of Output
+        Of one number a pose.
+    poses : (N, n) array or JointCoordinates, optional
+        Free pose coordinates [m, rad]; home when left out.
+    samples : int
+        Rounded up to eight times a power of two.
+    seed, threads : int
+
+    Raises
+    ------
+    InputError
+        When a name is no parameter, or a spread is none.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("gough-stewart-b", symbols=("R", "k"))
+    >>> spread = {"k": rs.Uniform(0.2), "R": rs.Normal("1 mm")}
+    >>> found = rs.tolerances(robot, spread)
+    >>> most, error = found.quantile("worst_deflection", 0.95)
+    >>> bool(1.15 < most[0] / found.nominal["worst_deflection"][0] < 1.25)
+    True
+    >>> bool(error[0] < 0.01 * most[0])
+    True
+    >>> next(iter(found.shares("worst_deflection")))
+    'k'
+    """
+    from scipy.stats import qmc
+
+    of: dict[str, Uniform | Normal] = {}
+    for pattern, spread in spreads.items():
+        if not isinstance(spread, Uniform | Normal):
+            raise InputError(
+                f"spread of {pattern!r}", got=spread, expected='Uniform(0.2) or Normal("0.2 mm")'
+            )
+        of |= dict.fromkeys(parameters_like(robot, pattern), spread)
+    names = tuple(of)
+    nominal = np.array([robot.nominal[name] for name in names])
+    each = list(zip(names, of.values(), nominal.tolist(), strict=True))
+    deviations = {name: spread.deviation_of(value, name) for name, spread, value in each}
+    at_nominal = NumbersOfDesigns.of(robot, outputs, names, poses)
+    numbers, rates, _ = at_nominal.at(nominal)
+    by_joints = isinstance(at_nominal.poses, JointCoordinates)
+    rows = at_nominal.poses.values if by_joints else at_nominal.poses
+    compiled = compile_stiffness(robot, outputs, parameters=names)
+    positive = {str(symbol) for symbol in robot.symbols if symbol.is_positive}
+    in_sequence = 2 ** max(0, int(np.ceil(np.log2(max(samples, 1) / _SEQUENCES))))
+    found = {x.name: np.empty((_SEQUENCES * in_sequence, len(rows))) for x in outputs}
+    answered = np.ones(_SEQUENCES * in_sequence, dtype=bool)
+    start = 0
+    for k in range(_SEQUENCES):
+        points = qmc.Sobol(len(names), rng=np.random.default_rng([seed, k]))
+        for _ in range(0, in_sequence, _CHUNK):
+            u = points.random(min(_CHUNK, in_sequence)).T
+            where = slice(start, start := start + u.shape[1])
+            parameters: dict[str, Any] = {}
+            for (name, spread, value), own in zip(each, u, strict=True):
+                drawn = spread.values(value, name, own)
+                # Formulas of the model were written for positive values of this parameter.
+                lost = (drawn <= 0) & (name in positive)
+                answered[where] &= ~lost
+                parameters[name] = np.where(lost, value, drawn)
+            for place, row in enumerate(rows):
+                many = np.broadcast_to(row[:, None], (len(row), u.shape[1])).copy().T
+                pose = JointCoordinates(many) if by_joints else many
+                answer = compiled.evaluate(pose, parameters=parameters, threads=threads)
+                for output in outputs:
+                    found[output.name][where, place] = answer.values[output.name]
+                    answered[where] &= np.isfinite(answer.values[output.name])
+    for values in found.values():
+        values[~answered] = np.nan
+    return Tolerances(
+        samples=found,
+        deviations=deviations,
+        nominal={x.name: own for x, own in zip(outputs, numbers, strict=True)},
+        rates={x.name: own for x, own in zip(outputs, rates, strict=True)},
+        answered=float(np.mean(answered)),
+    )

@@ -1,0 +1,413 @@
+"""Legs in closed form with a rod: a strut of variable length, or a rod on a slide or a crank."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics.closure.body import (
+    ClosedLeg,
+    LegBody,
+    Rest,
+    Stretch,
+    body_of_directions,
+    body_turned,
+    constant_cosine,
+    cross,
+    direction_across,
+    dot,
+    frame,
+    quotient,
+    rest_of_directions,
+    root,
+    spun,
+    tidied,
+    tidied_point,
+)
+from robostiff.kinematics.closure.leg_forms import LegForm
+from robostiff.kinematics.closure.rod_ends import (
+    Circle,
+    aim,
+    circle_of,
+    coordinate_axis_along,
+    driven_by_crank,
+    driven_by_slide,
+    shortest_turn_of,
+)
+from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
+from robostiff.kinematics.turn import turn_by_vector_of_entries
+from robostiff.record import is_zero, square_root
+from robostiff.spatial import cross as cross_of_entries
+
+# Of the rod: nearer than this to the crank's axis, its far end leaves few digits of the angle.
+_ON_AXIS = 1e-6
+_PARALLEL = 1e-9
+#: A direction, or a point, at zero coordinates and now.
+Pair = tuple[np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class RodForm(LegForm):
+    """A leg with a rod from joint A to joint B, at zero coordinates."""
+
+    A: Cluster
+    B: Cluster
+    along: np.ndarray  # (3,): unit vector from A to B
+    side: np.ndarray  # (3,): a direction across the rod; that of a beam's section keeps it short
+    home: np.ndarray  # (size,): leg coordinates in the home configuration
+    spin: int | None  # place of a turn about the rod itself
+    # Whether the turn about itself matters of a rod between two spherical joints
+    spin_matters: bool = field(default=True, kw_only=True)
+    _rests: dict[tuple[bytes, bytes], Rest] = field(
+        default_factory=dict, compare=False, repr=False, kw_only=True
+    )
+
+    @property
+    def turned_by_second(self) -> bool:
+        """Whether the joint at the far end turns the rod about itself."""
+        return not self.B.is_ball and (self.spin is not None or self.A.is_ball)
+
+    @property
+    def signs(self) -> tuple[bool, bool, bool]:
+        """Which signs of a mode there are: a joint of two axes does its part in two ways."""
+        A, B = self.A, self.B
+        return True, not A.is_ball and len(A.axes) == 2, self.turned_by_second and len(B.axes) == 2
+
+    @property
+    def turning(self) -> tuple[Cluster, ...]:
+        """Joints whose coordinates are angles, from base to platform."""
+        return (self.A, self.B)
+
+    def _single_turns(self) -> Iterator[tuple[int, np.ndarray]]:
+        yield from super()._single_turns()
+        if self.spin is not None:
+            yield self.spin, self.along
+
+    @cached_property
+    def home_of_ball(self) -> np.ndarray:
+        """Rotation of the spherical joint at A in the home configuration (3, 3)."""
+        axes = np.stack(self.A.axes, axis=-1)
+        home = np.array([self.home[place] for place in self.A.places], dtype=object)
+        if all(map(is_zero, home)):
+            return np.eye(3, dtype=int)
+        return axes @ turn_by_vector_of_entries(home) @ axes.T
+
+    def rest(self, axis: np.ndarray, target: np.ndarray) -> Rest:
+        """Frame of a body that an axis turns, its direction beside the axis, of numbers."""
+        key = axis.tobytes(), target.tobytes()
+        if key not in self._rests:
+            found, _ = rest_of_directions(np.zeros(3), axis, target)
+            self._rests[key] = Rest(found.R.astype(float), found.p)
+        return self._rests[key]
+
+
+@dataclass(frozen=True)
+class Strut(RodForm):
+    """A slide along the line from joint A to joint B, perhaps with a turn about it.
+
+    Its length, the fixed one and the slide's coordinate, has the sign that its mode says.
+    """
+
+    slide: Slide
+
+    @property
+    def leading(self) -> int:
+        """Place of the slide."""
+        return self.slide.place
+
+    def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
+        """The leg between its base and the platform."""
+        A, B, place = self.A, self.B, self.slide.place
+        A_now, B_now = base.point(A.point), self.named(platform.point(B.point), "B")
+        A_to_B = B_now - A_now
+        length = self.named(root(dot(A_to_B, A_to_B)) * self.mode.root, "L")
+        d = self.named(quotient(A_to_B, length), "d")
+        rod = _RodNow(self, base, platform, d, A_now, B_now).closed
+        (fixed,) = tidied_point(np.array([self.along @ (B.point - A.point)], dtype=object))
+        carried = rod.bodies[A.places[-1] + 1].at(B.point, B_now)
+        bodies = {0: base, place + 1: carried, **rod.bodies}
+        return replace(rod, bodies=bodies, slides={place: Stretch(length, -fixed)})
+
+
+def recognise_strut(skeleton: Skeleton) -> Strut | None:
+    """The closed form, when the leg is of this kind."""
+    spin = None
+    match skeleton.parts:
+        case (Cluster() as A, Slide() as slide, Cluster() as B):
+            pass
+        case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B):
+            if turn.is_ball or len(turn.axes) != 1:
+                return None
+            if np.linalg.norm(turn.axes[0] - slide.axis) >= _PARALLEL:
+                return None
+            spin = turn.places[0]
+        case _:
+            return None
+    along = slide.axis
+    A_to_B = B.point - A.point
+    size = 1e-9 * (np.linalg.norm(A_to_B) + np.linalg.norm(skeleton.p_end) + 1e-300)
+    if np.linalg.norm(np.cross(along, A_to_B)) > size or not _fit(A, B, along):
+        return None
+    side = direction_across(along).astype(float)
+    return Strut(skeleton, A, B, along, side, skeleton.home, spin, slide)
+
+
+def _fit(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
+    """Whether the two joints can be solved one after the other for a rod `along` a direction."""
+    if first.is_ball:
+        return True
+    crossed = float(np.linalg.norm(np.cross(first.axes[-1], along))) > 1e-6
+    return crossed and (second.is_ball or len(second.axes) <= 2)
+
+
+@dataclass(frozen=True)
+class Rod(RodForm):
+    """A slide or crank that carries joint A, and a rod from A to joint B."""
+
+    drive: Slide | Cluster
+    # A slide along the axis of the crank that carries all this; it decouples from the rest, which
+    # moves in a plane
+    across: Slide | None = None
+
+    @property
+    def leading(self) -> int:
+        """Place of the drive's coordinate."""
+        return self.drive.place if isinstance(self.drive, Slide) else self.drive.places[0]
+
+    @property
+    def turning(self) -> tuple[Cluster, ...]:
+        """Joints whose coordinates are angles."""
+        driven = (self.drive,) if isinstance(self.drive, Cluster) else ()
+        return (*driven, *super().turning)
+
+    def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
+        """The leg between its base and the platform."""
+        A, B = self.A, self.B
+        B_now = self.named(platform.point(B.point), "B")
+        bodies, slides = {0: base}, {}
+        if self.across is not None:
+            e = base.direction(self.across.axis)
+            s = dot(e, B_now - base.point(B.point))
+            slides[self.across.place] = Stretch(s, 0)
+            base = base.at(A.point, base.point(A.point) + e * s)
+            bodies[self.across.place + 1] = base
+        A_to_B = B.point - A.point
+        square = A_to_B @ A_to_B
+        sign = self.mode.root
+        if isinstance(self.drive, Slide):
+            drive = driven_by_slide(base, self.drive, A.point, B_now, square, sign)
+            slides[self.drive.place] = Stretch(self.named(drive.slide, "s"), 0)
+        else:
+            drive = driven_by_crank(base, self._circle, B_now, square, sign)
+        bodies[self.leading + 1] = drive.carrier
+        size = square_root(square)
+        if base.is_at_poses:  # out of reach, the rod does not end at B
+            size = np.sqrt(dot(drive.A_to_B, drive.A_to_B))
+        d = self.named(quotient(drive.A_to_B, size), "d")
+        rod = _RodNow(self, drive.carrier, platform, d, drive.A_now, B_now).closed
+        return replace(
+            rod,
+            bodies={**bodies, **rod.bodies},
+            slides=slides,
+            out_of_reach=[*rod.out_of_reach, drive.out_of_reach],
+            loss=drive.loss,
+        )
+
+    @cached_property
+    def _circle(self) -> Circle:
+        """That of the near end of the rod, where a crank drives it."""
+        crank, *_ = self.turning
+        return circle_of(crank, self.A.point)
+
+    def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Where the far end of the rod is on the axis of the crank, which may then turn (N,).
+
+        A drive that slides always follows from the pose.
+        """
+        if isinstance(self.drive, Slide):
+            return np.zeros(len(p), dtype=bool)
+        arm = self.platform_at(R, p).point(self.B.point) - self.drive.point[:, None]
+        off_axis = cross(self.drive.axes[0][:, None], arm)
+        size = np.linalg.norm(self.B.point - self.A.point)
+        return np.sqrt(dot(off_axis, off_axis)) <= _ON_AXIS * size
+
+
+def recognise_rod(skeleton: Skeleton) -> Rod | None:
+    """The closed form, when the leg is of this kind."""
+    match skeleton.parts:
+        case (Slide() | Cluster() as drive, Cluster() as A, Cluster() as B):
+            pass
+        case _:
+            return None
+    if isinstance(drive, Cluster):
+        arm = A.point - drive.point
+        turning = not drive.is_ball and len(drive.axes) == 1
+        if not turning or np.linalg.norm(np.cross(drive.axes[0], arm)) <= skeleton.rounding:
+            return None
+    rod = B.point - A.point
+    size = np.linalg.norm(rod)
+    if size <= skeleton.rounding or not _fit(A, B, rod / size):
+        return None
+    along = tidied(rod / size).astype(float)
+    side = direction_across(along).astype(float)
+    return Rod(skeleton, A, B, along, side, skeleton.home, None, drive)
+
+
+def recognise_sliding_rod(skeleton: Skeleton) -> Rod | None:
+    """The closed form of a crank and a rod in a plane, and a slide across the plane."""
+    match skeleton.parts:
+        case (Slide() as slide, Cluster() as crank, Cluster() as A, Cluster() as B):
+            joints = (crank, A, B)
+        case _:
+            return None
+    for joint in joints:
+        if joint.is_ball or len(joint.axes) != 1:
+            return None
+        if np.linalg.norm(np.cross(joint.axes[0], slide.axis)) > _PARALLEL:
+            return None
+    rod = recognise_rod(replace(skeleton, parts=joints))
+    return None if rod is None else replace(rod, across=slide)
+
+
+@dataclass(frozen=True)
+class _RodNow:
+    """A rod whose ends are known."""
+
+    form: RodForm
+    # What carries the joints
+    near: LegBody
+    platform: LegBody
+    d: np.ndarray  # (3,) or (3, N): unit vector from A to B now
+    # (3,) or (3, N): places of the joints [m]
+    A_now: np.ndarray
+    B_now: np.ndarray
+
+    @property
+    def closed(self) -> ClosedLeg:
+        """The rod turned so that it points from A to B and its joints meet the platform."""
+        A, B, spin = self.form.A, self.form.B, self.form.spin
+        bodies: dict[int, LegBody] = {}
+        rod, gimbal, misses, lacks = self._at_first()
+        if gimbal is not None:
+            bodies[A.places[0] + 1] = gimbal
+        own = self
+        if rod.is_at_poses:  # out of reach, the direction that it reaches
+            own = replace(self, d=rod.direction(self.form.along))
+        far, more_misses, more_lacks = own._at_second(rod)
+        if A.is_ball:  # the ball takes the spin that the joint at B leaves
+            rod = own._spun(far, -1) if not B.is_ball else far
+        if B.is_ball:
+            far = own._spun(rod, 1)
+        bodies[A.places[-1] + 1] = rod
+        if spin is not None:
+            bodies[spin + 1] = far.at(B.point, self.B_now)
+        bodies[B.places[0]] = far.at(B.point, self.B_now)
+        if len(B.axes) == 2:
+            (b, e), point = B.axes, (B.point, self.B_now)
+            first, last = (b, far.direction(b)), (e, self.platform.direction(e))
+            bodies[B.places[0] + 1] = self._carried(far, first, last, point, target_first=True)
+        bodies[B.places[-1] + 1] = self.platform
+        ball_axes: dict[int, np.ndarray] = {}
+        for cluster, body in ((A, rod), (B, far)):
+            if cluster.is_ball:
+                ball_axes |= {p: body.R[:, i] for i, p in enumerate(cluster.places)}
+        return ClosedLeg(bodies, ball_axes, misses + more_misses, lacks + more_lacks)
+
+    def _carried(
+        self,
+        before: LegBody,
+        axis: Pair,
+        target: Pair,
+        point: Pair | None = None,
+        *,
+        target_first: bool,
+    ) -> LegBody:
+        """The body after an axis that brings a direction to its target; at joint A if not said.
+
+        Over poses the axis stays where `before` has it, so that out of reach the direction comes as
+        near as it can. A record takes one of the two as its first axis, which keeps it short.
+        """
+        x, p = point or (self.form.A.point, self.A_now)
+        if before.is_at_poses:
+            rest = self.form.rest(axis[0], target[0])
+            return body_turned(before, rest.at(x), p, axis[0], *target)
+        (u0, u), (v0, v) = (target, axis) if target_first else (axis, target)
+        return body_of_directions((x, u0, v0), (p, u, v))
+
+    def _at_first(self) -> tuple[LegBody, LegBody | None, list[Any], list[Any]]:
+        """The rod as joint A points it, what lies between two axes, misses and lacks."""
+        A, along, near = self.form.A, (self.form.along, self.d), self.near
+        if A.is_ball:
+            return self._shortest(), None, [], []
+        a0, *others = A.axes
+        a = a0, near.direction(a0)
+        if not others:
+            rod = self._carried(near, a, along, target_first=True)
+            return rod, None, self._missed_angle(*a), []
+        (b0,) = others
+        to_a, to_d = constant_cosine(a0, b0), constant_cosine(b0, self.form.along)
+        found = aim(a[1], self.d, to_a, to_d)
+        b = b0, found.way(self.form.mode.first)
+        gimbal = self._carried(near, a, b, target_first=True)
+        return self._carried(gimbal, b, along, target_first=True), gimbal, [], [found.gap]
+
+    def _at_second(self, rod: LegBody) -> tuple[LegBody, list[Any], list[Any]]:
+        """The rod at joint B, which may turn it about itself, misses and lacks."""
+        B, turned = self.form.B, self.form.turned_by_second
+        if B.is_ball or (rod.is_at_poses and not turned):
+            return rod, [], []
+        b0, e = B.axes[0], self.platform.direction(B.axes[-1])
+        if not turned:
+            on_rod = rod.direction(b0)
+            off = [on_rod @ e - constant_cosine(*B.axes)] if len(B.axes) == 2 else on_rod - e
+            return rod, [_square(x) for x in off], []
+        if len(B.axes) == 1:
+            return self._about_rod(rod, (b0, e)), self._missed_angle(b0, e), []
+        to_d = constant_cosine(b0, self.form.along)
+        found = aim(self.d, e, to_d, constant_cosine(*B.axes))
+        target = b0, found.way(self.form.mode.second)
+        return self._about_rod(rod, target), [], [found.gap]
+
+    def _about_rod(self, rod: LegBody, target: Pair) -> LegBody:
+        """The rod turned about itself, so that an axis at joint B meets its target."""
+        along = self.form.along
+        if rod.is_at_poses and abs(constant_cosine(along, target[0])) == 1:
+            return rod  # it is on the rod and meets what it can
+        return self._carried(rod, (along, self.d), target, target_first=False)
+
+    def _missed_angle(self, axis: np.ndarray, now: np.ndarray) -> list[Any]:
+        """How far an axis is from its angle to the rod."""
+        if self.near.is_at_poses:
+            return []
+        return [_square(now @ self.d - constant_cosine(axis, self.form.along))]
+
+    def _shortest(self) -> LegBody:
+        """The rod after the shortest turn from home, or from a coordinate axis nearby."""
+        form, d = self.form, self.d
+        axes = form.along, form.side, cross_of_entries(form.along, form.side)
+        if form.spin_matters or form.turned_by_second:
+            R_home = form.home_of_ball
+            if self.near.is_at_poses:
+                R_home = R_home.astype(float)
+            start, *sides = (self.near.direction(v @ R_home.T) for v in axes)
+        else:
+            start = coordinate_axis_along(d)
+            k = int(np.flatnonzero(start)[0])
+            m = np.eye(3, dtype=int)[(k + 1) % 3]
+            sides = [m, np.cross(start, m)]
+        turned = shortest_turn_of(start, tuple(sides), d)
+        return LegBody(Rest(np.stack(axes, axis=-1), form.A.point), frame(d, *turned), self.A_now)
+
+    def _spun(self, rod: LegBody, sign: int) -> LegBody:
+        """The rod after a turn about itself by the home angle of its spin, or before that turn."""
+        angle = 0 if self.form.spin is None else self.form.home[self.form.spin] * sign
+        return rod if is_zero(angle) else replace(rod, R=spun(rod.R, self.d, angle))
+
+
+def _square(x: Any) -> Any:
+    x = tidied(np.array([x], dtype=object))[0]
+    return x * x

@@ -1,0 +1,38 @@
+"""What a machine of any kind says of itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Self
+
+if TYPE_CHECKING:
+    from robostiff.model.robot import Coordinate
+
+
+class Machine:
+    """A robot, a linkage, a cable robot, a snapshot or a network."""
+
+    #: In words.
+    kind: ClassVar[str]
+    #: Whether it stands still, at the pose that it was made at.
+    is_frozen: ClassVar[bool] = False
+
+
+class FrozenMachine(Machine):
+    """A machine at one pose, or at some, that was written down or placed there."""
+
+    is_frozen: ClassVar[bool] = True
+    #: It has none that it is moved by.
+    coordinates: ClassVar[tuple[Coordinate, ...]] = ()
+    #: A model file names where its values come from; these name that in their description.
+    source: ClassVar[str] = ""
+    description: str
+
+    @property
+    def title(self) -> str:
+        """What it is."""
+        return self.description
+
+    @property
+    def numeric(self) -> Self:
+        """Itself: it has numbers alone."""
+        return self

@@ -1,0 +1,128 @@
+"""What a formula can do, it can do in steps, in names of its springs, and in vectors."""
+
+import copy
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic import compliance_steps, differentiate
+from robostiff.analytic.export import (
+    c_function,
+    derivation_text,
+    derivation_typst,
+    julia_function,
+    matlab_function,
+    python_function,
+)
+
+VECTORS = ["gough-stewart-b", "delta", "3-rrr", "six-joint-arm"]
+
+
+def place_of(robot, form):
+    """Values of the symbols of a formula: nominal, and a pose near home."""
+    home = dict(zip(("q1", "q2", "q3", "q4", "q5", "q6"), robot.legs[0].chain.home, strict=False))
+    values = {}
+    for i, s in enumerate(form.symbols):
+        usual = robot.nominal.get(s.name, 0.03 + 0.01 * i + (home.get(s.name, 0.0)))
+        values[s.name] = float(usual) if s.name != "z" else robot.numeric.home.p[2] + 0.02
+    return values
+
+
+@pytest.fixture(scope="module", params=VECTORS)
+def levels(request):
+    robot = rs.load(request.param, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=rs.AtSymbols())
+    form = derivation.vectors or derivation.in_series
+    return derivation, form, place_of(robot, derivation)
+
+
+def test_vectors_are_functions_of_numbers_and_arrays(levels):
+    derivation, form, values = levels
+    assert form.symbols == derivation.symbols
+    K = derivation.lambdify()(**values)
+    np.testing.assert_allclose(form.lambdify()(**values), K, atol=1e-10 * np.max(np.abs(K)))
+    np.testing.assert_allclose(form.stiffness(values), K, atol=1e-10 * np.max(np.abs(K)))
+    name = next(iter(values))
+    many = values | {name: values[name] * np.array([0.99, 1.0, 1.01])}
+    np.testing.assert_allclose(
+        form.lambdify()(**many), derivation.lambdify()(**many), atol=1e-10 * np.max(np.abs(K))
+    )
+
+
+def test_values_in_vectors_leave_vectors(levels):
+    _, form, values = levels
+    name = next(iter(values))
+    found = form.subs({name: values[name]})
+    assert type(found) is type(form)
+    assert name not in {s.name for s in found.symbols}
+    K = form.stiffness(values)
+    np.testing.assert_allclose(found.stiffness(values), K, atol=1e-12 * np.max(np.abs(K)))
+
+
+def test_derivatives_of_vectors_are_those_of_steps(levels):
+    derivation, form, values = levels
+    for name in list(values)[:: max(1, len(values) // 3)]:
+        _, dK = differentiate(form, name).lambdify()(**values)
+        _, expected = differentiate(derivation, name).lambdify()(**values)
+        np.testing.assert_allclose(dK, expected, atol=1e-9 * np.max(np.abs(expected)))
+
+
+def test_vectors_are_programs_in_all_languages(levels):
+    _, form, values = levels
+    space: dict = {}
+    exec(python_function(form), space)  # noqa: S102
+    arguments = {s.name: values[s.name] for s in form.symbols}
+    given = space["stiffness"](*arguments.values())
+    np.testing.assert_allclose(given, form.stiffness(values), rtol=1e-9, atol=1e-3)
+    for write in (c_function, julia_function, matlab_function):
+        assert "formula does not hold" in " ".join(write(form).split())
+
+
+def test_vectors_have_a_compliance():
+    form = rs.derive("gough-stewart-b", pose=rs.AtSymbols()).vectors
+    robot = rs.load("gough-stewart-b", symbols=rs.ALL_PARAMETERS)
+    values = place_of(robot, form)
+    C = np.array(compliance_steps(form).substituted(values), dtype=float)
+    np.testing.assert_allclose(C @ form.stiffness(values), np.eye(6), atol=1e-9)
+
+
+def test_names_of_springs_are_a_formula_of_their_own():
+    robot = rs.load("3-prs", symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot)
+    named = derivation.named
+    assert named.symbols == derivation.symbols
+    values = {s.name: robot.nominal[s.name] for s in named.symbols}
+    K = rs.stiffness(robot.numeric).K
+    np.testing.assert_allclose(named.lambdify()(**values), K, atol=1e-9 * np.max(K))
+    assert (
+        named.subs({"l": sp.Rational(1, 2)}).conditions
+        == derivation.subs({"l": sp.Rational(1, 2)}).conditions
+    )
+    _, dK = differentiate(named, "l").lambdify()(**values)
+    _, expected = differentiate(derivation, "l").lambdify()(**values)
+    np.testing.assert_allclose(dK, expected, atol=1e-9 * np.max(np.abs(expected)))
+
+
+def test_levels_are_printed_and_kept_alone():
+    derivation = rs.derive("gough-stewart-b", pose=rs.AtSymbols())
+    text = derivation_text(derivation.vectors)
+    assert "K_C = sum over i of w_i w_i^T / c_i" in text.splitlines()
+    assert "Nomenclature" in text
+    assert r"\mathbf{w}_{i} &= " in derivation.vectors.latex()
+    assert "c_a = u_z**2/k + l/EA_1" in derivation_text(rs.derive("3-prs").named).splitlines()
+    assert {derivation: 1}[copy.deepcopy(derivation)] == 1
+    found = differentiate(derivation.vectors, "x")
+    assert copy.deepcopy(found) == found
+
+
+def test_compliances_are_programs_and_pages():
+    soft = compliance_steps(rs.derive("3-prs"))
+    assert "to the twist" in " ".join(python_function(soft).split())
+    assert "bold(upright(C)) = " in derivation_typst(soft)
+    values = {s.name: v for s, v in zip(soft.symbols, (0.5, 1e7, 0.6, 0.2), strict=True)}
+    space: dict = {}
+    exec(python_function(soft), space)  # noqa: S102
+    C = np.array(soft.substituted(values), dtype=float)
+    np.testing.assert_allclose(space["stiffness"](**values), C, rtol=1e-9, atol=1e-20)

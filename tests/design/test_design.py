@@ -1,0 +1,151 @@
+"""Optima, gradients and spreads: laws, several poses, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.kinematics import with_masses
+
+POSES = np.array([[0, 0, 0.8, 0, 0, 0], [0.1, 0, 0.8, 0, 0.1, 0], [0, 0.1, 0.75, 0.1, 0, 0.2]])
+RANGES = {"R": (0.2, 2.0), "r": (0.1, 1.0)}
+
+
+@pytest.fixture(scope="module")
+def platform() -> rs.Robot:
+    return rs.load("gough-stewart-b", symbols=("R", "r", "k"))
+
+
+@pytest.mark.parametrize("combine", [rs.Worst(), rs.Mean(), rs.PNorm(8)])
+def test_no_design_nearby_is_better(platform, combine):
+    """Also at the symmetric pose, where the largest two eigenvalues meet."""
+
+    def objective(R: float, r: float) -> float:
+        robot = platform.substituted({"R": R, "r": r}).numeric
+        C = rs.compliance(robot, POSES)[:, :3, :3]
+        worst = np.linalg.eigvalsh(C)[:, -1]
+        if isinstance(combine, rs.PNorm):
+            return float(np.mean(worst**combine.p) ** (1 / combine.p))
+        return float(np.max(worst) if isinstance(combine, rs.Worst) else np.mean(worst))
+
+    found = rs.optimise(platform, rs.WorstDeflection(), RANGES, poses=POSES, combine=combine)
+    assert found.ending is rs.Ending.OPTIMUM
+    R, r = found.values["R"], found.values["r"]
+    best = objective(R, r)
+    assert best == pytest.approx(found.objective, rel=1e-9)
+    assert found.objective < 0.5 * found.at_start
+    for dR, dr in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1)):
+        assert objective(R * (1 + 0.02 * dR), r * (1 + 0.02 * dr)) > best
+
+
+def test_legs_keep_closing_on_the_way_to_an_optimum():
+    """The wider the base of a crank robot, the stiffer, until its rods no longer reach."""
+    robot = rs.load("delta", symbols=("R",))
+    home = robot.nominal["R"]
+    found = rs.optimise(
+        robot, rs.EntryOf(rs.ComplianceMatrix(), (0, 0)), {"R": (0.5 * home, 20 * home)}
+    )
+    assert rs.stiffness(found.robot).answered
+
+
+@pytest.mark.parametrize("name", ["hexapod", "delta", "six-joint-arm", "3-prs", "h4"])
+def test_total_mass_is_that_of_the_posture(name):
+    robot = rs.load(name)
+    posture = rs.find_posture(robot)
+    snapshot = with_masses(posture)
+    parts = [*snapshot.masses, *(mass for leg in snapshot.legs for mass in leg.all_masses)]
+    total = sum(float(np.ravel(mass.value)[0]) for mass in parts)
+    fast = rs.compile(robot, [rs.StiffnessMatrix(), rs.TotalMass()], backend=rs.Backend.ARRAYS)
+    pose = posture.pose[:, robot.coordinate_places]
+    if robot.is_posed_by_joints:
+        pose = rs.JointCoordinates(posture.coordinates[0])
+    assert fast.evaluate(pose).values["mass"][0] == pytest.approx(total, rel=1e-12)
+    assert total > 0
+
+
+@pytest.mark.parametrize("name", ["gough-stewart-b", "3-prs", "six-joint-arm"])
+def test_a_gradient_has_the_derivatives_of_each_input(name):
+    """One sweep back, and one forward an input: also where legs are closed by steps."""
+    robot = rs.load(name)
+    entry = rs.EntryOf(rs.StiffnessMatrix(), (2, 2))
+    by = [c.value for c in robot.coordinates] or [f"q{i}" for i in range(6)]
+    if robot.is_posed_by_joints:
+        by = [f"q{i}" for i in range(6)]
+    outputs = [rs.Gradient(entry, by), *(rs.Derivative(entry, each) for each in by)]
+    fast = rs.compile(robot, outputs, backend=rs.Backend.ARRAYS)
+    posture = rs.find_posture(robot)
+    pose = posture.pose[:, robot.coordinate_places] + 0.01
+    if robot.is_posed_by_joints:
+        pose = rs.JointCoordinates(posture.coordinates[0] + 0.3)
+    values = fast.evaluate(pose).values
+    each = np.array([values[output.name][0] for output in outputs[1:]])
+    np.testing.assert_allclose(values["dK[2, 2]"][0], each, rtol=1e-9, atol=1e-9 * np.max(each))
+
+
+def test_outputs_that_are_computed_again_at_guarded_poses():
+    robot = rs.load("gough-stewart-a")
+    wrench = [1.0, 2.0, 3.0, 0, 0, 0]
+    outputs = [rs.EntryOf(rs.StiffnessMatrix(), (1, 1)), rs.TotalMass()]
+    answer = rs.compile(robot, outputs).evaluate([[0, 0, 0.8, 0, 1e-6, 0]])
+    assert answer.guarded.all()
+    K = rs.stiffness(robot, [0, 0, 0.8, 0, 1e-6, 0]).K
+    assert answer.values["K[1, 1]"][0] == pytest.approx(K[1, 1], rel=1e-9)
+    bent = rs.compile(rs.load("gough-stewart-b"), [rs.DisplacementUnder(wrench)])
+    t = rs.deflection(rs.load("gough-stewart-b"), POSES[1], wrench=wrench).twist
+    assert bent.evaluate(POSES[1:2]).values["displacement"][0] == pytest.approx(
+        float(np.linalg.norm(t[:3])), rel=1e-9
+    )
+
+
+def test_the_same_seed_gives_the_same_robots(platform):
+    spread = {"k": rs.Uniform(0.1)}
+    one, two, other = (rs.tolerances(platform, spread, samples=64, seed=s) for s in (1, 1, 2))
+    assert np.array_equal(one.samples["worst_deflection"], two.samples["worst_deflection"])
+    assert not np.array_equal(one.samples["worst_deflection"], other.samples["worst_deflection"])
+
+
+def test_a_spread_stiffness_spreads_the_deflection_by_its_reciprocal(platform):
+    found = rs.tolerances(platform, {"k": rs.Uniform(0.2)}, samples=2**12)
+    nominal = found.nominal["worst_deflection"][0]
+    for q in (0.05, 0.5, 0.95):
+        value, error = found.quantile("worst_deflection", q)
+        exact = nominal / (0.8 + 0.4 * (1 - q))
+        assert abs(value[0] - exact) < 1e-3 * exact + 5 * error[0]
+
+
+REFUSED = {
+    "no symbol": (lambda r: rs.tolerances(r, {"z": rs.Uniform(0.1)}), "a symbol of it: R, k, r"),
+    "no unit": (lambda r: rs.tolerances(r, {"k": 0.1}), "Uniform\\(0.2\\) or Normal"),  # pyright: ignore[reportArgumentType]
+    "no spread": (lambda r: rs.tolerances(r, {"k": rs.Uniform(0.0)}), "more than zero"),
+    "no variables": (lambda r: rs.optimise(r, rs.WorstDeflection(), {}), "names with ranges"),
+    "a range": (lambda r: rs.optimise(r, rs.WorstDeflection(), {"R": (2, 1)}), "a lower and a"),
+    "a matrix": (lambda r: rs.optimise(r, rs.StiffnessMatrix(), {"R": (1, 2)}), "numbers a pose"),
+    "an entry": (lambda r: rs.compile(r, [rs.EntryOf(rs.StiffnessMatrix(), (6, 0))]), "places in"),
+    "no limit": (lambda _: rs.Within(rs.TotalMass()), "most=, least= or both"),
+    "names": (lambda _: rs.Gradient(rs.WorstDeflection(), "R"), "names, each once"),
+    "quantile": (
+        lambda r: rs.tolerances(r, {"k": rs.Uniform(0.1)}, samples=8).quantile("K", 0.5),
+        "worst_deflection",
+    ),
+}
+
+
+@pytest.mark.parametrize(("made", "message"), REFUSED.values(), ids=REFUSED.keys())
+def test_refused(platform, made, message):
+    with pytest.raises(rs.InputError, match=message):
+        made(platform)
+
+
+def test_an_optimum_needs_a_start_with_an_answer(platform):
+    far = np.array([[50.0, 0, 0, 0, 0, 0]])
+    robot = rs.load("3-rrr", symbols=("R",))
+    with pytest.raises(rs.NoAnswerError, match="pose 1 has no answer at the start"):
+        rs.optimise(robot, rs.WorstDeflection(), {"R": (0.1, 1)}, poses=far[:, :3])
+
+
+def test_limits_that_cannot_be_kept_are_said(platform):
+    tight = [rs.Within(rs.WorstDeflection(), most=1e-12)]
+    found = rs.optimise(platform, rs.WorstDeflection(), RANGES, constraints=tight)
+    assert found.ending is rs.Ending.INFEASIBLE
+    assert "widen the ranges" in found.ending.advice
