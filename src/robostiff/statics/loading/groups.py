@@ -352,20 +352,18 @@ class _Chains:
         ends = []
         for name, at in zip(own.bodies, own.points, strict=True):
             point = self.make.row(at)
-            if name in (BASE, PLATFORM):
-                ends.append(Anchor(point[0], TO_PLATFORM if name == PLATFORM else None))
-                continue
-            if name not in self.assembly.names:
+            names, spot = self.assembly.names, None
+            if name in names:
+                spot = self.spot(names[name][0], "springs")
+            elif name not in (BASE, PLATFORM):
                 known = f"{BASE}, {PLATFORM} or leg/part"
-                subject = f"body of spring {own.name!r}"
-                raise unknown_name(subject, name, self.assembly.names, known)
-            spot = self.spot(self.assembly.names[name][0], "springs")
+                raise unknown_name(f"body of spring {own.name!r}", name, names, known)
             if spot is None:
-                ends.append(Anchor(point[0], TO_PLATFORM))
-                continue
-            chain, after = spot
-            ends.append(Anchor(point[0], chain, len(self.anchors[chain])))
-            self.anchors[chain].append(BodyLoad(after, point, 0 * point))
+                ends.append(Anchor(point[0], None if name == BASE else TO_PLATFORM))
+            else:
+                chain, after = spot
+                ends.append(Anchor(point[0], chain, len(self.anchors[chain])))
+                self.anchors[chain].append(BodyLoad(after, point, 0 * point))
         return FiniteBodySpring.placed(own, (ends[0], ends[1]))
 
     def groups(
@@ -384,23 +382,18 @@ class _Chains:
         components: dict[Hashable, list[int]] = defaultdict(list)
         for c in range(len(self.ends)):
             components[first[c]].append(c)
-        alike: dict[Hashable, list[LegGroup]] = defaultdict(list)
-        keys: dict[Hashable, Hashable] = {}
+        alike: dict[Hashable, list[LegGroup]] = {}
+        at = [(0, 0, 0)] * len(self.ends)
         for key, own in components.items():
             pairs = zip(springs, held, strict=True)
             mine = [s for s, chains in pairs if chains and first[chains[0]] == key]
             sums = [s for s in self.couplings if first[s.place[0]] == key]
             one = self.component(own, mine, sums, point, rows)
-            alone = mine or not self.make.side_by_side
-            keys[key] = (None, own[0]) if alone else (one.signature, None)
-            alike[keys[key]].append(one)
-        numbers = {key: g for g, key in enumerate(alike)}
-        count = dict.fromkeys(alike, 0)
-        at = [(0, 0, 0)] * len(self.ends)
-        for key, own in components.items():
+            is_alone = mine or not self.make.side_by_side
+            kind: Hashable = own[0] if is_alone else one.signature
+            alike.setdefault(kind, []).append(one)
             for i, c in enumerate(own):
-                at[c] = numbers[keys[key]], count[keys[key]], i
-            count[keys[key]] += 1
+                at[c] = list(alike).index(kind), len(alike[kind]) - 1, i
         found = [LegGroup.stacked(own) for own in alike.values()]
         alone = [own for own, chains in zip(springs, held, strict=True) if not chains]
         if alone:
