@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model.checks import check_distinct, vector3
-from robostiff.model.machine import Machine
+from robostiff.model.mechanism import Mechanism
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, pose_coordinates
 from robostiff.spatial import Frame, Space, refuse_quantities
 
@@ -117,7 +117,7 @@ class Weight:
 
 
 @dataclass(frozen=True)
-class CableRobot(Machine):
+class CableRobot(Mechanism):
     """A rigid platform suspended in cables, or tensioned by them.
 
     Attributes

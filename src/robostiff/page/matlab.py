@@ -45,9 +45,8 @@ def write_matlab(path: Path, result: Stiffness) -> None:
         for key, value in page_data(stiffness_page(result)).items()
         if key not in _LEFT_OUT
     }
-    transform = result.transform
-    if transform is not None:
-        data["transform"] = transform.as_matrix()
+    if result.pose is not None:
+        data["transform"] = result.transform.as_matrix()
     with whole_file(path) as begun:
         savemat(begun, _for_matlab(data), long_field_names=True, oned_as="row")
 
